@@ -1,0 +1,74 @@
+# Everything a newcomer needs is `make demo` and `make test`; both do all set-up by themselves, once.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+# Wheels only: building a package from source would fetch build tools that no hash covers.
+LOCKED := install --quiet --require-hashes --only-binary :all:
+EDITABLE := install --quiet --no-deps --no-build-isolation --editable .
+
+.PHONY: help demo setup setup-dev test test-slow check format lock clean
+.DELETE_ON_ERROR:
+
+help:
+	@echo "make demo       identify a virtual wearer, float the arm, write a report"
+	@echo "make test       tests, without the slow ones (make test-slow: all of them)"
+	@echo "make check      style, types and the direction of imports"
+	@echo "make format     put the code into the common form"
+	@echo "make setup      only the environment of make demo, in $(VENV)"
+	@echo "make lock       resolve the dependencies anew"
+	@echo "make clean      remove what these commands made"
+
+demo: setup
+	$(BIN)/exograv demo
+
+test: setup-dev
+	$(BIN)/python -m pytest -m "not slow"
+
+test-slow: setup-dev
+	$(BIN)/python -m pytest
+
+check: setup-dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+format: setup-dev
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+setup: $(VENV)/installed
+
+setup-dev: $(VENV)/installed-dev
+
+$(BIN)/python:
+	@command -v "$(PYTHON)" > /dev/null || \
+	  { echo "There is no '$(PYTHON)' here. Install Python 3.11 or newer, or name one: make PYTHON=python3.12"; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "exograv needs Python 3.11 or newer; '$(PYTHON)' is older. Name another: make PYTHON=python3.12"; exit 1; }
+	@"$(PYTHON)" -m venv $(VENV) || { rm -rf $(VENV); \
+	  echo "'$(PYTHON)' could not make a virtual environment. On Debian and Ubuntu: apt install python3-venv"; exit 1; }
+
+$(VENV)/installed: requirements.lock pyproject.toml | $(BIN)/python
+	@echo "Installing into $(VENV); this takes a minute, once."
+	@$(PIP) $(LOCKED) --requirement requirements.lock
+	@$(PIP) $(EDITABLE)
+	@touch $@
+
+$(VENV)/installed-dev: requirements-dev.lock | $(VENV)/installed
+	@echo "Installing what tests and checks need; this takes a minute, once."
+	@$(PIP) $(LOCKED) --requirement requirements-dev.lock
+	@touch $@
+
+# One resolution for Python 3.11 and newer on every platform; the second file keeps to the versions of the first.
+COMPILE = $(BIN)/uv pip compile --quiet --no-config --universal --python-version 3.11 --generate-hashes \
+  --no-annotate --no-header --upgrade --extra all pyproject.toml
+
+lock: setup-dev
+	$(COMPILE) --group build --output-file requirements.lock
+	$(COMPILE) --group dev --constraints requirements.lock --output-file requirements-dev.lock
+
+clean:
+	rm -rf $(VENV) out dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,1 @@
+"""From state, reference and parameters to the torque that is desired."""

@@ -1,0 +1,1 @@
+"""From a desired torque to a commanded one that is fit to reach a person."""
