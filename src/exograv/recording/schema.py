@@ -1,0 +1,266 @@
+"""The recording format in one table: writer, reader and docs/recording_format.md are made from it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+SCHEMA_VERSION = 1
+"""Raised whenever an old reader would misread a new file."""
+
+Size = tuple[str | int, ...]
+"""Length of each dimension: a number, `joint` (actuated joints of the file) or `any`; () is a single value."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """One value of a message."""
+
+    name: str
+    type: str
+    """A ROS 2 type (`float64`, `float32`, `uint32`) in a binary channel, a JSON type otherwise; `object` holds `fields`, or anything."""
+
+    unit: str
+    meaning: str
+    size: Size = ()
+    optional: bool = False
+    """May be absent."""
+
+    nullable: bool = False
+    """May be null: asked for, and not reached or not known."""
+
+    fields: "tuple[Field, ...]" = ()
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One stream of messages."""
+
+    topic: str
+    encoding: str
+    """`cdr` (binary, one message a tick) or `json`."""
+
+    rate: str
+    meaning: str
+    fields: tuple[Field, ...]
+
+    @property
+    def schema_name(self) -> str:
+        """Name of the message type in the file."""
+        return f"exograv/msg/{self.topic.strip('/').title().replace('_', '')}"
+
+
+T = Field("t", "number", "s", "time on the rig's clock")
+JOINT: Size = ("joint",)
+LIST: Size = ("any",)
+POINTS: Size = ("any", 3)
+
+PARAMETER_FIELDS = (
+    Field("name", "string", "-", "parameter of the arm"),
+    Field("unit", "string", "-", "unit of the values beside it"),
+    Field("prior", "number", "unit", "value by the anthropometric table"),
+    Field("estimate", "number", "unit", "value in force"),
+    Field("ci95", "number", "unit", "lower and upper end of the 95 % interval", (2,), nullable=True),
+)
+CALIBRATION_FIELDS = (
+    Field("joint", "string", "-", "joint"),
+    Field("name", "string", "-", "what was measured: `gain`, `coulomb`, `viscous`"),
+    Field("unit", "string", "-", "unit of the values beside it"),
+    Field("truth", "number", "unit", "value of the twin", optional=True, nullable=True),
+    Field("estimate", "number", "unit", "value found on the empty machine"),
+    Field("ci95", "number", "unit", "lower and upper end of the 95 % interval", (2,), optional=True, nullable=True),
+)
+
+TICK = Channel(
+    "/tick",
+    "cdr",
+    "every tick, 1 kHz",
+    "What was measured, wanted and commanded in one period.",
+    (
+        Field("t", "float64", "s", "time of the measurement on the rig's clock"),
+        Field("phase", "uint32", "-", "number of `/phase` messages so far; 0 before the first"),
+        Field("limited", "uint32", "-", "bit k is set where the envelope changed the torque of joint k"),
+        Field("closure_residual", "float32", "N·m", "largest entry of the cuffs' energy gradient after the tick"),
+        Field("tick_us", "float32", "µs", "time that the controller took; the only value that a seed does not fix"),
+        Field("q_measured", "float32", "rad", "joint position by the encoder", JOINT),
+        Field("q_reference", "float32", "rad", "joint position wanted; NaN while nothing is wanted", JOINT),
+        Field("v", "float32", "rad/s", "joint velocity as the controller used it", JOINT),
+        Field("current", "float32", "A", "motor current; NaN where torque comes from a sensor", JOINT),
+        Field("tau_measured", "float32", "N·m", "joint torque by current and calibration, or by the sensor", JOINT),
+        Field("tau_feedforward", "float32", "N·m", "joint torque that the model expects, friction included", JOINT),
+        Field("tau_desired", "float32", "N·m", "joint torque that control asked for", JOINT),
+        Field("tau_commanded", "float32", "N·m", "joint torque that the motors were told, after the envelope", JOINT),
+    ),
+)
+
+SETTINGS = Channel(
+    "/settings",
+    "json",
+    "once, first",
+    "Everything that the run was started with.",
+    (
+        Field("schema_version", "integer", "-", "version of this format"),
+        Field("joints", "string", "-", "actuated joints, in the order of every per-joint list", LIST),
+        Field("rig", "string", "-", "name of the machine", optional=True),
+        Field("title", "string", "-", "the machine in words", optional=True),
+        Field("side", "string", "-", "`right` or `left` arm", optional=True),
+        Field("command", "string", "-", "command that made the recording", optional=True),
+        Field("method", "string", "-", "identification method", optional=True),
+        Field("torque_source", "string", "-", "where measured torque comes from", optional=True),
+        Field("disturbance_level", "integer", "-", "level of the twin, 0–4", optional=True),
+        Field("seed", "integer", "-", "seed of the run", optional=True),
+        Field("gravity_level", "number", "-", "felt share of the arm's own weight", optional=True),
+        Field("wearer", "object", "-", "what the software was told: height_m, mass_kg, sex …", optional=True),
+        Field("targets_Nm", "number", "N·m", "largest left over that counts as weightless", JOINT, optional=True),
+        Field("limits", "object", "-", "limits of the envelope, unit in each name", optional=True),
+        Field("hashes", "object", "-", "SHA-256 of rig and settings files", optional=True),
+        Field("versions", "object", "-", "versions of exograv and of the packages that count", optional=True),
+        Field("settings", "object", "-", "settings of all rooms, unchanged", optional=True),
+    ),
+)
+
+PHASE = Channel(
+    "/phase",
+    "json",
+    "at each change",
+    "What the session is doing from here on.",
+    (T, Field("name", "string", "-", "`calibrate`, `table`, `identify`, `held_out`, `float`, `weigh` …")),
+)
+
+EVENT = Channel(
+    "/event",
+    "json",
+    "when it happens",
+    "Something an operator should know; on disk at once.",
+    (
+        T,
+        Field("kind", "string", "-", "`note`, `warning` or `stop`"),
+        Field("text", "string", "-", "a sentence"),
+    ),
+)
+
+ESTIMATE = Channel(
+    "/estimate",
+    "json",
+    "about 5 Hz while identifying",
+    "The arm as far as it is known.",
+    (
+        T,
+        Field("motion_s", "number", "s", "seconds of motion since the first sample of the identification"),
+        Field("parameters", "object", "-", "one entry a parameter", LIST, fields=PARAMETER_FIELDS),
+        Field(
+            "predicted_left_over_Nm",
+            "number",
+            "N·m",
+            "left over that the estimator itself expects (one standard deviation)",
+            JOINT,
+            optional=True,
+            nullable=True,
+        ),
+        Field("outcome", "string", "-", "the estimator's sentence for the operator"),
+    ),
+)
+
+LEFT_OVER = Channel(
+    "/left_over",
+    "json",
+    "some times a minute, twin only",
+    "What is truly left over at the held-out postures, by the twin's examiner; never shown to the estimator.",
+    (
+        T,
+        Field("motion_s", "number", "s", "seconds of motion since the first sample of the identification"),
+        Field("total", "number", "N·m", "exoskeleton and arm, RMS over the held-out postures", JOINT),
+        Field("arm", "number", "N·m", "arm alone, RMS over the held-out postures", JOINT),
+    ),
+)
+
+SKELETON = Channel(
+    "/skeleton",
+    "json",
+    "about 20 Hz",
+    "Points to draw, in the base frame (x forward, y left, z up).",
+    (
+        T,
+        Field("exo", "number", "m", "line along the exoskeleton, base to tip", POINTS),
+        Field("arm", "number", "m", "line along the wearer's arm, shoulder to hand", POINTS),
+    ),
+)
+
+RESULT = Channel(
+    "/result",
+    "json",
+    "once, last",
+    "The figures of the run: the command's JSON without wall-clock times and paths.",
+    (
+        T,
+        Field("left_over_rms_Nm", "object", "N·m", "`total` and `arm`, each by name of a stage, per joint", optional=True),
+        Field("identification", "object", "-", "motion_s, time_to_target_s, stop, outcome", optional=True),
+        Field("parameters", "object", "-", "name, unit, truth, prior, estimate, ci95", LIST, optional=True),
+        Field("known_weight", "object", "kg", "true_kg, estimated_kg, ci95_kg", optional=True),
+        Field("float", "object", "-", "gravity_level, drift_deg per joint, window_s", optional=True),
+        Field("calibration", "object", "-", "empty machine", LIST, optional=True, fields=CALIBRATION_FIELDS),
+        Field("simulated_s", "number", "s", "simulated time", optional=True),
+        Field("rig", "string", "-", "name of the machine", optional=True),
+        Field("method", "string", "-", "identification method", optional=True),
+        Field("disturbance_level", "integer", "-", "level of the twin, 0–4", optional=True),
+        Field("seed", "integer", "-", "seed of the run", optional=True),
+        Field("joints", "string", "-", "actuated joints", LIST, optional=True),
+    ),
+)
+
+CHANNELS = {
+    channel.topic: channel for channel in (SETTINGS, TICK, PHASE, EVENT, ESTIMATE, LEFT_OVER, SKELETON, RESULT)
+}
+
+
+CDR_HEADER = b"\x00\x01\x00\x00"
+"""Encapsulation of every binary message: plain CDR, little-endian."""
+
+
+def tick_dtype(n_joints: int) -> np.dtype:
+    """One `/tick` message as a packed record: the CDR header, then the fields of the table.
+
+    CDR aligns each value to its own size, counted from the end of the header. `t` comes first and all others have
+    four bytes, so nothing is padded; fixed-size arrays carry no length.
+    """
+    types: dict[str, Any] = {"float64": "<f8", "float32": "<f4", "uint32": "<u4"}
+    shape = {(): (), JOINT: (n_joints,)}
+    columns = [(field.name, types[field.type], shape[field.size]) for field in TICK.fields]
+    return np.dtype([("cdr_header", "u1", (4,)), *columns])
+
+
+def tick_definition(n_joints: int) -> str:
+    """The `/tick` message in ROS 2's interface language, for viewers that know nothing of exograv."""
+    array = {(): "", JOINT: f"[{n_joints}]"}
+    return "\n".join(f"{f.type}{array[f.size]} {f.name}  # {f.meaning} [{f.unit}]" for f in TICK.fields) + "\n"
+
+
+def json_schema(fields: tuple[Field, ...], n_joints: int) -> dict[str, Any]:
+    """JSON Schema of an object with these fields."""
+    return {
+        "type": "object",
+        "properties": {field.name: _json_property(field, n_joints) for field in fields},
+        "required": [field.name for field in fields if not field.optional],
+        "additionalProperties": False,
+    }
+
+
+def _json_property(field: Field, n_joints: int) -> dict[str, Any]:
+    item: dict[str, Any] = json_schema(field.fields, n_joints) if field.fields else {"type": field.type}
+    for length in reversed(field.size):
+        item = {"type": "array", "items": item}
+        if length != "any":
+            item["minItems"] = item["maxItems"] = n_joints if length == "joint" else length
+    item["description"] = f"{field.meaning} [{field.unit}]"
+    if field.nullable:
+        item["type"] = [item["type"], "null"]
+    return item
+
+
+def misfits(channel: Channel, message: Mapping[str, Any]) -> list[str]:
+    """Names that the table does not allow in this message, or that it misses; empty if it fits."""
+    known = {field.name for field in channel.fields}
+    needed = {field.name for field in channel.fields if not field.optional}
+    unknown = [f"unknown '{name}'" for name in message if name not in known]
+    return unknown + [f"missing '{name}'" for name in sorted(needed - message.keys())]
