@@ -1,3 +1,5 @@
 """One file format for every run: written while it happens, read by anyone."""
 
+from .reader import Recording as Recording
+from .reader import read_recording as read_recording
 from .writer import RecordingWriter as RecordingWriter

@@ -1,10 +1,6 @@
 """The recording format in one table: writer, reader and docs/recording_format.md are made from it."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 
 SCHEMA_VERSION = 1
 """Raised whenever an old reader would misread a new file."""
@@ -19,7 +15,10 @@ class Field:
 
     name: str
     type: str
-    """A ROS 2 type (`float64`, `float32`, `uint32`) in a binary channel, a JSON type otherwise; `object` holds `fields`, or anything."""
+    """A ROS 2 type (`float64`, `float32`, `uint32`) in a binary channel, a JSON type otherwise.
+
+    An `object` holds `fields`, or anything if there are none.
+    """
 
     unit: str
     meaning: str
@@ -194,7 +193,9 @@ RESULT = Channel(
     "The figures of the run: the command's JSON without wall-clock times and paths.",
     (
         T,
-        Field("left_over_rms_Nm", "object", "N·m", "`total` and `arm`, each by name of a stage, per joint", optional=True),
+        Field(
+            "left_over_rms_Nm", "object", "N·m", "`total` and `arm`, each by name of a stage, per joint", optional=True
+        ),
         Field("identification", "object", "-", "motion_s, time_to_target_s, stop, outcome", optional=True),
         Field("parameters", "object", "-", "name, unit, truth, prior, estimate, ci95", LIST, optional=True),
         Field("known_weight", "object", "kg", "true_kg, estimated_kg, ci95_kg", optional=True),
@@ -209,58 +210,4 @@ RESULT = Channel(
     ),
 )
 
-CHANNELS = {
-    channel.topic: channel for channel in (SETTINGS, TICK, PHASE, EVENT, ESTIMATE, LEFT_OVER, SKELETON, RESULT)
-}
-
-
-CDR_HEADER = b"\x00\x01\x00\x00"
-"""Encapsulation of every binary message: plain CDR, little-endian."""
-
-
-def tick_dtype(n_joints: int) -> np.dtype:
-    """One `/tick` message as a packed record: the CDR header, then the fields of the table.
-
-    CDR aligns each value to its own size, counted from the end of the header. `t` comes first and all others have
-    four bytes, so nothing is padded; fixed-size arrays carry no length.
-    """
-    types: dict[str, Any] = {"float64": "<f8", "float32": "<f4", "uint32": "<u4"}
-    shape = {(): (), JOINT: (n_joints,)}
-    columns = [(field.name, types[field.type], shape[field.size]) for field in TICK.fields]
-    return np.dtype([("cdr_header", "u1", (4,)), *columns])
-
-
-def tick_definition(n_joints: int) -> str:
-    """The `/tick` message in ROS 2's interface language, for viewers that know nothing of exograv."""
-    array = {(): "", JOINT: f"[{n_joints}]"}
-    return "\n".join(f"{f.type}{array[f.size]} {f.name}  # {f.meaning} [{f.unit}]" for f in TICK.fields) + "\n"
-
-
-def json_schema(fields: tuple[Field, ...], n_joints: int) -> dict[str, Any]:
-    """JSON Schema of an object with these fields."""
-    return {
-        "type": "object",
-        "properties": {field.name: _json_property(field, n_joints) for field in fields},
-        "required": [field.name for field in fields if not field.optional],
-        "additionalProperties": False,
-    }
-
-
-def _json_property(field: Field, n_joints: int) -> dict[str, Any]:
-    item: dict[str, Any] = json_schema(field.fields, n_joints) if field.fields else {"type": field.type}
-    for length in reversed(field.size):
-        item = {"type": "array", "items": item}
-        if length != "any":
-            item["minItems"] = item["maxItems"] = n_joints if length == "joint" else length
-    item["description"] = f"{field.meaning} [{field.unit}]"
-    if field.nullable:
-        item["type"] = [item["type"], "null"]
-    return item
-
-
-def misfits(channel: Channel, message: Mapping[str, Any]) -> list[str]:
-    """Names that the table does not allow in this message, or that it misses; empty if it fits."""
-    known = {field.name for field in channel.fields}
-    needed = {field.name for field in channel.fields if not field.optional}
-    unknown = [f"unknown '{name}'" for name in message if name not in known]
-    return unknown + [f"missing '{name}'" for name in sorted(needed - message.keys())]
+CHANNELS = {channel.topic: channel for channel in (SETTINGS, TICK, PHASE, EVENT, ESTIMATE, LEFT_OVER, SKELETON, RESULT)}

@@ -11,7 +11,8 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from exograv.errors import RecordingError
 
-from .schema import CDR_HEADER, CHANNELS, SCHEMA_VERSION, TICK, json_schema, misfits, tick_definition, tick_dtype
+from .encoding import CDR_HEADER, json_schema, misfits, tick_definition, tick_dtype
+from .schema import CHANNELS, SCHEMA_VERSION, TICK
 
 # A chunk is what compression and an abrupt end work on: 1 MB is about five seconds of ticks.
 CHUNK_BYTES = 1_000_000
@@ -39,7 +40,9 @@ class RecordingWriter:
         self.path = Path(path)
         self._record = np.zeros((), tick_dtype(len(joints)))
         self._record["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
-        self._values = {field.name: self._record[field.name] for field in TICK.fields if field.name not in ("t", "phase")}
+        self._values = {
+            field.name: self._record[field.name] for field in TICK.fields if field.name not in ("t", "phase")
+        }
         self._t, self._phase = self._record["t"], self._record["phase"]
         self._pending = 0
         self._broken = False
@@ -91,7 +94,9 @@ class RecordingWriter:
         try:
             data = json.dumps(message, allow_nan=False, default=_plain, ensure_ascii=False).encode()
         except (TypeError, ValueError) as error:
-            raise RecordingError(f"A message of {topic} at {t} s cannot be written: {error}. Use null for 'none'.") from error
+            raise RecordingError(
+                f"A message of {topic} at {t} s cannot be written: {error}. Use null for 'none'."
+            ) from error
         self._add(topic, t, data)
         if topic in AT_ONCE:
             self._flush()
@@ -110,7 +115,9 @@ class RecordingWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def _register(self, topic: str, n_joints: int) -> int:

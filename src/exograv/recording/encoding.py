@@ -1,0 +1,59 @@
+"""What the table of channels becomes in a file: a packed record, its ROS 2 definition, JSON schemas."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .schema import JOINT, TICK, Channel, Field
+
+CDR_HEADER = b"\x00\x01\x00\x00"
+"""Encapsulation of every binary message: plain CDR, little-endian."""
+
+
+def tick_dtype(n_joints: int) -> np.dtype:
+    """One `/tick` message as a packed record: the CDR header, then the fields of the table.
+
+    CDR aligns each value to its own size, counted from the end of the header. `t` comes first and all others have
+    four bytes, so nothing is padded; fixed-size arrays carry no length.
+    """
+    types: dict[str, Any] = {"float64": "<f8", "float32": "<f4", "uint32": "<u4"}
+    shape = {(): (), JOINT: (n_joints,)}
+    columns = [(field.name, types[field.type], shape[field.size]) for field in TICK.fields]
+    return np.dtype([("cdr_header", "u1", (4,)), *columns])
+
+
+def tick_definition(n_joints: int) -> str:
+    """The `/tick` message in ROS 2's interface language, for viewers that know nothing of exograv."""
+    array = {(): "", JOINT: f"[{n_joints}]"}
+    return "\n".join(f"{f.type}{array[f.size]} {f.name}  # {f.meaning} [{f.unit}]" for f in TICK.fields) + "\n"
+
+
+def json_schema(fields: tuple[Field, ...], n_joints: int) -> dict[str, Any]:
+    """JSON Schema of an object with these fields."""
+    return {
+        "type": "object",
+        "properties": {field.name: _json_property(field, n_joints) for field in fields},
+        "required": [field.name for field in fields if not field.optional],
+        "additionalProperties": False,
+    }
+
+
+def _json_property(field: Field, n_joints: int) -> dict[str, Any]:
+    item: dict[str, Any] = json_schema(field.fields, n_joints) if field.fields else {"type": field.type}
+    for length in reversed(field.size):
+        item = {"type": "array", "items": item}
+        if length != "any":
+            item["minItems"] = item["maxItems"] = n_joints if length == "joint" else length
+    item["description"] = f"{field.meaning} [{field.unit}]"
+    if field.nullable:
+        item["type"] = [item["type"], "null"]
+    return item
+
+
+def misfits(channel: Channel, message: Mapping[str, Any]) -> list[str]:
+    """Names that the table does not allow in this message, or that it misses; empty if it fits."""
+    known = {field.name for field in channel.fields}
+    needed = {field.name for field in channel.fields if not field.optional}
+    unknown = [f"unknown '{name}'" for name in message if name not in known]
+    return unknown + [f"missing '{name}'" for name in sorted(needed - message.keys())]
