@@ -63,7 +63,7 @@ $(VENV)/installed-dev: requirements-dev.lock | $(VENV)/installed
 
 # One resolution for Python 3.11 and newer on every platform; the second file keeps to the versions of the first.
 COMPILE = $(BIN)/uv pip compile --quiet --no-config --universal --python-version 3.11 --generate-hashes \
-  --no-annotate --no-header --upgrade --extra all pyproject.toml
+  --no-annotate --custom-compile-command "make lock" --upgrade --extra all pyproject.toml
 
 lock: setup-dev
 	$(COMPILE) --group build --output-file requirements.lock
