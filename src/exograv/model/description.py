@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, ValidationError, model_validator
 
 from exograv.errors import ConfigError
 
@@ -49,15 +49,18 @@ class Adjustment(Settings):
 
 
 class Cuff(Settings):
-    """A soft weld between a frame of the exoskeleton, z along the limb, and a segment of the arm."""
+    """A soft hold between a frame of the exoskeleton, z along the limb, and a segment of the arm.
+
+    A stiffness of 0 leaves that direction free: no rotational stiffness is a point, none along the limb a sleeve.
+    """
 
     name: str
     exo_frame: str
     segment: Segment
-    along_N_per_mm: PositiveFloat
-    across_N_per_mm: PositiveFloat
-    about_limb_Nm_per_deg: PositiveFloat
-    about_others_Nm_per_deg: PositiveFloat
+    along_N_per_mm: NonNegativeFloat
+    across_N_per_mm: NonNegativeFloat
+    about_limb_Nm_per_deg: NonNegativeFloat
+    about_others_Nm_per_deg: NonNegativeFloat
 
     @property
     def stiffness(self) -> Float[np.ndarray, " 6"]:

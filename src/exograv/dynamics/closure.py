@@ -1,0 +1,100 @@
+"""Where the arm is, given where the exoskeleton is: the posture of least cuff energy, and how it moves along."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from exograv.model.assembly import FREEDOMS, Assembly
+from exograv.model.loops import cuff_residuals, cuff_stiffness
+from exograv.spatial import solve_symmetric
+
+PIVOT_MIN = 0.05  # N·m/rad: a freedom held more softly than this is treated as near singular and damped
+
+
+@dataclass(frozen=True)
+class CuffEnergy:
+    """The cuffs' elastic energy and its derivatives, on expressions of y (joint,), z (4,) and fit (4,)."""
+
+    y: ca.SX
+    z: ca.SX
+    fit: ca.SX
+    energy: ca.SX
+    """[J]"""
+
+    slope: ca.SX
+    """∂E/∂z (4,) [N·m]."""
+
+    strain: ca.SX
+    """∂E/∂y (joint,) [N·m] at fixed z."""
+
+    H: ca.SX
+    """∂²E/∂z² (4, 4) [N·m/rad], in full: JᵀKJ alone is wrong by up to 0.3 per entry of G where shoulders differ."""
+
+    H_zy: ca.SX
+    """∂²E/∂z∂y (4, joint) [N·m/rad]."""
+
+
+@dataclass(frozen=True)
+class Closure:
+    """The closed posture at one y, as expressions."""
+
+    z: ca.SX
+    """Arm freedoms (4,) [rad]."""
+
+    G: ca.SX
+    """∂z/∂y (4, joint)."""
+
+    strain: ca.SX
+    """∂E/∂y (joint,) [N·m]: what the strained cuffs ask of the motors."""
+
+    slope: ca.SX
+    """What is left of ∂E/∂z (4,) [N·m]; zero where closed. The caller checks it every tick."""
+
+    pivot: ca.SX
+    """Smallest pivot of the Hessian [N·m/rad]; below `PIVOT_MIN` the posture is near singular and G damped."""
+
+    H: ca.SX
+    """Full Hessian (4, 4) at the posture [N·m/rad]."""
+
+
+def cuff_energy(assembly: Assembly) -> CuffEnergy:
+    """E = ½ Σ k r² over all cuffs, differentiated once and for all."""
+    y, z = ca.SX.sym("y", assembly.n), ca.SX.sym("z", len(FREEDOMS))
+    fit = ca.SX.sym("fit", 4)
+    residual = cuff_residuals(assembly, y, z, fit)
+    energy = 0.5 * ca.dot(ca.DM(cuff_stiffness(assembly)) * residual, residual)
+    slope = ca.gradient(energy, z)
+    return CuffEnergy(
+        y, z, fit, energy, slope, ca.gradient(energy, y), ca.jacobian(slope, z), ca.jacobian(slope, y)
+    )
+
+
+def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX) -> ca.SX:
+    """One full Newton step from z (4,) towards the closed posture at y: after the predictor one is enough at 1 kHz."""
+    H, slope = _at(cuffs, [cuffs.H, cuffs.slope], y, z, fit)
+    step, _ = solve_symmetric(H, slope, PIVOT_MIN)
+    return z - step
+
+
+def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX) -> Closure:
+    """All that follows from a closed posture z (4,) at y."""
+    H, H_zy, slope, strain = _at(cuffs, [cuffs.H, cuffs.H_zy, cuffs.slope, cuffs.strain], y, z, fit)
+    minus_G, pivot = solve_symmetric(H, H_zy, PIVOT_MIN)
+    return Closure(z, -minus_G, strain, slope, pivot, H)
+
+
+def velocity_bias(cuffs: CuffEnergy, closed: Closure, y: ca.SX, fit: ca.SX, v: ca.SX) -> ca.SX:
+    """Acceleration (4,) of the arm's freedoms at constant velocity `v` (joint,) of the exoskeleton: Ġ v [rad/s²].
+
+    −H⁻¹ · (second directional derivative of ∂E/∂z along (v, G v)): exact, and half the size of differentiating G.
+    """
+    along = ca.SX.sym("along", v.numel() + cuffs.z.numel())
+    point = ca.vertcat(cuffs.y, cuffs.z)
+    second = ca.jtimes(ca.jtimes(cuffs.slope, point, along), point, along)
+    evaluate = ca.Function("second", [cuffs.y, cuffs.z, cuffs.fit, along], [second])
+    bias, _ = solve_symmetric(closed.H, evaluate(y, closed.z, fit, ca.vertcat(v, closed.G @ v)), PIVOT_MIN)
+    return -bias
+
+
+def _at(cuffs: CuffEnergy, expressions: list[ca.SX], y: ca.SX, z: ca.SX, fit: ca.SX) -> list[ca.SX]:
+    return ca.Function("at", [cuffs.y, cuffs.z, cuffs.fit], expressions).call([y, z, fit])

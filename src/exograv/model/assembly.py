@@ -1,0 +1,65 @@
+"""Exoskeleton and arm side by side: two trees and the cuffs between them."""
+
+from dataclasses import dataclass
+
+from exograv.errors import ModelError
+
+from .arm import Arm
+from .description import Cuff, RigDescription
+from .tree import Tree
+from .urdf import read_urdf
+
+FREEDOMS = ("flexion", "abduction", "rotation", "elbow")
+"""The arm's own freedoms z, in order; the shift of its shoulder centre follows from them."""
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A machine, adjusted to the wearer's measured lengths, with the arm of the table in it."""
+
+    description: RigDescription
+    exo: Tree
+    arm: Arm
+    cuffs: tuple[Cuff, ...]
+
+    @property
+    def n(self) -> int:
+        """Number of actuated joints."""
+        return len(self.exo.joints)
+
+
+def read_exoskeleton(description: RigDescription) -> Tree:
+    """The machine's tree, joints in the order of `description.joints`.
+
+    Raises:
+        ModelError: URDF and `rig.toml` do not agree, or the URDF cannot be used.
+    """
+    tree = read_urdf(description.urdf_path)
+    if tree.joint_names != description.joints:
+        raise ModelError(
+            f"{description.urdf_path.name} moves at {', '.join(tree.joint_names)}; rig.toml has actuators for "
+            f"{', '.join(description.joints)}. Give every moving joint one actuator, in the URDF's order."
+        )
+    settings = description.settings
+    for name in [settings.wearer.shoulder_centre, settings.calibration.mount, *(c.exo_frame for c in settings.cuffs)]:
+        tree.frame(name)
+    for adjustment in settings.adjustments:
+        tree.index(adjustment.joint)
+    return tree
+
+
+def adjusted(tree: Tree, description: RigDescription, lengths: dict[str, float]) -> Tree:
+    """The machine set to the wearer's measured lengths [m].
+
+    Raises:
+        ModelError: The machine cannot be set that short or long.
+    """
+    for adjustment in description.settings.adjustments:
+        length = lengths[adjustment.segment]
+        if not adjustment.min_m <= length <= adjustment.max_m:
+            raise ModelError(
+                f"{description.name} can be set to a {adjustment.segment} of {adjustment.min_m} to {adjustment.max_m} m; "
+                f"this wearer's is {length:.3f} m. Measure it again or use another machine."
+            )
+        tree = tree.with_origin_z(adjustment.joint, -length)
+    return tree

@@ -1,0 +1,48 @@
+"""Where the bodies and frames of a tree are, as CasADi expressions of its joint positions."""
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from exograv.spatial import Transform, rotation_about
+
+from .tree import Tree
+
+
+def joint_transforms(tree: Tree, q: ca.SX) -> list[Transform]:
+    """Pose of each body in its parent, at joint positions `q` (joint,)."""
+    transforms = []
+    for i, joint in enumerate(tree.joints):
+        axis, R0, p0 = ca.DM(joint.axis), ca.DM(joint.R_parent_joint), ca.DM(joint.p_parent_joint)
+        if joint.kind == "revolute":
+            transforms.append(Transform(R0 @ rotation_about(axis, q[i]), ca.SX(p0)))
+        else:
+            transforms.append(Transform(ca.SX(R0), p0 + R0 @ axis * q[i]))
+    return transforms
+
+
+def body_poses(tree: Tree, q: ca.SX, T_world_base: Transform | None = None) -> list[Transform]:
+    """Pose of each body in the world, at joint positions `q` (joint,)."""
+    base = T_world_base or identity()
+    poses: list[Transform] = []
+    for joint, T_parent_body in zip(tree.joints, joint_transforms(tree, q), strict=True):
+        poses.append((poses[joint.parent] if joint.parent >= 0 else base) @ T_parent_body)
+    return poses
+
+
+def frame_pose(tree: Tree, poses: Sequence[Transform], name: str, T_world_base: Transform | None = None) -> Transform:
+    """Pose of a named frame in the world."""
+    frame = tree.frame(name)
+    body = poses[frame.body] if frame.body >= 0 else T_world_base or identity()
+    return body @ constant(frame.R_body_frame, frame.p_body_frame)
+
+
+def constant(R: np.ndarray, p: np.ndarray) -> Transform:
+    """A fixed pose."""
+    return Transform(ca.SX(ca.DM(R)), ca.SX(ca.DM(p)))
+
+
+def identity() -> Transform:
+    """No displacement."""
+    return constant(np.eye(3), np.zeros(3))

@@ -1,0 +1,105 @@
+"""The kinematic loops between exoskeleton and arm: what each cuff is stretched by, and the posture that stretches least."""
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import least_squares
+
+from exograv import kernel
+from exograv.spatial import Transform, rotation_residual
+
+from .assembly import Assembly
+from .kinematics import body_poses, frame_pose
+
+FIT = ("shoulder_offset_x", "shoulder_offset_y", "shoulder_offset_z", "glenohumeral_slope")
+"""How the arm sits in the machine: centre of the wearer's shoulder minus the machine's (base axes) [m], and its
+migration along up-and-medial per elevation [m/rad]."""
+
+ELEVATION_ROUNDING = 0.05  # rad: the elevation of a hanging arm has no direction; rounded so that it has a gradient
+
+
+def elevation(z: ca.SX) -> ca.SX:
+    """Angle between the upper arm and hanging [rad] at arm freedoms z (4,), rounded near zero."""
+    cosine = ca.cos(z[0]) * ca.cos(z[1])
+    return ca.atan2(ca.sqrt(1 - cosine**2 + ELEVATION_ROUNDING**2), cosine)
+
+
+def arm_positions(z: ca.SX, fit: ca.SX) -> ca.SX:
+    """All joint positions of the arm's tree (5,) from its freedoms z (4,): the shift of the shoulder centre follows."""
+    return ca.vertcat(fit[3] * elevation(z), z)
+
+
+def arm_base(assembly: Assembly, fit: ca.SX) -> Transform:
+    """Pose of the arm's root in the machine's base: the machine's shoulder centre plus the wearer's offset."""
+    frame = assembly.exo.frame(assembly.description.settings.wearer.shoulder_centre)
+    return Transform(ca.SX.eye(3), ca.DM(frame.p_body_frame) + fit[:3])
+
+
+def cuff_residuals(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX) -> ca.SX:
+    """Stretch and twist of all cuffs (6 · cuff,) in the exoskeleton's cuff frames: [m] (3,), then [-] (3,) each.
+
+    Zero where the cuffs were fastened: both trees in the donning posture.
+    """
+    y_donning = ca.DM(assembly.description.donning_posture)
+    exo, exo_donning = body_poses(assembly.exo, y), body_poses(assembly.exo, ca.SX(y_donning))
+    base = arm_base(assembly, fit)
+    tree = assembly.arm.tree
+    arm = body_poses(tree, arm_positions(z, fit), base)
+    arm_donning = body_poses(tree, arm_positions(ca.SX(y_donning), fit), base)
+    rows = []
+    for cuff in assembly.cuffs:
+        T_world_exo = frame_pose(assembly.exo, exo, cuff.exo_frame)
+        T_world_fastened = frame_pose(assembly.exo, exo_donning, cuff.exo_frame)
+        T_segment_cuff = frame_pose(tree, arm_donning, cuff.segment, base).inverse() @ T_world_fastened
+        T_exo_arm = T_world_exo.inverse() @ frame_pose(tree, arm, cuff.segment, base) @ T_segment_cuff
+        rows += [T_exo_arm.p, rotation_residual(T_exo_arm.R)]
+    return ca.vertcat(*rows)
+
+
+def cuff_stiffness(assembly: Assembly) -> Float[np.ndarray, " row"]:
+    """Stiffness that belongs to each entry of `cuff_residuals` [N/m] or [N·m/rad]."""
+    return np.concatenate([cuff.stiffness for cuff in assembly.cuffs])
+
+
+class LoopSolver:
+    """Cold start: the arm's freedoms for a posture of the machine from any start. Not for the tick."""
+
+    def __init__(self, assembly: Assembly):
+        y, z, fit = ca.SX.sym("y", assembly.n), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
+        weighted = ca.DM(np.sqrt(cuff_stiffness(assembly))) * cuff_residuals(assembly, y, z, fit)
+        function = ca.Function(
+            "loops", [y, z, fit], [weighted, ca.jacobian(weighted, z)], ["y", "z", "fit"], ["residual", "jacobian"]
+        )
+        self._kernel = kernel.compile(function)
+
+    def solve(
+        self,
+        y: Float[np.ndarray, " joint"],
+        z_start: Float[np.ndarray, " 4"],
+        fit: Float[np.ndarray, " 4"] | None = None,
+    ) -> tuple[Float[np.ndarray, " 4"], float]:
+        """Freedoms z (4,) [rad] of least cuff energy at y (joint,) [rad], and the energy's remaining slope [N·m].
+
+        Levenberg–Marquardt on the weighted residuals; it does not diverge where a full Newton step would.
+        """
+        fit = np.zeros(len(FIT)) if fit is None else fit
+        result = least_squares(
+            lambda z: self._kernel.of(y, z, fit)[0],
+            z_start,
+            jac=lambda z: self._kernel.of(y, z, fit)[1],
+            method="lm",
+            xtol=1e-14,
+            ftol=1e-14,
+            gtol=1e-14,
+        )
+        return result.x, float(np.abs(result.grad).max())
+
+    def gauss_newton_hessian(
+        self,
+        y: Float[np.ndarray, " joint"],
+        z: Float[np.ndarray, " 4"],
+        fit: Float[np.ndarray, " 4"] | None = None,
+    ) -> Float[np.ndarray, "4 4"]:
+        """Stiffness with which the cuffs hold the arm's freedoms [N·m/rad]."""
+        _, jacobian = self._kernel.of(y, z, np.zeros(len(FIT)) if fit is None else fit)
+        return jacobian.T @ jacobian

@@ -1,0 +1,269 @@
+"""URDF to tree: a small reader that refuses what could hurt later.
+
+Not MuJoCo's or Pinocchio's importer: the twin and the test oracles use those, and must stay independent.
+"""
+
+import math
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import ModelError
+
+from .tree import Frame, Joint, Matrix, Tree, Vector, inertia_about_origin, inertial_parameters, is_physical
+
+SIZE_MAX_BYTES = 1_000_000  # far above any exoskeleton's description; a larger file is a mistake or an attack
+MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
+
+
+def read_urdf(path: Path) -> Tree:
+    """The kinematic tree of a URDF file; links behind fixed joints become frames, their masses join their parents.
+
+    Raises:
+        ModelError: The file cannot be used; the message says what, where, what is allowed and what to do next.
+    """
+    robot = _robot(path)
+    where = path.name
+    links = {_name(link, where): link for link in robot.findall("link")}
+    joints = {_name(joint, where): joint for joint in robot.findall("joint")}
+    if len(links) != len(robot.findall("link")) or len(joints) != len(robot.findall("joint")):
+        raise ModelError(f"{where}: two links or two joints share a name. Give each its own.")
+    root = _root(links, joints, where)
+    return _Builder(where, links, joints).tree(robot.get("name", path.stem), root)
+
+
+def _robot(path: Path) -> ElementTree.Element:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ModelError(f"{path} cannot be read: {error.strerror}. Check the path in rig.toml.") from error
+    if len(data) > SIZE_MAX_BYTES:
+        raise ModelError(f"{path.name} has {len(data)} bytes; at most {SIZE_MAX_BYTES} are read. Move meshes to files.")
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ModelError(f"{path.name} is not UTF-8 (byte {error.start}). Save it as UTF-8.") from error
+    # Entities can read other files or grow without bound; no URDF needs a document type.
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise ModelError(f"{path.name} declares a document type or entities; URDF needs none. Remove them.")
+    try:
+        robot = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError, RecursionError) as error:
+        raise ModelError(f"{path.name} is not valid XML: {error}. Correct it at that place.") from error
+    if robot.tag != "robot":
+        raise ModelError(f"{path.name} starts with <{robot.tag}>; a URDF starts with <robot>. Convert the file.")
+    return robot
+
+
+def _root(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], where: str) -> str:
+    parents: dict[str, str] = {}
+    for name, joint in joints.items():
+        parent, child = (_end(joint, end, name, where) for end in ("parent", "child"))
+        for link in (parent, child):
+            if link not in links:
+                raise ModelError(f"{where}: joint '{name}' names link '{link}'. Links there: {', '.join(links)}.")
+        if child in parents:
+            raise ModelError(
+                f"{where} is not a tree: link '{child}' has the parents '{parents[child]}' and '{parent}'. "
+                "Cut the loop; cuffs and loops belong in rig.toml."
+            )
+        parents[child] = parent
+    roots = [link for link in links if link not in parents]
+    if len(roots) != 1:
+        found = ", ".join(roots) or "none (the links form a ring)"
+        raise ModelError(f"{where} is not a tree: it needs one link without parent; found {found}. Connect or cut them.")
+    return roots[0]
+
+
+class _Builder:
+    """Walks the links from the root and collects joints, bodies and frames."""
+
+    def __init__(self, where: str, links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element]):
+        self.where, self.links = where, links
+        self.children: dict[str, list[tuple[str, ElementTree.Element]]] = {}
+        for name, joint in joints.items():
+            self.children.setdefault(_end(joint, "parent", name, where), []).append((name, joint))
+        self.joints: list[Joint] = []
+        self.bodies: list[str] = []
+        self.phi: list[Float[np.ndarray, " 10"]] = []
+        self.frames: dict[str, Frame] = {}
+
+    def tree(self, name: str, root: str) -> Tree:
+        pending = [(root, -1, np.eye(3), np.zeros(3))]
+        visited = 0
+        while pending:
+            link, body, R, p = pending.pop()
+            visited += 1
+            self.frames[link] = Frame(body, R, p)
+            for joint_name, joint in reversed(self.children.get(link, [])):
+                pending.append(self._child(joint_name, joint, body, R, p))
+        if visited != len(self.links):
+            lost = ", ".join(link for link in self.links if link not in self.frames)
+            raise ModelError(f"{self.where} is not a tree: '{lost}' cannot be reached from '{root}'. Cut the ring.")
+        if not self.joints:
+            raise ModelError(f"{self.where} has no moving joint; it needs at least one. Check the joint types.")
+        return self._checked(Tree(name, tuple(self.joints), tuple(self.bodies), np.array(self.phi), self.frames))
+
+    def _child(
+        self, name: str, joint: ElementTree.Element, body: int, R: Matrix, p: Vector
+    ) -> tuple[str, int, Matrix, Vector]:
+        child = _end(joint, "child", name, self.where)
+        R_link_joint, p_link_joint = _origin(joint, f"joint '{name}'", self.where)
+        R_body_joint, p_body_joint = R @ R_link_joint, p + R @ p_link_joint
+        kind = joint.get("type", "")
+        if kind == "fixed":
+            own = self._inertial(child, required=False)
+            if own is not None and body >= 0:
+                self.phi[body] = self.phi[body] + _moved(own, R_body_joint, p_body_joint)
+            return child, body, R_body_joint, p_body_joint
+        if kind not in MOVING:
+            raise ModelError(f"{self.where}: joint '{name}' is of type '{kind}'; allowed: fixed, {', '.join(MOVING)}.")
+        lower, upper, effort, velocity = _limits(joint, name, kind, self.where)
+        axis = _axis(joint, name, self.where)
+        self.joints.append(
+            Joint(name, MOVING[kind], body, R_body_joint, p_body_joint, axis, lower, upper, effort, velocity)  # pyright: ignore[reportArgumentType] - values of MOVING
+        )
+        self.bodies.append(child)
+        inertial = self._inertial(child, required=True)
+        self.phi.append(inertial if inertial is not None else np.zeros(10))
+        return child, len(self.joints) - 1, np.eye(3), np.zeros(3)
+
+    def _inertial(self, link: str, *, required: bool) -> Float[np.ndarray, " 10"] | None:
+        inertial = self.links[link].find("inertial")
+        if inertial is None:
+            if required and not self._carries_mass(link):
+                raise ModelError(
+                    f"{self.where}: link '{link}' moves but has no <inertial>. Give its mass, centre and inertia; "
+                    "only links behind fixed joints may be massless."
+                )
+            return None
+        return _inertial_parameters(inertial, link, self.where)
+
+    def _carries_mass(self, link: str) -> bool:
+        """Whether a link fixed to this one brings a mass: many files put the inertial there."""
+        fixed = [joint for name, joint in self.children.get(link, []) if joint.get("type") == "fixed"]
+        children = [_end(joint, "child", "", self.where) for joint in fixed]
+        return any(self.links[c].find("inertial") is not None or self._carries_mass(c) for c in children)
+
+    def _checked(self, tree: Tree) -> Tree:
+        for body, phi in zip(tree.bodies, tree.phi, strict=True):
+            if not is_physical(phi):
+                raise ModelError(f"{self.where}: link '{body}' with what is fixed to it has no physical inertia.")
+        return tree
+
+
+def _inertial_parameters(inertial: ElementTree.Element, link: str, where: str) -> Float[np.ndarray, " 10"]:
+    mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
+    if mass_element is None or inertia_element is None:
+        raise ModelError(f"{where}: <inertial> of link '{link}' needs both <mass> and <inertia>. Add what is missing.")
+    mass = _number(mass_element, "value", f"mass of link '{link}'", where)
+    if mass <= 0.0:
+        raise ModelError(f"{where}: link '{link}' weighs {mass} kg; it must be positive. Weigh it or ask its maker.")
+    xx, yy, zz, xy, xz, yz = (
+        _number(inertia_element, key, f"inertia of link '{link}'", where)
+        for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    )
+    R, com = _origin(inertial, f"<inertial> of link '{link}'", where)
+    inertia = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+    phi = inertial_parameters(mass, com, inertia)
+    if not is_physical(phi):
+        moments = ", ".join(f"{m:.6g}" for m in np.linalg.eigvalsh(inertia))
+        raise ModelError(
+            f"{where}: no body has the inertia of link '{link}': principal moments {moments} kg·m². Each must be "
+            "positive and smaller than the sum of the other two. Correct <inertia>."
+        )
+    return phi
+
+
+def _moved(phi: Float[np.ndarray, " 10"], R: Matrix, p: Vector) -> Float[np.ndarray, " 10"]:
+    """Parameters of the same body about another origin: R, p is its frame there."""
+    mass = phi[0]
+    com = phi[1:4] / mass
+    about_com = inertia_about_origin(phi) - mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return inertial_parameters(mass, p + R @ com, R @ about_com @ R.T)
+
+
+def _limits(joint: ElementTree.Element, name: str, kind: str, where: str) -> tuple[float, float, float, float]:
+    limit = joint.find("limit")
+    if limit is None:
+        raise ModelError(f"{where}: joint '{name}' has no <limit>. Give effort and velocity, and lower and upper.")
+    label = f"limit of joint '{name}'"
+    effort, velocity = (_number(limit, key, label, where) for key in ("effort", "velocity"))
+    if effort <= 0.0 or velocity <= 0.0:
+        raise ModelError(f"{where}: {label}: effort {effort} and velocity {velocity} must be positive.")
+    if kind == "continuous":
+        return -math.inf, math.inf, effort, velocity
+    lower, upper = (_number(limit, key, label, where) for key in ("lower", "upper"))
+    if lower >= upper:
+        raise ModelError(f"{where}: {label}: lower {lower} must be below upper {upper}. Are they swapped?")
+    if kind == "revolute" and max(abs(lower), abs(upper)) > 4 * math.pi:
+        raise ModelError(f"{where}: {label}: {lower} to {upper} rad is more than two turns. Are these degrees?")
+    return lower, upper, effort, velocity
+
+
+def _axis(joint: ElementTree.Element, name: str, where: str) -> Vector:
+    element = joint.find("axis")
+    axis = np.array([1.0, 0.0, 0.0]) if element is None else _vector(element, "xyz", f"axis of joint '{name}'", where)
+    length = float(np.linalg.norm(axis))
+    if not 0.99 < length < 1.01:
+        raise ModelError(f"{where}: axis of joint '{name}' has length {length:.4g}; it must be 1. Normalise it.")
+    return axis / length
+
+
+def _origin(element: ElementTree.Element, label: str, where: str) -> tuple[Matrix, Vector]:
+    origin = element.find("origin")
+    if origin is None:
+        return np.eye(3), np.zeros(3)
+    p = _vector(origin, "xyz", f"origin of {label}", where) if "xyz" in origin.attrib else np.zeros(3)
+    rpy = _vector(origin, "rpy", f"origin of {label}", where) if "rpy" in origin.attrib else np.zeros(3)
+    return _rotation_rpy(rpy), p
+
+
+def _rotation_rpy(rpy: Vector) -> Matrix:
+    """URDF's fixed-axis roll, pitch, yaw [rad]."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def _name(element: ElementTree.Element, where: str) -> str:
+    name = element.get("name")
+    if not name:
+        raise ModelError(f"{where}: a <{element.tag}> has no name. Give it one.")
+    return name
+
+
+def _end(joint: ElementTree.Element, end: str, name: str, where: str) -> str:
+    element = joint.find(end)
+    if element is None or not element.get("link"):
+        raise ModelError(f"{where}: joint '{name}' has no <{end} link=…>. Add it.")
+    return element.get("link", "")
+
+
+def _number(element: ElementTree.Element, key: str, label: str, where: str) -> float:
+    text = element.get(key)
+    try:
+        value = float(text) if text is not None else math.nan
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ModelError(f"{where}: {label}: {key} is {text!r}; a finite number is needed.")
+    return value
+
+
+def _vector(element: ElementTree.Element, key: str, label: str, where: str) -> Vector:
+    text = element.get(key, "")
+    try:
+        values = np.array([float(part) for part in text.split()])
+    except ValueError:
+        values = np.array([math.nan])
+    if values.shape != (3,) or not np.isfinite(values).all():
+        raise ModelError(f"{where}: {label}: {key} is {text!r}; three finite numbers are needed.")
+    return values
