@@ -1,0 +1,160 @@
+"""A log of another robot's making, as CSV: read, cleaned and cut to the motion, with every loss counted."""
+
+import csv
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import RecordingError
+
+SHARE_OF_SPEED = 0.01
+"""Moving means faster than this share of the log's fast speed (95th percentile over its rows) [-].
+
+A share, because what an encoder's noise looks like as a speed differs by a factor of 100 between robots.
+"""
+
+REST_S = 0.5
+"""Slower than that for so long ends a motion [s]; reversals of a joint are much shorter."""
+
+SKIPPED_SHARE_MAX = 0.1
+"""More rows skipped than this share [-], and the file is not what it is taken for."""
+
+PERIOD_MAX_S = 0.2
+"""Longer than this between samples [s], and accelerations are guesses; or time is not in seconds."""
+
+COLUMNS = "time [s], positions [rad], velocities [rad/s] and currents [A], one each per joint"
+
+
+@dataclass(frozen=True)
+class MotionLog:
+    """The motion in a log; one row a sample, one column a joint."""
+
+    t: Float[np.ndarray, " sample"]
+    """Time on the robot's clock, strictly rising [s]."""
+
+    q: Float[np.ndarray, "sample joint"]
+    """Joint positions [rad]."""
+
+    v: Float[np.ndarray, "sample joint"]
+    """Joint velocities [rad/s]."""
+
+    current: Float[np.ndarray, "sample joint"]
+    """Motor currents [A]."""
+
+    skipped: int
+    """Rows between the first and the last that were cut short, not numbers, or not later than the row before."""
+
+    rows: tuple[int, int]
+    """First and last line used, counted from 1 as an editor does."""
+
+
+def read_log(path: Path, n_joints: int, rows: str | None = None) -> MotionLog:
+    """Read the motion of a log: columns time, positions, velocities, currents; a header and further columns are ignored.
+
+    Args:
+        path: The CSV file.
+        n_joints: Joints of the robot; positions, velocities and currents take as many columns each.
+        rows: Lines to use, "first:last", counted from 1; without it the longest motion between two rests.
+
+    Raises:
+        RecordingError: No such file, other columns, too many bad rows, time that does not run, or no motion.
+    """
+    path = Path(path)
+    lines, values, bad = _numeric_rows(path, n_joints)
+    if rows:
+        first, last = _chosen(rows, path)
+        inside = (first <= lines) & (lines <= last)
+        lines, values = lines[inside], values[inside]
+    later = values[:, 0] > np.maximum.accumulate(np.concatenate([[-np.inf], values[:-1, 0]]))
+    bad = np.concatenate([bad, lines[~later]])
+    lines, values = lines[later], values[later]
+    _refuse_other_clocks(path, values[:, 0], rows)
+    if not rows:
+        speed = np.abs(values[:, 1 + n_joints : 1 + 2 * n_joints]).max(axis=1)
+        motion = _longest_motion(path, values[:, 0], speed)
+        lines, values = lines[motion], values[motion]
+    used = (int(lines[0]), int(lines[-1]))
+    skipped = int(np.count_nonzero((used[0] <= bad) & (bad <= used[1])))
+    _refuse_many_skipped(path, skipped, used, n_joints)
+    return MotionLog(values[:, 0], *np.split(values[:, 1:], 3, axis=1), skipped=skipped, rows=used)
+
+
+def _numeric_rows(path: Path, n_joints: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Line numbers and needed columns of the good rows, and line numbers of the bad ones."""
+    needed = 1 + 3 * n_joints
+    rows = _cells(path)
+    usual = Counter(len(cells) for _, cells in rows).most_common(1)[0][0] if rows else 0
+    if usual < needed:
+        raise RecordingError(f"{path} has {usual} columns; {n_joints} joints need {needed}: {COLUMNS}.")
+    parsed = [(line, _numbers(cells[:needed]) if len(cells) == usual else None) for line, cells in rows]
+    if parsed and parsed[0][1] is None and not _has_number(rows[0][1]):
+        parsed = parsed[1:]  # a header
+    good = [(line, numbers) for line, numbers in parsed if numbers is not None]
+    lines = np.array([line for line, _ in good], dtype=int)
+    values = np.array([numbers for _, numbers in good], dtype=float).reshape(-1, needed)
+    return lines, values, np.array([line for line, numbers in parsed if numbers is None], dtype=int)
+
+
+def _cells(path: Path) -> list[tuple[int, list[str]]]:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            return [(line, cells) for line, cells in enumerate(csv.reader(stream), start=1) if cells]
+    except OSError as error:
+        raise RecordingError(f"The log {path} cannot be read: {error.strerror}. Check its path.") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise RecordingError(f"The log {path} is no CSV text: {error}. Export it as comma-separated text.") from error
+
+
+def _numbers(cells: list[str]) -> list[float] | None:
+    try:
+        numbers = [float(cell) for cell in cells]
+    except ValueError:
+        return None
+    return numbers if np.isfinite(numbers).all() else None
+
+
+def _has_number(cells: list[str]) -> bool:
+    return any(_numbers([cell]) is not None for cell in cells)
+
+
+def _chosen(rows: str, path: Path) -> tuple[int, int]:
+    first, _, last = rows.partition(":")
+    if not (first.isdecimal() and last.isdecimal() and 1 <= int(first) < int(last)):
+        raise RecordingError(f"Rows '{rows}' of {path} mean nothing. Write first:last, counted from 1, as in 195:4966.")
+    return int(first), int(last)
+
+
+def _refuse_other_clocks(path: Path, t: np.ndarray, rows: str | None) -> None:
+    if len(t) < 2:
+        raise RecordingError(
+            f"{path} has {len(t)} usable rows in {rows or 'all its lines'}. Needed are rows of {COLUMNS}."
+        )
+    period = float(np.median(np.diff(t)))
+    if period > PERIOD_MAX_S:
+        raise RecordingError(
+            f"{path}: samples lie {period:g} s apart by the first column; at most {PERIOD_MAX_S} s is of use. "
+            "That column must be time in seconds."
+        )
+
+
+def _refuse_many_skipped(path: Path, skipped: int, rows: tuple[int, int], n_joints: int) -> None:
+    if skipped > SKIPPED_SHARE_MAX * (rows[1] - rows[0] + 1):
+        raise RecordingError(
+            f"{path}: {skipped} of the lines {rows[0]}–{rows[1]} are cut short, not numbers or out of time order; "
+            f"allowed is one in ten. Check that the columns are {COLUMNS}, for {n_joints} joints."
+        )
+
+
+def _longest_motion(path: Path, t: np.ndarray, speed: np.ndarray) -> slice:
+    """First to last sample of the longest motion between two rests: robots drive to the start before, and home after."""
+    moving = np.flatnonzero(speed > SHARE_OF_SPEED * np.percentile(speed, 95))
+    if len(moving) < 2:
+        raise RecordingError(f"Nothing moves in {path}: all velocities are zero. Check the columns: {COLUMNS}.")
+    breaks = np.flatnonzero(np.diff(t[moving]) > REST_S)
+    first = moving[np.concatenate([[0], breaks + 1])]
+    last = moving[np.concatenate([breaks, [len(moving) - 1]])]
+    longest = int(np.argmax(t[last] - t[first]))
+    return slice(int(first[longest]), int(last[longest]) + 1)
