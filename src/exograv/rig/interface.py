@@ -1,0 +1,41 @@
+"""The one interface that every machine has, hardware or twin: read what it measures, write what its motors shall do."""
+
+from types import TracebackType
+from typing import Protocol, Self, runtime_checkable
+
+from exograv.signals import Command, JointState
+
+
+@runtime_checkable
+class Rig(Protocol):
+    """A machine under torque control. One `read`, then one `write`, in every period; `with rig:` owns the hardware.
+
+    A command whose `valid_until` has passed on the rig's clock never becomes torque: the motors get none.
+    """
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Actuated joints, in the order of every per-joint array."""
+        ...
+
+    @property
+    def period_s(self) -> float:
+        """Time between two measurements [s]."""
+        ...
+
+    def read(self) -> JointState:
+        """What the machine measures now."""
+        ...
+
+    def write(self, command: Command) -> None:
+        """Hand a command to the drives. A simulated machine advances by one period."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...

@@ -1,0 +1,188 @@
+"""Disturbances of the twin: every row of the two tables of the yardstick, at levels 0 (none) to 4 (a bad day), each with a switch.
+
+A pair (a, b) is a uniform range. Source: the tables of `docs/disturbances.md`; they may be widened with a reason, never narrowed.
+"""
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from exograv.errors import ConfigError
+
+Value = float | tuple[float, float]
+"""A number, or the lower and upper end of a uniform range."""
+
+NONE = float("inf")
+"""A stiffness, bandwidth or resolution without limit: the effect does not exist."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One disturbance: what it is, and its size at levels 0 to 4, in columns where the table tells cases apart."""
+
+    meaning: str
+    columns: Mapping[str, tuple[Value, Value, Value, Value, Value]]
+    off: Mapping[str, Value] | None = None
+    """Size when switched off, where that is less than level 0."""
+
+    def value(self, column: str, level: int | None) -> Value:
+        """Size in a column at a level; `None` is off."""
+        if level is not None:
+            return self.columns[column][level]
+        return self.columns[column][0] if self.off is None else self.off[column]
+
+
+WEARER: Mapping[str, Row] = MappingProxyType(
+    {
+        "segment_residual": Row(
+            "segment masses and centres against the regression, times the residual SD",
+            {"share": (1.0, 1.0, 1.0, 1.5, 2.0)},
+            off={"share": 0.0},
+        ),
+        "between_study": Row("factor on segment mass, SD of its logarithm", {"sd": (0.0, 0.04, 0.08, 0.12, 0.20)}),
+        "centre_off_axis": Row("centre of mass off the bone axis, SD per axis [mm]", {"sd_mm": (0.0, 3.0, 8.0, 12.0, 15.0)}),
+        "length_error": Row("error of the segment lengths given to the software, SD [mm]", {"sd_mm": (0.0, 3.0, 6.0, 10.0, 15.0)}),
+        "donning_offset": Row("offset of the shoulder centre, uniform ± per axis [mm]", {"max_mm": (0.0, 5.0, 15.0, 25.0, 30.0)}),
+        "glenohumeral_shift": Row("share of the shift of the shoulder centre with elevation", {"share": (0.0, 0.25, 0.5, 1.0, 1.0)}),
+        "cuff_stiffness": Row(
+            "along and across the limb [N/mm]",
+            {"along": (100.0, 6.0, 3.0, 2.1, 2.1), "across": (100.0, 10.0, 6.0, 4.5, 4.5)},
+        ),
+        "cuff_rotation": Row(
+            "rotational stiffness about the limb and about the two other axes [N·m/°]",
+            {"about_limb": (1.0, 0.06, 0.04, 0.035, 0.03), "about_others": (1.0, 0.3, 0.2, 0.2, 0.18)},
+        ),
+        "cuff_damping": Row("[N·s/m]", {"value": (500.0, 100.0, 60.0, 30.0, 10.0)}, off={"value": 0.0}),
+        "passive_stiffness": Row(
+            "elasticity of the wearer's joints about their neutral angles [N·m/rad]",
+            {
+                "shoulder": (0.0, 1.0, (1.0, 2.5), (1.0, 4.0), (2.0, 4.0)),
+                "elbow": (0.0, 0.4, (0.4, 1.2), (0.4, 1.8), (1.0, 1.8)),
+            },
+        ),
+        "end_stops": Row("exponential end stops in the last 15° (1: present)", {"present": (0.0, 0.0, 1.0, 1.0, 1.0)}),
+        "hysteresis": Row("hysteresis of the passive torque, share", {"share": (0.0, 0.0, 0.1, 0.3, 0.5)}),
+        "passive_damping": Row(
+            "[N·m·s/rad]",
+            {
+                "shoulder": (0.3, 0.3, (0.3, 0.7), (0.3, 1.0), (0.3, 1.0)),
+                "elbow": (0.1, 0.1, (0.1, 0.4), (0.1, 0.75), (0.1, 0.75)),
+            },
+            off={"shoulder": 0.0, "elbow": 0.0},
+        ),
+        "slow_bias": Row(
+            "not relaxed: slow muscle torque, RMS [N·m]",
+            {"shoulder": (0.0, 0.1, 0.3, 0.8, 2.0), "elbow": (0.0, 0.05, 0.15, 0.4, 1.0)},
+        ),
+        "bursts": Row("not relaxed: bursts of 2-6 N·m for 0.3-1 s, per minute", {"rate": (0.0, 0.0, 0.5, 3.0, 6.0)}),
+    }
+)
+
+MACHINE: Mapping[str, Row] = MappingProxyType(
+    {
+        "coulomb": Row(
+            "Coulomb friction [N·m]",
+            {
+                "harmonic.shoulder": (1.0, (1.0, 2.0), (1.5, 3.5), (2.0, 4.0), (3.0, 5.0)),
+                "harmonic.elbow": (1.0, (1.0, 2.0), (1.5, 2.8), (2.0, 3.0), (2.5, 3.5)),
+                "quasi_direct.shoulder": (0.1, (0.1, 0.2), (0.15, 0.4), (0.2, 0.5), (0.3, 0.6)),
+                "quasi_direct.elbow": (0.1, (0.1, 0.2), (0.15, 0.4), (0.2, 0.5), (0.3, 0.6)),
+            },
+            off=dict.fromkeys(
+                ("harmonic.shoulder", "harmonic.elbow", "quasi_direct.shoulder", "quasi_direct.elbow"), 0.0
+            ),
+        ),
+        "breakaway": Row("breakaway over Coulomb friction", {"ratio": (1.0, 1.1, 1.3, 1.5, 1.8)}),
+        "stribeck_velocity": Row(  # level 0 has no Stribeck effect (ratio 1): its entry is without consequence
+            "[rad/s]", {"value": (0.05, 0.05, (0.02, 0.1), (0.02, 0.1), (0.02, 0.1))}
+        ),
+        "viscous": Row(
+            "viscous friction [N·m·s/rad]",
+            {
+                "harmonic": (0.5, (0.5, 1.0), (0.8, 2.0), (1.0, 3.0), (1.0, 6.0)),
+                "quasi_direct": (0.05, 0.05, (0.03, 0.1), (0.05, 0.15), (0.05, 0.2)),
+            },
+            off={"harmonic": 0.0, "quasi_direct": 0.0},
+        ),
+        "load_friction": Row(
+            "load-dependent friction, share of the load",
+            {"harmonic": (0.0, 0.02, 0.06, 0.09, 0.12), "quasi_direct": (0.0, 0.0, 0.01, 0.02, 0.03)},
+        ),
+        "asymmetry": Row("asymmetry of friction between directions, share", {"share": (0.0, 0.03, 0.08, 0.15, 0.2)}),
+        "friction_ripple": Row("over one joint turn of the motor side [N·m]", {"value": (0.0, 0.03, 0.1, 0.2, 0.4)}),
+        "warm_up": Row("viscous and Coulomb friction fall over 30 min, share", {"share": (0.0, 0.03, 0.1, 0.2, 0.3)}),
+        "gain_error": Row("torque constant and efficiency before calibration, SD", {"sd": (0.0, 0.02, 0.05, 0.08, 0.1)}),
+        "rotor_inertia": Row(
+            "reflected to the joint [kg·m²]",
+            {
+                "harmonic": (0.1, (0.1, 0.2), (0.1, 0.4), (0.1, 0.4), (0.1, 0.4)),
+                "quasi_direct": (0.01, 0.01, (0.01, 0.03), (0.01, 0.03), (0.01, 0.03)),
+            },
+        ),
+        "gear_stiffness": Row(
+            "torsional [kN·m/rad]",
+            {"harmonic": (NONE, 30.0, 15.0, 8.0, 8.0), "quasi_direct": (NONE, NONE, NONE, NONE, NONE)},
+        ),
+        "torque_bandwidth": Row(
+            "[Hz]",
+            {"harmonic": (NONE, 40.0, 25.0, 15.0, 10.0), "quasi_direct": (NONE, 80.0, 60.0, 40.0, 30.0)},
+        ),
+        "current_noise": Row(
+            "at the joint, SD at 1 kHz [N·m]",
+            {"harmonic": (0.0, 0.1, 0.4, 0.8, 1.5), "quasi_direct": (0.0, 0.05, 0.15, 0.3, 0.5)},
+        ),
+        "encoder": Row(
+            "bits per joint turn; offset, SD [°]",
+            {"bits": (NONE, 19.0, 17.0, 15.0, 13.0), "offset_sd_deg": (0.0, 0.05, 0.15, 0.4, 1.0)},
+        ),
+        "delay": Row("sensor and command together [ms]", {"value_ms": (0.0, 0.5, 1.5, 2.5, 4.0)}),
+        "base_tilt": Row("of the base against gravity, SD about each horizontal axis [°]", {"sd_deg": (0.0, 0.1, 0.3, 0.7, 1.5)}),
+        "links": Row(
+            "mass and centre of the exoskeleton's links against its URDF, SD",
+            {"mass": (0.0, 0.01, 0.03, 0.05, 0.1), "centre_mm": (0.0, 1.0, 3.0, 5.0, 10.0)},
+        ),
+    }
+)
+
+ROWS: Mapping[str, Row] = MappingProxyType({**WEARER, **MACHINE})
+
+
+@dataclass(frozen=True)
+class Disturbances:
+    """A level for every row; `None` switches it off."""
+
+    levels: Mapping[str, int | None]
+
+    @classmethod
+    def at_level(cls, level: int) -> "Disturbances":
+        """Every row at one level."""
+        return cls(MappingProxyType(dict.fromkeys(ROWS, _checked(level))))
+
+    def with_row(self, row: str, level: int) -> "Disturbances":
+        """The same with one row at another level."""
+        return self._changed(row, _checked(level))
+
+    def without(self, *rows: str) -> "Disturbances":
+        """The same with these rows switched off."""
+        changed = self
+        for row in rows:
+            changed = changed._changed(row, None)
+        return changed
+
+    def value(self, row: str, column: str) -> Value:
+        """Size of a row in a column."""
+        return ROWS[row].value(column, self.levels[row])
+
+    def _changed(self, row: str, level: int | None) -> "Disturbances":
+        if row not in ROWS:
+            near = difflib.get_close_matches(row, ROWS, n=1)
+            hint = f" Did you mean '{near[0]}'?" if near else ""
+            raise ConfigError(f"No disturbance '{row}'.{hint} Known: {', '.join(ROWS)}.")
+        return replace(self, levels=MappingProxyType({**self.levels, row: level}))
+
+
+def _checked(level: int) -> int:
+    if level not in range(5):
+        raise ConfigError(f"Disturbance level {level} does not exist; choose 0 (none) to 4 (a bad day). 2 is a good laboratory.")
+    return level
