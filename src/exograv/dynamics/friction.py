@@ -1,6 +1,6 @@
 """Joint friction: the torque a motor spends before the arm feels anything."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -34,10 +34,6 @@ class Friction:
     v_rest: float
     """Speed below which the encoder cannot tell the direction of motion [rad/s]."""
 
-    def with_coulomb_and_viscous(self, coulomb: Joints, viscous: Joints) -> "Friction":
-        """The same joints after these two were measured again."""
-        return replace(self, coulomb=coulomb, viscous=viscous)
-
 
 def direction(v: ca.SX, v_rest: ca.SX | float) -> ca.SX:
     """Direction of motion (joint,), −1 to 1.
@@ -48,11 +44,18 @@ def direction(v: ca.SX, v_rest: ca.SX | float) -> ca.SX:
     return ca.tanh(v / v_rest)
 
 
-def friction_torque(friction: Friction, v: ca.SX, load: ca.SX) -> ca.SX:
+def friction_torque(friction: Friction, coulomb: ca.SX, viscous: ca.SX, v: ca.SX, load: ca.SX) -> ca.SX:
     """Torque (joint,) that friction takes from the motor at velocity `v` (joint,) under `load` (joint,) [N·m].
 
         tau = (coulomb · stribeck + load_share · |load| + asymmetry · sign) · tanh(v / v_rest) + viscous · v
         stribeck = 1 + (breakaway − 1) · exp(−(v / v_stribeck)²)
+
+    Args:
+        friction: The joints as calibrated; its `coulomb` and `viscous` are not used.
+        coulomb: As in `Friction` (joint,): learned on while the machine warms up.
+        viscous: As in `Friction` (joint,).
+        v: Joint velocity [rad/s].
+        load: Torque that the gear carries [N·m].
 
     Returns:
         Joint torque [N·m] with the sign of `v`: added to a command it cancels friction, taken from a measured torque
@@ -60,7 +63,7 @@ def friction_torque(friction: Friction, v: ca.SX, load: ca.SX) -> ca.SX:
 
     Source: form after Bittencourt & Gunnarsson 2012, without temperature (unverified, docs/arm.md).
     """
-    stribeck = 1 + (friction.breakaway - 1) * ca.exp(-((v / friction.v_stribeck) ** 2))
+    stribeck = 1 + ca.DM(friction.breakaway - 1) * ca.exp(-((v / friction.v_stribeck) ** 2))
     sign = direction(v, friction.v_rest)
-    size = ca.DM(friction.coulomb) * stribeck + ca.DM(friction.load_share) * ca.fabs(load)
-    return size * sign + ca.DM(friction.asymmetry) * sign**2 + ca.DM(friction.viscous) * v
+    size = coulomb * stribeck + ca.DM(friction.load_share) * ca.fabs(load)
+    return size * sign + ca.DM(friction.asymmetry) * sign**2 + viscous * v

@@ -1,0 +1,152 @@
+"""One tick: where the joints are, to the torque that the motors should give; the whole of it is one kernel."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv import kernel
+from exograv.dynamics import parameters
+from exograv.dynamics.closure import closure, cuff_energy, newton_step
+from exograv.dynamics.friction import friction_torque
+from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm_torque, exo_torque
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.model.assembly import FREEDOMS, Assembly
+from exograv.model.loops import LoopSolver
+from exograv.signals import Reference
+
+from .friction_share import friction_share_torque
+
+Joints = Float[np.ndarray, " joint"]
+
+FRICTION_SHARE = 0.5
+"""Share of the friction that is returned while floating [-]; at most 0.8, or the arm would be pushed (docs/safety.md)."""
+
+
+@dataclass
+class Mode:
+    """What the tick is for; changed between ticks."""
+
+    drive: float = 0.0
+    """1 follows the reference with inertial feed-forward and weak PD; 0 only carries."""
+
+    gravity_level: float = 0.0
+    """Felt fraction of the arm's own weight: 0 weightless, 1 Earth."""
+
+    arm_share: float = 1.0
+    """Share of the arm that is known to be in the machine: 0 carries the exoskeleton alone; ramped, never stepped."""
+
+
+class Tick:
+    """The control law of an arm in a machine. Memory is fixed; `step` allocates nothing but what NumPy returns."""
+
+    def __init__(self, assembly: Assembly, machine: CalibratedMachine):
+        self.assembly = assembly
+        self.mode = Mode()
+        self._kernel = kernel.compile(tick_function(assembly, machine))
+        self._in, self._out = self._kernel.inputs, self._kernel.outputs
+        self._solver = LoopSolver(assembly)
+        self._closed = False
+        self.n_instructions = self._kernel.n_instructions
+
+    @property
+    def tau_desired(self) -> Joints:
+        """[N·m]"""
+        return self._out["tau_desired"]
+
+    @property
+    def tau_feedforward(self) -> Joints:
+        """What the model expects the motors to give, friction included, feedback not [N·m]."""
+        return self._out["tau_feedforward"]
+
+    @property
+    def z(self) -> Float[np.ndarray, " 4"]:
+        """Freedoms of the arm [rad]."""
+        return self._out["z"]
+
+    @property
+    def closure_slope(self) -> float:
+        """Largest remaining slope of the cuffs' energy [N·m]; above 1e-6 the loops are not closed."""
+        return float(np.abs(self._out["slope"]).max())
+
+    def step(self, q: Joints, v: Joints, reference: Reference, x: parameters.Parameters) -> Joints:
+        """Desired torque (joint,) [N·m].
+
+        Args:
+            q: Joint positions by the observer [rad].
+            v: Joint velocities by the observer [rad/s].
+            reference: Used where `mode.drive` is not 0.
+            x: All parameters, in the order of `dynamics.parameters`.
+        """
+        buffers = self._in
+        if not self._closed:
+            self.close(q, x)
+        buffers["q"][:] = q
+        buffers["v"][:] = v
+        buffers["q_reference"][:] = reference.q
+        buffers["v_reference"][:] = reference.v
+        buffers["a_reference"][:] = reference.a
+        buffers["x"][:] = x
+        buffers["mode"][:] = (self.mode.drive, self.mode.gravity_level, self.mode.arm_share)
+        self._kernel()
+        buffers["q_before"][:] = q
+        buffers["z_before"][:] = self._out["z"]
+        buffers["G_before"][:] = self._out["G"]
+        return self._out["tau_desired"]
+
+    def close(self, q: Joints, x: parameters.Parameters) -> None:
+        """Find the closed posture from cold, outside the loop: at the start and after a jump of `q`."""
+        z, _ = self._solver.solve(q, q[: len(FREEDOMS)], x[parameters.FIT_OF_ARM])
+        self._in["q_before"][:] = q
+        self._in["z_before"][:] = z
+        self._in["G_before"][:] = 0.0
+        self._closed = True
+
+
+def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
+    """The control law as one CasADi function."""
+    n = assembly.n
+    q, v, q_before = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("q_before", n)
+    z_before, G_before = ca.SX.sym("z_before", len(FREEDOMS)), ca.SX.sym("G_before", len(FREEDOMS), n)
+    q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
+    x, mode = ca.SX.sym("x", parameters.count(n)), ca.SX.sym("mode", 3)
+    drive, gravity_level, arm_share = mode[0], mode[1], mode[2]
+
+    cuffs = cuff_energy(assembly)
+    fit = x[parameters.FIT_OF_ARM]
+    predicted = z_before + G_before @ (q - q_before)
+    closed = closure(cuffs, q, newton_step(cuffs, q, predicted, fit), fit)
+    motion = (q, drive * v_reference, drive * a_reference)
+    arm = ArmExpression(
+        arm_share * x[parameters.PHI],
+        fit,
+        x[parameters.STIFFNESS],
+        x[parameters.SPRING_OFFSET],
+        x[parameters.DAMPING],
+    )
+    gravity = ca.DM(GRAVITY)
+    torque = LoopTorque(
+        exo_torque(assembly, machine.phi, x[parameters.rotor(n)], motion, gravity),
+        arm_torque(assembly, arm, cuffs, closed, motion, (1 - gravity_level) * gravity, passive_share=drive),
+        arm_share * closed.strain,
+    )
+    coulomb, viscous = x[parameters.coulomb(n)], x[parameters.viscous(n)]
+    driven_friction = friction_torque(machine.friction, coulomb, viscous, v_reference, torque.total)
+    shared_friction = FRICTION_SHARE * friction_share_torque(coulomb, viscous, v)
+    tau_feedforward = torque.total + drive * driven_friction + (1 - drive) * shared_friction
+    kp = ca.DM(assembly.description.per_actuator("weak_kp_Nm_per_rad"))
+    kd = ca.DM(assembly.description.per_actuator("weak_kd_Nms_per_rad"))
+    feedback = drive * (kp * (q_reference - q) + kd * (v_reference - v))
+    inputs = [q, v, q_reference, v_reference, a_reference, x, mode, q_before, z_before, G_before]
+    outputs = {
+        "tau_desired": tau_feedforward + feedback,
+        "tau_feedforward": tau_feedforward,
+        "tau_arm": torque.arm,
+        "z": closed.z,
+        "G": closed.G,
+        "slope": closed.slope,
+        "pivot": closed.pivot,
+    }
+    names = ["q", "v", "q_reference", "v_reference", "a_reference", "x", "mode", "q_before", "z_before", "G_before"]
+    return ca.Function("tick", inputs, list(outputs.values()), names, list(outputs))

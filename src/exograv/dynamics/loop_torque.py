@@ -1,0 +1,99 @@
+"""What the actuated joints must give for a motion of the closed loop exoskeleton + arm."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv.model.arm import SEGMENT_BODY
+from exograv.model.assembly import Assembly
+from exograv.model.loops import arm_positions
+
+from .closure import Closure, CuffEnergy, velocity_bias
+from .passive import passive_torque
+from .rnea import rnea
+
+GRAVITY = np.array([0.0, 0.0, -9.81])
+"""In the base frame, z up [m/s²]."""
+
+
+@dataclass(frozen=True)
+class ArmExpression:
+    """An arm's parameters as expressions."""
+
+    phi: ca.SX
+    """Inertial parameters (20,): upper arm, then forearm with hand."""
+
+    fit: ca.SX
+    """How the arm sits in the machine (4,), as `model.loops.FIT`."""
+
+    stiffness: ca.SX
+    """Passive joint stiffness (4,) [N·m/rad]."""
+
+    spring_offset: ca.SX
+    """Stiffness times neutral angle (4,) [N·m]."""
+
+    damping: ca.SX
+    """Passive joint damping (4,) [N·m·s/rad]."""
+
+
+@dataclass(frozen=True)
+class LoopTorque:
+    """Torque on the actuated joints by origin; the sum is what the motors give before friction."""
+
+    exo: ca.SX
+    """The machine's links and rotors (joint,) [N·m]."""
+
+    arm: ca.SX
+    """The wearer's arm through the cuffs (joint,) [N·m]: Gᵀ times what its own joints would need."""
+
+    strain: ca.SX
+    """The strained cuffs (joint,) [N·m]; part of every gravity level."""
+
+    @property
+    def total(self) -> ca.SX:
+        """(joint,) [N·m]"""
+        return self.exo + self.arm + self.strain
+
+
+def exo_torque(
+    assembly: Assembly,
+    phi_exo: Float[np.ndarray, "joint 10"] | ca.SX,
+    rotor: ca.SX | ca.DM,
+    motion: tuple[ca.SX, ca.SX, ca.SX],
+    gravity: ca.SX | ca.DM,
+) -> ca.SX:
+    """Torque (joint,) of the machine alone for a motion (y, v, a), rotors with reflected inertia `rotor` (joint,)."""
+    y, v, a = motion
+    phi = ca.DM(phi_exo.T) if isinstance(phi_exo, np.ndarray) else phi_exo
+    return rnea(assembly.exo, y, v, a, phi, ca.SX(gravity)) + rotor * a
+
+
+def arm_torque(
+    assembly: Assembly,
+    arm: ArmExpression,
+    cuffs: CuffEnergy,
+    closed: Closure,
+    motion: tuple[ca.SX, ca.SX, ca.SX],
+    gravity: ca.SX | ca.DM,
+    passive_share: ca.SX | float = 1.0,
+) -> ca.SX:
+    """Torque (joint,) on the actuated joints that moves and carries the arm, for a motion (y, v, a) of the machine."""
+    y, v, a = motion
+    v_z = closed.G @ v
+    a_z = closed.G @ a + velocity_bias(cuffs, closed, y, arm.fit, v)
+    z = ca.SX.sym("z", closed.z.numel())
+    fit = ca.SX.sym("fit", 4)
+    along = ca.SX.sym("along", z.numel())
+    x = arm_positions(z, fit)
+    S = ca.jacobian(x, z)
+    bias = ca.jtimes(S @ along, z, along)
+    x_at, S_at, bias_at = ca.Function("tree", [z, fit, along], [x, S, bias]).call([closed.z, arm.fit, v_z])
+    tree = assembly.arm.tree
+    phi = ca.SX.zeros(10, len(tree.joints))
+    for i, body in enumerate(SEGMENT_BODY.values()):
+        phi[:, body] = arm.phi[10 * i : 10 * (i + 1)]
+    tau_tree = rnea(tree, x_at, S_at @ v_z, S_at @ a_z + bias_at, phi, ca.SX(gravity))
+    passive = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, closed.z, v_z)
+    return closed.G.T @ (S_at.T @ tau_tree + passive_share * passive)

@@ -1,0 +1,128 @@
+"""Reference motions, tabled at the loop's period before anything moves."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+Joints = Float[np.ndarray, " joint"]
+Table = Float[np.ndarray, "tick joint"]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Where the joints should be in every tick."""
+
+    q: Table
+    """[rad]"""
+
+    v: Table
+    """[rad/s]"""
+
+    a: Table
+    """[rad/s²]"""
+
+    dt: float
+    """Period [s]."""
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def seconds(self) -> float:
+        """Duration [s]."""
+        return len(self) * self.dt
+
+
+def hold(q: Joints, seconds: float, dt: float) -> Trajectory:
+    """Stay at `q` [rad]."""
+    ticks = round(seconds / dt)
+    still = np.zeros((ticks, len(q)))
+    return Trajectory(np.tile(q, (ticks, 1)), still, still, dt)
+
+
+def minimum_jerk(q_start: Joints, q_goal: Joints, seconds: float, dt: float) -> Trajectory:
+    """From rest to rest along the fifth-order polynomial.
+
+    Source: Flash & Hogan 1985, J Neurosci 5:1688, eq. 7.
+    """
+    s = np.arange(1, round(seconds / dt) + 1)[:, None] * dt / seconds
+    way = q_goal - q_start
+    q = q_start + way * (10 * s**3 - 15 * s**4 + 6 * s**5)
+    v = way / seconds * (30 * s**2 - 60 * s**3 + 30 * s**4)
+    a = way / seconds**2 * (60 * s - 180 * s**2 + 120 * s**3)
+    return Trajectory(q, v, a, dt)
+
+
+def go_to(q_start: Joints, q_goal: Joints, v_max: float, dt: float) -> Trajectory:
+    """Minimum jerk with a largest joint speed of `v_max` [rad/s], and half a second at least."""
+    seconds = max(0.5, 1.875 * float(np.abs(q_goal - q_start).max()) / v_max)
+    return minimum_jerk(q_start, q_goal, seconds, dt)
+
+
+def fourier(centre: Joints, sine: Table, cosine: Table, period: float, seconds: float, dt: float) -> Trajectory:
+    """Sum of harmonics about `centre`: each posture is passed often, at different speeds and in both directions.
+
+    Args:
+        centre: Mean posture [rad].
+        sine: Amplitudes of sin(k ω t) in *position*, row k−1 for harmonic k (harmonic, joint) [rad].
+        cosine: The same for cos(k ω t).
+        period: 2π/ω [s].
+        seconds: Duration [s].
+        dt: Period of the table [s].
+
+    Source: Swevers 1997, IEEE T-RA 13:730, eq. 9, with position amplitudes in place of velocity amplitudes.
+    """
+    t = np.arange(1, round(seconds / dt) + 1)[:, None] * dt
+    omega = 2 * np.pi / period * np.arange(1, len(sine) + 1)[None, :]
+    s, c = np.sin(omega * t), np.cos(omega * t)
+    q = centre + s @ sine + c @ cosine
+    v = (c * omega) @ sine - (s * omega) @ cosine
+    a = -(s * omega**2) @ sine - (c * omega**2) @ cosine
+    return Trajectory(q, v, a, dt)
+
+
+def sweep(q: Joints, joint: int, goal: float, speed: float, dt: float) -> Trajectory:
+    """One joint from where it is to `goal` [rad] and back at constant `speed` [rad/s], with rounded turns."""
+    way = goal - q[joint]
+    rounding = 0.3  # s: short against the sweep, long against the drives' bandwidth
+    ramp = np.clip(np.arange(0.5, rounding / dt) * dt / rounding, 0.0, 1.0)
+    cruise = max(0, round((abs(way) / speed - rounding) / dt))
+    there = np.concatenate([ramp, np.ones(cruise), ramp[::-1]]) * speed * np.sign(way)
+    rate = np.concatenate([there, -there])
+    v = np.zeros((len(rate), len(q)))
+    v[:, joint] = rate
+    return Trajectory(q + np.cumsum(v, axis=0) * dt, v, np.gradient(v, dt, axis=0), dt)
+
+
+def joined(parts: Sequence[Trajectory]) -> Trajectory:
+    """One after the other."""
+    return Trajectory(
+        np.concatenate([part.q for part in parts]),
+        np.concatenate([part.v for part in parts]),
+        np.concatenate([part.a for part in parts]),
+        parts[0].dt,
+    )
+
+
+def eased_in(trajectory: Trajectory, seconds: float) -> Trajectory:
+    """The same path with its start slowed down from rest: time runs from speed 0 to 1 along a smooth ramp.
+
+    A periodic motion starts with speed; a machine does not.
+    """
+    dt = trajectory.dt
+    ticks = round(seconds / dt)
+    s = np.minimum(np.arange(1, len(trajectory) + 1) / ticks, 1.0)
+    rate = 3 * s**2 - 2 * s**3
+    rate_slope = np.where(s < 1.0, 6 * (s - s**2) / seconds, 0.0)
+    when = np.cumsum(rate)  # in ticks
+    index = np.arange(1, len(trajectory) + 1, dtype=float)
+
+    def at(table: Table) -> Table:
+        return np.column_stack([np.interp(when, index, column) for column in table.T])
+
+    v = at(trajectory.v)
+    return Trajectory(
+        at(trajectory.q), v * rate[:, None], at(trajectory.a) * rate[:, None] ** 2 + v * rate_slope[:, None], dt
+    )
