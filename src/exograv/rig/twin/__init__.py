@@ -1,0 +1,10 @@
+"""The embedded twin: a virtual machine with a virtual wearer, on another engine than the controller and with its own truth."""
+
+from .levels import Disturbances as Disturbances
+from .machine import Machine as Machine
+from .machine import draw_machine as draw_machine
+from .segments import Body as Body
+from .twin import Truth as Truth
+from .twin import Twin as Twin
+from .wearer import Wearer as Wearer
+from .wearer import draw_wearer as draw_wearer

@@ -41,10 +41,18 @@ WEARER: Mapping[str, Row] = MappingProxyType(
             off={"share": 0.0},
         ),
         "between_study": Row("factor on segment mass, SD of its logarithm", {"sd": (0.0, 0.04, 0.08, 0.12, 0.20)}),
-        "centre_off_axis": Row("centre of mass off the bone axis, SD per axis [mm]", {"sd_mm": (0.0, 3.0, 8.0, 12.0, 15.0)}),
-        "length_error": Row("error of the segment lengths given to the software, SD [mm]", {"sd_mm": (0.0, 3.0, 6.0, 10.0, 15.0)}),
-        "donning_offset": Row("offset of the shoulder centre, uniform ± per axis [mm]", {"max_mm": (0.0, 5.0, 15.0, 25.0, 30.0)}),
-        "glenohumeral_shift": Row("share of the shift of the shoulder centre with elevation", {"share": (0.0, 0.25, 0.5, 1.0, 1.0)}),
+        "centre_off_axis": Row(
+            "centre of mass off the bone axis, SD per axis [mm]", {"sd_mm": (0.0, 3.0, 8.0, 12.0, 15.0)}
+        ),
+        "length_error": Row(
+            "error of the segment lengths given to the software, SD [mm]", {"sd_mm": (0.0, 3.0, 6.0, 10.0, 15.0)}
+        ),
+        "donning_offset": Row(
+            "offset of the shoulder centre, uniform ± per axis [mm]", {"max_mm": (0.0, 5.0, 15.0, 25.0, 30.0)}
+        ),
+        "glenohumeral_shift": Row(
+            "share of the shift of the shoulder centre with elevation", {"share": (0.0, 0.25, 0.5, 1.0, 1.0)}
+        ),
         "cuff_stiffness": Row(
             "along and across the limb [N/mm]",
             {"along": (100.0, 6.0, 3.0, 2.1, 2.1), "across": (100.0, 10.0, 6.0, 4.5, 4.5)},
@@ -112,7 +120,9 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
         "asymmetry": Row("asymmetry of friction between directions, share", {"share": (0.0, 0.03, 0.08, 0.15, 0.2)}),
         "friction_ripple": Row("over one joint turn of the motor side [N·m]", {"value": (0.0, 0.03, 0.1, 0.2, 0.4)}),
         "warm_up": Row("viscous and Coulomb friction fall over 30 min, share", {"share": (0.0, 0.03, 0.1, 0.2, 0.3)}),
-        "gain_error": Row("torque constant and efficiency before calibration, SD", {"sd": (0.0, 0.02, 0.05, 0.08, 0.1)}),
+        "gain_error": Row(
+            "torque constant and efficiency before calibration, SD", {"sd": (0.0, 0.02, 0.05, 0.08, 0.1)}
+        ),
         "rotor_inertia": Row(
             "reflected to the joint [kg·m²]",
             {
@@ -137,7 +147,9 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
             {"bits": (NONE, 19.0, 17.0, 15.0, 13.0), "offset_sd_deg": (0.0, 0.05, 0.15, 0.4, 1.0)},
         ),
         "delay": Row("sensor and command together [ms]", {"value_ms": (0.0, 0.5, 1.5, 2.5, 4.0)}),
-        "base_tilt": Row("of the base against gravity, SD about each horizontal axis [°]", {"sd_deg": (0.0, 0.1, 0.3, 0.7, 1.5)}),
+        "base_tilt": Row(
+            "of the base against gravity, SD about each horizontal axis [°]", {"sd_deg": (0.0, 0.1, 0.3, 0.7, 1.5)}
+        ),
         "links": Row(
             "mass and centre of the exoskeleton's links against its URDF, SD",
             {"mass": (0.0, 0.01, 0.03, 0.05, 0.1), "centre_mm": (0.0, 1.0, 3.0, 5.0, 10.0)},
@@ -184,5 +196,7 @@ class Disturbances:
 
 def _checked(level: int) -> int:
     if level not in range(5):
-        raise ConfigError(f"Disturbance level {level} does not exist; choose 0 (none) to 4 (a bad day). 2 is a good laboratory.")
+        raise ConfigError(
+            f"Disturbance level {level} does not exist; choose 0 (none) to 4 (a bad day). 2 is a good laboratory."
+        )
     return level

@@ -84,9 +84,13 @@ def _draw_segment(name: str, body: Body, disturbances: Disturbances, seed: int) 
     off_axis = 1e-3 * uniform(generator, disturbances.value("centre_off_axis", "sd_mm")) * generator.standard_normal(2)
     residual_share = uniform(generator, disturbances.value("segment_residual", "share"))
     for _ in range(MAX_DRAWS):
-        residuals = generator.standard_normal(5) * np.array([residual_share, residual_share, *(3 * [residual_share > 0])])
+        residuals = generator.standard_normal(5) * np.array(
+            [residual_share, residual_share, *(3 * [residual_share > 0])]
+        )
         mass = study_factor * _drawn(rows, "mass", body, residuals[0])
-        moments = [row.mean(body.mass, body.height) + row.sigma * e for row, e in zip(rows.moments, residuals[2:], strict=True)]
+        moments = [
+            row.mean(body.mass, body.height) + row.sigma * e for row, e in zip(rows.moments, residuals[2:], strict=True)
+        ]
         inertia = study_factor * 1e-4 * np.diag(moments)  # kg·cm² to kg·m²
         if is_physical(mass, inertia):
             below = _centre_below_joint(rows, body, residuals[1], stretch) * length / mean_length

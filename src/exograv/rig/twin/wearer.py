@@ -124,7 +124,9 @@ CUFF_RADIUS = 0.05
 
 def _cuffs(disturbances: Disturbances) -> Cuffs:
     along, across = (1e3 * _number(disturbances, "cuff_stiffness", column) for column in ("along", "across"))
-    limb, others = np.rad2deg([_number(disturbances, "cuff_rotation", column) for column in ("about_limb", "about_others")])
+    limb, others = np.rad2deg(
+        [_number(disturbances, "cuff_rotation", column) for column in ("about_limb", "about_others")]
+    )
     damping = _number(disturbances, "cuff_damping", "value")
     return Cuffs(np.array([across, across, along, others, others, limb]), damping, damping * CUFF_RADIUS**2)
 

@@ -1,0 +1,128 @@
+"""Drives of the twin: torque lag, gear spring, rotor, and friction that truly sticks, on the motor's side of the gear.
+
+Friction is LuGre's bristle law with an elastic zone in which a bristle does not slip at all, so that a stuck joint does not creep;
+the bristle follows its exact exponential over a step, since the explicit form can diverge at 0.5 ms.
+
+Source: Canudas de Wit et al. (1995), IEEE TAC 40(3); Dupont et al. (2002), IEEE TAC 47(5), for the elastic zone; exponent 1.3 and
+load-dependent Coulomb friction after Bittencourt & Gunnarsson (2012), form unverified.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from .machine import Machine
+
+STRIBECK_EXPONENT = 1.3
+BRISTLE_TRAVEL = 3.0e-4
+"""Deflection at which Coulomb friction is reached: a few encoder steps. Assumed [rad]."""
+
+ELASTIC_SHARE = 0.7
+"""Share of that travel within which nothing slips. Assumed [-]."""
+
+BRISTLE_DAMPING_RATIO = 0.3
+"""Of the rotor on its bristles, where passivity allows as much. Assumed [-]."""
+
+GEAR_DAMPING_RATIO = 0.02
+"""Of the rotor on its gear: metal. Assumed [-]."""
+
+FRICTION_FLOOR = 0.1
+"""Ripple never takes away more than all but this share of Coulomb friction [-]."""
+
+DRIVE_STATES = ("bristle", "theta", "omega", "tau_motor")
+"""Bristle deflection [rad]; position and speed of a rotor behind its gear [rad, rad/s]; motor torque at the joint [N·m]."""
+
+
+@dataclass(frozen=True)
+class DriveStep:
+    """One step of one drive."""
+
+    tau_joint: ca.SX
+    """What reaches the joint [N·m]."""
+
+    state_next: ca.SX
+    """In the order of `DRIVE_STATES`."""
+
+
+def drive_step(
+    machine: Machine, joint: int, state: ca.SX, tau_asked: ca.SX, q: ca.SX, v: ca.SX, warmth: ca.SX, dt: float
+) -> DriveStep:
+    """One step of the drive of a joint.
+
+    Args:
+        machine: Its truth.
+        joint: Which drive.
+        state: In the order of `DRIVE_STATES`.
+        tau_asked: What the current asks of the motor, as torque at the joint [N·m].
+        q: Position of the joint [rad].
+        v: Velocity of the joint [rad/s].
+        warmth: 0 cold, 1 after a long run [-].
+        dt: Step [s].
+    """
+    drives = machine.drives
+    bristle, theta, omega, tau_motor = ca.vertsplit(state)
+    if np.isfinite(drives.bandwidth[joint]):
+        tau_motor = tau_asked + (tau_motor - tau_asked) * np.exp(-2.0 * np.pi * drives.bandwidth[joint] * dt)
+    else:
+        tau_motor = tau_asked
+    stiffness, inertia = drives.gear_stiffness[joint], drives.rotor_inertia[joint]
+    if np.isinf(stiffness):
+        rubbed, bristle = friction_step(machine, joint, bristle, q, v, tau_motor, warmth, dt)
+        return DriveStep(tau_motor - rubbed, ca.vertcat(bristle, q, v, tau_motor))
+    damping = 2.0 * GEAR_DAMPING_RATIO * np.sqrt(stiffness * inertia)
+    tau_gear = stiffness * (theta - q) + damping * (omega - v)
+    rubbed, bristle = friction_step(machine, joint, bristle, theta, omega, tau_gear, warmth, dt)
+    omega = omega + dt / inertia * (tau_motor - rubbed - tau_gear)
+    return DriveStep(tau_gear, ca.vertcat(bristle, theta + dt * omega, omega, tau_motor))
+
+
+def friction_step(
+    machine: Machine, joint: int, bristle: ca.SX, theta: ca.SX, omega: ca.SX, load: ca.SX, warmth: ca.SX, dt: float
+) -> tuple[ca.SX, ca.SX]:
+    """Torque that friction takes from motion at speed `omega` under a `load` [N·m], and the new bristle deflection."""
+    friction = machine.friction
+    viscous = friction.viscous[joint] * (1.0 - friction.warm_up[joint] * warmth) * omega
+    if friction.coulomb[joint] == 0.0:
+        return viscous, bristle
+    stiffness, damping = bristle_law(machine, joint)
+    sliding = sliding_friction(machine, joint, theta, omega, load, warmth)
+    limit = sliding / stiffness
+    rate = _slip_share(bristle, limit, omega, friction.coulomb[joint] / stiffness) * ca.fabs(omega) / limit
+    decay = rate * dt
+    # (1 − exp(−x))/x, which is 1 − x/2 near zero.
+    mean = ca.if_else(decay < 1e-6, 1.0 - 0.5 * decay, (1.0 - ca.exp(-decay)) / ca.fmax(decay, 1e-6))
+    bristle_next = bristle * ca.exp(-decay) + omega * dt * mean
+    return stiffness * bristle_next + damping * (bristle_next - bristle) / dt + viscous, bristle_next
+
+
+def sliding_friction(machine: Machine, joint: int, theta: ca.SX, omega: ca.SX, load: ca.SX, warmth: ca.SX) -> ca.SX:
+    """Magnitude of friction without its viscous part, while sliding steadily at `omega` [N·m]."""
+    friction, turns = machine.friction, machine.drives.gear_ratio[joint]
+    coulomb = friction.coulomb[joint]
+    ripple = friction.ripple[joint] * ca.sin(turns * theta + friction.ripple_phase[joint])
+    level = coulomb * (1.0 - friction.warm_up[joint] * warmth) * (1.0 + friction.asymmetry[joint] * ca.sign(omega))
+    level = ca.fmax(level + friction.load_share[joint] * ca.fabs(load) + ripple, FRICTION_FLOOR * coulomb)
+    rest = ca.exp(-((ca.fabs(omega) / friction.stribeck_velocity[joint]) ** STRIBECK_EXPONENT))
+    return level * (1.0 + (friction.breakaway[joint] - 1.0) * rest)
+
+
+def bristle_law(machine: Machine, joint: int) -> tuple[float, float]:
+    """Stiffness [N·m/rad] and damping [N·m·s/rad] of the bristles.
+
+    The damping stays within what keeps the law passive: viscous friction above damping times (breakaway − 1).
+    Source: Barabanov & Ortega (2000), IEEE TAC 45(4).
+    """
+    friction = machine.friction
+    stiffness = friction.coulomb[joint] / BRISTLE_TRAVEL
+    damping = 2.0 * BRISTLE_DAMPING_RATIO * np.sqrt(stiffness * machine.drives.rotor_inertia[joint])
+    excess = friction.breakaway[joint] - 1.0
+    viscous_least = friction.viscous[joint] * (1.0 - friction.warm_up[joint])
+    return stiffness, min(damping, 0.9 * viscous_least / excess) if excess > 0.0 else damping
+
+
+def _slip_share(bristle: ca.SX, limit: ca.SX, omega: ca.SX, coulomb_travel: float) -> ca.SX:
+    """0 while the bristle only bends, 1 while it slides; nothing slips on the way back."""
+    start = ELASTIC_SHARE * ca.fmin(coulomb_travel, limit)
+    position = ca.fmin(ca.fmax((ca.fabs(bristle) - start) / ca.fmax(limit - start, 1e-12), 0.0), 1.0)
+    return ca.if_else(bristle * omega > 0.0, 0.5 - 0.5 * ca.cos(np.pi * position), 0.0)

@@ -1,0 +1,74 @@
+"""A wearer who does not quite relax: slow muscle torque, and bursts now and then, at the joints of the true arm."""
+
+import numpy as np
+from jaxtyping import Float
+from scipy.signal import lfilter
+
+from .streams import stream
+from .wearer import ARM_JOINTS, Unrest
+
+BLOCK = 4096
+"""Ticks that are drawn at once."""
+
+BURST_TORQUE = (2.0, 6.0)
+"""[N·m]"""
+
+BURST_DURATION = (0.3, 1.0)
+"""[s]"""
+
+
+class Muscles:
+    """Muscle torque tick by tick; the same seed gives the same torques."""
+
+    def __init__(self, unrest: Unrest, seed: int, period_s: float) -> None:
+        self._unrest = unrest
+        self._period = period_s
+        self._bias_stream = stream(seed, "run", "slow_bias")
+        self._burst_stream = stream(seed, "run", "bursts")
+        self._decay = np.exp(-period_s / unrest.bias_correlation)
+        self._bias = unrest.bias_rms * self._bias_stream.standard_normal(len(ARM_JOINTS))
+        self._next_burst = self._pause()
+        self._overhang = np.zeros((0, len(ARM_JOINTS)))
+        self._block = self._draw_block()
+        self._tick = 0
+
+    def next_torque(self) -> Float[np.ndarray, " 4"]:
+        """Torque at the arm's joints for the next period [N·m]; a view, valid until the next call."""
+        if self._tick == BLOCK:
+            self._block, self._tick = self._draw_block(), 0
+        self._tick += 1
+        return self._block[self._tick - 1]
+
+    def _draw_block(self) -> Float[np.ndarray, "tick 4"]:
+        return self._draw_bias() + self._draw_bursts()
+
+    def _draw_bias(self) -> Float[np.ndarray, "tick 4"]:
+        """An Ornstein–Uhlenbeck process per joint, exact at the ticks."""
+        bias = np.empty((BLOCK, len(ARM_JOINTS)))
+        kicks = self._bias_stream.standard_normal(bias.shape) * self._unrest.bias_rms * np.sqrt(1.0 - self._decay**2)
+        for joint, decay in enumerate(self._decay):
+            bias[:, joint], _ = lfilter([1.0], [1.0, -decay], kicks[:, joint], zi=[decay * self._bias[joint]])
+        self._bias = bias[-1].copy()
+        return bias
+
+    def _draw_bursts(self) -> Float[np.ndarray, "tick 4"]:
+        """Half waves at one joint, either way, that begin at random; what reaches beyond the block is kept for the next."""
+        torque = np.zeros((2 * BLOCK, len(ARM_JOINTS)))
+        torque[: len(self._overhang)] = self._overhang
+        while self._next_burst < BLOCK:
+            size = self._burst_stream.uniform(*BURST_TORQUE) * self._burst_stream.choice([-1.0, 1.0])
+            ticks = int(self._burst_stream.uniform(*BURST_DURATION) / self._period)
+            joint = self._burst_stream.integers(len(ARM_JOINTS))
+            wave = size * np.sin(np.pi * (np.arange(ticks) + 0.5) / ticks)
+            begin = int(self._next_burst)
+            torque[begin : begin + ticks, joint] += wave
+            self._next_burst += self._pause()
+        self._next_burst -= BLOCK
+        self._overhang = torque[BLOCK:]
+        return torque[:BLOCK]
+
+    def _pause(self) -> float:
+        """Ticks until the next burst."""
+        if self._unrest.bursts_per_minute == 0.0:
+            return np.inf
+        return self._burst_stream.exponential(60.0 / self._unrest.bursts_per_minute) / self._period

@@ -1,0 +1,85 @@
+"""What the relaxed arm does by itself: elastic joints, hysteresis, end stops, and a shoulder centre that moves with elevation."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from .wearer import PassiveJoints
+
+HYSTERESIS_DECAY = 1.0
+"""[s] Source: a major part decays within 1 s, MacKay (1986), J Biomech 19:231, abstract."""
+
+# Clinical ranges of healthy adults: flexion 60° back to 180°, abduction 30° across to 180°, rotation 90° out to 70° in, elbow 0 to 150°.
+# The usual textbook figures, unverified; where a model of the arm clamps its joints is something else.
+RANGE_DEG = np.array([[-60.0, 180.0], [-30.0, 180.0], [-90.0, 70.0], [0.0, 150.0]])
+
+# Rises from nothing, 15° before the end, to 15 N·m at the end (10-20 N·m, unverified), four e-folds on the way.
+STOP_ZONE = np.deg2rad(15.0)
+STOP_TORQUE = 15.0
+STOP_FOLDS = 4.0
+# Beyond the end the exponential is cut: at six e-folds it is already 110 N·m, more than anyone has.
+STOP_FOLDS_MAX = 6.0
+
+SHIFT_TABLE = np.array([[30.0, 12.0], [60.0, 25.0], [90.0, 39.0], [120.0, 54.0], [150.0, 70.0]])
+"""Shift of the shoulder centre from rest [mm] at an elevation [°]. Source: arm_and_cuffs.md 4, computed from a published rhythm."""
+
+# Near the hanging arm elevation has a corner (any direction away is up); 0.1 rad rounds it, or the reaction torque would jump.
+CORNER = 0.1
+SHIFT_STIFFNESS = 1.0e6
+"""Holds the shoulder centre on its path: 40 N move it by 0.04 mm [N/m]."""
+
+SHIFT_DAMPING = 1.0e3
+"""[N·s/m]"""
+
+
+@dataclass(frozen=True)
+class PassiveTorque:
+    """Torque of the relaxed joints and the new state of the hysteresis."""
+
+    tau: ca.SX
+    """(arm,) [N·m]"""
+
+    hysteresis_next: ca.SX
+    """Angles to which the fast part of the elasticity has relaxed (arm,) [rad]."""
+
+
+def passive_torque(joints: PassiveJoints, q: ca.SX, v: ca.SX, hysteresis: ca.SX, dt: float) -> PassiveTorque:
+    """Elasticity, damping, hysteresis and end stops of the arm's joints at `q`, `v` (arm,)."""
+    tau = elastic_torque(joints, q) - ca.DM(joints.damping) * v
+    fast = joints.hysteresis * ca.DM(joints.stiffness)
+    relaxed = hysteresis + (q - hysteresis) * (1.0 - np.exp(-dt / HYSTERESIS_DECAY))
+    return PassiveTorque(tau - fast * (q - hysteresis), relaxed)
+
+
+def elastic_torque(joints: PassiveJoints, q: ca.SX) -> ca.SX:
+    """What is left of it at rest (arm,) [N·m]."""
+    tau = -ca.DM(joints.stiffness) * (q - ca.DM(joints.neutral))
+    if not joints.has_end_stops:
+        return tau
+    low, high = np.deg2rad(RANGE_DEG).T
+    return tau + _stop(ca.DM(low) + STOP_ZONE - q) - _stop(q - (ca.DM(high) - STOP_ZONE))
+
+
+def shoulder_shift(q: ca.SX, share: float) -> ca.SX:
+    """How far the shoulder centre has moved up and inwards at the arm's posture `q` (arm,) [m]."""
+    chord = ca.sqrt(2.0 * (1.0 - ca.cos(q[0]) * ca.cos(q[1])) + CORNER**2) - CORNER
+    powers = np.arange(1, len(SHIFT_TABLE) + 1)
+    # A polynomial without constant through the table; its variable is the chord of the elevation, smooth where the angle is not.
+    at_table = np.sqrt(2.0 * (1.0 - np.cos(np.deg2rad(SHIFT_TABLE[:, 0]))) + CORNER**2) - CORNER
+    coefficients = np.linalg.solve(at_table[:, None] ** powers, 1e-3 * SHIFT_TABLE[:, 1])
+    return share * sum(float(c) * chord ** int(p) for c, p in zip(coefficients, powers, strict=True))
+
+
+def shift_forces(q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX, share: float) -> tuple[ca.SX, ca.SX]:
+    """Force along the shoulder's path [N] and its reaction on the arm's joints (arm,) [N·m]."""
+    shift = shoulder_shift(q, share)
+    slope = ca.gradient(shift, q)
+    force = -SHIFT_STIFFNESS * (x - shift) - SHIFT_DAMPING * (v_x - ca.dot(slope, v))
+    return force, -slope * force
+
+
+def _stop(depth: ca.SX) -> ca.SX:
+    """Torque magnitude [N·m] at a depth [rad] into the zone of an end stop."""
+    folds = ca.fmin(STOP_FOLDS * ca.fmax(depth, 0.0) / STOP_ZONE, STOP_FOLDS_MAX)
+    return STOP_TORQUE * (ca.exp(folds) - 1.0) / (np.exp(STOP_FOLDS) - 1.0)

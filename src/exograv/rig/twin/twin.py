@@ -1,0 +1,204 @@
+"""The virtual machine with its virtual wearer: measures what a real one measures, and knows what a real one hides."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import mujoco
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import RigError
+from exograv.model.description import RigDescription
+from exograv.signals import Command, JointState, TorqueSource
+
+from .drive import DRIVE_STATES
+from .forces import step_forces
+from .machine import Machine
+from .muscles import Muscles
+from .scene import TIMESTEP, build_scene
+from .sensors import Sensors
+from .statics import Statics
+from .wearer import Wearer
+
+SUBSTEPS = 2
+PERIOD = SUBSTEPS * TIMESTEP
+"""[s]"""
+
+# Friction falls most of the way within 30 min of running: three time constants.
+WARM_UP_TIME = 600.0
+
+THETA, OMEGA, TAU_MOTOR = (DRIVE_STATES.index(name) for name in ("theta", "omega", "tau_motor"))
+
+Joints = Float[np.ndarray, " joint"]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What only examiners and tests may read."""
+
+    machine: Machine
+    wearer: Wearer | None
+    q: Joints
+    """Of the machine's joints [rad]."""
+
+    v: Joints
+    """[rad/s]"""
+
+    q_arm: Float[np.ndarray, " arm"]
+    """Of the wearer's joints [rad]."""
+
+    v_arm: Float[np.ndarray, " arm"]
+    """[rad/s]"""
+
+    tau_motor: Joints
+    """Delivered by the motors, at the joint and before friction [N·m]."""
+
+    tau_muscle: Float[np.ndarray, " arm"]
+    """By the wearer, wanted or not [N·m]."""
+
+
+class Twin:
+    """A `Rig` in MuJoCo. Each `write` advances it by one period; the same arguments and commands give the same run, bit for bit."""
+
+    def __init__(
+        self,
+        description: RigDescription,
+        machine: Machine,
+        wearer: Wearer | None,
+        seed: int,
+        start_posture: Joints | None = None,
+        t0: float = 0.0,
+        lengths: Mapping[str, float] | None = None,
+    ) -> None:
+        """Begin at rest, as if held: the arm in balance in its cuffs, the motors carrying what they must.
+
+        Args:
+            description: The machine as its folder describes it.
+            machine: How it truly is.
+            wearer: Who is in it; `None` leaves it empty.
+            seed: Draws the run: noise and muscles.
+            start_posture: Of the machine's joints, as they truly are [rad]; the donning posture where absent.
+            t0: Time on the rig's clock, which starts when a cold machine is switched on [s].
+            lengths: Adjustable lengths by segment [m]; those measured on the wearer, or nominal, where absent.
+        """
+        self._description, self._machine, self._wearer = description, machine, wearer
+        self._scene = build_scene(description, machine, wearer, lengths)
+        self._forces = step_forces(self._scene, machine, wearer)
+        self._evaluate = self._forces.kernel.evaluate
+        self._muscles = None if wearer is None else Muscles(wearer.unrest, seed, PERIOD)
+        steps = round(machine.sensors.delay / TIMESTEP)
+        self._sensors = Sensors(machine.sensors, machine.drives, seed, steps // 2)
+        n = len(self.joints)
+        self._asked = np.zeros((steps - steps // 2 + 1, n))  # torque at the joint, oldest applied first [N·m]
+        self._valid_until = np.full(len(self._asked), np.inf)
+        self._t0, self._steps = t0, 0
+        self._measured: JointState | None = None
+        self.tau_voluntary = np.zeros(len(self._scene.arm))
+        """Muscle torque of a wearer who wants to move, at the arm's joints; examiners may write it [N·m]."""
+        self._start(description.donning_posture if start_posture is None else np.asarray(start_posture, dtype=float))
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Actuated joints, in the order of every per-joint array."""
+        return self._description.joints
+
+    @property
+    def period_s(self) -> float:
+        """Time between two measurements [s]."""
+        return PERIOD
+
+    @property
+    def t(self) -> float:
+        """The rig's clock [s]."""
+        return self._t0 + self._steps * TIMESTEP
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Nothing to let go of: a twin that is not stepped stands still."""
+
+    def read(self) -> JointState:
+        """What the machine measures now; asked twice in one period it says the same."""
+        if self._measured is None:
+            q, current = self._sensors.measure()
+            tau = np.full(len(q), np.nan)
+            self._measured = JointState(self.t, self._steps // SUBSTEPS, q, current, tau, TorqueSource.CURRENT)
+        return self._measured
+
+    def write(self, command: Command) -> None:
+        """Give the drives a current and advance by one period.
+
+        Raises:
+            RigError: The current is not finite.
+        """
+        if not np.isfinite(command.current).all():
+            joints = [joint for joint, i in zip(self.joints, command.current, strict=True) if not np.isfinite(i)]
+            raise RigError(
+                f"Command {command.sequence} asks {', '.join(joints)} for a current that is not finite; the drives refuse it. "
+                "The envelope must stop such a command before it is written."
+            )
+        drives = self._machine.drives
+        tau_asked = np.clip(drives.gain * command.current, -drives.torque_max, drives.torque_max)
+        if self._muscles is not None:
+            np.add(self._muscles.next_torque(), self.tau_voluntary, out=self._forces.tau_muscle)
+        self._forces.warmth[0] = 1.0 - np.exp(-self.t / WARM_UP_TIME)
+        for _ in range(SUBSTEPS):
+            slot = self._steps % len(self._asked)
+            self._asked[slot] = tau_asked
+            self._valid_until[slot] = command.valid_until
+            self._advance()
+        self._measured = None
+
+    def hang(self, mount: str, mass_kg: float) -> None:
+        """Hang a known weight at the machine's calibration mount ("calibration") or in the wearer's hand ("hand"); zero takes it off.
+
+        Raises:
+            RigError: No such mount, no wearer to hold it, or a negative mass.
+        """
+        self._scene.hang(mount, mass_kg)
+
+    @property
+    def truth(self) -> Truth:
+        """The state behind the measurements, as copies."""
+        scene, data = self._scene, self._scene.data
+        return Truth(
+            machine=self._machine,
+            wearer=self._wearer,
+            q=data.qpos[scene.exo],
+            v=data.qvel[scene.exo],
+            q_arm=data.qpos[scene.arm],
+            v_arm=data.qvel[scene.arm],
+            tau_motor=self._forces.drives[:, TAU_MOTOR].copy(),
+            tau_muscle=self._forces.tau_muscle.copy(),
+        )
+
+    def _start(self, q: Joints) -> None:
+        q_arm, tau = Statics(self._scene, self._wearer, with_passive=True).settle(q)
+        drives = self._forces.drives
+        drives[:, TAU_MOTOR] = tau
+        drives[:, THETA] = q + tau / self._machine.drives.gear_stiffness
+        drives[:, OMEGA] = 0.0
+        self._forces.hysteresis[:] = q_arm
+        self._asked[:] = tau
+        self._sensors.fill(q, tau)
+
+    def _advance(self) -> None:
+        """One step of MuJoCo with the twin's forces in its middle."""
+        model, data = self._scene.model, self._scene.data
+        oldest = (self._steps + 1) % len(self._asked)
+        is_valid = self._valid_until[oldest] >= self.t
+        self._forces.tau_asked[:] = self._asked[oldest] if is_valid else 0.0
+        mujoco.mj_step1(model, data)
+        self._evaluate()
+        self._forces.state[:] = self._forces.state_next
+        mujoco.mj_step2(model, data)
+        self._steps += 1
+        self._sensors.note(data.qpos[self._scene.exo], self._forces.drives[:, TAU_MOTOR])
