@@ -52,7 +52,7 @@ class MotionLog:
 
 
 def read_log(path: Path, n_joints: int, rows: str | None = None) -> MotionLog:
-    """Read the motion of a log: columns time, positions, velocities, currents; a header and further columns are ignored.
+    """Read the motion of a log: time, positions, velocities, currents; a header and further columns are ignored.
 
     Args:
         path: The CSV file.
@@ -149,7 +149,7 @@ def _refuse_many_skipped(path: Path, skipped: int, rows: tuple[int, int], n_join
 
 
 def _longest_motion(path: Path, t: np.ndarray, speed: np.ndarray) -> slice:
-    """First to last sample of the longest motion between two rests: robots drive to the start before, and home after."""
+    """The longest motion between two rests, as samples: robots drive to the start before, and home after."""
     moving = np.flatnonzero(speed > SHARE_OF_SPEED * np.percentile(speed, 95))
     if len(moving) < 2:
         raise RecordingError(f"Nothing moves in {path}: all velocities are zero. Check the columns: {COLUMNS}.")

@@ -79,8 +79,12 @@ TICK = Channel(
     (
         Field("t", "float64", "s", "time of the measurement on the rig's clock"),
         Field("phase", "uint32", "-", "number of `/phase` messages so far; 0 before the first"),
-        Field("limited", "uint32", "-", "bit k is set where the envelope changed the torque of joint k"),
-        Field("closure_residual", "float32", "N·m", "largest entry of the cuffs' energy gradient after the tick"),
+        Field(
+            "closure_slope",
+            "float32",
+            "N·m",
+            "largest slope of the cuffs' energy left; above 1e-6 the loops are not closed",
+        ),
         Field("tick_us", "float32", "µs", "time that the controller took; the only value that a seed does not fix"),
         Field("q_measured", "float32", "rad", "joint position by the encoder", JOINT),
         Field("q_reference", "float32", "rad", "joint position wanted; NaN while nothing is wanted", JOINT),
@@ -89,7 +93,13 @@ TICK = Channel(
         Field("tau_measured", "float32", "N·m", "joint torque by current and calibration, or by the sensor", JOINT),
         Field("tau_feedforward", "float32", "N·m", "joint torque that the model expects, friction included", JOINT),
         Field("tau_desired", "float32", "N·m", "joint torque that control asked for", JOINT),
-        Field("tau_commanded", "float32", "N·m", "joint torque that the motors were told, after the envelope", JOINT),
+        Field(
+            "tau_commanded",
+            "float32",
+            "N·m",
+            "joint torque that the motors were told; other than desired where the envelope stepped in",
+            JOINT,
+        ),
     ),
 )
 
@@ -170,7 +180,7 @@ LEFT_OVER = Channel(
         T,
         Field("motion_s", "number", "s", "seconds of motion since the first sample of the identification"),
         Field("total", "number", "N·m", "exoskeleton and arm, RMS over the held-out postures", JOINT),
-        Field("arm", "number", "N·m", "arm alone, RMS over the held-out postures", JOINT),
+        Field("arm", "number", "N·m", "arm alone, RMS over the held-out postures", JOINT, optional=True),
     ),
 )
 

@@ -1,0 +1,25 @@
+"""When an arm counts as weightless, and which joints are judged together."""
+
+import numpy as np
+
+from exograv.recording import Recording
+
+# Half a newton metre left over moves an unseen fingertip by 5–15 mm (from an assumed stiffness), the size of human
+# proprioceptive scatter; these stay well below it.
+TARGET_SHOULDER_NM = 0.2
+TARGET_ELBOW_NM = 0.1
+
+
+def targets(recording: Recording) -> np.ndarray:
+    """Largest left over (joint,) that counts as weightless [N·m]: the recording's own, else the project's."""
+    if own := recording.settings.get("targets_Nm"):
+        return np.array(own)
+    return np.array([TARGET_ELBOW_NM if "elbow" in joint else TARGET_SHOULDER_NM for joint in recording.joints])
+
+
+def joint_groups(joints: tuple[str, ...]) -> dict[str, list[int]]:
+    """Indices of the joints of each part of the arm, by the first word of their names; a part is as good as its worst axis."""
+    groups: dict[str, list[int]] = {}
+    for index, joint in enumerate(joints):
+        groups.setdefault(joint.split("_")[0], []).append(index)
+    return groups
