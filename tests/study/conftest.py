@@ -31,7 +31,7 @@ RESULT = {
         "total": {
             "exo_only": [5.81, 4.12, 1.73, 2.41],
             "table": [0.92, 0.71, 0.38, 0.44],
-            "identified": [0.16, 0.14, 0.21, 0.07],
+            "identified": [0.16, 0.14, 0.18, 0.07],
         },
         "arm": {"table": [0.85, 0.66, 0.31, 0.40], "identified": [0.09, 0.08, 0.05, 0.04]},
     },
@@ -68,7 +68,7 @@ def skeleton(q: np.ndarray) -> dict[str, list]:
     elbow, hand = shoulder + 0.29 * upper, shoulder + 0.29 * upper + 0.40 * lower
     base, offset = np.array([-0.18, -0.19, 0.12]), np.array([0.02, -0.05, 0.01])
     return {
-        "exo": [base, base + [0.18, 0, -0.1], elbow + offset, hand - 0.1 * lower + offset],
+        "exo": [base, base + np.array([0.18, 0.0, -0.1]), elbow + offset, hand - 0.1 * lower + offset],
         "arm": [shoulder, elbow, hand],
     }
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import StringIO
 from itertools import cycle
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -18,7 +19,7 @@ INK, GREY, PALE = "#22303C", "#8B96A1", "#E3E8EC"
 
 JOINT_COLOURS = (BLUE, RED, PINK, GREEN, ORANGE, SKY, INK)
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
     "axes.edgecolor": GREY,
     "axes.grid": True,
@@ -99,7 +100,7 @@ def thinned(n: int, most: int) -> np.ndarray:
 
 
 def averaged(t: np.ndarray, values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """Means of `values` (sample, joint) over `bins` stretches of equal length, with the mean of `t` (sample,) of each."""
+    """Means of `t` (sample,) and of `values` (sample, joint) over `bins` stretches of equal length."""
     size = max(1, len(t) // bins)
     n = len(t) // size
     return t[: n * size].reshape(n, size).mean(1), values[: n * size].reshape(n, size, -1).mean(1)

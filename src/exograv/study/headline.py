@@ -60,7 +60,7 @@ def headline(recording: Recording) -> str:
     if not parts:
         return str(identification.get("outcome") or "The run is complete.")
     left = " and ".join(f"{value:.2f} N·m at the {part}" for part, (value, _) in parts.items())
-    if seconds is not None:
+    if seconds is not None and all(value <= goal for value, goal in parts.values()):
         return f"After {seconds:.0f} s of motion the arm was weightless: {left} are left over."
     motion = identification.get("motion_s")
     return f"After {motion:.0f} s of motion {left} are left over." if motion is not None else f"Left over: {left}."
@@ -98,7 +98,7 @@ def _weight_tile(weight: dict) -> Tile:
 
 
 def _left_over_of_parts(recording: Recording) -> dict[str, tuple[float, float]]:
-    """Left over (total) and target of the worst axis of each part of the arm [N·m]; of the last stage, as identified."""
+    """Left over (total) and target of the worst axis of each part of the arm [N·m], after identification."""
     total = (recording.last("/result").get("left_over_rms_Nm") or {}).get("total") or {}
     if not total:
         return {}

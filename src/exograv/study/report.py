@@ -12,7 +12,7 @@ from exograv.errors import RecordingError
 from exograv.recording import Recording, read_recording
 
 from .drawing import house_style, inline_svg, joint_label
-from .figures import floating, left_over, parameters, postures, timing, torque, weight
+from .figures import floating, left_over, parameters, postures, progress, timing, torque, weight
 from .headline import headline, run_facts, tiles
 from .tables import calibration_table, event_table, parameter_table, settings_table
 
@@ -32,8 +32,8 @@ class Chapter:
 
 CHAPTERS = (
     Chapter("postures", "The arm in the machine", postures.draw, postures.explain),
-    Chapter("left_over", "How much weight is left", left_over.draw_bars, left_over.explain_bars),
-    Chapter("progress", "How quickly it was learned", left_over.draw_progress, left_over.explain_progress),
+    Chapter("left_over", "How much weight is left", left_over.draw, left_over.explain),
+    Chapter("progress", "How quickly it was learned", progress.draw, progress.explain),
     Chapter("floating", "The arm let go", floating.draw, floating.explain),
     Chapter("weight", "A weight in the hand", weight.draw, weight.explain),
     Chapter("parameters", "What the machine knows about the arm", parameters.draw, parameters.explain),
@@ -96,7 +96,7 @@ def _drawn(recording: Recording) -> list[dict[str, str]]:
         for chapter in CHAPTERS:
             figure = chapter.draw(recording)
             if figure is not None:
-                svg = Markup(inline_svg(figure, chapter.name))  # noqa: S704 - matplotlib escapes what stands in it
+                svg = Markup(inline_svg(figure, chapter.name))  # matplotlib escapes what stands in it
                 text = chapter.explain(recording)
                 drawn.append({"name": chapter.name, "title": chapter.title, "svg": svg, "text": text})
     return drawn

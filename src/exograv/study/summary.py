@@ -8,8 +8,9 @@ from exograv.errors import RecordingError
 from exograv.recording import Recording, read_recording
 
 from .drawing import house_style
-from .figures.left_over import CLOSE_UP, plot_bars, plot_progress
+from .figures.left_over import CLOSE_UP, plot_bars
 from .figures.postures import distinct_frames, plot_posture
+from .figures.progress import plot_progress
 from .targets import targets
 
 POSTURES = 3
@@ -52,12 +53,14 @@ def _draw(recording: Recording) -> Figure:
     for k, frame in enumerate(frames):
         plot_posture(body, frame, recording.settings.get("side", "right"), (k + 1) / len(frames), body=k == 0)
     handles, labels = body.get_legend_handles_labels()
-    body.legend(handles[-2:], labels[-2:], loc="lower left", fontsize=8)
+    body.legend(handles[-2:], labels[-2:], loc="upper center", bbox_to_anchor=(0.5, 0.02), ncols=2, fontsize=8)
     body.set_title("The arm in the exoskeleton")
     plot_progress(progress, recording)
     progress.set_title("Learning the weight of the arm")
     goal = targets(recording)
     plot_bars(bars, recording.joints, total, goal, top=CLOSE_UP * float(goal.max()))
     bars.set_title("Left over at unseen postures [N·m]")
-    bars.legend(loc="upper right", fontsize=7.5, framealpha=0.9, frameon=True, edgecolor="none")
+    bars.legend(
+        loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=4, fontsize=7.5, columnspacing=1.2, handlelength=1.4
+    )
     return figure

@@ -22,7 +22,10 @@ class Table:
 def parameter_table(recording: Recording) -> Table:
     """What was found about the arm, beside what the body table said and what the twin knows."""
     entries = recording.last("/result").get("parameters") or recording.last("/estimate").get("parameters") or []
-    note = "The true value lies in the interval with 95 % certainty; only the twin knows it."
+    note = (
+        "The true value lies in the interval with 95 % certainty; only the twin knows it. mx, my, mz are mass times "
+        "the distance of its centre from the joint, I… moments of inertia about the joint."
+    )
     rows = [
         (
             _words(e["name"]),
@@ -39,21 +42,25 @@ def parameter_table(recording: Recording) -> Table:
 
 
 def calibration_table(recording: Recording) -> Table:
-    """What stage 0 found about the empty machine."""
+    """What stage 0 found about the empty machine: one row a joint, one column a quantity."""
     entries = recording.last("/result").get("calibration") or []
-    note = "Measured before the person stepped in, by slow sweeps in both directions and with known weights."
-    rows = [
-        (
-            joint_label(e["joint"]),
-            _words(e["name"]),
-            e["unit"],
-            _number(e["estimate"]),
-            _interval(e),
-            _number(e.get("truth")),
-        )
-        for e in entries
-    ]
-    return Table("The empty machine", note, ("joint", "quantity", "unit", "estimate", "95 % interval", "truth"), rows)
+    found = {(entry["joint"], entry["name"]): entry for entry in entries}
+    joints, names = dict.fromkeys(e["joint"] for e in entries), dict.fromkeys(e["name"] for e in entries)
+    units = {entry["name"]: entry["unit"] for entry in entries}
+    note = (
+        "Measured before the person stepped in, by slow sweeps in both directions and with known weights. Gain: torque "
+        "per motor current. Coulomb: friction at any speed. Viscous: friction that grows with speed."
+    )
+    rows = [(joint_label(joint), *(_calibrated(found.get((joint, name))) for name in names)) for joint in joints]
+    return Table("The empty machine", note, ("joint", *(f"{_words(name)} [{units[name]}]" for name in names)), rows)
+
+
+def _calibrated(entry: dict[str, Any] | None) -> str:
+    if entry is None:
+        return ""
+    remarks = [f"95 %: {_interval(entry)}"] if entry.get("ci95") else []
+    remarks += [f"truth {_number(entry['truth'])}"] if entry.get("truth") is not None else []
+    return _number(entry["estimate"]) + (f" ({'; '.join(remarks)})" if remarks else "")
 
 
 def event_table(recording: Recording) -> Table:

@@ -18,7 +18,7 @@ def targets(recording: Recording) -> np.ndarray:
 
 
 def joint_groups(joints: tuple[str, ...]) -> dict[str, list[int]]:
-    """Indices of the joints of each part of the arm, by the first word of their names; a part is as good as its worst axis."""
+    """Indices of the joints of each part of the arm, by the first word of their names."""
     groups: dict[str, list[int]] = {}
     for index, joint in enumerate(joints):
         groups.setdefault(joint.split("_")[0], []).append(index)

@@ -4,7 +4,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-
 from exograv.study.drawing import joint_colours, joint_label, thinned
 
 MOST_POINTS = 400
@@ -39,7 +38,7 @@ def explain(recording: Recording) -> str:
         f" The largest drift was {max(np.abs(drift)):.1f}° in {floated['window_s']:.0f} s." if drift is not None else ""
     )
     return (
-        "The person relaxes completely and the machine lets the arm go. Lines that stay flat mean that the arm floats; a line that "
-        f"runs away means that too much or too little weight is taken.{largest} Friction of the drives also holds an arm, so "
-        "read this picture together with what is left over."
+        "The person relaxes completely and the machine lets the arm go. Lines that stay flat mean that the arm floats; "
+        f"a line that runs away means that too much or too little weight is taken.{largest} Friction of the drives also "
+        "holds an arm, so read this picture together with what is left over."
     )

@@ -7,7 +7,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-
 from exograv.study.drawing import BLUE, GREEN, ORANGE, thinned
 
 COLUMNS = 5
@@ -61,10 +60,10 @@ def explain(recording: Recording) -> str:
     held = f" At the end the truth lies inside for {inside} of {len(results)} parameters." if results else ""
     return (
         "Each small picture is one property of the arm, a mass or where it sits. The blue line is the best guess, the "
-        "pale band holds the true value with 95 % certainty; it should close, and stay around the green line, the truth "
-        "that only the twin knows. The orange line is the guess from body tables. A band that stays wide says that the motion "
-        f"could not tell; that does no harm where the torque does not depend on it either. At most {MOST_PANELS} are shown, those "
-        f"learned most; the table below has all.{held}"
+        "pale band holds the true value with 95 % certainty; it should close, and stay around the green line, the "
+        "truth that only the twin knows. Dotted is the guess from body tables. A band that stays wide says that the "
+        "motion could not tell; that does no harm where the torque does not depend on it either. At most "
+        f"{MOST_PANELS} are shown, those learned most; the table below has all.{held}"
     )
 
 

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon
 
 from exograv.recording import Recording
-
-from exograv.study.drawing import BLUE, GREY, INK, ORANGE, PALE
+from exograv.study.drawing import BLUE, ORANGE, PALE
 
 VIEW_FROM_DEG = (-40.0, 14.0)
 """The viewer stands to the front of a right arm: turned from straight ahead towards it, and raised [deg]."""
@@ -40,8 +39,8 @@ def explain(recording: Recording) -> str:
     """What one sees."""
     return (
         "The person sits inside the machine and looks towards you and to the side. Blue is the exoskeleton with its "
-        "joints, orange the person's arm from shoulder to hand; the two are not the same line because cuffs are soft and "
-        "the shoulder of the machine never sits exactly on the person's. The grey body is only there for orientation."
+        "joints, orange the person's arm from shoulder to hand. They are not the same line: cuffs are soft, and the "
+        "shoulder of the machine never sits exactly on the person's. The grey body is only there for orientation."
     )
 
 
@@ -67,7 +66,7 @@ def plot_posture(ax: Axes, frame: dict[str, Any], side: str, alpha: float = 1.0,
 
 
 def projected(points: Float[np.ndarray, "point 3"], outward: float) -> Float[np.ndarray, "point 2"]:
-    """Points of the base frame (x forward, y left, z up) on the picture: right and up [m]; `outward` is the arm's side of y."""
+    """Points of the base frame on the picture: right and up [m]; `outward` is the sign of y on the arm's side."""
     turn, rise = np.deg2rad(VIEW_FROM_DEG)
     turn *= -outward
     to_viewer = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])

@@ -4,8 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-
-from exograv.study.drawing import GREY, BLUE, averaged, joint_label
+from exograv.study.drawing import BLUE, GREY, averaged, joint_label
 
 STRETCH_S = 12.0
 BINS = 500
@@ -44,8 +43,8 @@ def explain(recording: Recording) -> str:
     gap = np.sqrt(np.nanmean((ticks["tau_measured"] - ticks["tau_feedforward"]) ** 2, axis=0))
     words = ", ".join(f"{joint_label(joint)} {value:.2f}" for joint, value in zip(recording.joints, gap, strict=True))
     return (
-        f"The last {STRETCH_S:.0f} seconds of the identification. Grey is the torque that the motors really gave, blue what the "
-        "model of machine and arm expected for this motion. Where the lines agree, the model explains what the motors feel; "
-        f"what remains between them (RMS {words} N·m, single ticks) is noise, muscle activity of the wearer and model error. The "
-        "picture shows averages over short stretches."
+        f"The last {STRETCH_S:.0f} seconds of the identification. Grey is the torque that the motors really gave, blue "
+        "what the model of machine and arm expected for this motion. Where the lines agree, the model explains what "
+        f"the motors feel. What remains between them (RMS of single ticks: {words} N·m) is noise, muscle activity of the "
+        "wearer and model error; the picture shows averages over short stretches, so it looks calmer."
     )

@@ -3,7 +3,6 @@
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-
 from exograv.study.drawing import BLUE, GREEN
 
 
@@ -35,12 +34,8 @@ def explain(recording: Recording) -> str:
     """What one sees."""
     weight = recording.last("/result")["known_weight"]
     truth = weight.get("true_kg")
-    error = (
-        f" It was off by {1000 * abs(weight['estimated_kg'] - truth):.0f} g ({abs(weight['estimated_kg'] / truth - 1):.1%})."
-        if truth
-        else ""
-    )
+    error = f" It was off by {1000 * abs(weight['estimated_kg'] - truth):.0f} g." if truth is not None else ""
     return (
-        "The same motion with and without a weight in the hand tells how heavy it is; nobody told the machine. The dot is what it "
-        f"found, the band holds the true weight with 95 % certainty.{error} From then on the weight is carried too."
+        "The same motion with and without a weight in the hand tells how heavy it is; nobody told the machine. The dot "
+        f"is what it found, the band holds the true weight with 95 % certainty.{error} From then on it is carried too."
     )
