@@ -1,8 +1,12 @@
 """The embedded twin: a virtual machine with a virtual wearer, on another engine than the controller and with its own truth."""
 
+from .examiner import Examiner as Examiner
+from .examiner import held_out_postures as held_out_postures
+from .examiner import rms as rms
 from .levels import Disturbances as Disturbances
 from .machine import Machine as Machine
 from .machine import draw_machine as draw_machine
+from .parameters import parameter_truth as parameter_truth
 from .segments import Body as Body
 from .twin import Truth as Truth
 from .twin import Twin as Twin

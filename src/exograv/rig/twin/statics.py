@@ -17,8 +17,11 @@ MAX_STEPS = 50
 DIFFERENCE = 1e-6
 """For the slopes of Newton's method [rad]; they set its pace, not its result."""
 
-# Newton leaves the basin of the rest posture if it turns a joint by more than this at once [rad].
-STEP_MAX = 0.2
+STEP_MAX = 0.1
+"""Largest turn of a joint in one step [rad]; a longer one may leave the basin of the rest posture."""
+
+CURVATURE_MIN = 1.0
+"""Least stiffness that a step relies on; the cuffs hold the arm with ten times as much and more [N·m/rad]."""
 
 Arm = Float[np.ndarray, " arm"]
 Joints = Float[np.ndarray, " joint"]
@@ -42,16 +45,17 @@ class Statics:
         if self._forces is None:
             return np.empty(0), -self._net_torque(q, np.empty(0))[self._scene.exo]
         q_arm = np.array(q if guess is None else guess, dtype=float)
+        worst = np.inf
         for _ in range(MAX_STEPS):
             residual = self._residual(q, q_arm)
-            if np.abs(residual).max() <= TOLERANCE:
+            worst = float(np.abs(residual).max())
+            if worst <= TOLERANCE:
                 # The residual was the last thing evaluated: forces and posture in the scene belong together.
                 return q_arm, -self._scene.data.qfrc_smooth[self._scene.exo]
-            step = np.linalg.solve(self._slopes(q, q_arm, residual), -residual)
-            q_arm = q_arm + step * min(1.0, STEP_MAX / np.abs(step).max())
+            q_arm = q_arm + _downhill(self._slopes(q, q_arm, residual), residual)
         raise RigError(
-            f"The arm finds no rest with the machine at {np.rad2deg(q).round(1).tolist()}°: {np.abs(residual).max():.1e} N·m remain "
-            f"after {MAX_STEPS} steps. Choose a posture inside the task workspace, or stiffer cuffs."
+            f"The arm finds no rest with the machine at {np.rad2deg(q).round(1).tolist()}°: {worst:.1e} N·m remain after "
+            f"{MAX_STEPS} steps. Choose a posture inside the task workspace, or stiffer cuffs."
         )
 
     def _residual(self, q: Joints, q_arm: Arm) -> Arm:
@@ -80,3 +84,14 @@ class Statics:
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         return data.qfrc_smooth
+
+
+def _downhill(slopes: Float[np.ndarray, "arm arm"], torque: Arm) -> Arm:
+    """Newton's step towards the least energy [rad].
+
+    Bare Newton also stops on saddles, where the arm lies twisted in its cuffs: it did at one posture in fifty. Counting every
+    curvature as positive leaves minima alone as its goals.
+    """
+    curvatures, axes = np.linalg.eigh(-0.5 * (slopes + slopes.T))
+    step = axes @ ((axes.T @ torque) / np.maximum(np.abs(curvatures), CURVATURE_MIN))
+    return step * min(1.0, STEP_MAX / np.abs(step).max())
