@@ -1,6 +1,6 @@
 """One tick: where the joints are, to the torque that the motors should give; the whole of it is one kernel."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -10,7 +10,7 @@ from exograv import kernel
 from exograv.dynamics import parameters
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
-from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm_torque, exo_torque
+from exograv.dynamics.loop_torque import ArmExpression, LoopTorque, arm_torque, exo_torque
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.assembly import FREEDOMS, Assembly
 from exograv.model.loops import LoopSolver
@@ -125,14 +125,15 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         x[parameters.SPRING_OFFSET],
         x[parameters.DAMPING],
     )
-    gravity = ca.DM(GRAVITY)
+    gravity = ca.DM(machine.gravity)
     torque = LoopTorque(
         exo_torque(assembly, machine.phi, x[parameters.rotor(n)], motion, gravity),
         arm_torque(assembly, arm, cuffs, closed, motion, (1 - gravity_level) * gravity, passive_share=drive),
         arm_share * closed.strain,
     )
     coulomb, viscous = x[parameters.coulomb(n)], x[parameters.viscous(n)]
-    driven_friction = friction_torque(machine.friction, coulomb, viscous, v_reference, torque.total)
+    friction = replace(machine.friction, coulomb=coulomb, viscous=viscous)
+    driven_friction = friction_torque(friction, v_reference, torque.total)
     shared_friction = FRICTION_SHARE * friction_share_torque(coulomb, viscous, v)
     tau_feedforward = torque.total + drive * driven_friction + (1 - drive) * shared_friction
     kp = ca.DM(assembly.description.per_actuator("weak_kp_Nm_per_rad"))

@@ -62,12 +62,12 @@ def exo_torque(
     phi_exo: Float[np.ndarray, "joint 10"] | ca.SX,
     rotor: ca.SX | ca.DM,
     motion: tuple[ca.SX, ca.SX, ca.SX],
-    gravity: ca.SX | ca.DM,
+    gravity: ca.SX | ca.DM | np.ndarray,
 ) -> ca.SX:
     """Torque (joint,) of the machine alone for a motion (y, v, a), rotors with reflected inertia `rotor` (joint,)."""
     y, v, a = motion
     phi = ca.DM(phi_exo.T) if isinstance(phi_exo, np.ndarray) else phi_exo
-    return rnea(assembly.exo, y, v, a, phi, ca.SX(gravity)) + rotor * a
+    return rnea(assembly.exo, y, v, a, phi, ca.SX(ca.DM(gravity) if isinstance(gravity, np.ndarray) else gravity)) + rotor * a
 
 
 def arm_torque(
@@ -76,7 +76,7 @@ def arm_torque(
     cuffs: CuffEnergy,
     closed: Closure,
     motion: tuple[ca.SX, ca.SX, ca.SX],
-    gravity: ca.SX | ca.DM,
+    gravity: ca.SX | ca.DM | np.ndarray,
     passive_share: ca.SX | float = 1.0,
 ) -> ca.SX:
     """Torque (joint,) on the actuated joints that moves and carries the arm, for a motion (y, v, a) of the machine."""
@@ -94,6 +94,6 @@ def arm_torque(
     phi = ca.SX.zeros(10, len(tree.joints))
     for i, body in enumerate(SEGMENT_BODY.values()):
         phi[:, body] = arm.phi[10 * i : 10 * (i + 1)]
-    tau_tree = rnea(tree, x_at, S_at @ v_z, S_at @ a_z + bias_at, phi, ca.SX(gravity))
+    tau_tree = rnea(tree, x_at, S_at @ v_z, S_at @ a_z + bias_at, phi, ca.SX(ca.DM(gravity) if isinstance(gravity, np.ndarray) else gravity))
     passive = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, closed.z, v_z)
     return closed.G.T @ (S_at.T @ tau_tree + passive_share * passive)

@@ -23,8 +23,11 @@ class CalibratedMachine:
     phi: Float[np.ndarray, "joint 10"]
     """Inertial parameters of the links."""
 
+    gravity: Float[np.ndarray, " 3"]
+    """In the base frame, as the base stands [m/s²]."""
+
     rotor_inertia: Joints
-    """At the joints, by the data sheet [kg·m²]."""
+    """At the joints [kg·m²]."""
 
     residual_sd: Joints
     """What the calibrated model could not explain of the measured torque [N·m]."""

@@ -102,11 +102,31 @@ class TaskWorkspace(Settings):
     upper_deg: Degrees
 
 
+class Sweep(Settings):
+    """One joint moved to and fro while the others stay, with nothing and with each known weight on the mount."""
+
+    joint: str
+    from_deg: float
+    to_deg: float
+    posture_deg: Degrees
+    """Of all joints; that of the moving one is not used."""
+
+
 class Calibration(Settings):
-    """Where and which known weights hang while the empty machine is calibrated."""
+    """Where and which known weights hang while the empty machine is calibrated, and how it moves."""
 
     mount: str
     weights_kg: Annotated[list[PositiveFloat], Field(min_length=2)]
+    sweeps: Annotated[list[Sweep], Field(min_length=1)]
+
+
+class Excitation(Settings):
+    """The motion that identifies the arm: harmonics of one period about a posture, one row a harmonic."""
+
+    period_s: PositiveFloat
+    centre_deg: Degrees
+    sine_deg: Annotated[list[Degrees], Field(min_length=1)]
+    cosine_deg: Annotated[list[Degrees], Field(min_length=1)]
 
 
 class RigSettings(Settings):
@@ -122,6 +142,7 @@ class RigSettings(Settings):
     actuators: Annotated[list[Actuator], Field(min_length=1)]
     task_workspace: TaskWorkspace
     calibration: Calibration
+    excitation: Excitation
 
     @model_validator(mode="after")
     def _one_entry_per_actuator(self) -> "RigSettings":
@@ -130,6 +151,10 @@ class RigSettings(Settings):
             "donning.posture_deg": self.donning.posture_deg,
             "task_workspace.lower_deg": self.task_workspace.lower_deg,
             "task_workspace.upper_deg": self.task_workspace.upper_deg,
+            "excitation.centre_deg": self.excitation.centre_deg,
+            **{f"calibration.sweeps of {sweep.joint}": sweep.posture_deg for sweep in self.calibration.sweeps},
+            **{f"excitation.sine_deg[{k}]": row for k, row in enumerate(self.excitation.sine_deg)},
+            **{f"excitation.cosine_deg[{k}]": row for k, row in enumerate(self.excitation.cosine_deg)},
         }
         for name, values in lists.items():
             if len(values) != n:

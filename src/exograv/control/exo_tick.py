@@ -1,0 +1,57 @@
+"""The control law of the empty machine: follow a reference with feed-forward and PD, a known weight on its mount."""
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv import kernel
+from exograv.dynamics.loop_torque import GRAVITY
+from exograv.dynamics.rnea import rnea
+from exograv.model.description import RigDescription
+from exograv.model.tree import Tree, inertial_parameters
+from exograv.signals import Reference
+
+Joints = Float[np.ndarray, " joint"]
+
+STIFFER = 3.0  # than the weak PD: nobody is in the machine, and stick-slip would spoil slow sweeps
+
+
+class ExoTick:
+    """By URDF and data sheet alone: it serves the calibration that will correct both."""
+
+    def __init__(self, description: RigDescription, tree: Tree):
+        n = len(tree.joints)
+        q, v, weight = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("weight")
+        q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
+        mount = tree.frame(description.settings.calibration.mount)
+        phi = ca.SX(ca.DM(tree.phi.T))
+        phi[:, mount.body] += weight * ca.DM(inertial_parameters(1.0, mount.p_body_frame, np.zeros((3, 3))))
+        rotor = ca.DM(description.per_actuator("rotor_inertia_kgm2"))
+        feedforward = rnea(tree, q, v_reference, a_reference, phi, ca.SX(ca.DM(GRAVITY))) + rotor * a_reference
+        kp = STIFFER * ca.DM(description.per_actuator("weak_kp_Nm_per_rad"))
+        kd = STIFFER * ca.DM(description.per_actuator("weak_kd_Nms_per_rad"))
+        desired = feedforward + kp * (q_reference - q) + kd * (v_reference - v)
+        names = ["q", "v", "q_reference", "v_reference", "a_reference", "weight"]
+        arguments = [q, v, q_reference, v_reference, a_reference, weight]
+        function = ca.Function("exo_tick", arguments, [desired, feedforward], names, ["tau_desired", "tau_feedforward"])
+        self._kernel = kernel.compile(function)
+        self.weight_kg = 0.0
+        """On the mount, known [kg]."""
+        self.closure_slope = 0.0
+        """There is no loop."""
+
+    @property
+    def tau_feedforward(self) -> Joints:
+        """What the model expects the motors to give [N·m]."""
+        return self._kernel.outputs["tau_feedforward"]
+
+    def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
+        """Desired torque (joint,) [N·m]; arguments as in `Tick.step`."""
+        buffers = self._kernel.inputs
+        buffers["q"][:] = q
+        buffers["v"][:] = v
+        buffers["q_reference"][:] = reference.q
+        buffers["v_reference"][:] = reference.v
+        buffers["a_reference"][:] = reference.a
+        buffers["weight"][0] = self.weight_kg
+        return self._kernel()["tau_desired"]

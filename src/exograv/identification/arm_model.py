@@ -1,0 +1,86 @@
+"""Expected torque of the arm in the machine, and its derivative with respect to everything that is learned."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv import kernel
+from exograv.dynamics import parameters
+from exograv.dynamics.closure import closure, cuff_energy, newton_step
+from exograv.dynamics.friction import friction_torque
+from exograv.dynamics.loop_torque import ArmExpression, arm_torque, exo_torque
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.model.assembly import FREEDOMS, Assembly
+from exograv.model.loops import LoopSolver
+
+from .interface import Joints, Parameters, Sample
+
+SLOW_V = 0.1
+"""Below this speed the direction of friction is uncertain: the filters' delays blur a turn [rad/s]."""
+
+
+class ArmModel:
+    """`TorqueModel` of an arm in a calibrated machine; parameters as in `dynamics.parameters`."""
+
+    def __init__(self, assembly: Assembly, machine: CalibratedMachine):
+        self.assembly, self.machine = assembly, machine
+        self.n_joints, self.n_parameters = assembly.n, parameters.count(assembly.n)
+        self._kernel = kernel.compile(_torque_and_derivative(assembly, machine))
+        self._solver = LoopSolver(assembly)
+        self._q_before: Joints | None = None
+        self._z = np.zeros(len(FREEDOMS))
+        self._G = np.zeros((len(FREEDOMS), assembly.n))
+
+    def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
+        """Follows the motion: the closed posture is carried on from the sample before."""
+        if self._q_before is None:
+            self._z[:] = self._solver.solve(sample.q, sample.q, x[parameters.FIT_OF_ARM])[0]
+        else:
+            self._z += self._G @ (sample.q - self._q_before)
+        self._q_before = sample.q.copy()
+        tau, derivative, self._z[:], self._G[:], _ = self._kernel.of(sample.q, sample.v, sample.a, self._z, x)
+        return tau, derivative
+
+    def at_rest(self, q: Joints, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
+        """Torque that holds exoskeleton and arm still at `q` (joint,) [rad], friction and passive joints apart."""
+        still = np.zeros(self.n_joints)
+        z, _ = self._solver.solve(q, q, x[parameters.FIT_OF_ARM])
+        held = x.copy()
+        held[parameters.STIFFNESS] = held[parameters.SPRING_OFFSET] = 0.0
+        for _ in range(3):
+            tau, derivative, z, _, _ = self._kernel.of(q, still, still, z, held)
+        derivative[:, parameters.STIFFNESS] = derivative[:, parameters.SPRING_OFFSET] = 0.0
+        return tau, derivative
+
+    def direction_uncertainty(self, v: Joints) -> Joints:
+        """Standard deviation [N·m]: all of the Coulomb torque at rest, none of it in clear motion."""
+        return self.machine.friction.coulomb / np.cosh(v / SLOW_V) ** 2
+
+
+def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
+    n = assembly.n
+    q, v, a = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n)
+    z_before, x = ca.SX.sym("z_before", len(FREEDOMS)), ca.SX.sym("x", parameters.count(n))
+    cuffs = cuff_energy(assembly)
+    fit = x[parameters.FIT_OF_ARM]
+    # One Newton step from a closed posture: zero in value, and the derivative of the posture with respect to `fit`.
+    closed = closure(cuffs, q, newton_step(cuffs, q, z_before, fit), fit)
+    arm = ArmExpression(
+        x[parameters.PHI], fit, x[parameters.STIFFNESS], x[parameters.SPRING_OFFSET], x[parameters.DAMPING]
+    )
+    load = (
+        exo_torque(assembly, machine.phi, x[parameters.rotor(n)], (q, v, a), machine.gravity)
+        + arm_torque(assembly, arm, cuffs, closed, (q, v, a), machine.gravity)
+        + closed.strain
+    )
+    friction = replace(machine.friction, coulomb=x[parameters.coulomb(n)], viscous=x[parameters.viscous(n)])
+    tau = load + friction_torque(friction, v, load)
+    return ca.Function(
+        "torque_and_derivative",
+        [q, v, a, z_before, x],
+        [tau, ca.jacobian(tau, x), closed.z, closed.G, closed.slope],
+        ["q", "v", "a", "z_before", "x"],
+        ["tau", "derivative", "z", "G", "slope"],
+    )

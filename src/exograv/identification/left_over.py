@@ -1,0 +1,56 @@
+"""How much torque will be left over once the arm floats, as far as the estimate itself can tell."""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics import parameters
+from exograv.model.support import sample_postures
+
+from .arm_model import ArmModel
+from .interface import Covariance, Estimate, Joints, Outcome, Parameters
+
+TARGET_NM = np.array([0.15, 0.15, 0.15, 0.075])
+"""Predicted left over at which identification may stop, shoulder and elbow [N·m]; serves the target 0.2 / 0.1."""
+
+POSTURES = 32
+LOOK_AHEAD_S = 10.0
+WORTHWHILE = 0.05  # share by which the look-ahead must still improve the prediction
+
+
+class LeftOverPrediction:
+    """Predicted RMS of the torque error over the task workspace, for any covariance of the parameters."""
+
+    def __init__(self, model: ArmModel, x: Parameters):
+        postures = sample_postures(model.assembly.description, POSTURES)
+        relevant = np.zeros(model.n_parameters, dtype=bool)
+        relevant[parameters.PHI] = relevant[parameters.FIT_OF_ARM] = True
+        rows = [np.where(relevant, model.at_rest(q, x)[1], 0.0) for q in postures]
+        self._sensitivity: Float[np.ndarray, "posture joint parameter"] = np.array(rows)
+
+    def rms(self, covariance: Covariance) -> Joints:
+        """(joint,) [N·m]"""
+        C = self._sensitivity
+        return np.sqrt(np.einsum("pji,ik,pjk->j", C, covariance, C, optimize=True) / len(C))
+
+
+class StopRule:
+    """Says when more motion is not worth its time, and why."""
+
+    def __init__(self, joints: int):
+        self._target = TARGET_NM[:joints]
+        self._history: list[tuple[float, float]] = []
+
+    def judge(self, estimate: Estimate, predicted: Joints) -> Outcome:
+        """Outcome after this much motion; `RUNNING` until a rule fires. Call about once a second."""
+        # The joint farthest from its target decides: one number, 1 at the target.
+        ratio = float((predicted / self._target).max())
+        self._history.append((estimate.t, ratio))
+        if estimate.rejected_share > 0.3 and estimate.t > LOOK_AHEAD_S:
+            return Outcome.NOT_RELAXED
+        if ratio <= 1.0:
+            return Outcome.CONVERGED
+        earlier = [r for t, r in self._history if t <= estimate.t - LOOK_AHEAD_S]
+        # The motion repeats: the next seconds will teach about as much as the last ones did, never more.
+        if estimate.t >= 2 * LOOK_AHEAD_S and earlier and ratio > (1 - WORTHWHILE) * earlier[-1]:
+            return Outcome.EXHAUSTED
+        return Outcome.RUNNING

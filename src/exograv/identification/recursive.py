@@ -1,0 +1,109 @@
+"""Our method: a Bayesian information filter from the table's prior, with the wearer's restlessness in its state."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from .interface import Covariance, Estimate, Joints, Parameters, Sample, TorqueModel
+from .physical import PhysicalProjection
+from .square_root import FilterBank
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What the expected torque cannot explain."""
+
+    sd: Joints
+    """Of the calibrated machine's residual [N·m]."""
+
+    correlation_s: Joints
+    """Its integrated autocorrelation time [s]."""
+
+    disturbance_sd: Joints
+    """Size of a slow disturbance, as assumed [N·m]: a wearer who does not quite relax, and errors of the model that
+    change with the posture. The filter weighs multiples of it by the data."""
+
+    disturbance_correlation_s: float = 3.0
+    """Of the slow disturbance [s]; people: 1-5 s (docs/arm.md)."""
+
+
+DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8])
+"""Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
+
+GATE = 2.5
+"""Innovation in standard deviations from which a sample loses weight (Huber)."""
+
+UPDATE_PERIOD_S = 0.04
+"""The motion is slow and the filter's corner at 7 Hz: more samples would only repeat each other."""
+
+
+class Recursive:
+    """`Method` for any `TorqueModel`; linearised at the newest estimate, robust to bursts, physical when published."""
+
+    name = "recursive"
+
+    def __init__(
+        self,
+        model: TorqueModel,
+        mean: Parameters,
+        covariance: Covariance,
+        noise: Noise,
+        bodies: tuple[slice, ...],
+    ):
+        self._model, self._noise = model, noise
+        self._mean = mean
+        self._unwhiten = _square_root(covariance)
+        self._free = self._unwhiten.shape[1]
+        disturbance = DISTURBANCE_SCALES[:, None] * noise.disturbance_sd
+        self._bank = FilterBank(self._free, disturbance, noise.disturbance_correlation_s)
+        self._project = PhysicalProjection(bodies, mean)
+        self._x = mean.copy()
+        self._t = 0.0
+        self._updated_t = -np.inf
+        self._samples = 0
+        self._rejected = 0
+
+    def update(self, sample: Sample) -> None:
+        """Take one sample; those within `UPDATE_PERIOD_S` of the last used one are passed over."""
+        self._t = sample.t
+        dt = sample.t - self._updated_t
+        if dt < UPDATE_PERIOD_S - 1e-9:
+            return
+        dt = min(dt, 1.0)
+        self._updated_t = sample.t
+        tau, derivative = self._model.linearise(sample, self._x)
+        H = derivative @ self._unwhiten
+        y = sample.tau - tau + derivative @ (self._x - self._mean)
+        # A correlated residual says less: its variance grows by the number of samples that say the same.
+        repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
+        noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
+        expected, expected_sd = self._bank.predicted(dt, H)
+        surprise = np.abs(y - expected) / np.hypot(expected_sd, noise_sd)
+        weight = np.minimum(1.0, GATE / np.maximum(surprise, 1e-9))
+        self._samples += 1
+        self._rejected += int(weight.min() < 0.5)
+        self._bank.update(dt, H, y, noise_sd / np.sqrt(weight))
+        if self._samples % 5 == 0:
+            self._x = self._mean + self._unwhiten @ self._bank.mean()
+
+    def estimate(self) -> Estimate:
+        """What is known now; bodies projected onto possible ones."""
+        covariance = self.covariance()
+        x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
+        scale = float(self._bank.weights @ DISTURBANCE_SCALES)
+        return Estimate(self._t, x, covariance, self._rejected / max(self._samples, 1), scale)
+
+    def covariance(self) -> Covariance:
+        """Of all parameters."""
+        return self._unwhiten @ self._bank.covariance() @ self._unwhiten.T
+
+
+def _square_root(covariance: Covariance) -> Float[np.ndarray, "parameter free"]:
+    """Factor L with L Lᵀ = covariance, scaled first so that small units do not count as singular."""
+    sd = np.sqrt(np.diag(covariance))
+    known = sd > 0.0
+    scale = np.where(known, sd, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    keep = values > 1e-12
+    return scale[:, None] * vectors[:, keep] * np.sqrt(values[keep])

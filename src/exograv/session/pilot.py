@@ -1,0 +1,153 @@
+"""The loop of a session: read, observe, decide, limit, command, record; the same for every phase and every controller."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.control.observer import Observer
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.errors import RigError
+from exograv.motion import Trajectory
+from exograv.recording import RecordingWriter
+from exograv.rig import Rig
+from exograv.runtime.pace import Pace
+from exograv.safety.envelope import Envelope
+from exograv.signals import Command, JointState, Reference
+
+Joints = Float[np.ndarray, " joint"]
+Progress = Callable[[str, float], None]
+"""Called with a sentence and the share done, now and then."""
+
+COMMAND_LIFE_S = 0.005  # a command that is not replaced for five periods is void (docs/safety.md, SS0)
+PROGRESS_TICKS = 200
+
+
+class Controller(Protocol):
+    """Decides a torque; `ExoTick`, or an arm's tick with its parameters."""
+
+    @property
+    def tau_feedforward(self) -> Joints:
+        """What the model expects [N·m]."""
+        ...
+
+    @property
+    def closure_slope(self) -> float:
+        """How far the loops are from closed [N·m]."""
+        ...
+
+    def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
+        """Desired torque [N·m]."""
+        ...
+
+
+@dataclass
+class Moment:
+    """One tick, for whoever listens; arrays are overwritten by the next."""
+
+    state: JointState
+    q: Joints
+    """Observed [rad]."""
+    v: Joints
+    """[rad/s]"""
+    tau_measured: Joints
+    """By current and gain [N·m]."""
+    tau_commanded: Joints
+    """[N·m]"""
+    tau_feedforward: Joints
+    """[N·m]"""
+
+
+@dataclass
+class Pilot:
+    """Owns what lives across the phases of a run on one rig."""
+
+    rig: Rig
+    actuators: ActuatorGain
+    envelope: Envelope
+    recording: RecordingWriter | None = None
+    progress: Progress = lambda _text, _share: None
+    pace: Pace | None = None
+    tick_us: list[float] = field(default_factory=list)
+    """Time that each decision took, envelope included [µs]."""
+
+    def __post_init__(self):
+        self.observer = Observer(len(self.rig.joints), self.rig.period_s)
+        self.worst_closure_slope = 0.0
+        self.q = self.rig.read().q.copy()
+        """Where the joints were at the last tick [rad]."""
+
+    def run(
+        self,
+        controller: Controller,
+        trajectory: Trajectory,
+        text: str,
+        listener: Callable[[Moment], None] | None = None,
+    ) -> None:
+        """Follow a trajectory to its end.
+
+        Raises:
+            RigError: The envelope stopped the run; the arm has come down softly.
+        """
+        for k in range(len(trajectory)):
+            reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
+            moment = self._tick(controller, reference)
+            if listener is not None:
+                listener(moment)
+            if self.envelope.stop is not None:
+                self._come_down(controller, reference)
+            if k % PROGRESS_TICKS == 0:
+                self.progress(text, k / len(trajectory))
+        self.progress(text, 1.0)
+
+    def _tick(self, controller: Controller, reference: Reference) -> Moment:
+        state = self.rig.read()
+        start = time.perf_counter_ns()
+        self.observer.update(state.q)
+        q, v = self.observer.q, self.observer.v
+        tau_desired = controller.step(q, v, reference)
+        tau_commanded = self.envelope.limit(tau_desired, v)
+        current = self.actuators.current(tau_commanded)
+        tick_us = 1e-3 * (time.perf_counter_ns() - start)
+        self.rig.write(Command(state.t, state.sequence, state.t + COMMAND_LIFE_S, tau_commanded, current))
+        self.q = state.q
+        self.tick_us.append(tick_us)
+        slope = controller.closure_slope
+        self.worst_closure_slope = max(self.worst_closure_slope, slope)
+        tau_measured = self.actuators.torque(state.current)
+        if self.recording is not None:
+            self.recording.tick(
+                state.t,
+                limited=_bits(tau_desired, tau_commanded),
+                closure_residual=slope,
+                tick_us=tick_us,
+                q_measured=state.q,
+                q_reference=reference.q,
+                v=v,
+                current=state.current,
+                tau_measured=tau_measured,
+                tau_feedforward=controller.tau_feedforward,
+                tau_desired=tau_desired,
+                tau_commanded=tau_commanded,
+            )
+        if self.pace is not None:
+            self.pace.wait()
+        return Moment(state, q, v, tau_measured, tau_commanded, controller.tau_feedforward)
+
+    def _come_down(self, controller: Controller, reference: Reference) -> None:
+        """Finish the soft descent, then tell."""
+        reason = self.envelope.stop
+        text = reason.value if reason is not None else ""
+        if self.recording is not None:
+            self.recording.write("/event", self.rig.read().t, {"kind": "stop", "text": text})
+        for _ in range(round((self.envelope.limits.descent_s + 1.0) / self.rig.period_s)):
+            self._tick(controller, reference)
+        raise RigError(f"The run was stopped: {text} The arm was let down softly. Look into the recording, then repeat.")
+
+
+def _bits(desired: Joints, commanded: Joints) -> int:
+    changed = np.flatnonzero(desired != commanded)
+    return int((1 << changed).sum()) if changed.size else 0
