@@ -1,4 +1,4 @@
-"""The embedded twin: a virtual machine with a virtual wearer, on another engine than the controller and with its own truth."""
+"""The embedded twin: a virtual machine with a virtual wearer, on another engine and with its own truth."""
 
 from .examiner import Examiner as Examiner
 from .examiner import held_out_postures as held_out_postures

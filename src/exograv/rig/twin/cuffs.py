@@ -13,7 +13,10 @@ from .wearer import Cuffs
 
 @dataclass(frozen=True)
 class Kinematics:
-    """MuJoCo's own arrays as symbols, one column per body; MuJoCo is row-major, CasADi column-major, so the memory is the same."""
+    """MuJoCo's own arrays as symbols, one column per body.
+
+    MuJoCo is row-major, CasADi column-major, so the memory is the same.
+    """
 
     xpos: ca.SX
     """Origins (3, body) [m]."""
@@ -28,7 +31,7 @@ class Kinematics:
     """Centres of mass of subtrees (3, body) [m]; velocities are counted there."""
 
     cvel: ca.SX
-    """Angular, then linear velocity (6, body) of the point of the body that is at its tree's centre of mass [rad/s, m/s]."""
+    """Angular and linear velocity (6, body) [rad/s, m/s], the linear one at the tree's centre of mass."""
 
     @classmethod
     def of(cls, n_bodies: int) -> "Kinematics":
@@ -70,7 +73,7 @@ def _on_arm(scene: Scene, place: CuffPlace, cuffs: Cuffs, kinematics: Kinematics
     Q = R_exo.T @ R_world_segment @ place.R_arm
     e_p = R_exo.T @ (point - kinematics.xpos[:, place.exo_body])
     e_r = 0.5 * ca.vertcat(Q[2, 1] - Q[1, 2], Q[0, 2] - Q[2, 0], Q[1, 0] - Q[0, 1])
-    # de_r = ½ (tr(Q) 1 − Q) dφ for a small turn dφ of the arm; without the transpose the moment would not derive from E.
+    # de_r = ½ (tr(Q) 1 − Q) dφ for a small turn dφ of the arm; without its transpose the moment has no energy.
     turn = 0.5 * (ca.trace(Q) * ca.SX.eye(3) - Q)
     force = -R_exo @ (cuffs.stiffness[:3] * e_p)
     moment = -R_exo @ (turn.T @ (cuffs.stiffness[3:] * e_r))

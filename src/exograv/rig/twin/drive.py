@@ -1,10 +1,10 @@
 """Drives of the twin: torque lag, gear spring, rotor, and friction that truly sticks, on the motor's side of the gear.
 
-Friction is LuGre's bristle law with an elastic zone in which a bristle does not slip at all, so that a stuck joint does not creep;
-the bristle follows its exact exponential over a step, since the explicit form can diverge at 0.5 ms.
+Friction is LuGre's bristle law with an elastic zone in which a bristle does not slip at all, so that a stuck joint does
+not creep; the bristle follows its exact exponential over a step, since the explicit form can diverge at 0.5 ms.
 
-Source: Canudas de Wit et al. (1995), IEEE TAC 40(3); Dupont et al. (2002), IEEE TAC 47(5), for the elastic zone; exponent 1.3 and
-load-dependent Coulomb friction after Bittencourt & Gunnarsson (2012), form unverified.
+Source: Canudas de Wit et al. (1995), IEEE TAC 40(3); Dupont et al. (2002), IEEE TAC 47(5), for the elastic zone;
+exponent 1.3 and load-dependent Coulomb friction after Bittencourt & Gunnarsson (2012), form unverified.
 """
 
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ FRICTION_FLOOR = 0.1
 """Ripple never takes away more than all but this share of Coulomb friction [-]."""
 
 DRIVE_STATES = ("bristle", "theta", "omega", "tau_motor")
-"""Bristle deflection [rad]; position and speed of a rotor behind its gear [rad, rad/s]; motor torque at the joint [N·m]."""
+"""Bristle deflection [rad]; position [rad] and speed [rad/s] of a rotor behind its gear; motor torque [N·m]."""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,10 @@ def held_out_postures(description: RigDescription) -> Postures:
 
 
 class Examiner:
-    """Static truth of one wearer in one machine, by the twin's engine; nothing of control or identification may see it."""
+    """Static truth of one wearer in one machine, by the twin's engine.
+
+    Nothing of control or identification may see it.
+    """
 
     def __init__(
         self,

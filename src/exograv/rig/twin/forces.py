@@ -17,7 +17,10 @@ from .wearer import Wearer
 
 @dataclass(frozen=True)
 class StepForces:
-    """The forces of one step. Call `kernel.evaluate` between `mj_step1` and `mj_step2`, then copy `state_next` into `state`."""
+    """The forces of one step.
+
+    Call `kernel.evaluate` between `mj_step1` and `mj_step2`, then copy `state_next` into `state`.
+    """
 
     kernel: kernel.Kernel
     state: np.ndarray
@@ -87,7 +90,10 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> StepFo
 
 
 def static_forces(scene: Scene, wearer: Wearer, with_passive: bool) -> kernel.Kernel:
-    """Cuffs at rest, and the passive joints if asked; also the shoulder's path: `shift` [m] and its `slope` (arm,) [m/rad]."""
+    """Cuffs at rest, and the passive joints if asked.
+
+    Also the shoulder's path: `shift` [m] and its `slope` (arm,) [m/rad].
+    """
     kinematics = Kinematics.of(scene.model.nbody)
     qpos = ca.SX.sym("qpos", scene.model.nq)
     q_arm = ca.SX.sym("q_arm", len(scene.arm))

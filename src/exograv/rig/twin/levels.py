@@ -1,6 +1,6 @@
-"""Disturbances of the twin: every row of the two tables of the yardstick, at levels 0 (none) to 4 (a bad day), each with a switch.
+"""Disturbances of the twin: each row of the yardstick's two tables, at levels 0 (none) to 4 (a bad day), with a switch.
 
-A pair (a, b) is a uniform range. Source: the tables of `docs/disturbances.md`; they may be widened with a reason, never narrowed.
+A pair (a, b) is a uniform range. The numbers may be widened with a reason; they are never narrowed to reach a figure.
 """
 
 import difflib

@@ -52,7 +52,10 @@ class Muscles:
         return bias
 
     def _draw_bursts(self) -> Float[np.ndarray, "tick 4"]:
-        """Half waves at one joint, either way, that begin at random; what reaches beyond the block is kept for the next."""
+        """Half waves at one joint, either way, that begin at random.
+
+        What reaches beyond the block is kept for the next.
+        """
         torque = np.zeros((2 * BLOCK, len(ARM_JOINTS)))
         torque[: len(self._overhang)] = self._overhang
         while self._next_burst < BLOCK:

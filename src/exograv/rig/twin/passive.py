@@ -1,4 +1,4 @@
-"""What the relaxed arm does by itself: elastic joints, hysteresis, end stops, and a shoulder centre that moves with elevation."""
+"""What the relaxed arm does by itself: elastic joints, hysteresis, end stops, a shoulder centre that shifts."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,8 @@ from .wearer import PassiveJoints
 HYSTERESIS_DECAY = 1.0
 """[s] Source: a major part decays within 1 s, MacKay (1986), J Biomech 19:231, abstract."""
 
-# Clinical ranges of healthy adults: flexion 60° back to 180°, abduction 30° across to 180°, rotation 90° out to 70° in, elbow 0 to 150°.
+# Clinical ranges of healthy adults: flexion 60° back to 180°, abduction 30° across to 180°, rotation 90° out to 70° in,
+# elbow 0 to 150°.
 # The usual textbook figures, unverified; where a model of the arm clamps its joints is something else.
 RANGE_DEG = np.array([[-60.0, 180.0], [-30.0, 180.0], [-90.0, 70.0], [0.0, 150.0]])
 
@@ -22,9 +23,13 @@ STOP_FOLDS = 4.0
 STOP_FOLDS_MAX = 6.0
 
 SHIFT_TABLE = np.array([[30.0, 12.0], [60.0, 25.0], [90.0, 39.0], [120.0, 54.0], [150.0, 70.0]])
-"""Shift of the shoulder centre from rest [mm] at an elevation [°]. Source: arm_and_cuffs.md 4, computed from a published rhythm."""
+"""Shift of the shoulder centre from rest [mm] at an elevation [°].
 
-# Near the hanging arm elevation has a corner (any direction away is up); 0.1 rad rounds it, or the reaction torque would jump.
+Source: computed from a published shoulder rhythm.
+"""
+
+# Near the hanging arm elevation has a corner (any direction away is up); 0.1 rad rounds it, or the reaction torque
+# would jump.
 CORNER = 0.1
 SHIFT_STIFFNESS = 1.0e6
 """Holds the shoulder centre on its path: 40 N move it by 0.04 mm [N/m]."""
@@ -65,10 +70,14 @@ def shoulder_shift(q: ca.SX, share: float) -> ca.SX:
     """How far the shoulder centre has moved up and inwards at the arm's posture `q` (arm,) [m]."""
     chord = ca.sqrt(2.0 * (1.0 - ca.cos(q[0]) * ca.cos(q[1])) + CORNER**2) - CORNER
     powers = np.arange(1, len(SHIFT_TABLE) + 1)
-    # A polynomial without constant through the table; its variable is the chord of the elevation, smooth where the angle is not.
+    # A polynomial without constant through the table; its variable is the chord of the elevation, smooth where the
+    # angle is not.
     at_table = np.sqrt(2.0 * (1.0 - np.cos(np.deg2rad(SHIFT_TABLE[:, 0]))) + CORNER**2) - CORNER
     coefficients = np.linalg.solve(at_table[:, None] ** powers, 1e-3 * SHIFT_TABLE[:, 1])
-    return share * sum(float(c) * chord ** int(p) for c, p in zip(coefficients, powers, strict=True))
+    shift = ca.SX(0)
+    for coefficient in coefficients[::-1]:
+        shift = (shift + float(coefficient)) * chord
+    return share * shift
 
 
 def shift_forces(q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX, share: float) -> tuple[ca.SX, ca.SX]:

@@ -1,9 +1,11 @@
-"""What the twin knows about human arms: regressions on body mass and height, never the table behind the estimator's prior.
+"""What the twin knows about human arms: regressions on body mass and height, never the table of the estimator's prior.
 
     y = b0 + b1 * mass [kg] + b2 * height [cm] + sigma * N(0, 1)
 
-Source: Zatsiorsky–Seluyanov, men 100, women 15, as in Zatsiorsky (2002), Kinetics of Human Motion, tables A2.6 and A2.7. Which landmark
-a centre is measured from, and the units, were inferred by checking the tables against each other (`docs/anthropometry.md`).
+Source: Zatsiorsky–Seluyanov, men 100, women 15, as in Zatsiorsky (2002), Kinetics of Human Motion, tables A2.6 and
+A2.7. The files state neither units nor the end that a centre is measured from; both are inferred: at 73 kg, 174.1 cm
+the men's rows give 13.3, 14.3, 11.8 cm, and the sample means 55.02, 57.26, 63.09 % of the segments from the distal end
+are 13.4, 14.4, 12.0 cm. The women's rows miss the means of their own sample and are rescaled to them.
 """
 
 from collections.abc import Mapping
@@ -67,7 +69,10 @@ class SegmentRows:
     """Moment of inertia about the centre of mass: antero-posterior, medio-lateral, longitudinal axis [kg·cm²]."""
 
     length: float
-    """Sample mean between joint centres: shoulder-elbow, elbow-wrist, wrist-fingertip [m]. Source: de Leva (1996), lengths only."""
+    """Sample mean between joint centres: shoulder-elbow, elbow-wrist, wrist-fingertip [m].
+
+    Source: de Leva (1996), lengths only.
+    """
 
     landmark_length: float
     """Sample mean between the landmarks, implied by the sample's moments of inertia [m]."""
@@ -90,7 +95,8 @@ def _segment(
     return SegmentRows(Regression(*mass), Regression(*centre), (ap, ml, si), *lengths)
 
 
-# The radiale lies 15.6 mm (men) or 15.2 mm (women) beyond the elbow centre, the stylion 2.0 or 1.9 mm short of the wrist centre.
+# The radiale lies 15.6 mm (men) or 15.2 mm (women) beyond the elbow centre, the stylion 2.0 or 1.9 mm short of the
+# wrist centre.
 TABLE: Mapping[Sex, Mapping[str, SegmentRows]] = {
     "male": {
         "upper_arm": _segment(
@@ -135,4 +141,7 @@ TABLE: Mapping[Sex, Mapping[str, SegmentRows]] = {
 }
 
 LENGTH_RESIDUAL_SD: Mapping[str, float] = {"upper_arm": 0.0105, "forearm": 0.0111, "hand": 0.0077}
-"""What is left of a length once stature is known [m]. Source: computed from ANSUR II, 1986 women; used for both sexes."""
+"""What is left of a length once stature is known [m].
+
+Source: computed from ANSUR II, 1986 women; used for both sexes.
+"""

@@ -16,14 +16,15 @@ from .wearer import ARM_JOINTS, Wearer
 TIMESTEP = 0.0005
 """[s]"""
 
-# Hard stops lie 5° beyond the limits that software keeps. Source: AGREE's soft stop, `docs/robots.md`.
+# Hard stops lie 5° beyond the limits that software keeps. As in AGREE.
 HARD_STOP_MARGIN = np.deg2rad(5.0)
 
 SHIFT_JOINT = "arm_shoulder_shift"
 WEIGHTS: Mapping[str, str] = {"calibration": "weight_at_calibration_mount", "hand": "weight_at_hand"}
 """Bodies without mass where a known weight can hang."""
 
-# MuJoCo would fuse fixed frames into their parents and lose the cuffs; only the compiler's own tag, read with the file, prevents it.
+# MuJoCo would fuse fixed frames into their parents and lose the cuffs; only the compiler's own tag, read with the file,
+# prevents it.
 COMPILER = '<mujoco><compiler discardvisual="false" fusestatic="false" strippath="false"/></mujoco>'
 
 
@@ -87,12 +88,15 @@ def build_scene(
         description: The machine as its folder describes it.
         machine: How it differs.
         wearer: Who is in it; `None` leaves it empty.
-        lengths: What the machine's adjustable lengths are set to, by segment [m]; those measured on the wearer where absent.
+        lengths: What the machine's adjustable lengths are set to, by segment [m]; where absent, those
+            measured on the wearer.
     """
     spec = _machine_spec(description, machine, lengths or (wearer.lengths_given if wearer else {}))
     if wearer is not None:
         _add_arm(spec, wearer, _shoulder_centre(spec, description) + wearer.donning_offset)
     model = spec.compile()
+    # MuJoCo would otherwise put a diverged world back to its beginning and carry on.
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     if model.opt.jacobian != mujoco.mjtJacobian.mjJAC_DENSE:
         raise RigError(
             "MuJoCo did not keep the dense Jacobian; its sparse solver has a wrong Hessian in some releases."

@@ -29,7 +29,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Segment:
-    """A rigid segment in its own frame: origin at the proximal joint centre; x forward, y left, z up while the arm hangs straight."""
+    """A rigid segment in a frame at its proximal joint centre: x forward, y left, z up while the arm hangs straight."""
 
     length: float
     """Proximal to distal joint centre; for the hand, wrist to fingertip [m]."""
@@ -96,8 +96,8 @@ def _draw_segment(name: str, body: Body, disturbances: Disturbances, seed: int) 
             below = _centre_below_joint(rows, body, residuals[1], stretch) * length / mean_length
             return Segment(float(length), float(mass), np.array([*off_axis, -below]), inertia)
     raise ConfigError(
-        f"No physically possible {name} for a {body.sex} of {body.height:.2f} m and {body.mass:.0f} kg in {MAX_DRAWS} draws: "
-        "the regressions do not reach that far. Choose a body nearer to their sample (1.5-2.0 m, 45-95 kg)."
+        f"No physically possible {name} for a {body.sex} of {body.height:.2f} m and {body.mass:.0f} kg in {MAX_DRAWS} "
+        "draws: the regressions do not reach that far. Choose a body nearer to their sample (1.5-2.0 m, 45-95 kg)."
     )
 
 
@@ -109,7 +109,8 @@ def _drawn(rows: SegmentRows, quantity: str, body: Body, residual: float) -> flo
 def _centre_below_joint(rows: SegmentRows, body: Body, residual: float, stretch: float) -> float:
     """Distance [m] of the centre of mass below the proximal joint centre, in a segment of mean length for its stature.
 
-    The regressions count from the distal landmark; a segment longer than its stature tells is stretched as a whole afterwards.
+    The regressions count from the distal landmark; a segment longer than its stature tells is stretched as a whole
+    afterwards.
     """
     from_distal = 0.01 * _drawn(rows, "centre", body, residual)  # men: cm to m; women: % to fraction
     if body.sex == "female":

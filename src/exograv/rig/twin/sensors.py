@@ -19,6 +19,7 @@ class Sensors:
         self._offset = sensors.encoder_offset
         self._step = sensors.encoder_step
         self._is_quantised = sensors.encoder_step > 0.0
+        self._divisor = np.where(self._is_quantised, sensors.encoder_step, 1.0)
         self._torque_to_current = 1.0 / drives.gain
         self._noise_sd = sensors.current_noise / np.abs(drives.gain)  # [A]
         self._stream = stream(seed, "run", "current_noise")
@@ -41,12 +42,8 @@ class Sensors:
         """Positions [rad] and currents [A] as measured now."""
         q, tau_motor = self._past[(self._newest + 1) % len(self._past)]
         q_measured = q + self._offset
-        np.copyto(q_measured, np.round(q_measured / self._safe_step) * self._step, where=self._is_quantised)
+        np.copyto(q_measured, np.rint(q_measured / self._divisor) * self._step, where=self._is_quantised)
         return q_measured, tau_motor * self._torque_to_current + self._next_noise()
-
-    @property
-    def _safe_step(self) -> Joints:
-        return np.where(self._is_quantised, self._step, 1.0)
 
     def _next_noise(self) -> Joints:
         if self._reading == BLOCK:

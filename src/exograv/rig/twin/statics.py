@@ -1,4 +1,4 @@
-"""The arm at rest in its cuffs while the machine's joints are locked: where it settles, and what the locks then carry."""
+"""The arm at rest in its cuffs with the machine's joints locked: where it settles, and what the locks then carry."""
 
 import mujoco
 import numpy as np
@@ -28,7 +28,10 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class Statics:
-    """Static torques of a scene by MuJoCo's own kinematics; friction and muscles are silent. The scene's state is overwritten."""
+    """Static torques of a scene by MuJoCo's own kinematics; friction and muscles are silent.
+
+    The scene's state is overwritten.
+    """
 
     def __init__(self, scene: Scene, wearer: Wearer | None, with_passive: bool) -> None:
         self._scene = scene
@@ -37,7 +40,8 @@ class Statics:
     def settle(self, q: Joints, guess: Arm | None = None) -> tuple[Arm, Joints]:
         """Posture of the arm (arm,) [rad] and torque on the locks (joint,) [N·m] with the machine's joints at `q`.
 
-        The torque is what motors must add to hold the machine there. `guess` starts the search; `q` itself where absent.
+        The torque is what motors must add to hold the machine there. `guess` starts the search; `q` itself where
+        absent.
 
         Raises:
             RigError: The arm finds no rest, which means that the cuffs do not hold it.
@@ -54,8 +58,8 @@ class Statics:
                 return q_arm, -self._scene.data.qfrc_smooth[self._scene.exo]
             q_arm = q_arm + _downhill(self._slopes(q, q_arm, residual), residual)
         raise RigError(
-            f"The arm finds no rest with the machine at {np.rad2deg(q).round(1).tolist()}°: {worst:.1e} N·m remain after "
-            f"{MAX_STEPS} steps. Choose a posture inside the task workspace, or stiffer cuffs."
+            f"The arm finds no rest with the machine at {np.rad2deg(q).round(1).tolist()}°: {worst:.1e} N·m remain "
+            f"after {MAX_STEPS} steps. Choose a posture inside the task workspace, or stiffer cuffs."
         )
 
     def _residual(self, q: Joints, q_arm: Arm) -> Arm:
@@ -70,7 +74,10 @@ class Statics:
         return np.array([self._residual(q, one) - residual for one in turned]).T / DIFFERENCE
 
     def _net_torque(self, q: Joints, q_arm: Arm) -> Float[np.ndarray, " dof"]:
-        """All generalised forces at rest [N·m, N]; MuJoCo sums them on the way to accelerations that nobody needs here."""
+        """All generalised forces at rest [N·m, N].
+
+        MuJoCo sums them on the way to accelerations that nobody needs here.
+        """
         scene, model, data = self._scene, self._scene.model, self._scene.data
         data.qvel[:] = 0.0
         data.qpos[scene.exo] = q
@@ -89,8 +96,8 @@ class Statics:
 def _downhill(slopes: Float[np.ndarray, "arm arm"], torque: Arm) -> Arm:
     """Newton's step towards the least energy [rad].
 
-    Bare Newton also stops on saddles, where the arm lies twisted in its cuffs: it did at one posture in fifty. Counting every
-    curvature as positive leaves minima alone as its goals.
+    Bare Newton also stops on saddles, where the arm lies twisted in its cuffs: it did at one posture in fifty. Counting
+    every curvature as positive leaves minima alone as its goals.
     """
     curvatures, axes = np.linalg.eigh(-0.5 * (slopes + slopes.T))
     step = axes @ ((axes.T @ torque) / np.maximum(np.abs(curvatures), CURVATURE_MIN))

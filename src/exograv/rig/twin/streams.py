@@ -1,4 +1,7 @@
-"""Random numbers of the twin: each disturbance has its own stream, so that switching one leaves the others' draws as they were."""
+"""Random numbers of the twin.
+
+Each disturbance has its own stream, so that switching one leaves the others' draws as they were.
+"""
 
 import zlib
 
@@ -8,7 +11,10 @@ from .levels import Value
 
 
 def stream(seed: int, owner: str, row: str) -> np.random.Generator:
-    """Generator of one disturbance of one owner ("wearer", "machine", "run"): same seed, same numbers, at every level."""
+    """Generator of one disturbance of one owner ("wearer", "machine", "run").
+
+    Same seed, same numbers, at every level.
+    """
     keys = (zlib.crc32(owner.encode()), zlib.crc32(row.encode()))
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=keys))
 

@@ -60,7 +60,10 @@ class Truth:
 
 
 class Twin:
-    """A `Rig` in MuJoCo. Each `write` advances it by one period; the same arguments and commands give the same run, bit for bit."""
+    """A `Rig` in MuJoCo.
+
+    Each `write` advances it by one period; the same arguments and commands give the same run, bit for bit.
+    """
 
     def __init__(
         self,
@@ -142,8 +145,8 @@ class Twin:
         if not np.isfinite(command.current).all():
             joints = [joint for joint, i in zip(self.joints, command.current, strict=True) if not np.isfinite(i)]
             raise RigError(
-                f"Command {command.sequence} asks {', '.join(joints)} for a current that is not finite; the drives refuse it. "
-                "The envelope must stop such a command before it is written."
+                f"Command {command.sequence} asks {', '.join(joints)} for a current that is not finite; the drives "
+                "refuse it. The envelope must stop such a command before it is written."
             )
         drives = self._machine.drives
         tau_asked = np.clip(drives.gain * command.current, -drives.torque_max, drives.torque_max)
@@ -156,9 +159,14 @@ class Twin:
             self._valid_until[slot] = command.valid_until
             self._advance()
         self._measured = None
+        if not np.isfinite(self._scene.data.qvel).all():
+            raise RigError(
+                f"The twin diverged before {self.t:.3f} s: a velocity is not finite. A command outside every limit "
+                "does that; look at the commands before this time."
+            )
 
     def hang(self, mount: str, mass_kg: float) -> None:
-        """Hang a known weight at the machine's calibration mount ("calibration") or in the wearer's hand ("hand"); zero takes it off.
+        """Hang a known weight at the "calibration" mount of the machine or in the wearer's "hand"; zero takes it off.
 
         Raises:
             RigError: No such mount, no wearer to hold it, or a negative mass.

@@ -17,10 +17,16 @@ ARM_JOINTS = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "el
 """Freedoms of the true arm, in order; internal rotation is positive. Source of the order: Rajagopal et al. (2016)."""
 
 NEUTRAL_DEG = np.array([20.0, 30.0, 0.0, 107.0])
-"""Angles about which the relaxed joints are elastic: 20° forward, 30° of elevation, elbow 107° from straight (sign unverified)."""
+"""Angles about which the relaxed joints are elastic.
+
+20° forward, 30° of elevation, elbow 107° from straight (sign unverified).
+"""
 
 GRIP_FRACTION = 0.36
-"""Centre of the grip beyond the wrist, as a fraction of the hand's length: where its centre of mass is. Source: de Leva (1996)."""
+"""Centre of the grip beyond the wrist, as a fraction of the hand's length: where its centre of mass is.
+
+Source: de Leva (1996).
+"""
 
 PerJoint = Float[np.ndarray, " 4"]
 
@@ -118,7 +124,7 @@ def draw_wearer(disturbances: Disturbances, seed: int, side: Side = "right", bod
     )
 
 
-# A cuff holds the limb by its surface, so that damping acts about 5 cm from the limb's axis. Assumed: no source for rotation.
+# A cuff holds the limb by its surface, about 5 cm from the limb's axis. Assumed: no source for rotational damping.
 CUFF_RADIUS = 0.05
 
 
