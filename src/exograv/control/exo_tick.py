@@ -13,7 +13,9 @@ from exograv.signals import Reference
 
 Joints = Float[np.ndarray, " joint"]
 
-STIFFER = 3.0  # than the weak PD: nobody is in the machine, and stick-slip would spoil slow sweeps
+# Than the weak PD: nobody is in the machine, and stick-slip would spoil slow sweeps. More damping would meet the
+# drives' bandwidth of 25 Hz and the delays: kd over inertia must stay well below 100 rad/s.
+STIFFER_KP, STIFFER_KD = 3.0, 1.5
 
 
 class ExoTick:
@@ -28,8 +30,8 @@ class ExoTick:
         phi[:, mount.body] += weight * ca.DM(inertial_parameters(1.0, mount.p_body_frame, np.zeros((3, 3))))
         rotor = ca.DM(description.per_actuator("rotor_inertia_kgm2"))
         feedforward = rnea(tree, q, v_reference, a_reference, phi, ca.SX(ca.DM(GRAVITY))) + rotor * a_reference
-        kp = STIFFER * ca.DM(description.per_actuator("weak_kp_Nm_per_rad"))
-        kd = STIFFER * ca.DM(description.per_actuator("weak_kd_Nms_per_rad"))
+        kp = STIFFER_KP * ca.DM(description.per_actuator("weak_kp_Nm_per_rad"))
+        kd = STIFFER_KD * ca.DM(description.per_actuator("weak_kd_Nms_per_rad"))
         desired = feedforward + kp * (q_reference - q) + kd * (v_reference - v)
         names = ["q", "v", "q_reference", "v_reference", "a_reference", "weight"]
         arguments = [q, v, q_reference, v_reference, a_reference, weight]

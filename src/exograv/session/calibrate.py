@@ -1,0 +1,83 @@
+"""Stage 0: the empty machine sweeps with nothing and with known weights, before anybody is put in."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from exograv.control.exo_tick import ExoTick
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.empty_machine import SAMPLE_PERIOD_S, Sweeps, calibrate
+from exograv.identification.sample_filter import SampleFilter
+from exograv.model.assembly import read_exoskeleton
+from exograv.model.description import RigDescription
+from exograv.model.description import Sweep as SweepSettings
+from exograv.motion import Trajectory, go_to, hold, joined, sweep
+from exograv.rig.twin import Twin
+
+from .pilot import Moment, Pilot
+
+SLOW, FAST = 0.3, 0.9  # rad/s: two speeds tell Coulomb from viscous
+TRAVEL = 0.8  # rad/s between sweeps
+
+
+@dataclass
+class _Notes:
+    """Collects filtered samples while the machine sweeps."""
+
+    pilot: Pilot
+    weight: float = 0.0
+
+    def __post_init__(self):
+        self.rows: list[tuple[np.ndarray, ...]] = []
+        self._filter = SampleFilter(len(self.pilot.rig.joints), self.pilot.rig.period_s)
+        self._every = round(SAMPLE_PERIOD_S / self.pilot.rig.period_s)
+        self._ticks = 0
+
+    def __call__(self, moment: Moment) -> None:
+        sample = self._filter.update(moment.state.q, moment.state.current)
+        self._ticks += 1
+        if self._filter.settled and self._ticks % self._every == 0:
+            self.rows.append((sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy(), self.weight))
+
+    def sweeps(self) -> Sweeps:
+        columns = [np.array(column, dtype=float) for column in zip(*self.rows, strict=True)]
+        return Sweeps(*columns)
+
+
+def calibrate_machine(description: RigDescription, pilot: Pilot) -> CalibratedMachine:
+    """Sweep, weigh and fit; the pilot's rig must be empty.
+
+    Raises:
+        IdentificationError: A joint did not move.
+    """
+    tree = read_exoskeleton(description)
+    controller = ExoTick(description, tree)
+    notes = _Notes(pilot)
+    weights = [0.0, *description.settings.calibration.weights_kg]
+    for i, plan in enumerate(description.settings.calibration.sweeps):
+        text = f"Calibrating the empty machine: {plan.joint}"
+        for weight in weights:
+            notes.weight = controller.weight_kg = weight
+            _hang(pilot, weight)
+            motion = _motion(description, pilot, plan, fast=weight == 0.0)
+            pilot.run(controller, motion, f"{text}, {weight:g} kg ({i + 1}/{len(description.joints)})", notes)
+        notes.weight = controller.weight_kg = 0.0
+        _hang(pilot, 0.0)
+    return calibrate(description, tree, notes.sweeps())
+
+
+def _motion(description: RigDescription, pilot: Pilot, plan: SweepSettings, *, fast: bool) -> Trajectory:
+    joint = description.joints.index(plan.joint)
+    start = np.deg2rad(plan.posture_deg)
+    start[joint] = np.deg2rad(plan.from_deg)
+    goal, dt = float(np.deg2rad(plan.to_deg)), pilot.rig.period_s
+    parts = [go_to(pilot.q, start, TRAVEL, dt), hold(start, 0.3, dt), sweep(start, joint, goal, SLOW, dt)]
+    if fast:
+        parts += [hold(start, 0.3, dt), sweep(start, joint, goal, FAST, dt)]
+    return joined([*parts, hold(start, 0.2, dt)])
+
+
+def _hang(pilot: Pilot, weight: float) -> None:
+    """Hang a weight: by the twin itself; on hardware an operator does it."""
+    if isinstance(pilot.rig, Twin):
+        pilot.rig.hang("calibration", weight)
