@@ -10,7 +10,7 @@ from exograv.recording import RecordingWriter
 JOINTS = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
 SEGMENTS = ("upper_arm", "forearm")
 QUANTITIES = (("mass", "kg"), ("mx", "kg·m"), ("my", "kg·m"), ("mz", "kg·m"), ("Ixx", "kg·m²"), ("Izz", "kg·m²"))
-IDENTIFY_S, FLOAT_S = 30, 5
+IDENTIFY_S, FLOAT_S = 30.0, 5.0
 SETTINGS = {
     "rig": "recupera_like",
     "title": "Recupera-like arm, harmonic drives, passive forearm",
@@ -78,7 +78,7 @@ def write_demo(path: Path, seed: int = 3) -> Path:
     rng = np.random.default_rng(seed)
     with RecordingWriter(path, JOINTS, SETTINGS) as recording:
         recording.phase(0.0, "identify")
-        for k in range(1000 * IDENTIFY_S):
+        for k in range(int(1000 * IDENTIFY_S)):
             t = 1e-3 * k
             _write_identification_tick(recording, t, rng)
             if k % 200 == 0:
@@ -93,7 +93,7 @@ def write_demo(path: Path, seed: int = 3) -> Path:
                 recording.write("/left_over", t, {"motion_s": t, "total": left, "arm": 0.6 * left})
         recording.phase(IDENTIFY_S, "float")
         recording.write("/event", IDENTIFY_S, {"kind": "note", "text": "The arm is let go."})
-        for k in range(1000 * FLOAT_S):
+        for k in range(int(1000 * FLOAT_S)):
             _write_float_tick(recording, IDENTIFY_S + 1e-3 * k, 1e-3 * k, rng)
         truths = [dict(entry, truth=1.1 + 0.28 * k) for k, entry in enumerate(parameter_entries(IDENTIFY_S, rng))]
         recording.write(

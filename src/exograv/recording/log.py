@@ -153,7 +153,8 @@ def _longest_motion(path: Path, t: np.ndarray, speed: np.ndarray) -> slice:
     moving = np.flatnonzero(speed > SHARE_OF_SPEED * np.percentile(speed, 95))
     if len(moving) < 2:
         raise RecordingError(f"Nothing moves in {path}: all velocities are zero. Check the columns: {COLUMNS}.")
-    breaks = np.flatnonzero(np.diff(t[moving]) > REST_S)
+    # A gap in the data is no rest: samples must show that nothing moved.
+    breaks = np.flatnonzero((np.diff(t[moving]) > REST_S) & (np.diff(moving) > 1))
     first = moving[np.concatenate([[0], breaks + 1])]
     last = moving[np.concatenate([breaks, [len(moving) - 1]])]
     longest = int(np.argmax(t[last] - t[first]))

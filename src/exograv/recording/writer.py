@@ -1,10 +1,11 @@
 """Writes a recording while the run goes on: what is killed loses at most the last chunk."""
 
+import contextlib
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from mcap.writer import CompressionType, IndexType, Writer
@@ -45,7 +46,6 @@ class RecordingWriter:
         }
         self._t, self._phase = self._record["t"], self._record["phase"]
         self._pending = 0
-        self._broken = False
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._stream = open(self.path, "wb")  # noqa: SIM115 - closed by `close`
@@ -106,13 +106,12 @@ class RecordingWriter:
         if self._stream.closed:
             return
         try:
-            if not self._broken:
-                self._mcap.finish()
+            self._mcap.finish()
             self._stream.close()
         except OSError as error:
             raise self._unwritable(error) from error
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "RecordingWriter":
         return self
 
     def __exit__(
@@ -141,7 +140,8 @@ class RecordingWriter:
         try:
             self._mcap.flush()
         except OSError as error:
-            self._broken = True
+            with contextlib.suppress(OSError):  # what is still in its buffer fails again
+                self._stream.close()
             raise self._unwritable(error) from error
 
     def _unwritable(self, error: OSError) -> RecordingError:

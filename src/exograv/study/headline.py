@@ -37,7 +37,7 @@ def run_facts(recording: Recording) -> list[tuple[str, str]]:
         ("machine", settings.get("title") or settings.get("rig")),
         ("side", settings.get("side")),
         ("method", settings.get("method")),
-        ("gravity level", None if level is None else gravity_words(level)),
+        ("gravity level", None if level is None else gravity_words(float(level))),
         ("disturbance level", settings.get("disturbance_level")),
         ("seed", settings.get("seed")),
     ]

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from exograv.errors import RecordingError
 from exograv.recording import Recording, read_recording
@@ -48,7 +49,7 @@ def _draw(recording: Recording) -> Figure:
             f"{recording.path} lacks /skeleton, /left_over or the left over in /result; the summary picture needs a "
             "complete recording of `exograv demo`."
         )
-    figure = Figure(figsize=(13.0, 3.9), layout="constrained")
+    figure = Figure(figsize=(13.0, 3.9), layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
     body, progress, bars = figure.subplots(1, 3, width_ratios=(0.8, 1.2, 1.2))
     for k, frame in enumerate(frames):
         plot_posture(body, frame, recording.settings.get("side", "right"), (k + 1) / len(frames), body=k == 0)

@@ -49,7 +49,8 @@ def calibration_table(recording: Recording) -> Table:
     units = {entry["name"]: entry["unit"] for entry in entries}
     note = (
         "Measured before the person stepped in, by slow sweeps in both directions and with known weights. Gain: torque "
-        "per motor current. Coulomb: friction at any speed. Viscous: friction that grows with speed."
+        "per motor current. Coulomb: friction at any speed. Viscous: friction that grows with speed. In brackets: the "
+        "95 % interval."
     )
     rows = [(joint_label(joint), *(_calibrated(found.get((joint, name))) for name in names)) for joint in joints]
     return Table("The empty machine", note, ("joint", *(f"{_words(name)} [{units[name]}]" for name in names)), rows)
@@ -58,9 +59,9 @@ def calibration_table(recording: Recording) -> Table:
 def _calibrated(entry: dict[str, Any] | None) -> str:
     if entry is None:
         return ""
-    remarks = [f"95 %: {_interval(entry)}"] if entry.get("ci95") else []
-    remarks += [f"truth {_number(entry['truth'])}"] if entry.get("truth") is not None else []
-    return _number(entry["estimate"]) + (f" ({'; '.join(remarks)})" if remarks else "")
+    interval = f" ({_interval(entry)})" if entry.get("ci95") else ""
+    truth = f", truth {_number(entry['truth'])}" if entry.get("truth") is not None else ""
+    return _number(entry["estimate"]) + interval + truth
 
 
 def event_table(recording: Recording) -> Table:
@@ -96,10 +97,10 @@ def _words(name: str) -> str:
     return name.replace("_", " ").replace(".", ": ")
 
 
-def _number(value: float | None) -> str:
+def _number(value: float | int | None) -> str:
     return "" if value is None else f"{value:.4g}".replace("-", "−")
 
 
 def _interval(entry: dict[str, Any]) -> str:
     interval = entry.get("ci95")
-    return f"{_number(interval[0])} … {_number(interval[1])}" if interval else ""
+    return f"{_number(interval[0])}…{_number(interval[1])}" if interval else ""

@@ -39,6 +39,6 @@ def explain(recording: Recording) -> str:
     )
     return (
         "The person relaxes completely and the machine lets the arm go. Lines that stay flat mean that the arm floats; "
-        f"a line that runs away means that too much or too little weight is taken.{largest} Friction of the drives also "
-        "holds an arm, so read this picture together with what is left over."
+        f"a line that runs away means that too much or too little weight is taken.{largest} Friction of the drives "
+        "also holds an arm, so read this picture together with what is left over."
     )

@@ -1,5 +1,7 @@
 """What is left of the weight, before and after."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -7,6 +9,9 @@ from matplotlib.figure import Figure
 from exograv.recording import Recording
 from exograv.study.drawing import BLUE, GREY, INK, ORANGE, joint_label
 from exograv.study.targets import targets
+
+Scores = Mapping[str, Sequence[float | int]]
+"""Left over by name of a stage, one entry a joint [N·m]."""
 
 STAGES = {
     "exo_only": ("machine carried, arm not", GREY),
@@ -49,14 +54,18 @@ def explain(recording: Recording) -> str:
     alone = " On the right only the errors of the arm's model count." if len(_scores(recording)) > 1 else ""
     return (
         "At many postures that the machine never practised we ask: how much torque would the person still have to add "
-        "to be weightless? The shorter the bar, the better; below the dashed line the arm counts as weightless. Compared "
-        "are no help for the arm, the help that a body table suggests from height, mass and sex, and the help after "
-        f"the arm was identified. Errors of the machine's own model count too, since the person feels them.{alone}"
+        "to be weightless? The shorter the bar, the better; below the dashed line the arm counts as weightless. "
+        "Compared are no help for the arm, the help that a body table suggests from height, mass and sex, and the help "
+        f"after the arm was identified. Errors of the machine's own model count too, as the person feels them.{alone}"
     )
 
 
 def plot_bars(
-    ax: Axes, joints: tuple[str, ...], scores: dict[str, list[float]], goal: np.ndarray, top: float | None = None
+    ax: Axes,
+    joints: tuple[str, ...],
+    scores: Scores,
+    goal: np.ndarray,
+    top: float | None = None,
 ) -> None:
     """Groups of bars, one group a joint; bars higher than `top` [N·m] are cut and keep their number."""
     stages = [stage for stage in STAGES if stage in scores] + [stage for stage in scores if stage not in STAGES]

@@ -67,7 +67,7 @@ def explain(recording: Recording) -> str:
     )
 
 
-def plot_parameter(ax: Axes, seconds: np.ndarray, entries: list[dict], truth: float | None) -> None:
+def plot_parameter(ax: Axes, seconds: np.ndarray, entries: list[dict], truth: float | int | None) -> None:
     """Estimate, interval, prior and truth of one parameter."""
     bounds = np.array([entry["ci95"] or (math.nan, math.nan) for entry in entries], dtype=float)
     ax.fill_between(seconds, bounds[:, 0], bounds[:, 1], color=BLUE, alpha=0.18, lw=0, label="95 % interval")

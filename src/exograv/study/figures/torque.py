@@ -45,6 +45,6 @@ def explain(recording: Recording) -> str:
     return (
         f"The last {STRETCH_S:.0f} seconds of the identification. Grey is the torque that the motors really gave, blue "
         "what the model of machine and arm expected for this motion. Where the lines agree, the model explains what "
-        f"the motors feel. What remains between them (RMS of single ticks: {words} N·m) is noise, muscle activity of the "
-        "wearer and model error; the picture shows averages over short stretches, so it looks calmer."
+        f"the motors feel. What remains between them (RMS of single ticks: {words} N·m) is noise, muscle activity of "
+        "the wearer and model error; the picture shows averages over short stretches, so it looks calmer."
     )

@@ -1,0 +1,205 @@
+"""A recording gives back what went in, survives an abrupt end, and says what is wrong with a file."""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+
+from exograv.errors import RecordingError
+from exograv.recording import RecordingWriter, read_recording
+from exograv.recording.encoding import tick_dtype
+from exograv.recording.schema import TICK
+
+JOINTS = ("shoulder_flexion", "elbow_flexion")
+SETTINGS = {"rig": "recupera_like", "seed": 3}
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+PER_JOINT = [field.name for field in TICK.fields if field.size]
+
+
+def tick_values(k: int) -> dict:
+    """Values that differ in every field and tick."""
+    values = {name: np.array([k + 10.0 * i, -k - 10.0 * i]) for i, name in enumerate(PER_JOINT)}
+    return {**values, "closure_slope": 1e-9 * k, "tick_us": 40.0 + k}
+
+
+def write(path: Path, n_ticks: int) -> Path:
+    with RecordingWriter(path, JOINTS, SETTINGS) as recording:
+        recording.phase(0.0, "identify")
+        for k in range(n_ticks):
+            recording.tick(1e-3 * k, **tick_values(k))
+        recording.phase(1e-3 * n_ticks, "float")
+        recording.tick(1e-3 * n_ticks, **tick_values(n_ticks))
+        recording.write("/event", 0.5, {"kind": "note", "text": "Größer als ½"})
+    return path
+
+
+def test_every_value_of_a_tick_comes_back(tmp_path: Path):
+    ticks = read_recording(write(tmp_path / "a.mcap", 50)).ticks
+    assert len(ticks) == 51
+    for k in (0, 17, 50):
+        assert ticks["t"][k] == 1e-3 * k
+        for name, value in tick_values(k).items():
+            np.testing.assert_array_equal(ticks[name][k], np.float32(value))
+
+
+@given(seconds=st.floats(0.0, 1e6), value=st.floats(width=32, allow_nan=False))
+def test_a_packed_tick_is_plain_cdr(seconds: float, value: float, tmp_path_factory: pytest.TempPathFactory):
+    path = tmp_path_factory.mktemp("cdr") / "a.mcap"
+    with RecordingWriter(path, ("elbow",), {}) as recording:
+        recording.tick(seconds, **{name: np.array([value]) for name in PER_JOINT}, closure_slope=0.0, tick_us=1.0)
+    with path.open("rb") as stream:
+        (data,) = [message.data for _, channel, message in make_reader(stream).iter_messages("/tick")]
+    header, t, phase, slope, tick_us, *rest = struct.unpack(f"<4sdIff{len(PER_JOINT)}f", data)
+    assert (header, t, phase, slope, tick_us) == (b"\x00\x01\x00\x00", seconds, 0, 0.0, 1.0)
+    assert rest == [value] * len(PER_JOINT)
+
+
+@pytest.mark.parametrize("n_joints", [1, 2, 4, 7])
+def test_no_field_of_a_tick_needs_padding(n_joints: int):
+    dtype = tick_dtype(n_joints)
+    offset = 0
+    for field in TICK.fields:
+        assert offset % dtype[field.name].base.itemsize == 0
+        offset += dtype[field.name].itemsize
+    assert dtype.itemsize == 4 + offset
+
+
+def test_messages_come_back_in_order_with_their_time(tmp_path: Path):
+    recording = read_recording(write(tmp_path / "a.mcap", 5))
+    assert [phase["name"] for phase in recording.messages("/phase")] == ["identify", "float"]
+    assert recording.last("/event") == {"t": 0.5, "kind": "note", "text": "Größer als ½"}
+    assert recording.messages("/left_over") == []
+    assert recording.settings["joints"] == list(JOINTS)
+    assert recording.remark is None
+
+
+def test_ticks_know_their_phase(tmp_path: Path):
+    recording = read_recording(write(tmp_path / "a.mcap", 5))
+    assert len(recording.phase_ticks("identify")) == 5
+    assert len(recording.phase_ticks("float")) == 1
+    assert len(recording.phase_ticks("weigh")) == 0
+
+
+def test_the_same_run_gives_the_same_bytes(tmp_path: Path):
+    first, second = write(tmp_path / "a.mcap", 20), write(tmp_path / "b.mcap", 20)
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_a_cut_file_is_read_up_to_its_last_whole_chunk(tmp_path: Path):
+    path = write(tmp_path / "a.mcap", 20_000)
+    whole = read_recording(path).ticks
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 2 // 3])
+    cut = read_recording(path)
+    assert 0.3 * len(whole) < len(cut.ticks) < len(whole)
+    np.testing.assert_array_equal(cut.ticks, whole[: len(cut.ticks)])
+    assert cut.remark is not None
+    assert "ends abruptly at" in cut.remark
+
+
+def test_a_killed_writer_loses_at_most_one_chunk(tmp_path: Path):
+    recording = RecordingWriter(tmp_path / "a.mcap", JOINTS, SETTINGS)
+    for k in range(20_000):
+        recording.tick(1e-3 * k, **tick_values(k))
+    on_disk = read_recording(recording.path)
+    recording.close()
+    ticks_per_chunk = 1_000_000 // tick_dtype(len(JOINTS)).itemsize + 1
+    assert 20_000 - len(on_disk.ticks) <= ticks_per_chunk
+
+
+def test_an_event_is_on_disk_at_once(tmp_path: Path):
+    recording = RecordingWriter(tmp_path / "a.mcap", JOINTS, SETTINGS)
+    recording.tick(0.0, **tick_values(0))
+    recording.write("/event", 0.0, {"kind": "stop", "text": "A joint moved faster than allowed."})
+    on_disk = read_recording(recording.path)
+    recording.close()
+    assert on_disk.last("/event")["kind"] == "stop"
+    assert len(on_disk.ticks) == 1
+
+
+def test_a_recording_is_completed_when_the_run_fails(tmp_path: Path):
+    def fail() -> None:
+        with RecordingWriter(tmp_path / "a.mcap", JOINTS, SETTINGS) as recording:
+            recording.tick(0.0, **tick_values(0))
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert read_recording(tmp_path / "a.mcap").remark is None
+
+
+def test_a_damaged_chunk_ends_the_reading(tmp_path: Path):
+    path = write(tmp_path / "a.mcap", 20_000)
+    content = bytearray(path.read_bytes())
+    last_chunk = content.rfind(ZSTD_MAGIC)
+    content[last_chunk + 100 : last_chunk + 164] = bytes(64)
+    path.write_bytes(content)
+    recording = read_recording(path)
+    assert 0 < len(recording.ticks) < 20_000
+    assert recording.remark is not None
+
+
+def test_a_tick_with_a_value_missing_is_refused(tmp_path: Path):
+    values = tick_values(0)
+    del values["v"]
+    with RecordingWriter(tmp_path / "a.mcap", JOINTS, SETTINGS) as recording, pytest.raises(ValueError, match="needs"):
+        recording.tick(0.0, **values)
+
+
+def test_a_message_that_is_not_in_the_table_is_refused(tmp_path: Path):
+    with (
+        RecordingWriter(tmp_path / "a.mcap", JOINTS, SETTINGS) as recording,
+        pytest.raises(RecordingError, match="unknown 'colour', missing 'text'"),
+    ):
+        recording.write("/event", 0.0, {"kind": "note", "colour": "red"})
+
+
+def test_a_number_that_json_cannot_hold_is_refused(tmp_path: Path):
+    with (
+        RecordingWriter(tmp_path / "a.mcap", JOINTS, SETTINGS) as recording,
+        pytest.raises(RecordingError, match="Use null"),
+    ):
+        recording.write("/result", 0.0, {"simulated_s": float("nan")})
+
+
+def test_a_full_disk_is_a_readable_error():
+    full = Path("/dev/full")
+    if not full.exists():
+        pytest.skip("this system has no /dev/full, which stands for a full disk")
+    with pytest.raises(RecordingError, match="No space left"):
+        RecordingWriter(full, JOINTS, SETTINGS)
+
+
+def test_a_path_that_cannot_be_written_is_a_readable_error(tmp_path: Path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RecordingError, match="cannot be written"):
+        RecordingWriter(tmp_path / "file" / "a.mcap", JOINTS, SETTINGS)
+
+
+def test_another_version_is_refused_with_the_version_that_wrote_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("exograv.recording.writer.SCHEMA_VERSION", 999)
+    path = write(tmp_path / "a.mcap", 1)
+    with pytest.raises(RecordingError, match="version 999"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"t,q\n1,2\n", b"\x89MCAP0\r"])
+def test_a_file_of_another_kind_is_refused(content: bytes, tmp_path: Path):
+    (tmp_path / "a.mcap").write_bytes(content)
+    with pytest.raises(RecordingError, match="no MCAP file"):
+        read_recording(tmp_path / "a.mcap")
+
+
+def test_a_recording_without_settings_is_refused(tmp_path: Path):
+    path = write(tmp_path / "a.mcap", 1)
+    path.write_bytes(path.read_bytes()[:40])
+    with pytest.raises(RecordingError, match="no /settings"):
+        read_recording(path)
+
+
+def test_a_missing_file_is_a_readable_error(tmp_path: Path):
+    with pytest.raises(RecordingError, match="cannot be read"):
+        read_recording(tmp_path / "none.mcap")
