@@ -1,7 +1,7 @@
 """The one interface that every machine has, hardware or twin: read what it measures, write what its motors shall do."""
 
 from types import TracebackType
-from typing import Protocol, Self, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from exograv.signals import Command, JointState
 
@@ -31,7 +31,7 @@ class Rig(Protocol):
         """Hand a command to the drives. A simulated machine advances by one period."""
         ...
 
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> "Rig": ...
 
     def __exit__(
         self,

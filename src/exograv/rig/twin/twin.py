@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Self
 
 import mujoco
 import numpy as np
@@ -117,7 +116,7 @@ class Twin:
         """The rig's clock [s]."""
         return self._t0 + self._steps * TIMESTEP
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "Twin":
         return self
 
     def __exit__(
