@@ -1,5 +1,6 @@
 """A recording gives back what went in, survives an abrupt end, and says what is wrong with a file."""
 
+import resource
 import struct
 from pathlib import Path
 
@@ -171,6 +172,33 @@ def test_a_full_disk_is_a_readable_error():
         pytest.skip("this system has no /dev/full, which stands for a full disk")
     with pytest.raises(RecordingError, match="No space left"):
         RecordingWriter(full, JOINTS, SETTINGS)
+
+
+def test_a_disk_that_fills_up_during_the_run_leaves_a_readable_recording(tmp_path: Path):
+    path, noise = tmp_path / "a.mcap", np.random.default_rng(0).normal(size=(len(PER_JOINT), 2))
+
+    def run() -> None:
+        with RecordingWriter(path, JOINTS, SETTINGS) as recording:
+            for k in range(40_000):
+                values = dict(zip(PER_JOINT, noise * np.sin(k), strict=True))
+                recording.tick(1e-3 * k, closure_slope=0.0, tick_us=50.0, **values)
+
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (800_000, limits[1]))
+    try:
+        with pytest.raises(RecordingError, match="cannot be written"):
+            run()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    on_disk = read_recording(path)
+    assert 1000 < len(on_disk.ticks) < 40_000
+    assert on_disk.remark is not None
+
+
+def test_settings_that_are_not_in_the_table_are_refused_before_a_file_exists(tmp_path: Path):
+    with pytest.raises(RecordingError, match="unknown 'colour'"):
+        RecordingWriter(tmp_path / "a.mcap", JOINTS, {"colour": "red"})
+    assert not (tmp_path / "a.mcap").exists()
 
 
 def test_a_path_that_cannot_be_written_is_a_readable_error(tmp_path: Path):

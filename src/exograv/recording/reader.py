@@ -21,14 +21,9 @@ from mcap.writer import MCAP0_MAGIC
 
 from exograv.errors import RecordingError
 
+from .container import MESSAGE_HEAD, RECORD_HEAD
 from .encoding import tick_dtype
 from .schema import CHANNELS, SCHEMA_VERSION
-
-RECORD_HEAD = struct.Struct("<BQ")
-"""Operation code and length before each record of an MCAP file. Source: MCAP specification, "Records"."""
-
-MESSAGE_HEAD = struct.Struct("<HIQQ")
-"""Channel, sequence, log time and publish time [ns] before the data. Source: MCAP specification, "Message"."""
 
 DAMAGE = (McapError, CRCValidationError, zstandard.ZstdError, struct.error)
 
@@ -112,6 +107,9 @@ def _messages_by_topic(content: bytes) -> tuple[defaultdict[str, list[bytes]], b
         for opcode, body in _records(content[len(MCAP0_MAGIC) :]):
             if opcode == Opcode.CHUNK:
                 _read_chunk(body, topics, found)
+            elif opcode == Opcode.CHANNEL:
+                channel = ChannelRecord.read(ReadDataStream(BytesIO(body)))
+                topics[channel.id] = channel.topic
             complete |= opcode == Opcode.FOOTER
     except DAMAGE:
         return found, False
@@ -124,9 +122,6 @@ def _read_chunk(body: bytes, topics: dict[int, str], found: defaultdict[str, lis
         if opcode == Opcode.MESSAGE:
             channel = MESSAGE_HEAD.unpack_from(record)[0]
             found[topics[channel]].append(record[MESSAGE_HEAD.size :])
-        elif opcode == Opcode.CHANNEL:
-            channel = ChannelRecord.read(ReadDataStream(BytesIO(record)))
-            topics[channel.id] = channel.topic
 
 
 def _records(content: bytes) -> Iterator[tuple[int, bytes]]:

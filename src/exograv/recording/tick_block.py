@@ -1,0 +1,59 @@
+"""Ticks waiting for their chunk."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from mcap.opcode import Opcode
+
+from .container import INDEX_ENTRY, MESSAGE_HEAD
+from .encoding import CDR_HEADER, tick_dtype
+from .schema import TICK
+
+HEAD = np.dtype(
+    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("times_ns", "<u8", (2,))]
+)
+"""`RECORD_HEAD` and `MESSAGE_HEAD` of `container` in one; both times are the tick's."""
+
+
+class TickBlock:
+    """Ticks of one chunk, each a whole message record in place: recording one is a few copies."""
+
+    def __init__(self, channel: int, n_joints: int, size_bytes: int):
+        tick = tick_dtype(n_joints)
+        self._rows = np.zeros(size_bytes // (HEAD.itemsize + tick.itemsize), [("head", HEAD), ("tick", tick)])
+        self._rows["head"]["opcode"] = Opcode.MESSAGE
+        self._rows["head"]["length"] = MESSAGE_HEAD.size + tick.itemsize
+        self._rows["head"]["channel"] = channel
+        self._rows["tick"]["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+        columns = {field.name: self._rows["tick"][field.name] for field in TICK.fields}
+        self._t, self._phase = columns.pop("t"), columns.pop("phase")
+        self._columns = columns
+        self._n = 0
+        self.phase = 0
+        """Of the ticks to come: number of `/phase` messages so far."""
+
+    @property
+    def is_full(self) -> bool:
+        """No room for another tick."""
+        return self._n == len(self._rows)
+
+    def add(self, t: float, values: Mapping[str, Any]) -> None:
+        """Put one tick into the next row."""
+        if len(values) != len(self._columns):
+            raise ValueError(f"/tick needs {', '.join(self._columns)}; given were {', '.join(values)}.")
+        n = self._n
+        for name, value in values.items():
+            self._columns[name][n] = value
+        self._t[n] = t
+        self._phase[n] = self.phase
+        self._n = n + 1
+
+    def take(self, offset: int) -> tuple[bytes, np.ndarray]:
+        """Empty the block: its records, and their index for a chunk in which they begin at `offset` [bytes]."""
+        rows, self._n = self._rows[: self._n], 0
+        entries = np.empty(len(rows), INDEX_ENTRY)
+        entries["time_ns"] = np.rint(1e9 * rows["tick"]["t"])
+        entries["offset"] = offset + rows.itemsize * np.arange(len(rows))
+        rows["head"]["times_ns"] = entries["time_ns"][:, None]
+        return rows.tobytes(), entries
