@@ -18,7 +18,9 @@ def ends(value) -> tuple[float, float]:
 
 def test_both_tables_have_all_their_rows():
     assert len(WEARER) == 16 - 1  # passive stiffness of elbow and shoulder are columns of one row
-    assert len(MACHINE) == 17 - 1 + 1  # so is Coulomb friction of both drives; gear stiffness and bandwidth are two rows
+    assert (
+        len(MACHINE) == 17 - 1 + 1
+    )  # so is Coulomb friction of both drives; gear stiffness and bandwidth are two rows
 
 
 @pytest.mark.parametrize("row", ROWS)

@@ -24,7 +24,11 @@ def test_the_mean_man_has_the_masses_and_centres_of_the_sample():
 
 def test_the_mean_woman_has_the_masses_and_moments_of_the_sample():
     segments = draw_wearer(EXACT, 0, body=SAMPLE_WOMAN).segments
-    expected = {"upper_arm": (1.58, 92.3, 80.7, 26.2), "forearm": (0.86, 40.9, 39.7, 5.3), "hand": (0.35, 6.0, 4.4, 2.4)}
+    expected = {
+        "upper_arm": (1.58, 92.3, 80.7, 26.2),
+        "forearm": (0.86, 40.9, 39.7, 5.3),
+        "hand": (0.35, 6.0, 4.4, 2.4),
+    }
     for name, (mass, *moments) in expected.items():
         assert segments[name].mass == pytest.approx(mass)
         np.testing.assert_allclose(np.diag(segments[name].inertia), 1e-4 * np.array(moments), rtol=1e-12)

@@ -193,7 +193,8 @@ def _add_segment(parent: mujoco.MjsBody, name: str, pos: Float[np.ndarray, " 3"]
 def _add_weight(parent: mujoco.MjsBody, name: str, pos: Float[np.ndarray, " 3"]) -> None:
     body = parent.add_body(name=name, pos=pos)
     body.explicitinertial = True
-    body.mass = 0.0
+    # The centre must be told: MuJoCo would take the body's place in its parent for it.
+    body.mass, body.ipos = 0.0, np.zeros(3)
 
 
 def _fasten_cuffs(
