@@ -70,7 +70,7 @@ def event_table(recording: Recording) -> Table:
     rows += [(e["t"], e["kind"], e["text"]) for e in recording.messages("/event")]
     rows.sort(key=lambda row: row[0])
     return Table(
-        "What happened when", "", ("time [s]", "kind", ""), [(f"{t:.2f}", kind, text) for t, kind, text in rows]
+        "What happened when", "", ("time [s]", "kind", "what"), [(f"{t:.2f}", kind, text) for t, kind, text in rows]
     )
 
 
