@@ -88,8 +88,8 @@ def test_the_arms_gravity_follows_from_the_true_parameters(rig):
 
 
 def test_arms_weigh_what_the_joint_centre_table_says(rig):
-    # 10.55 N·m at the shoulder and 2.90 at the elbow for 73 kg and mean lengths (computed from de Leva's table), straight
-    # and level. One person's lengths differ by 4 % from their stature's.
+    # 10.55 N·m at the shoulder and 2.90 at the elbow for 73 kg and mean lengths (computed from de Leva's table),
+    # straight and level. One person's lengths differ by 4 % from their stature's.
     exact = Disturbances.at_level(0).without("segment_residual")
     wearers = [draw_wearer(exact, seed, body=Body("male", 1.741, 73.0)) for seed in range(6)]
     q = np.array([np.pi / 2.0, 0.0, 0.0, 0.0])

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from exograv.model.description import load_rig
 from exograv.rig.twin import Disturbances, draw_machine, draw_wearer
 from exograv.rig.twin.examiner import held_out_postures
 from exograv.rig.twin.scene import build_scene
@@ -77,8 +78,6 @@ def test_the_arm_settles_where_it_would_have_gone_from_the_donning_posture(rig, 
 
 
 def test_left_and_right_arms_weigh_the_same_on_mirrored_machines():
-    from exograv.model.description import load_rig  # noqa: PLC0415
-
     disturbances = Disturbances.at_level(0)
     torques = []
     for side in ("right", "left"):

@@ -1,5 +1,7 @@
 """The twin measures what a machine measures, obeys what a machine obeys, and hides what a machine hides."""
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,14 +10,14 @@ from exograv.errors import RigError
 from exograv.rig import Rig
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
 from exograv.rig.twin.machine import GRAVITY
-from exograv.signals import Command
+from exograv.signals import Command, JointState
 
 LEVELS = [Disturbances.at_level(level) for level in range(5)]
 REST_TOLERANCE = 1e-3  # rad in a second: the shoulder's path gives by 0.01 mm in the twin and not at all in the statics
 FRICTIONLESS = LEVELS[0].without("coulomb", "viscous", "passive_damping", "cuff_damping")
 
 
-def run(twin: Twin, seconds: float, current=0.0) -> list:
+def run(twin: Twin, seconds: float, current: float | Callable[[JointState], np.ndarray] = 0.0) -> list[JointState]:
     """Steps the twin under a constant current, or one that is given against the measurement."""
     states = []
     for _ in range(round(seconds / twin.period_s)):
@@ -64,6 +66,7 @@ def test_held_at_its_lock_torque_the_twin_stays_where_it_began(make_twin):
 def energy(twin: Twin) -> float:
     """Gravity, motion, cuffs and the shoulder's path [J], in NumPy on MuJoCo's positions."""
     scene, wearer = twin._scene, twin.truth.wearer
+    assert wearer is not None
     model, data = scene.model, mujoco.MjData(scene.model)
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data.qpos[:], data.qvel[:] = scene.data.qpos, scene.data.qvel

@@ -29,17 +29,18 @@ class Muscles:
         self._bias = unrest.bias_rms * self._bias_stream.standard_normal(len(ARM_JOINTS))
         self._next_burst = self._pause()
         self._overhang = np.zeros((0, len(ARM_JOINTS)))
-        self._block = self._draw_block()
+        self._block = self.next_block()
         self._tick = 0
 
     def next_torque(self) -> Float[np.ndarray, " 4"]:
         """Torque at the arm's joints for the next period [N·m]; a view, valid until the next call."""
         if self._tick == BLOCK:
-            self._block, self._tick = self._draw_block(), 0
+            self._block, self._tick = self.next_block(), 0
         self._tick += 1
         return self._block[self._tick - 1]
 
-    def _draw_block(self) -> Float[np.ndarray, "tick 4"]:
+    def next_block(self) -> Float[np.ndarray, "tick 4"]:
+        """Torque at the arm's joints for the next `BLOCK` periods [N·m]."""
         return self._draw_bias() + self._draw_bursts()
 
     def _draw_bias(self) -> Float[np.ndarray, "tick 4"]:
