@@ -189,7 +189,8 @@ def test_weights_hang_only_where_something_holds_them(make_twin):
         make_twin(LEVELS[0]).hang("hand", -1.0)
 
 
-def test_a_divergence_is_told_and_not_restarted(make_twin):
+def test_a_divergence_is_told_and_not_restarted(make_twin, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo leaves a log of its warnings where it runs
     twin = make_twin(LEVELS[0])
     twin._scene.data.qvel[0] = np.inf
     with pytest.raises(RigError, match="diverged"):
