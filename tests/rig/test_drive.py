@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exograv.rig.twin import Disturbances, Machine, draw_machine
-from exograv.rig.twin.drive import BRISTLE_TRAVEL, drive_step, friction_step, sliding_friction
+from exograv.rig.twin.drive import BRISTLE_TRAVEL, DriveInput, Rubbing, drive_step, friction_step, sliding_friction
 
 DT = 0.0005
 ELBOW = 3
@@ -17,13 +17,13 @@ CREEP_TOLERANCE = 1e-9  # rad in ten seconds: far below one step of any encoder 
 
 def friction_function(machine: Machine, dt: float = DT) -> ca.Function:
     bristle, theta, omega, load = (ca.SX.sym(name) for name in ("bristle", "theta", "omega", "load"))
-    results = friction_step(machine, ELBOW, bristle, theta, omega, load, ca.SX(0), dt)
+    results = friction_step(machine, ELBOW, bristle, Rubbing(theta, omega, load, ca.SX(0)), dt)
     return ca.Function("friction", [bristle, theta, omega, load], list(results))
 
 
 def sliding(machine: Machine, omega: float, load: float = 0.0, warmth: float = 0.0, theta: float = 0.0) -> float:
-    values = [ca.DM(x) for x in (theta, omega, load, warmth)]
-    return float(ca.evalf(sliding_friction(machine, ELBOW, *map(ca.SX, values))))
+    now = Rubbing(*(ca.SX(x) for x in (theta, omega, load, warmth)))
+    return float(ca.evalf(sliding_friction(machine, ELBOW, now)))
 
 
 def push(machine: Machine, torque, seconds: float, dt: float = DT) -> np.ndarray:
@@ -128,7 +128,7 @@ def test_ripple_repeats_with_every_turn_of_the_motor(rig):
 
 def drive_function(machine: Machine) -> ca.Function:
     state, asked, q, v = ca.SX.sym("state", 4), ca.SX.sym("asked"), ca.SX.sym("q"), ca.SX.sym("v")
-    step = drive_step(machine, ELBOW, state, asked, q, v, ca.SX(0), DT)
+    step = drive_step(machine, ELBOW, state, DriveInput(asked, q, v, ca.SX(0)), DT)
     return ca.Function("drive", [state, asked, q, v], [step.tau_joint, step.state_next])
 
 

@@ -35,6 +35,40 @@ DRIVE_STATES = ("bristle", "theta", "omega", "tau_motor")
 
 
 @dataclass(frozen=True)
+class Rubbing:
+    """What friction depends on at one instant."""
+
+    theta: ca.SX
+    """Position on the motor's side, as angle of the joint [rad]."""
+
+    omega: ca.SX
+    """Its speed [rad/s]."""
+
+    load: ca.SX
+    """Torque through the gear [N·m]."""
+
+    warmth: ca.SX
+    """0 cold, 1 after a long run [-]."""
+
+
+@dataclass(frozen=True)
+class DriveInput:
+    """What a drive sees at one instant."""
+
+    tau_asked: ca.SX
+    """What the current asks of the motor, as torque at the joint [N·m]."""
+
+    q: ca.SX
+    """Position of the joint [rad]."""
+
+    v: ca.SX
+    """Velocity of the joint [rad/s]."""
+
+    warmth: ca.SX
+    """0 cold, 1 after a long run [-]."""
+
+
+@dataclass(frozen=True)
 class DriveStep:
     """One step of one drive."""
 
@@ -45,65 +79,48 @@ class DriveStep:
     """In the order of `DRIVE_STATES`."""
 
 
-def drive_step(
-    machine: Machine, joint: int, state: ca.SX, tau_asked: ca.SX, q: ca.SX, v: ca.SX, warmth: ca.SX, dt: float
-) -> DriveStep:
-    """One step of the drive of a joint.
-
-    Args:
-        machine: Its truth.
-        joint: Which drive.
-        state: In the order of `DRIVE_STATES`.
-        tau_asked: What the current asks of the motor, as torque at the joint [N·m].
-        q: Position of the joint [rad].
-        v: Velocity of the joint [rad/s].
-        warmth: 0 cold, 1 after a long run [-].
-        dt: Step [s].
-    """
+def drive_step(machine: Machine, joint: int, state: ca.SX, now: DriveInput, dt: float) -> DriveStep:
+    """One step of `dt` [s] of the drive of a joint, from a state in the order of `DRIVE_STATES`."""
     drives = machine.drives
     bristle, theta, omega, tau_motor = ca.vertsplit(state)
-    if np.isfinite(drives.bandwidth[joint]):
-        tau_motor = tau_asked + (tau_motor - tau_asked) * np.exp(-2.0 * np.pi * drives.bandwidth[joint] * dt)
-    else:
-        tau_motor = tau_asked
+    # exp(-inf) is zero: a motor without lag forgets its torque at once.
+    tau_motor = now.tau_asked + (tau_motor - now.tau_asked) * np.exp(-2.0 * np.pi * drives.bandwidth[joint] * dt)
     stiffness, inertia = drives.gear_stiffness[joint], drives.rotor_inertia[joint]
     if np.isinf(stiffness):
-        rubbed, bristle = friction_step(machine, joint, bristle, q, v, tau_motor, warmth, dt)
-        return DriveStep(tau_motor - rubbed, ca.vertcat(bristle, q, v, tau_motor))
+        rubbed, bristle = friction_step(machine, joint, bristle, Rubbing(now.q, now.v, tau_motor, now.warmth), dt)
+        return DriveStep(tau_motor - rubbed, ca.vertcat(bristle, now.q, now.v, tau_motor))
     damping = 2.0 * GEAR_DAMPING_RATIO * np.sqrt(stiffness * inertia)
-    tau_gear = stiffness * (theta - q) + damping * (omega - v)
-    rubbed, bristle = friction_step(machine, joint, bristle, theta, omega, tau_gear, warmth, dt)
+    tau_gear = stiffness * (theta - now.q) + damping * (omega - now.v)
+    rubbed, bristle = friction_step(machine, joint, bristle, Rubbing(theta, omega, tau_gear, now.warmth), dt)
     omega = omega + dt / inertia * (tau_motor - rubbed - tau_gear)
     return DriveStep(tau_gear, ca.vertcat(bristle, theta + dt * omega, omega, tau_motor))
 
 
-def friction_step(
-    machine: Machine, joint: int, bristle: ca.SX, theta: ca.SX, omega: ca.SX, load: ca.SX, warmth: ca.SX, dt: float
-) -> tuple[ca.SX, ca.SX]:
-    """Torque that friction takes from motion at speed `omega` under a `load` [N·m], and the new bristle deflection."""
+def friction_step(machine: Machine, joint: int, bristle: ca.SX, now: Rubbing, dt: float) -> tuple[ca.SX, ca.SX]:
+    """Torque [N·m] that friction takes from the motion, with its sign, and the new bristle deflection [rad]."""
     friction = machine.friction
-    viscous = friction.viscous[joint] * (1.0 - friction.warm_up[joint] * warmth) * omega
+    viscous = friction.viscous[joint] * (1.0 - friction.warm_up[joint] * now.warmth) * now.omega
     if friction.coulomb[joint] == 0.0:
         return viscous, bristle
     stiffness, damping = bristle_law(machine, joint)
-    sliding = sliding_friction(machine, joint, theta, omega, load, warmth)
-    limit = sliding / stiffness
-    rate = _slip_share(bristle, limit, omega, friction.coulomb[joint] / stiffness) * ca.fabs(omega) / limit
-    decay = rate * dt
+    limit = sliding_friction(machine, joint, now) / stiffness
+    slip = _slip_share(bristle, limit, now.omega, friction.coulomb[joint] / stiffness)
+    decay = slip * ca.fabs(now.omega) / limit * dt
     # (1 − exp(−x))/x, which is 1 − x/2 near zero.
     mean = ca.if_else(decay < 1e-6, 1.0 - 0.5 * decay, (1.0 - ca.exp(-decay)) / ca.fmax(decay, 1e-6))
-    bristle_next = bristle * ca.exp(-decay) + omega * dt * mean
+    bristle_next = bristle * ca.exp(-decay) + now.omega * dt * mean
     return stiffness * bristle_next + damping * (bristle_next - bristle) / dt + viscous, bristle_next
 
 
-def sliding_friction(machine: Machine, joint: int, theta: ca.SX, omega: ca.SX, load: ca.SX, warmth: ca.SX) -> ca.SX:
-    """Magnitude of friction without its viscous part, while sliding steadily at `omega` [N·m]."""
+def sliding_friction(machine: Machine, joint: int, now: Rubbing) -> ca.SX:
+    """Magnitude of friction without its viscous part, while sliding steadily [N·m]."""
     friction, turns = machine.friction, machine.drives.gear_ratio[joint]
     coulomb = friction.coulomb[joint]
-    ripple = friction.ripple[joint] * ca.sin(turns * theta + friction.ripple_phase[joint])
-    level = coulomb * (1.0 - friction.warm_up[joint] * warmth) * (1.0 + friction.asymmetry[joint] * ca.sign(omega))
-    level = ca.fmax(level + friction.load_share[joint] * ca.fabs(load) + ripple, FRICTION_FLOOR * coulomb)
-    rest = ca.exp(-((ca.fabs(omega) / friction.stribeck_velocity[joint]) ** STRIBECK_EXPONENT))
+    ripple = friction.ripple[joint] * ca.sin(turns * now.theta + friction.ripple_phase[joint])
+    level = coulomb * (1.0 - friction.warm_up[joint] * now.warmth)
+    level = level * (1.0 + friction.asymmetry[joint] * ca.sign(now.omega))
+    level = ca.fmax(level + friction.load_share[joint] * ca.fabs(now.load) + ripple, FRICTION_FLOOR * coulomb)
+    rest = ca.exp(-((ca.fabs(now.omega) / friction.stribeck_velocity[joint]) ** STRIBECK_EXPONENT))
     return level * (1.0 + (friction.breakaway[joint] - 1.0) * rest)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from exograv import kernel
 
 from .cuffs import Kinematics, cuff_wrenches
-from .drive import DRIVE_STATES, drive_step
+from .drive import DRIVE_STATES, DriveInput, drive_step
 from .machine import Machine
 from .passive import elastic_torque, passive_torque, shift_forces, shoulder_shift
 from .scene import TIMESTEP, Scene
@@ -55,7 +55,7 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> StepFo
     next_states = []
     for joint, dof in enumerate(scene.exo.tolist()):
         own = state[joint * n_states : (joint + 1) * n_states]
-        step = drive_step(machine, joint, own, tau_asked[joint], qpos[dof], qvel[dof], warmth, TIMESTEP)
+        step = drive_step(machine, joint, own, DriveInput(tau_asked[joint], qpos[dof], qvel[dof], warmth), TIMESTEP)
         qfrc[dof] += step.tau_joint
         next_states.append(step.state_next)
     xfrc = ca.SX.zeros(6, scene.model.nbody)
