@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from exograv.model.assembly import FREEDOMS, Assembly
-from exograv.model.loops import cuff_residuals, cuff_stiffness
+from exograv.model.loops import FIT, cuff_residuals, scaled_stiffness
 from exograv.spatial import solve_symmetric
 
 PIVOT_MIN = 0.05  # N·m/rad: a freedom held more softly than this is treated as near singular and damped
@@ -13,7 +13,7 @@ PIVOT_MIN = 0.05  # N·m/rad: a freedom held more softly than this is treated as
 
 @dataclass(frozen=True)
 class CuffEnergy:
-    """The cuffs' elastic energy and its derivatives, on expressions of y (joint,), z (4,) and fit (4,)."""
+    """The cuffs' elastic energy and its derivatives, on expressions of y (joint,), z (4,) and fit (7,)."""
 
     y: ca.SX
     z: ca.SX
@@ -60,9 +60,9 @@ class Closure:
 def cuff_energy(assembly: Assembly) -> CuffEnergy:
     """E = ½ Σ k r² over all cuffs, differentiated once and for all."""
     y, z = ca.SX.sym("y", assembly.n), ca.SX.sym("z", len(FREEDOMS))
-    fit = ca.SX.sym("fit", 4)
+    fit = ca.SX.sym("fit", len(FIT))
     residual = cuff_residuals(assembly, y, z, fit)
-    energy = 0.5 * ca.dot(ca.DM(cuff_stiffness(assembly)) * residual, residual)
+    energy = 0.5 * ca.dot(scaled_stiffness(assembly, fit) * residual, residual)
     slope = ca.gradient(energy, z)
     return CuffEnergy(
         y, z, fit, energy, slope, ca.gradient(energy, y), ca.jacobian(slope, z), ca.jacobian(slope, y)

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from exograv.model.arm import SEGMENT_BODY
 from exograv.model.assembly import Assembly
-from exograv.model.loops import arm_positions
+from exograv.model.loops import FIT, arm_positions
 
 from .closure import Closure, CuffEnergy, velocity_bias
 from .passive import passive_torque
@@ -26,7 +26,7 @@ class ArmExpression:
     """Inertial parameters (20,): upper arm, then forearm with hand."""
 
     fit: ca.SX
-    """How the arm sits in the machine (4,), as `model.loops.FIT`."""
+    """How the arm sits in the machine (7,), as `model.loops.FIT`."""
 
     stiffness: ca.SX
     """Passive joint stiffness (4,) [N·m/rad]."""
@@ -84,7 +84,7 @@ def arm_torque(
     v_z = closed.G @ v
     a_z = closed.G @ a + velocity_bias(cuffs, closed, y, arm.fit, v)
     z = ca.SX.sym("z", closed.z.numel())
-    fit = ca.SX.sym("fit", 4)
+    fit = ca.SX.sym("fit", len(FIT))
     along = ca.SX.sym("along", z.numel())
     x = arm_positions(z, fit)
     S = ca.jacobian(x, z)

@@ -22,31 +22,32 @@ SPRING_OFFSET = slice(24, 28)
 """Stiffness times neutral angle [N·m]."""
 DAMPING = slice(28, 32)
 """Passive damping [N·m·s/rad]."""
-FIT_OF_ARM = slice(32, 36)
+FIT_OF_ARM = slice(32, 32 + len(FIT))
 """How the arm sits in the machine, as `model.loops.FIT`."""
 
 PHI_NAMES = ("mass", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
+FIT_UNITS = ("m", "m", "m", "m/rad", "m", "-", "-")
 PHI_UNITS = ("kg", "kg·m", "kg·m", "kg·m", *["kg·m²"] * 6)
 
 
 def rotor(n: int) -> slice:
     """Rotor inertias at the joints of a machine with n joints [kg·m²]."""
-    return slice(36, 36 + n)
+    return slice(FIT_OF_ARM.stop, FIT_OF_ARM.stop + n)
 
 
 def coulomb(n: int) -> slice:
     """Coulomb friction [N·m]."""
-    return slice(36 + n, 36 + 2 * n)
+    return slice(FIT_OF_ARM.stop + n, FIT_OF_ARM.stop + 2 * n)
 
 
 def viscous(n: int) -> slice:
     """Viscous friction [N·m·s/rad]."""
-    return slice(36 + 2 * n, 36 + 3 * n)
+    return slice(FIT_OF_ARM.stop + 2 * n, FIT_OF_ARM.stop + 3 * n)
 
 
 def count(n: int) -> int:
     """Length of `x`."""
-    return 36 + 3 * n
+    return FIT_OF_ARM.stop + 3 * n
 
 
 def names_and_units(joints: tuple[str, ...]) -> Iterator[tuple[str, str]]:
@@ -55,11 +56,11 @@ def names_and_units(joints: tuple[str, ...]) -> Iterator[tuple[str, str]]:
         yield from ((f"{segment}.{name}", unit) for name, unit in zip(PHI_NAMES, PHI_UNITS, strict=True))
     for kind, unit in (("stiffness", "N·m/rad"), ("spring_offset", "N·m"), ("damping", "N·m·s/rad")):
         yield from ((f"{freedom}.{kind}", unit) for freedom in FREEDOMS)
-    yield from ((name, "m/rad" if name.endswith("slope") else "m") for name in FIT)
+    yield from zip(FIT, FIT_UNITS, strict=True)
     for kind, unit in (("rotor_inertia", "kg·m²"), ("coulomb", "N·m"), ("viscous", "N·m·s/rad")):
         yield from ((f"{joint}.{kind}", unit) for joint in joints)
 
 
 def table_parameters(arm: Arm, rotor_inertia: Parameters, coulomb_Nm: Parameters, viscous_Nms: Parameters) -> Parameters:
     """What is known before anything moved: the table's arm without elasticity, aligned, in the calibrated machine."""
-    return np.concatenate([arm.phi, np.zeros(16), rotor_inertia, coulomb_Nm, viscous_Nms])
+    return np.concatenate([arm.phi, np.zeros(12 + len(FIT)), rotor_inertia, coulomb_Nm, viscous_Nms])

@@ -16,6 +16,8 @@ DAMPING, DAMPING_SD = np.array([0.6, 0.6, 0.6, 0.3]), np.array([0.35, 0.35, 0.35
 # wearer shows is not known: half of it, give or take all of it.
 SHOULDER_OFFSET_SD = 0.015  # m
 GLENOHUMERAL_SLOPE, GLENOHUMERAL_SLOPE_SD = 0.011, 0.011  # m/rad
+LENGTH_SD = 0.03  # share of the measured upper arm
+CUFF_LOG_STIFFNESS_SD = 0.4  # between people and straps: linear fits of one cuff reach from 2.1 to 4.6 N/mm
 ROTOR_SD = 0.4  # share: a data sheet's reflected inertia against the real one
 # Warm-up moves friction by a tenth to a fifth within half an hour (docs/arm.md): calibration is that old.
 COULOMB_DRIFT, VISCOUS_DRIFT = 0.05, 0.10  # share
@@ -32,12 +34,12 @@ def prior(
     mean[parameters.STIFFNESS] = STIFFNESS
     mean[parameters.SPRING_OFFSET] = STIFFNESS * NEUTRAL
     mean[parameters.DAMPING] = DAMPING
-    mean[parameters.FIT_OF_ARM] = [0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE]
+    mean[parameters.FIT_OF_ARM] = [0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0]
     covariance = np.zeros((len(mean), len(mean)))
     covariance[parameters.PHI, parameters.PHI] = assembly.arm.phi_covariance
     for block, sd in (
         (parameters.DAMPING, DAMPING_SD),
-        (parameters.FIT_OF_ARM, np.array([SHOULDER_OFFSET_SD] * 3 + [GLENOHUMERAL_SLOPE_SD])),
+        (parameters.FIT_OF_ARM, _fit_sd(assembly)),
         (parameters.rotor(n), ROTOR_SD * machine.rotor_inertia),
         (parameters.coulomb(n), np.hypot(machine.friction_sd.coulomb, COULOMB_DRIFT * machine.friction.coulomb)),
         (parameters.viscous(n), np.hypot(machine.friction_sd.viscous, VISCOUS_DRIFT * machine.friction.viscous)),
@@ -45,6 +47,11 @@ def prior(
         covariance[block, block] = np.diag(sd**2)
     _add_springs(covariance)
     return mean, covariance
+
+
+def _fit_sd(assembly: Assembly) -> Float[np.ndarray, " 7"]:
+    length = LENGTH_SD * assembly.arm.lengths["upper_arm"]
+    return np.array([*[SHOULDER_OFFSET_SD] * 3, GLENOHUMERAL_SLOPE_SD, length, CUFF_LOG_STIFFNESS_SD, CUFF_LOG_STIFFNESS_SD])
 
 
 def _add_springs(covariance: Float[np.ndarray, "parameter parameter"]) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from .discrepancy import Discrepancy
 from .interface import Covariance, Estimate, Joints, Parameters, Sample, TorqueModel
 from .physical import PhysicalProjection
 from .square_root import FilterBank
@@ -34,7 +35,7 @@ DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8])
 GATE = 2.5
 """Innovation in standard deviations from which a sample loses weight (Huber)."""
 
-UPDATE_PERIOD_S = 0.04
+UPDATE_PERIOD_S = 0.08
 """The motion is slow and the filter's corner at 7 Hz: more samples would only repeat each other."""
 
 
@@ -50,13 +51,15 @@ class Recursive:
         covariance: Covariance,
         noise: Noise,
         bodies: tuple[slice, ...],
+        discrepancy: Discrepancy | None = None,
     ):
-        self._model, self._noise = model, noise
+        self._model, self._noise, self._discrepancy = model, noise, discrepancy
         self._mean = mean
         self._unwhiten = _square_root(covariance)
         self._free = self._unwhiten.shape[1]
         disturbance = DISTURBANCE_SCALES[:, None] * noise.disturbance_sd
-        self._bank = FilterBank(self._free, disturbance, noise.disturbance_correlation_s)
+        extra = 0 if discrepancy is None else discrepancy.count
+        self._bank = FilterBank(self._free + extra, disturbance, noise.disturbance_correlation_s)
         self._project = PhysicalProjection(bodies, mean)
         self._x = mean.copy()
         self._t = 0.0
@@ -74,6 +77,8 @@ class Recursive:
         self._updated_t = sample.t
         tau, derivative = self._model.linearise(sample, self._x)
         H = derivative @ self._unwhiten
+        if self._discrepancy is not None:
+            H = np.hstack([H, self._discrepancy.rows(sample.q)])
         y = sample.tau - tau + derivative @ (self._x - self._mean)
         # A correlated residual says less: its variance grows by the number of samples that say the same.
         repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
@@ -85,18 +90,19 @@ class Recursive:
         self._rejected += int(weight.min() < 0.5)
         self._bank.update(dt, H, y, noise_sd / np.sqrt(weight))
         if self._samples % 5 == 0:
-            self._x = self._mean + self._unwhiten @ self._bank.mean()
+            self._x = self._mean + self._unwhiten @ self._bank.mean()[: self._free]
 
     def estimate(self) -> Estimate:
         """What is known now; bodies projected onto possible ones."""
         covariance = self.covariance()
-        x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
+        x = self._project(self._mean + self._unwhiten @ self._bank.mean()[: self._free], covariance)
         scale = float(self._bank.weights @ DISTURBANCE_SCALES)
         return Estimate(self._t, x, covariance, self._rejected / max(self._samples, 1), scale)
 
     def covariance(self) -> Covariance:
         """Of all parameters."""
-        return self._unwhiten @ self._bank.covariance() @ self._unwhiten.T
+        of_free = self._bank.covariance()[: self._free, : self._free]
+        return self._unwhiten @ of_free @ self._unwhiten.T
 
 
 def _square_root(covariance: Covariance) -> Float[np.ndarray, "parameter free"]:

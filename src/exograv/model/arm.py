@@ -10,8 +10,15 @@ from .description import Side
 from .tree import Frame, Joint, Tree, inertial_parameters
 
 SEGMENTS = ("upper_arm", "forearm")
-ARM_JOINTS = ("glenohumeral_shift", "arm_flexion", "arm_abduction", "arm_rotation", "arm_elbow")
-SEGMENT_BODY = {"upper_arm": 3, "forearm": 4}
+ARM_JOINTS = (
+    "glenohumeral_shift",
+    "arm_flexion",
+    "arm_abduction",
+    "arm_rotation",
+    "arm_lengthening",
+    "arm_elbow",
+)
+SEGMENT_BODY = {"upper_arm": 3, "forearm": 5}
 """Index of the body in the tree that is this segment; the others are massless."""
 
 GRIP_SHARE_OF_HAND = 0.36  # grip centre from the wrist, as the hand's centre of mass in de Leva's table
@@ -22,7 +29,8 @@ class Arm:
     """An arm's tree with the table's inertial parameters and how far they can be off."""
 
     tree: Tree
-    """Root at the shoulder centre, x forward, y left, z up. Joint 0 shifts the centre (prismatic, massless)."""
+    """Root at the shoulder centre, x forward, y left, z up. Two prismatic joints without mass: one shifts the shoulder
+    centre, one sets the upper arm longer than it was measured."""
 
     lengths: dict[str, float]
     """Upper arm, forearm, hand [m]."""
@@ -59,29 +67,30 @@ def arm_tree(lengths: dict[str, float], side: Side, phi: Float[np.ndarray, " 20"
         (0.0, -1.0, 0.0),
         (-outward, 0.0, 0.0),
         (0.0, 0.0, outward),
+        (0.0, 0.0, -1.0),
         (0.0, -1.0, 0.0),
     ]
-    origins = np.zeros((5, 3))
+    origins = np.zeros((6, 3))
     origins[4, 2] = -lengths["upper_arm"]
-    lower = (0.0, -1.0, -0.6, -1.6, 0.0)
-    upper = (0.1, 3.0, 2.4, 1.6, 2.6)
+    lower = (0.0, -1.0, -0.6, -1.6, -0.05, 0.0)
+    upper = (0.1, 3.0, 2.4, 1.6, 0.05, 2.6)
     joints = tuple(
         Joint(
-            name, "prismatic" if i == 0 else "revolute", i - 1, np.eye(3), origins[i], np.array(axes[i]),
+            name, "prismatic" if i in (0, 4) else "revolute", i - 1, np.eye(3), origins[i], np.array(axes[i]),
             lower[i], upper[i], np.inf, np.inf,
         )
         for i, name in enumerate(ARM_JOINTS)
     )  # fmt: skip
-    bodies = np.zeros((5, 10))
+    bodies = np.zeros((6, 10))
     bodies[SEGMENT_BODY["upper_arm"]], bodies[SEGMENT_BODY["forearm"]] = phi[:10], phi[10:]
     frames = {
         "upper_arm": Frame(3, np.eye(3), np.zeros(3)),
-        "forearm": Frame(4, np.eye(3), np.zeros(3)),
-        "wrist": Frame(4, np.eye(3), np.array([0.0, 0.0, -lengths["forearm"]])),
-        "hand": Frame(4, np.eye(3), grip(lengths)),
-        "finger_tip": Frame(4, np.eye(3), np.array([0.0, 0.0, -lengths["forearm"] - lengths["hand"]])),
+        "forearm": Frame(5, np.eye(3), np.zeros(3)),
+        "wrist": Frame(5, np.eye(3), np.array([0.0, 0.0, -lengths["forearm"]])),
+        "hand": Frame(5, np.eye(3), grip(lengths)),
+        "finger_tip": Frame(5, np.eye(3), np.array([0.0, 0.0, -lengths["forearm"] - lengths["hand"]])),
     }
-    return Tree(f"{side} arm", joints, ("shift", "flexion", "abduction", "upper_arm", "forearm"), bodies, frames)
+    return Tree(f"{side} arm", joints, ("shift", "flexion", "abduction", "upper_arm", "lengthening", "forearm"), bodies, frames)
 
 
 def grip(lengths: dict[str, float]) -> Float[np.ndarray, " 3"]:

@@ -11,9 +11,18 @@ from exograv.spatial import Transform, rotation_residual
 from .assembly import Assembly
 from .kinematics import body_poses, frame_pose
 
-FIT = ("shoulder_offset_x", "shoulder_offset_y", "shoulder_offset_z", "glenohumeral_slope")
-"""How the arm sits in the machine: centre of the wearer's shoulder minus the machine's (base axes) [m], and its
-migration along up-and-medial per elevation [m/rad]."""
+FIT = (
+    "shoulder_offset_x",
+    "shoulder_offset_y",
+    "shoulder_offset_z",
+    "glenohumeral_slope",
+    "upper_arm_lengthening",
+    "cuff_log_stiffness",
+    "cuff_log_rotational_stiffness",
+)
+"""How the arm sits in the machine; zero is as the machine's description and the tape measure have it. Centre of the
+wearer's shoulder minus the machine's (base axes) [m]; its migration along up-and-medial per elevation [m/rad]; upper
+arm longer than measured [m]; logarithms of the cuffs' stiffness against `rig.toml`, in translation and in rotation [-]."""
 
 ELEVATION_ROUNDING = 0.05  # rad: the elevation of a hanging arm has no direction; rounded so that it has a gradient
 
@@ -25,8 +34,8 @@ def elevation(z: ca.SX) -> ca.SX:
 
 
 def arm_positions(z: ca.SX, fit: ca.SX) -> ca.SX:
-    """All joint positions of the arm's tree (5,) from its freedoms z (4,): the shift of the shoulder centre follows."""
-    return ca.vertcat(fit[3] * elevation(z), z)
+    """All joint positions of the arm's tree (6,) from its freedoms z (4,): shift and lengthening follow."""
+    return ca.vertcat(fit[3] * elevation(z), z[:3], fit[4], z[3])
 
 
 def arm_base(assembly: Assembly, fit: ca.SX) -> Transform:
@@ -61,12 +70,18 @@ def cuff_stiffness(assembly: Assembly) -> Float[np.ndarray, " row"]:
     return np.concatenate([cuff.stiffness for cuff in assembly.cuffs])
 
 
+def scaled_stiffness(assembly: Assembly, fit: ca.SX) -> ca.SX:
+    """The same as learned (row,): translation and rotation each scaled by its factor in `fit`."""
+    factors = ca.vertcat(*[ca.exp(fit[5])] * 3, *[ca.exp(fit[6])] * 3)
+    return ca.DM(cuff_stiffness(assembly)) * ca.repmat(factors, len(assembly.cuffs), 1)
+
+
 class LoopSolver:
     """Cold start: the arm's freedoms for a posture of the machine from any start. Not for the tick."""
 
     def __init__(self, assembly: Assembly):
         y, z, fit = ca.SX.sym("y", assembly.n), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
-        weighted = ca.DM(np.sqrt(cuff_stiffness(assembly))) * cuff_residuals(assembly, y, z, fit)
+        weighted = ca.sqrt(scaled_stiffness(assembly, fit)) * cuff_residuals(assembly, y, z, fit)
         function = ca.Function(
             "loops", [y, z, fit], [weighted, ca.jacobian(weighted, z)], ["y", "z", "fit"], ["residual", "jacobian"]
         )
@@ -76,7 +91,7 @@ class LoopSolver:
         self,
         y: Float[np.ndarray, " joint"],
         z_start: Float[np.ndarray, " 4"],
-        fit: Float[np.ndarray, " 4"] | None = None,
+        fit: Float[np.ndarray, " 7"] | None = None,
     ) -> tuple[Float[np.ndarray, " 4"], float]:
         """Freedoms z (4,) [rad] of least cuff energy at y (joint,) [rad], and the energy's remaining slope [N·m].
 
@@ -98,7 +113,7 @@ class LoopSolver:
         self,
         y: Float[np.ndarray, " joint"],
         z: Float[np.ndarray, " 4"],
-        fit: Float[np.ndarray, " 4"] | None = None,
+        fit: Float[np.ndarray, " 7"] | None = None,
     ) -> Float[np.ndarray, "4 4"]:
         """Stiffness with which the cuffs hold the arm's freedoms [N·m/rad]."""
         _, jacobian = self._kernel.of(y, z, np.zeros(len(FIT)) if fit is None else fit)

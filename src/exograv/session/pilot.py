@@ -121,8 +121,7 @@ class Pilot:
         if self.recording is not None:
             self.recording.tick(
                 state.t,
-                limited=_bits(tau_desired, tau_commanded),
-                closure_residual=slope,
+                closure_slope=slope,
                 tick_us=tick_us,
                 q_measured=state.q,
                 q_reference=reference.q,
@@ -147,7 +146,3 @@ class Pilot:
             self._tick(controller, reference)
         raise RigError(f"The run was stopped: {text} The arm was let down softly. Look into the recording, then repeat.")
 
-
-def _bits(desired: Joints, commanded: Joints) -> int:
-    changed = np.flatnonzero(desired != commanded)
-    return int((1 << changed).sum()) if changed.size else 0
