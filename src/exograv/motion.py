@@ -93,7 +93,8 @@ def sweep(q: Joints, joint: int, goal: float, speed: float, dt: float) -> Trajec
     rate = np.concatenate([there, -there])
     v = np.zeros((len(rate), len(q)))
     v[:, joint] = rate
-    return Trajectory(q + np.cumsum(v, axis=0) * dt, v, np.gradient(v, dt, axis=0), dt)
+    a = np.asarray(np.gradient(v, dt, axis=0))
+    return Trajectory(q + np.cumsum(v, axis=0) * dt, v, a, dt)
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:

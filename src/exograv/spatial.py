@@ -34,7 +34,7 @@ def skew(w: ca.SX) -> ca.SX:
 
 def rotation_about(axis: ca.DM, angle: ca.SX) -> ca.SX:
     """Rotation (3, 3) by `angle` about a unit `axis` (3,), by Rodrigues' formula."""
-    K = skew(axis)
+    K = skew(ca.SX(axis))
     return ca.SX.eye(3) + ca.sin(angle) * K + (1 - ca.cos(angle)) * (K @ K)
 
 
@@ -61,7 +61,7 @@ def solve_symmetric(H: ca.SX, b: ca.SX, pivot_min: float) -> tuple[ca.SX, ca.SX]
     n = H.size1()
     L = ca.SX.eye(n)
     d = ca.SX.zeros(n)
-    smallest = ca.inf
+    smallest = ca.SX(ca.inf)
     for j in range(n):
         pivot = H[j, j] - sum(L[j, k] ** 2 * d[k] for k in range(j))
         smallest = ca.fmin(smallest, pivot)

@@ -21,7 +21,7 @@ from .friction_share import friction_share_torque
 Joints = Float[np.ndarray, " joint"]
 
 FRICTION_SHARE = 0.5
-"""Share of the friction that is returned while floating [-]; at most 0.8, or the arm would be pushed (docs/safety.md)."""
+"""Share of the friction that is returned while floating [-]; above 0.8 the arm could be pushed (docs/safety.md)."""
 
 
 @dataclass
@@ -52,7 +52,7 @@ class Tick:
 
     @property
     def tau_desired(self) -> Joints:
-        """[N·m]"""
+        """What the motors should give [N·m]."""
         return self._out["tau_desired"]
 
     @property

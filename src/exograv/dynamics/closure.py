@@ -64,9 +64,7 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     residual = cuff_residuals(assembly, y, z, fit)
     energy = 0.5 * ca.dot(scaled_stiffness(assembly, fit) * residual, residual)
     slope = ca.gradient(energy, z)
-    return CuffEnergy(
-        y, z, fit, energy, slope, ca.gradient(energy, y), ca.jacobian(slope, z), ca.jacobian(slope, y)
-    )
+    return CuffEnergy(y, z, fit, energy, slope, ca.gradient(energy, y), ca.jacobian(slope, z), ca.jacobian(slope, y))
 
 
 def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX) -> ca.SX:

@@ -53,7 +53,7 @@ class LoopTorque:
 
     @property
     def total(self) -> ca.SX:
-        """(joint,) [N·m]"""
+        """All three (joint,) [N·m]."""
         return self.exo + self.arm + self.strain
 
 
@@ -66,8 +66,8 @@ def exo_torque(
 ) -> ca.SX:
     """Torque (joint,) of the machine alone for a motion (y, v, a), rotors with reflected inertia `rotor` (joint,)."""
     y, v, a = motion
-    phi = ca.DM(phi_exo.T) if isinstance(phi_exo, np.ndarray) else phi_exo
-    return rnea(assembly.exo, y, v, a, phi, ca.SX(ca.DM(gravity) if isinstance(gravity, np.ndarray) else gravity)) + rotor * a
+    phi = _expression(phi_exo.T)
+    return rnea(assembly.exo, y, v, a, phi, _expression(gravity)) + rotor * a
 
 
 def arm_torque(
@@ -94,6 +94,10 @@ def arm_torque(
     phi = ca.SX.zeros(10, len(tree.joints))
     for i, body in enumerate(SEGMENT_BODY.values()):
         phi[:, body] = arm.phi[10 * i : 10 * (i + 1)]
-    tau_tree = rnea(tree, x_at, S_at @ v_z, S_at @ a_z + bias_at, phi, ca.SX(ca.DM(gravity) if isinstance(gravity, np.ndarray) else gravity))
+    tau_tree = rnea(tree, x_at, S_at @ v_z, S_at @ a_z + bias_at, phi, _expression(gravity))
     passive = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, closed.z, v_z)
     return closed.G.T @ (S_at.T @ tau_tree + passive_share * passive)
+
+
+def _expression(numbers: np.ndarray | ca.DM | ca.SX) -> ca.SX:
+    return ca.SX(ca.DM(numbers)) if isinstance(numbers, np.ndarray) else ca.SX(numbers)

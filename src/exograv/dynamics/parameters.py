@@ -61,6 +61,8 @@ def names_and_units(joints: tuple[str, ...]) -> Iterator[tuple[str, str]]:
         yield from ((f"{joint}.{kind}", unit) for joint in joints)
 
 
-def table_parameters(arm: Arm, rotor_inertia: Parameters, coulomb_Nm: Parameters, viscous_Nms: Parameters) -> Parameters:
+def table_parameters(
+    arm: Arm, rotor_inertia: Parameters, coulomb_Nm: Parameters, viscous_Nms: Parameters
+) -> Parameters:
     """What is known before anything moved: the table's arm without elasticity, aligned, in the calibrated machine."""
     return np.concatenate([arm.phi, np.zeros(12 + len(FIT)), rotor_inertia, coulomb_Nm, viscous_Nms])

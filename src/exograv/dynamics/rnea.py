@@ -38,7 +38,7 @@ def rnea(tree: Tree, q: ca.SX, v: ca.SX, a: ca.SX, phi: ca.SX, gravity: ca.SX) -
     return ca.vertcat(*tau)
 
 
-def _body_wrenches(tree, transforms, v, a, phi, gravity):  # noqa: ANN001, ANN202 - types as in rnea
+def _body_wrenches(tree, transforms, v, a, phi, gravity):
     """Force and moment about its origin that each body needs, in the body's frame."""
     omegas, alphas, accelerations, forces, moments = [], [], [], [], []
     for i, (joint, T) in enumerate(zip(tree.joints, transforms, strict=True)):
@@ -56,9 +56,7 @@ def _body_wrenches(tree, transforms, v, a, phi, gravity):  # noqa: ANN001, ANN20
         else:
             acc = acc + axis * a[i] + 2 * ca.cross(omega, axis * v[i])
         mass, first_moment, inertia = phi[0, i], phi[1:4, i], inertia_matrix(phi[:, i])
-        forces.append(
-            mass * acc + ca.cross(alpha, first_moment) + ca.cross(omega, ca.cross(omega, first_moment))
-        )
+        forces.append(mass * acc + ca.cross(alpha, first_moment) + ca.cross(omega, ca.cross(omega, first_moment)))
         moments.append(inertia @ alpha + ca.cross(omega, inertia @ omega) + ca.cross(first_moment, acc))
         omegas.append(omega)
         alphas.append(alpha)

@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Kernel:
-    """A compiled function. Write into `inputs`, call, read `outputs`; both are fixed memory, valid as long as the kernel."""
+    """A compiled function. Write into `inputs`, call, read `outputs`: fixed memory, valid as long as the kernel."""
 
     name: str
     inputs: Mapping[str, np.ndarray]
@@ -69,9 +69,9 @@ def compile(function: ca.Function, bindings: Mapping[str, np.ndarray] | None = N
     if bindings:
         raise ValueError(f"{function.name()} has no argument or result {', '.join(bindings)}.")
     for i, array in enumerate(inputs.values()):
-        buffer.set_arg(i, _flat(array))
+        buffer.set_arg(i, _flat(array))  # pyright: ignore[reportCallIssue] - CasADi's stub knows raw pointers only
     for i, array in enumerate(outputs.values()):
-        buffer.set_res(i, _flat(array))
+        buffer.set_res(i, _flat(array))  # pyright: ignore[reportCallIssue] - as above
     return Kernel(function.name(), inputs, outputs, dense.n_instructions(), evaluate, (dense, buffer, inputs, outputs))
 
 
@@ -87,4 +87,4 @@ def _memory(name: str, size: tuple[int, int], bindings: dict[str, np.ndarray]) -
 
 
 def _flat(array: np.ndarray) -> memoryview:
-    return memoryview(array.ravel(order="K"))
+    return array.ravel(order="K").data

@@ -46,7 +46,7 @@ TABLE: dict[Sex, dict[str, SegmentRow]] = {
 }
 SAMPLE_STATURE_M: dict[Sex, float] = {"male": 1.741, "female": 1.735}  # of the table's people
 
-# One standard deviation of a person about the table, project choice wide enough for the spread between studies (docs/arm.md).
+# One standard deviation of a person about the table: project choice, to cover the spread between studies (docs/arm.md).
 MASS_SD = {"upper_arm": 0.15, "forearm": 0.12, "hand": 0.20}  # share
 COM_ALONG_SD = 0.06  # share of segment length
 COM_ACROSS_SD_M = 0.015
@@ -62,7 +62,7 @@ class Body:
     mass_kg: float
     sex: Sex
     lengths_m: dict[str, float] | None = None
-    """Measured lengths of upper_arm (shoulder to elbow centre), forearm (elbow to wrist) and hand (wrist to finger tip)."""
+    """Measured: upper_arm (shoulder to elbow centre), forearm (elbow to wrist), hand (wrist to finger tip)."""
 
     def __post_init__(self):
         # Ranges of safety.md F25: outside them a unit is wrong or a digit slipped.

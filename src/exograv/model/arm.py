@@ -1,4 +1,4 @@
-"""The arm beside the exoskeleton: a tree of four joints and two bodies, scaled to the person, with the prior's spread."""
+"""The arm beside the exoskeleton: four joints and two bodies, scaled to the person, with the prior's spread."""
 
 from dataclasses import dataclass
 
@@ -90,7 +90,9 @@ def arm_tree(lengths: dict[str, float], side: Side, phi: Float[np.ndarray, " 20"
         "hand": Frame(5, np.eye(3), grip(lengths)),
         "finger_tip": Frame(5, np.eye(3), np.array([0.0, 0.0, -lengths["forearm"] - lengths["hand"]])),
     }
-    return Tree(f"{side} arm", joints, ("shift", "flexion", "abduction", "upper_arm", "lengthening", "forearm"), bodies, frames)
+    return Tree(
+        f"{side} arm", joints, ("shift", "flexion", "abduction", "upper_arm", "lengthening", "forearm"), bodies, frames
+    )
 
 
 def grip(lengths: dict[str, float]) -> Float[np.ndarray, " 3"]:
@@ -104,7 +106,7 @@ def held_weight(lengths: dict[str, float], mass: float) -> Float[np.ndarray, " 2
 
 
 def translation_of_parameters(z: float) -> Float[np.ndarray, "10 10"]:
-    """Matrix that takes inertial parameters about a point to those about the origin, the point being at (0, 0, z) [m]."""
+    """Matrix (10, 10) that takes inertial parameters about the point (0, 0, z) [m] to those about the origin."""
     move = np.eye(10)
     move[3, 0] = z
     # I_origin = I_point + 2·z·m·c_z·1 − z·(e_z hᵀ + h e_zᵀ) + m·z²·(1 − e_z e_zᵀ), h = m·c about the point.

@@ -1,4 +1,4 @@
-"""A machine's folder: its URDF and what URDF cannot say (cuffs, drives, adjustments), read and checked before anything else."""
+"""A machine's folder: its URDF and what URDF cannot say (cuffs, drives, adjustments), read and checked first."""
 
 import difflib
 import hashlib
@@ -39,7 +39,7 @@ class Wearer(Settings):
 
 
 class Adjustment(Settings):
-    """A length of the machine that is set to the wearer's measured one: the joint's origin moves along z of its parent."""
+    """A length of the machine, set to the wearer's measured one: the joint's origin moves along z of its parent."""
 
     joint: str
     segment: Segment

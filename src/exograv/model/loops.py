@@ -1,4 +1,4 @@
-"""The kinematic loops between exoskeleton and arm: what each cuff is stretched by, and the posture that stretches least."""
+"""The kinematic loops between exoskeleton and arm: what stretches each cuff, and the posture that stretches least."""
 
 import casadi as ca
 import numpy as np
@@ -22,7 +22,7 @@ FIT = (
 )
 """How the arm sits in the machine; zero is as the machine's description and the tape measure have it. Centre of the
 wearer's shoulder minus the machine's (base axes) [m]; its migration along up-and-medial per elevation [m/rad]; upper
-arm longer than measured [m]; logarithms of the cuffs' stiffness against `rig.toml`, in translation and in rotation [-]."""
+arm longer than measured [m]; logarithm of the cuffs' stiffness over `rig.toml`'s, in translation and rotation [-]."""
 
 ELEVATION_ROUNDING = 0.05  # rad: the elevation of a hanging arm has no direction; rounded so that it has a gradient
 

@@ -1,4 +1,4 @@
-"""Can these cuffs carry this arm? The person is put into the machine, or refused with the freedom that nothing holds."""
+"""Can these cuffs carry this arm? The person is put into the machine, or refused, with the freedom nothing holds."""
 
 import numpy as np
 from jaxtyping import Float

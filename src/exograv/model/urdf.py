@@ -73,7 +73,7 @@ def _root(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.E
     roots = [link for link in links if link not in parents]
     if len(roots) != 1:
         found = ", ".join(roots) or "none (the links form a ring)"
-        raise ModelError(f"{where} is not a tree: it needs one link without parent; found {found}. Connect or cut them.")
+        raise ModelError(f"{where} is not a tree: one link must have no parent; found {found}. Connect or cut them.")
     return roots[0]
 
 

@@ -1,4 +1,4 @@
-"""The last stage before the motors: whatever control asks for, what reaches a person is finite, bounded and slow to change.
+"""The last stage before the motors: whatever control asks for, what reaches a person is finite, bounded and slow.
 
 A first envelope: torque, torque rate, speed, finiteness. Research software, informed by the medical standards, not
 compliant with them; a worn machine needs an independent hardware emergency stop.
