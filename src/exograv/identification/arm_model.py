@@ -43,6 +43,10 @@ class ArmModel:
         tau, derivative, self._z[:], self._G[:], _ = self._kernel.of(sample.q, sample.v, sample.a, self._z, x)
         return tau, derivative
 
+    def restart(self) -> None:
+        """The next sample does not follow the one before: its posture is closed from cold."""
+        self._q_before = None
+
     def at_rest(self, q: Joints, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Torque that holds exoskeleton and arm still at `q` (joint,) [rad], friction and passive joints apart."""
         still = np.zeros(self.n_joints)

@@ -82,6 +82,10 @@ class TorqueModel(Protocol):
         """Expected torque (joint,) [N·m] at `x`, and its derivative with respect to `x`."""
         ...
 
+    def restart(self) -> None:
+        """The next sample does not follow the one before."""
+        ...
+
     def direction_uncertainty(self, v: Joints) -> Joints:
         """Standard deviation of the torque [N·m] for want of a known direction of motion, at velocity `v` [rad/s]."""
         ...

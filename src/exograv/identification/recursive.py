@@ -38,6 +38,9 @@ GATE = 2.5
 UPDATE_PERIOD_S = 0.08
 """The motion is slow and the filter's corner at 7 Hz: more samples would only repeat each other."""
 
+RELINEARISE_FIRST_S, RELINEARISE_GROWTH = 2.0, 1.6
+"""When all samples are linearised anew: after 2 s of motion, then at times that grow geometrically."""
+
 
 class Recursive:
     """`Method` for any `TorqueModel`; linearised at the newest estimate, robust to bursts, physical when published."""
@@ -57,29 +60,51 @@ class Recursive:
         self._mean = mean
         self._unwhiten = _square_root(covariance)
         self._free = self._unwhiten.shape[1]
-        disturbance = DISTURBANCE_SCALES[:, None] * noise.disturbance_sd
-        extra = 0 if discrepancy is None else discrepancy.count
-        self._bank = FilterBank(self._free + extra, disturbance, noise.disturbance_correlation_s)
+        self._bank = self._empty_bank()
         self._project = PhysicalProjection(bodies, mean)
         self._x = mean.copy()
         self._t = 0.0
-        self._updated_t = -np.inf
+        self._history: list[Sample] = []
+        self._relinearise_t = RELINEARISE_FIRST_S
         self._samples = 0
         self._rejected = 0
 
     def update(self, sample: Sample) -> None:
         """Take one sample; those within `UPDATE_PERIOD_S` of the last used one are passed over."""
         self._t = sample.t
-        dt = sample.t - self._updated_t
-        if dt < UPDATE_PERIOD_S - 1e-9:
+        if self._history and sample.t - self._history[-1].t < UPDATE_PERIOD_S - 1e-9:
             return
-        dt = min(dt, 1.0)
-        self._updated_t = sample.t
-        tau, derivative = self._model.linearise(sample, self._x)
+        kept = Sample(sample.t, sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy())
+        self._take(kept)
+        self._history.append(kept)
+        if sample.t >= self._relinearise_t:
+            self.relinearise()
+            self._relinearise_t *= RELINEARISE_GROWTH
+
+    def relinearise(self) -> None:
+        """Run over all samples again, linearised at the newest estimate: one Gauss–Newton step of the whole batch.
+
+        What was learned at the wrong place (a shoulder centimetres off) is forgotten that way. It takes some
+        milliseconds per second of motion and belongs to a worker, not to the loop.
+        """
+        history, self._history = self._history, []
+        self._bank = self._empty_bank()
+        self._samples = self._rejected = 0
+        self._model.restart()
+        frozen = self._x.copy()
+        for sample in history:
+            self._take(sample, frozen)
+            self._history.append(sample)
+        self._x = self._mean + self._unwhiten @ self._bank.mean()[: self._free]
+
+    def _take(self, sample: Sample, x_linear: Parameters | None = None) -> None:
+        dt = min(sample.t - self._history[-1].t, 1.0) if self._history else 1.0
+        x = self._x if x_linear is None else x_linear
+        tau, derivative = self._model.linearise(sample, x)
         H = derivative @ self._unwhiten
         if self._discrepancy is not None:
             H = np.hstack([H, self._discrepancy.rows(sample.q)])
-        y = sample.tau - tau + derivative @ (self._x - self._mean)
+        y = sample.tau - tau + derivative @ (x - self._mean)
         # A correlated residual says less: its variance grows by the number of samples that say the same.
         repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
         noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
@@ -89,7 +114,7 @@ class Recursive:
         self._samples += 1
         self._rejected += int(weight.min() < 0.5)
         self._bank.update(dt, H, y, noise_sd / np.sqrt(weight))
-        if self._samples % 5 == 0:
+        if x_linear is None and self._samples % 5 == 0:
             self._x = self._mean + self._unwhiten @ self._bank.mean()[: self._free]
 
     def estimate(self) -> Estimate:
@@ -98,6 +123,11 @@ class Recursive:
         x = self._project(self._mean + self._unwhiten @ self._bank.mean()[: self._free], covariance)
         scale = float(self._bank.weights @ DISTURBANCE_SCALES)
         return Estimate(self._t, x, covariance, self._rejected / max(self._samples, 1), scale)
+
+    def _empty_bank(self) -> FilterBank:
+        extra = 0 if self._discrepancy is None else self._discrepancy.count
+        disturbance = DISTURBANCE_SCALES[:, None] * self._noise.disturbance_sd
+        return FilterBank(self._free + extra, disturbance, self._noise.disturbance_correlation_s)
 
     def covariance(self) -> Covariance:
         """Of all parameters."""
