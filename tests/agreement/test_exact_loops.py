@@ -1,0 +1,128 @@
+"""Where the cuffs hold each freedom of the arm exactly once, closure is Pinocchio's closed loop of two rigid trees."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from exograv import kernel
+from exograv.dynamics.closure import closure, cuff_energy, newton_step
+from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, arm_torque
+from exograv.model.assembly import Assembly
+from exograv.model.loops import FIT, LoopSolver
+from exograv.model.support import refuse_unsupported
+
+TOLERANCE = 1e-9  # N·m and -: rounding, amplified by the inverse of the loop's Jacobian
+CLOSED = 1e-10  # m and -: Newton's last step
+FREE = {"along_N_per_mm": 0.0, "across_N_per_mm": 0.0, "about_limb_Nm_per_deg": 0.0, "about_others_Nm_per_deg": 0.0}
+CUFFS = {
+    "two sleeves": ({"across_N_per_mm": 4.0}, {"across_N_per_mm": 3.0}),
+    "a point and a twist": ({"about_limb_Nm_per_deg": 0.2}, {"across_N_per_mm": 4.0, "along_N_per_mm": 2.0}),
+}
+AXES = {
+    "flexion first": (0, 1, 2),
+    "abduction first": (1, 0, 2),
+}
+"""Order of the machine's shoulder axes; the arm's own stays."""
+
+OFFSET = np.array([0.015, -0.01, 0.008, 0.0, 0.004, 0.0, 0.0])
+
+
+def with_cuffs(assembly: Assembly, kind: str) -> Assembly:
+    cuffs = zip(assembly.cuffs, CUFFS[kind], strict=True)
+    return replace(assembly, cuffs=tuple(cuff.model_copy(update=FREE | held) for cuff, held in cuffs))
+
+
+def with_axes(assembly: Assembly, order: tuple[int, ...]) -> Assembly:
+    joints = assembly.exo.joints
+    shoulder = [replace(joints[i], axis=joints[order[i]].axis) for i in range(3)]
+    return replace(assembly, exo=replace(assembly.exo, joints=(*shoulder, *joints[3:])))
+
+
+def compiled(assembly: Assembly) -> kernel.Kernel:
+    """One Newton step, then what holds the arm at rest there."""
+    cuffs = cuff_energy(assembly)
+    y, z, fit = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
+    closed = closure(cuffs, y, newton_step(cuffs, y, z, fit), fit)
+    none = ca.SX.zeros(4)
+    arm = ArmExpression(ca.SX(ca.DM(assembly.arm.phi)), fit, none, none, none)
+    torque = arm_torque(assembly, arm, cuffs, closed, (y, none, none), GRAVITY)
+    return kernel.compile(ca.Function("loop", [y, z, fit], [closed.z, closed.G, closed.strain, torque]))
+
+
+class RigidLoop:
+    """The same two trees in Pinocchio, and the cuffs' rows that are held."""
+
+    def __init__(self, assembly: Assembly, make_pinocchio: Callable, write_urdf: Callable):
+        exo, arm = assembly.exo, assembly.arm.tree
+        self.exo = make_pinocchio(write_urdf(exo, exo.phi), exo.joint_names)
+        self.arm = make_pinocchio(write_urdf(arm, arm.phi), arm.joint_names)
+        self.base = exo.frame("shoulder_centre").p_body_frame + OFFSET[:3]
+        self.rows = [np.flatnonzero(cuff.stiffness) for cuff in assembly.cuffs]
+        donning = assembly.description.donning_posture
+        self.cuffs = []
+        for cuff in assembly.cuffs:
+            R_exo, p_exo = self.exo.pose(donning, cuff.exo_frame)
+            R_arm, p_arm = self.arm.pose(self.arm_joints(donning), cuff.segment)
+            fastened = R_arm.T @ R_exo, R_arm.T @ (p_exo - p_arm - self.base)
+            self.cuffs.append((cuff.exo_frame, cuff.segment, *fastened))
+
+    @staticmethod
+    def arm_joints(z: np.ndarray) -> np.ndarray:
+        return np.array([0.0, *z[:3], OFFSET[4], z[3]])
+
+    def residual_and_jacobians(self, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Held rows of all cuffs, and their derivatives with respect to y and z."""
+        x = self.arm_joints(z)
+        parts = []
+        for (exo_frame, segment, R_segment_cuff, p_segment_cuff), rows in zip(self.cuffs, self.rows, strict=True):
+            R_exo, p_exo = self.exo.pose(y, exo_frame)
+            R_arm, p_arm = self.arm.pose(x, segment)
+            lever = R_arm @ p_segment_cuff
+            stretch = self.base + p_arm + lever - p_exo
+            Q = R_exo.T @ R_arm @ R_segment_cuff
+            of_exo, of_arm = self.exo.jacobian(y, exo_frame), self.arm.jacobian(x, segment)[:, [1, 2, 3, 5]]
+            twist = lambda turn, Q=Q: 0.5 * (np.trace(Q) * np.eye(3) - Q) @ turn  # noqa: E731
+            in_y = np.vstack(
+                [R_exo.T @ (-of_exo[:3] + cross(stretch) @ of_exo[3:]), twist(-R_exo.T @ of_exo[3:])],
+            )
+            in_z = np.vstack([R_exo.T @ (of_arm[:3] - cross(lever) @ of_arm[3:]), twist(R_exo.T @ of_arm[3:])])
+            skewed = 0.5 * (Q - Q.T)
+            value = np.array([*(R_exo.T @ stretch), skewed[2, 1], skewed[0, 2], skewed[1, 0]])
+            parts.append((value[rows], in_y[rows], in_z[rows]))
+        residual, in_y, in_z = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return residual, in_y, in_z
+
+
+def cross(u: np.ndarray) -> np.ndarray:
+    """Matrix of u × …"""
+    return np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
+
+
+@pytest.mark.parametrize("order", AXES)
+@pytest.mark.parametrize("kind", CUFFS)
+def test_the_arms_torque_is_what_pinocchios_frame_jacobians_map(
+    either_assembly, make_pinocchio, write_urdf, kind: str, order: str
+):
+    ours = with_axes(with_cuffs(either_assembly, kind), AXES[order])
+    loop, function, solver = RigidLoop(ours, make_pinocchio, write_urdf), compiled(ours), LoopSolver(ours)
+    generator = np.random.default_rng(0)
+    lower, upper = ours.description.workspace
+    for y in generator.uniform(lower + 0.1, upper, (8, 4)):
+        z, _ = solver.solve(y, y, OFFSET)
+        for _ in range(3):
+            z, G, strain, torque = function.of(y, z, OFFSET)
+        residual, in_y, in_z = loop.residual_and_jacobians(y, z)
+        G_rigid = -np.linalg.solve(in_z, in_y)
+        tau_arm = loop.arm.gravity_torque(loop.arm_joints(z))[[1, 2, 3, 5]]
+        np.testing.assert_allclose(residual, 0.0, atol=CLOSED)
+        np.testing.assert_allclose(G, G_rigid, atol=TOLERANCE)
+        np.testing.assert_allclose(torque, G_rigid.T @ tau_arm, atol=TOLERANCE)
+        np.testing.assert_allclose(strain, 0.0, atol=TOLERANCE)
+
+
+@pytest.mark.parametrize("kind", CUFFS)
+def test_cuffs_that_hold_each_freedom_once_are_accepted(assembly, kind: str):
+    refuse_unsupported(with_cuffs(assembly, kind))
