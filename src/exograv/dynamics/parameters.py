@@ -13,6 +13,7 @@ from exograv.model.assembly import FREEDOMS
 from exograv.model.loops import FIT
 
 Parameters = Float[np.ndarray, " parameter"]
+Joints = Float[np.ndarray, " joint"]
 
 PHI = slice(0, 20)
 """Inertial parameters: upper arm, forearm with hand."""
@@ -61,8 +62,6 @@ def names_and_units(joints: tuple[str, ...]) -> Iterator[tuple[str, str]]:
         yield from ((f"{joint}.{kind}", unit) for joint in joints)
 
 
-def table_parameters(
-    arm: Arm, rotor_inertia: Parameters, coulomb_Nm: Parameters, viscous_Nms: Parameters
-) -> Parameters:
+def table_parameters(arm: Arm, rotor_inertia: Joints, coulomb_Nm: Joints, viscous_Nms: Joints) -> Parameters:
     """What is known before anything moved: the table's arm without elasticity, aligned, in the calibrated machine."""
     return np.concatenate([arm.phi, np.zeros(12 + len(FIT)), rotor_inertia, coulomb_Nm, viscous_Nms])

@@ -1,0 +1,97 @@
+"""Every derivative that identification and control rely on is that of finite differences."""
+
+import numpy as np
+import pytest
+
+from exograv.dynamics import parameters
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.dynamics.friction import Friction
+from exograv.dynamics.loop_torque import GRAVITY
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.interface import Sample
+
+STEP = 1e-4  # of each parameter's own unit
+TOLERANCE = 2e-6  # N·m per unit: fourth-order differences of torques of 30 N·m, whose closure is exact to 1e-10
+NAMES = [name for name, _ in parameters.names_and_units(("a", "b", "c", "d"))]
+
+
+@pytest.fixture(scope="module")
+def model(assembly) -> ArmModel:
+    none, one = np.zeros(4), np.ones(4)
+    friction = Friction(2.0 * one, one, 1.3 * one, 0.06 * one, 0.1 * one, 0.05, 0.02)
+    gain = ActuatorGain(assembly.description.nominal_gain, none)
+    return ArmModel(
+        assembly,
+        CalibratedMachine(gain, friction, friction, assembly.exo.phi, GRAVITY, 0.2 * one, none, none),
+    )
+
+
+def likely_parameters(assembly) -> np.ndarray:
+    x = parameters.table_parameters(assembly.arm, np.full(4, 0.2), np.full(4, 2.0), np.full(4, 1.0))
+    x[parameters.STIFFNESS], x[parameters.SPRING_OFFSET], x[parameters.DAMPING] = 1.5, 0.8, 0.4
+    x[parameters.FIT_OF_ARM] = [0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3]
+    return x
+
+
+def differences(torque, x: np.ndarray) -> np.ndarray:
+    """Fourth-order central differences (joint, parameter)."""
+    columns = []
+    for direction in STEP * np.eye(len(x)):
+        near = torque(x + direction) - torque(x - direction)
+        far = torque(x + 2 * direction) - torque(x - 2 * direction)
+        columns.append((8 * near - far) / (12 * STEP))
+    return np.column_stack(columns)
+
+
+def assert_columns_agree(derivative: np.ndarray, expected: np.ndarray) -> None:
+    for name, ours, theirs in zip(NAMES, derivative.T, expected.T, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=TOLERANCE, err_msg=name)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_torque_of_a_motion_depends_on_every_parameter_as_differences_say(assembly, model, seed: int):
+    generator = np.random.default_rng(seed)
+    q = generator.uniform(*assembly.description.workspace)
+    v, a = generator.uniform(-1.5, 1.5, 4), generator.uniform(-3.0, 3.0, 4)
+    x = likely_parameters(assembly)
+
+    def settled(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        # The same sample again and again: each time one Newton step nearer to the closed posture.
+        model.restart()
+        for _ in range(4):
+            tau, derivative = model.linearise(Sample(0.0, q, v, a, np.zeros(4)), x)
+        return tau, derivative
+
+    assert_columns_agree(settled(x)[1], differences(lambda x: settled(x)[0], x))
+
+
+def test_the_torque_at_rest_depends_on_every_parameter_as_differences_say(assembly, model):
+    q = np.array([0.8, 0.3, -0.2, 1.3])
+    x = likely_parameters(assembly)
+    assert_columns_agree(model.at_rest(q, x)[1], differences(lambda x: model.at_rest(q, x)[0], x))
+
+
+def test_the_torque_at_rest_knows_neither_springs_nor_speed(assembly, model):
+    q = np.array([0.8, 0.3, -0.2, 1.3])
+    x = likely_parameters(assembly)
+    _, derivative = model.at_rest(q, x)
+    for unknown in (parameters.STIFFNESS, parameters.SPRING_OFFSET, parameters.DAMPING, parameters.viscous(4)):
+        np.testing.assert_array_equal(derivative[:, unknown], 0.0)
+
+
+def test_the_torque_is_linear_in_all_but_the_fit(assembly, model):
+    # The load enters friction by its size, which bends the line: without load-dependent friction it is straight.
+    none = np.zeros(4)
+    friction = Friction(none, none, none + 1.0, none, none, 0.05, 0.02)
+    machine = CalibratedMachine(
+        model.machine.actuators, friction, friction, assembly.exo.phi, GRAVITY, none, none, none
+    )
+    straight = ArmModel(assembly, machine)
+    sample = Sample(0.0, np.array([0.8, 0.3, -0.2, 1.3]), np.full(4, 0.7), np.full(4, -1.2), none)
+    x = likely_parameters(assembly)
+    change = np.random.default_rng(0).normal(size=len(x))
+    change[parameters.FIT_OF_ARM] = 0.0
+    for _ in range(4):
+        tau, derivative = straight.linearise(sample, x)
+    np.testing.assert_allclose(straight.linearise(sample, x + change)[0], tau + derivative @ change, atol=1e-9)
