@@ -23,6 +23,9 @@ Joints = Float[np.ndarray, " joint"]
 FRICTION_SHARE = 0.5
 """Share of the friction that is returned while floating [-]; above 0.8 the arm could be pushed (docs/safety.md)."""
 
+NEWTON_STEPS = 4
+"""From a posture a few degrees off; quadratic convergence."""
+
 
 @dataclass
 class Mode:
@@ -94,6 +97,28 @@ class Tick:
         buffers["z_before"][:] = self._out["z"]
         buffers["G_before"][:] = self._out["G"]
         return self._out["tau_desired"]
+
+    def at_rest(
+        self, q: Joints, x: parameters.Parameters, z_start: Float[np.ndarray, " 4"]
+    ) -> tuple[Joints, Joints, Float[np.ndarray, " 4"]]:
+        """What this controller asks for at a posture `q` at rest: to plan and to examine, not in the loop.
+
+        Args:
+            q: Joint positions as measured (joint,) [rad].
+            x: Parameters.
+            z_start: Freedoms of the arm near the closed posture (4,) [rad].
+
+        Returns:
+            Desired torque, the arm's share of it (both (joint,) [N·m]) and the closed posture (4,) [rad].
+        """
+        still = np.zeros(len(q))
+        self._in["G_before"][:] = 0.0
+        self._in["q_before"][:] = q
+        self._in["z_before"][:] = z_start
+        self._closed = True
+        for _ in range(NEWTON_STEPS):
+            self.step(q, still, Reference(q, still, still), x)
+        return self._out["tau_desired"].copy(), self._out["tau_arm"].copy(), self._out["z"].copy()
 
     def close(self, q: Joints, x: parameters.Parameters) -> None:
         """Find the closed posture from cold, outside the loop: at the start and after a jump of `q`."""

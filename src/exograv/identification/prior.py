@@ -61,3 +61,12 @@ def _add_springs(covariance: Float[np.ndarray, "parameter parameter"]) -> None:
     covariance[K, c] = covariance[c, K] = np.diag(NEUTRAL * STIFFNESS_SD**2)
     product = (NEUTRAL * STIFFNESS_SD) ** 2 + (STIFFNESS * NEUTRAL_SD) ** 2 + (STIFFNESS_SD * NEUTRAL_SD) ** 2
     covariance[c, c] = np.diag(product)
+
+
+def disturbance_sd(n: int) -> Float[np.ndarray, " joint"]:
+    """Slow torque of a wearer who should be relaxed, as assumed before the data weigh multiples of it (joint,) [N·m].
+
+    2-5 % of what muscles can do is 0.5-3 N·m for people who do not let go at all; told to relax, a tenth of the upper
+    end (docs/arm.md). Joints: three of the shoulder, then the elbow.
+    """
+    return np.array([0.3, 0.3, 0.3, 0.15])[:n]

@@ -53,19 +53,13 @@ class ArmController:
 
     def publish(self, x: parameters.Parameters, q: Joints) -> None:
         """Head for new parameters; they enter no faster than the torque at `q` may change."""
-        before = self.torque_at_rest(q, self.x)
-        self._handover.publish(x, float(np.abs(self.torque_at_rest(q, x) - before).max()))
+        change = self.torque_at_rest(q, x) - self.torque_at_rest(q, self.x)
+        self._handover.publish(x, float(np.abs(change).max()))
 
     def torque_at_rest(self, q: Joints, x: parameters.Parameters) -> Joints:
-        """Desired torque of the floating controller, in its gravity level, at a posture `q` at rest [N·m]."""
-        still = np.zeros(len(q))
-        trial = self._trial
-        trial.mode = Mode(0.0, self.mode.gravity_level, self.mode.arm_share)
-        trial.close(q, x)
-        reference = Reference(q, still, still)
-        for _ in range(2):
-            tau = trial.step(q, still, reference, x)
-        return tau.copy()
+        """Desired torque of the floating controller, in its gravity level, at the present posture at rest [N·m]."""
+        self._trial.mode = Mode(0.0, self.mode.gravity_level, self.mode.arm_share)
+        return self._trial.at_rest(q, x, self._tick.z)[0]
 
     def skeleton(self, q: Joints) -> tuple[list[list[float]], list[list[float]]]:
         """Points to draw in the base frame [m]: along the exoskeleton, and along the arm as the controller sees it."""

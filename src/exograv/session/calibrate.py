@@ -8,7 +8,8 @@ from exograv.control.exo_tick import ExoTick
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.empty_machine import SAMPLE_PERIOD_S, Sweeps, calibrate
 from exograv.identification.sample_filter import SampleFilter
-from exograv.model.assembly import read_exoskeleton
+from exograv.model.anthropometry import Body, segment_lengths
+from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.model.description import Sweep as SweepSettings
 from exograv.motion import Trajectory, go_to, hold, joined, sweep
@@ -44,13 +45,13 @@ class _Notes:
         return Sweeps(*columns)
 
 
-def calibrate_machine(description: RigDescription, pilot: Pilot) -> CalibratedMachine:
-    """Sweep, weigh and fit; the pilot's rig must be empty.
+def calibrate_machine(description: RigDescription, body: Body, pilot: Pilot) -> CalibratedMachine:
+    """Sweep, weigh and fit; the pilot's rig must be empty, and set to the lengths of this person.
 
     Raises:
         IdentificationError: A joint did not move.
     """
-    tree = read_exoskeleton(description)
+    tree = adjusted(read_exoskeleton(description), description, segment_lengths(body))
     controller = ExoTick(description, tree)
     notes = _Notes(pilot)
     weights = [0.0, *description.settings.calibration.weights_kg]

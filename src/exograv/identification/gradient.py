@@ -1,0 +1,95 @@
+"""The paper's method: at every sample, one step of plain gradient descent on the squared torque error.
+
+The arm is the paper's: two rigid bodies in loops that close without misalignment, no elasticity, static and Coulomb
+friction. The gradient is taken by automatic differentiation, in the loop, while the arm moves.
+"""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+
+from exograv import kernel
+from exograv.dynamics import parameters
+from exograv.dynamics.closure import closure, cuff_energy
+from exograv.dynamics.friction import friction_torque
+from exograv.dynamics.loop_torque import ArmExpression, arm_torque, exo_torque
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.model.assembly import FREEDOMS, Assembly
+from exograv.model.loops import FIT
+
+from .interface import Estimate, Parameters, Sample
+from .log_cholesky import phi_from_theta, theta_from_phi
+
+STEP = 2e-4
+"""Of the descent, for every parameter alike [1/(N·m)²]; the best of a sweep on wearers 1000-1009 at level 2."""
+
+BREAKAWAY = 1.3
+"""Static over Coulomb friction [-]: the paper names both, stage 0 measures the latter; usual of harmonic drives."""
+
+V_MIDDLE = 0.3
+"""Speed at which Coulomb friction stands for the viscous part too [rad/s]: half of a usual excitation's largest."""
+
+
+class Gradient:
+    """`Method`: it states no uncertainty, because plain descent has none."""
+
+    name = "gradient"
+
+    def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: Parameters, step: float = STEP):
+        self._kernel = kernel.compile(squared_error(assembly, machine))
+        self._step = step
+        self._x = x.copy()
+        self._theta = np.concatenate([theta_from_phi(x[:10]), theta_from_phi(x[10:20])])
+        self._t = 0.0
+
+    def update(self, sample: Sample) -> None:
+        """One step downhill."""
+        self._t = sample.t
+        inputs = self._kernel.inputs
+        inputs["theta"][:] = self._theta
+        inputs["q"][:] = sample.q
+        inputs["v"][:] = sample.v
+        inputs["a"][:] = sample.a
+        inputs["tau_measured"][:] = sample.tau
+        self._theta -= self._step * self._kernel()["gradient"]
+
+    def estimate(self) -> Estimate:
+        """Where the descent is now; possible by its parameters."""
+        self._x[parameters.PHI] = self._kernel.of(self._theta, *np.zeros((4, len(self._kernel.inputs["q"]))))[2]
+        return Estimate(self._t, self._x.copy(), None, 0.0, 1.0)
+
+
+def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
+    """Half the squared error between expected and measured torque, and its gradient.
+
+    The measured torque is data: with the commanded torque as source it holds the feed-forward, and a gradient through
+    that would cancel the model.
+    """
+    n = assembly.n
+    theta = ca.SX.sym("theta", 20)
+    q, v, a, tau_measured = (ca.SX.sym(name, n) for name in ("q", "v", "a", "tau_measured"))
+    phi = ca.vertcat(phi_from_theta(theta[:10]), phi_from_theta(theta[10:]))
+    aligned, none = ca.SX.zeros(len(FIT)), ca.SX.zeros(len(FREEDOMS))
+    # With aligned shoulders the closed posture is the machine's own.
+    cuffs = cuff_energy(assembly)
+    closed = closure(cuffs, q, q, aligned)
+    motion = (q, v, a)
+    load = exo_torque(assembly, machine.phi, ca.DM(machine.rotor_inertia), motion, machine.gravity) + arm_torque(
+        assembly, ArmExpression(phi, aligned, none, none, none), cuffs, closed, motion, machine.gravity
+    )
+    coulomb = machine.friction.coulomb + V_MIDDLE * machine.friction.viscous
+    paper = replace(
+        machine.friction,
+        coulomb=coulomb,
+        viscous=np.zeros(n),
+        breakaway=np.full(n, BREAKAWAY),
+        load_share=np.zeros(n),
+        asymmetry=np.zeros(n),
+    )
+    tau = load + friction_torque(paper, v, load)
+    loss = 0.5 * ca.sumsqr(tau - tau_measured)
+    outputs = [loss, ca.gradient(loss, theta), phi]
+    names = ["theta", "q", "v", "a", "tau_measured"]
+    return ca.Function("squared_error", [theta, q, v, a, tau_measured], outputs, names, ["loss", "gradient", "phi"])
+

@@ -1,0 +1,242 @@
+"""The whole idea on the twin: calibrate, put the arm in, identify it online, float it, find a known weight, report."""
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.dynamics import parameters
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.errors import ConfigError
+from exograv.identification.empty_machine import GAIN_SD
+from exograv.identification.interface import Estimate, Outcome
+from exograv.model.arm import held_weight
+from exograv.model.description import Side
+from exograv.recording import RecordingWriter
+from exograv.rig.twin import Twin
+from exograv.runtime.pace import Pace
+from exograv.safety.envelope import Envelope
+from exograv.study.report import write_report
+from exograv.study.targets import TARGET_ELBOW_NM, TARGET_SHOULDER_NM
+
+from .arm_controller import ArmController
+from .calibrate import calibrate_machine
+from .examine import Examination, Score
+from .float_arm import Drift, float_arm
+from .identify import Identification, Identifier, identify_arm
+from .names import MethodName, TorqueSourceName
+from .outcome import calibration_rows, parameter_rows, percentiles, rounded, time_to_target
+from .pilot import Pilot, Progress
+from .provenance import provenance
+from .virtual import VirtualLaboratory, draw_laboratory, limits
+from .weigh import Weighing, weigh
+
+FLOAT_S = 10.0
+WEIGHT_KG = (0.5, 1.0)  # range of the known weight that the wearer takes into the hand; the machine is built for 1 kg
+GRAVITY_LEVEL_MAX = 1.0  # above 1 the arm would be pushed down: that needs a mode of its own (docs/safety.md)
+
+
+@dataclass(frozen=True)
+class DemoOptions:
+    """What the demonstration is asked for."""
+
+    rig: str = "recupera_like"
+    side: Side = "right"
+    level: int = 2
+    method: MethodName = "recursive"
+    gravity_level: float = 0.0
+    seed: int = 0
+    seconds: float = 60.0
+    torque_source: TorqueSourceName = "current"
+    realtime: bool = False
+    only_identify: bool = False
+
+    def __post_init__(self):
+        if not 0 <= self.level <= 4:
+            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
+        if not 0.0 <= self.gravity_level <= GRAVITY_LEVEL_MAX:
+            raise ConfigError(
+                f"--gravity-level is {self.gravity_level}; allowed: 0 (weightless) to {GRAVITY_LEVEL_MAX:g} (Earth). "
+                "The Moon is 0.165, Mars 0.378."
+            )
+        if not 5.0 <= self.seconds <= 600.0:
+            raise ConfigError(f"--seconds is {self.seconds}; allowed: 5 to 600 s of motion.")
+        if self.seed < 0:
+            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
+
+
+@dataclass
+class _Run:
+    """What the phases of one demonstration share."""
+
+    options: DemoOptions
+    laboratory: VirtualLaboratory
+    recording: RecordingWriter
+    progress: Progress
+    result: dict[str, Any] = field(default_factory=dict)
+
+    def pilot(self, twin: Twin, actuators: ActuatorGain) -> Pilot:
+        envelope = Envelope(limits(self.laboratory.description), twin.period_s)
+        pace = Pace(twin.period_s) if self.options.realtime else None
+        return Pilot(twin, actuators, envelope, self.recording, self.progress, pace)
+
+
+def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str, Any]:
+    """Run it all; the result follows the contract of `exograv demo --json`.
+
+    Raises:
+        ConfigError: An option cannot be used.
+        ModelError: Machine or wearer cannot be modelled.
+        RigError: The envelope stopped the run.
+        RecordingError: The folder cannot be written.
+    """
+    start = time.perf_counter()
+    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    targets = [TARGET_ELBOW_NM if "elbow" in joint else TARGET_SHOULDER_NM for joint in laboratory.description.joints]
+    path = folder / f"{'identify' if options.only_identify else 'demo'}.mcap"
+    settings = provenance(options, laboratory, targets)
+    with RecordingWriter(path, laboratory.description.joints, settings) as recording:
+        run = _Run(options, laboratory, recording, progress)
+        t, tick_us = _phases(run, targets)
+        recording.write("/result", t, {**run.result, "simulated_s": round(t, 3)})
+    progress("Writing the report", 0.0)
+    report = write_report(path, folder / "report.html")
+    progress("Writing the report", 1.0)
+    return {
+        **run.result,
+        "tick_us": percentiles(tick_us),
+        "wall_s": round(time.perf_counter() - start, 2),
+        "simulated_s": round(t, 3),
+        "report": str(report),
+        "recording": str(path),
+    }
+
+
+def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
+    options, laboratory = run.options, run.laboratory
+    description = laboratory.description
+    run.result.update(
+        rig=description.name,
+        method=options.method,
+        disturbance_level=options.level,
+        seed=options.seed,
+        joints=list(description.joints),
+    )
+    machine, t = _stage_0(run)
+    run.result["calibration"] = calibration_rows(machine, laboratory.machine, description.joints)
+
+    assembly = laboratory.assembly()
+    table = parameters.table_parameters(
+        assembly.arm, machine.rotor_inertia, machine.friction.coulomb, machine.friction.viscous
+    )
+    twin = Twin(description, laboratory.machine, laboratory.wearer, options.seed, t0=t)
+    pilot = run.pilot(twin, machine.actuators)
+    controller = ArmController(assembly, machine, table, twin.period_s)
+    examination = Examination(laboratory, assembly, machine)
+    scores: dict[float, Score] = {}
+
+    def note(when: float, estimate: Estimate, predicted: np.ndarray | None, outcome: Outcome) -> None:
+        rows = parameter_rows(assembly, table, estimate, laboratory.wearer)
+        shown = [{k: v for k, v in row.items() if k != "truth"} for row in rows]
+        message = {"motion_s": estimate.t, "parameters": shown, "outcome": outcome.value}
+        if predicted is not None:
+            message["predicted_left_over_Nm"] = predicted
+        run.recording.write("/estimate", when, message)
+        scores[estimate.t] = score = examination.score(estimate.x)
+        run.recording.write("/left_over", when, {"motion_s": estimate.t, "total": score.total, "arm": score.arm})
+
+    run.recording.phase(twin.t, "identify")
+    identifier = Identifier(pilot, controller, machine, options.method, options.torque_source, note)
+    found = identify_arm(pilot, controller, identifier, options.seconds)
+    _record_identification(run, found, examination, table, scores, targets, assembly)
+    if not options.only_identify:
+        _float_and_weigh(run, pilot, controller, machine, found, examination)
+    return twin.t, pilot.tick_us
+
+
+def _stage_0(run: _Run) -> tuple[CalibratedMachine, float]:
+    """Calibrate the empty machine; its clock when it is done."""
+    description = run.laboratory.description
+    nominal = description.nominal_gain
+    twin = Twin(
+        description, run.laboratory.machine, None, run.options.seed, lengths=run.laboratory.wearer.lengths_given
+    )
+    run.recording.phase(twin.t, "calibrate")
+    pilot = run.pilot(twin, ActuatorGain(nominal, GAIN_SD * nominal))
+    machine = calibrate_machine(description, run.laboratory.body, pilot)
+    return machine, twin.t
+
+
+def _record_identification(
+    run: _Run,
+    found: Identification,
+    examination: Examination,
+    table: np.ndarray,
+    scores: dict[float, Score],
+    targets: list[float],
+    assembly: Any,
+) -> None:
+    by_table, identified = examination.score(table), scores[found.last.t]
+    run.result["left_over_rms_Nm"] = {
+        "total": {
+            "exo_only": rounded(examination.exo_only(table)),
+            "table": rounded(by_table.total),
+            "identified": rounded(identified.total),
+        },
+        "arm": {"table": rounded(by_table.arm), "identified": rounded(identified.arm)},
+    }
+    stop = "The motion ran its full time."
+    if found.stop_s is not None:
+        stop = f"The stop rule would have ended the motion after {found.stop_s:.0f} s."
+    run.result["identification"] = {
+        "motion_s": round(found.last.t, 3),
+        "time_to_target_s": time_to_target(scores, targets),
+        "stop": stop,
+        "outcome": found.outcome.value,
+    }
+    run.result["parameters"] = parameter_rows(assembly, table, found.last, run.laboratory.wearer)
+
+
+def _float_and_weigh(
+    run: _Run,
+    pilot: Pilot,
+    controller: ArmController,
+    machine: CalibratedMachine,
+    found: Identification,
+    examination: Examination,
+) -> None:
+    options, description = run.options, run.laboratory.description
+    lower, upper = description.workspace
+    posture = 0.5 * (lower + upper)
+    run.recording.phase(pilot.rig.read().t, "float")
+    drift: Drift = float_arm(pilot, controller, posture, options.gravity_level, FLOAT_S)
+    run.result["float"] = {
+        "gravity_level": options.gravity_level,
+        "drift_deg": rounded(drift.drift_deg),
+        "window_s": drift.window_s,
+    }
+    mass = float(np.random.default_rng([options.seed, 9]).uniform(*WEIGHT_KG))
+    run.recording.phase(pilot.rig.read().t, "weigh")
+
+    def hang(loaded: bool) -> None:
+        if isinstance(pilot.rig, Twin):
+            pilot.rig.hang("hand", mass if loaded else 0.0)
+
+    weighing: Weighing = weigh(pilot, controller, machine, found.last.x, hang)
+    with_weight = found.last.x.copy()
+    with_weight[parameters.PHI] += held_weight(controller.assembly.arm.lengths, weighing.mass)
+    controller.publish(with_weight, pilot.q)
+    run.result["known_weight"] = {
+        "true_kg": round(mass, 4),
+        "estimated_kg": round(weighing.mass, 4),
+        "ci95_kg": rounded(np.array(weighing.ci95)),
+        "left_over_Nm": {
+            "ignored": rounded(examination.score(found.last.x, mass).total),
+            "compensated": rounded(examination.score(with_weight, mass).total),
+        },
+    }
+    run.recording.phase(pilot.rig.read().t, "float with weight")
+    float_arm(pilot, controller, posture, options.gravity_level, FLOAT_S / 2)

@@ -1,0 +1,83 @@
+"""Can this computer run exograv, and how fast is its loop here."""
+
+import os
+import platform
+import sys
+import tempfile
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.model.description import rig_names
+
+from .outcome import percentiles
+
+PACKAGES = ("casadi", "mcap", "mujoco-core", "numpy", "pydantic", "scipy")
+TICKS = 2000
+PERIOD_US = 1000.0
+
+
+def examine_computer(folder: Path) -> dict[str, Any]:
+    """Versions, a writable folder, and the time of a tick; each finding is a check with a sentence."""
+    checks = [_python(), *(_package(name) for name in PACKAGES), _writable(folder)]
+    checks.append({"name": "machines", "ok": bool(rig_names()), "text": ", ".join(rig_names()) or "none found"})
+    tick = percentiles(_tick_times()) if all(check["ok"] for check in checks[1:]) else None
+    if tick is not None:
+        ok = tick["p99"] < PERIOD_US / 2
+        text = f"median {tick['p50']} µs, p99 {tick['p99']} µs of a period of 1000 µs"
+        checks.append({"name": "tick", "ok": ok, "text": text})
+    return {
+        "ok": all(check["ok"] for check in checks),
+        "computer": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        "checks": checks,
+        "tick_us": tick,
+    }
+
+
+def _python() -> dict[str, Any]:
+    return {"name": "python", "ok": sys.version_info >= (3, 11), "text": platform.python_version()}
+
+
+def _package(name: str) -> dict[str, Any]:
+    try:
+        return {"name": name, "ok": True, "text": version(name)}
+    except PackageNotFoundError:
+        return {"name": name, "ok": False, "text": "not installed: pip install 'exograv[all]'"}
+
+
+def _writable(folder: Path) -> dict[str, Any]:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        return {"name": "out", "ok": False, "text": f"{folder}: {error.strerror}; give another folder with --out"}
+    return {"name": "out", "ok": True, "text": f"{folder} can be written"}
+
+
+def _tick_times() -> list[float]:
+    """Of the control tick of the default machine [µs]."""
+    from exograv.control.tick import Tick
+    from exograv.dynamics.parameters import table_parameters
+    from exograv.model.anthropometry import Body
+    from exograv.model.description import load_rig
+    from exograv.model.support import assemble
+    from exograv.signals import Reference
+
+    from .nominal import nominal_machine
+
+    description = load_rig("recupera_like")
+    assembly = assemble(description, Body(1.75, 75.0, "male"))
+    machine = nominal_machine(description, assembly.exo.phi)
+    tick = Tick(assembly, machine)
+    friction = machine.friction
+    x = table_parameters(assembly.arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous))
+    q, still, times = description.donning_posture, np.zeros(assembly.n), []
+    for _ in range(TICKS):
+        start = time.perf_counter_ns()
+        tick.step(q, still, Reference(q, still, still), x)
+        times.append(1e-3 * (time.perf_counter_ns() - start))
+    return times

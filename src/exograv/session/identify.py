@@ -1,0 +1,172 @@
+"""The relaxed arm is moved, and learned while it moves; what is learned drives the next tick."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from exograv import motion
+from exograv.dynamics import parameters
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.anthropometric import Anthropometric
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.gradient import Gradient
+from exograv.identification.interface import Estimate, Method, Outcome
+from exograv.identification.left_over import LeftOverPrediction, StopRule
+from exograv.identification.prior import disturbance_sd, prior
+from exograv.identification.recursive import Noise, Recursive
+from exograv.identification.sample_filter import SampleFilter
+from exograv.model.assembly import Assembly
+from exograv.motion import Trajectory
+
+from .arm_controller import ArmController
+from .names import MethodName, TorqueSourceName
+from .pilot import Moment, Pilot
+
+PUBLISH_S = 0.2  # new parameters reach the controller at 5 Hz
+NOTE_S = 1.0  # and are noted, judged and drawn once a second
+EASE_S = 2.0  # a periodic motion starts with speed, an arm does not
+TRAVEL = 0.6  # rad/s to the motion's first posture
+SKELETON_TICKS = 50
+
+
+@dataclass
+class Identification:
+    """What an identification leaves behind."""
+
+    method: Method
+    estimates: list[Estimate] = field(default_factory=list)
+    """One a second."""
+    predicted: list[np.ndarray | None] = field(default_factory=list)
+    """Left over that each estimate expects of itself (joint,) [N·m]; None where the method states none."""
+    stop_s: float | None = None
+    """When the stop rule would have ended the motion [s]."""
+    outcome: Outcome = Outcome.RUNNING
+
+    @property
+    def last(self) -> Estimate:
+        """The final one."""
+        return self.estimates[-1]
+
+
+def build_method(name: MethodName, assembly: Assembly, machine: CalibratedMachine) -> Method:
+    """An identification method for this arm in this machine."""
+    mean, covariance = prior(assembly, machine)
+    if name == "recursive":
+        noise = Noise(machine.residual_sd, machine.correlation_s, disturbance_sd(assembly.n))
+        return Recursive(ArmModel(assembly, machine), mean, covariance, noise, (slice(0, 10), slice(10, 20)))
+    table = parameters.table_parameters(
+        assembly.arm, machine.rotor_inertia, machine.friction.coulomb, machine.friction.viscous
+    )
+    if name == "gradient":
+        return Gradient(assembly, machine, table)
+    return Anthropometric(table, covariance)
+
+
+def identification_motion(assembly: Assembly, seconds: float, dt: float) -> Trajectory:
+    """The machine's excitation, eased in from rest."""
+    excitation = assembly.description.settings.excitation
+    path = motion.fourier(
+        np.deg2rad(excitation.centre_deg),
+        np.deg2rad(excitation.sine_deg),
+        np.deg2rad(excitation.cosine_deg),
+        excitation.period_s,
+        seconds + EASE_S,
+        dt,
+    )
+    return motion.eased_in(path, EASE_S)
+
+
+class Identifier:
+    """Listens to the motion, feeds the method, publishes to the controller, judges once a second."""
+
+    def __init__(
+        self,
+        pilot: Pilot,
+        controller: ArmController,
+        machine: CalibratedMachine,
+        name: MethodName,
+        torque_source: TorqueSourceName,
+        note: Callable[[float, Estimate, np.ndarray | None, Outcome], None],
+    ):
+        self._pilot, self._controller, self._note = pilot, controller, note
+        self._torque_source = torque_source
+        assembly = controller.assembly
+        self.result = Identification(build_method(name, assembly, machine))
+        mean, _ = prior(assembly, machine)
+        self._left_over = LeftOverPrediction(ArmModel(assembly, machine), mean)
+        self._rule = StopRule(assembly.n)
+        self._filter = SampleFilter(assembly.n, pilot.rig.period_s)
+        self._ticks = 0
+        self._published = self._noted = 0.0
+
+    def __call__(self, moment: Moment) -> None:
+        """One tick."""
+        tau = moment.tau_measured if self._torque_source == "current" else moment.tau_commanded
+        sample = self._filter.update(moment.state.q, tau)
+        self._ticks += 1
+        if self._pilot.recording is not None and self._ticks % SKELETON_TICKS == 0:
+            record_skeleton(self._pilot, self._controller, moment)
+        if not self._filter.settled:
+            return
+        self.result.method.update(sample)
+        if sample.t - self._published < PUBLISH_S - 1e-9:
+            return
+        self._published = sample.t
+        estimate = self.result.method.estimate()
+        self._controller.publish(estimate.x, moment.q)
+        if sample.t - self._noted > NOTE_S - 1e-9:
+            self._noted = sample.t
+            self._judge(estimate, moment.state.t)
+
+    def finish(self, moment_t: float) -> Identification:
+        """Take everything into account once more and close the books."""
+        method = self.result.method
+        if isinstance(method, Recursive):
+            method.relinearise()
+        self._judge(method.estimate(), moment_t)
+        result = self.result
+        if result.stop_s is None:
+            result.outcome = _final_outcome(result)
+        return result
+
+    def _judge(self, estimate: Estimate, t: float) -> None:
+        result = self.result
+        predicted = None if estimate.covariance is None else self._left_over.rms(estimate.covariance)
+        result.estimates.append(estimate)
+        result.predicted.append(predicted)
+        if predicted is not None and result.stop_s is None:
+            verdict = self._rule.judge(estimate, predicted)
+            if verdict is not Outcome.RUNNING:
+                result.stop_s, result.outcome = estimate.t, verdict
+        self._note(t, estimate, predicted, result.outcome)
+
+
+def _final_outcome(result: Identification) -> Outcome:
+    if isinstance(result.method, Anthropometric):
+        return Outcome.TABLE_ONLY
+    return Outcome.NO_INTERVAL if result.last.covariance is None else Outcome.TIME_IS_UP
+
+
+def identify_arm(pilot: Pilot, controller: ArmController, identifier: Identifier, seconds: float) -> Identification:
+    """Drive the relaxed arm through the motion for `seconds` and learn it.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    dt = pilot.rig.period_s
+    path = identification_motion(controller.assembly, seconds, dt)
+    controller.mode.drive = 1.0
+    approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, dt), motion.hold(path.q[0], 0.5, dt)]
+    pilot.run(controller, motion.joined(approach), "Moving to the start")
+    pilot.run(controller, path, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
+    result = identifier.finish(pilot.rig.read().t)
+    controller.publish(result.last.x, pilot.q)
+    return result
+
+
+def record_skeleton(pilot: Pilot, controller: ArmController, moment: Moment) -> None:
+    """Where exoskeleton and arm are, for the report's pictures."""
+    if pilot.recording is not None:
+        exo, arm = controller.skeleton(moment.q)
+        pilot.recording.write("/skeleton", moment.state.t, {"exo": exo, "arm": arm})

@@ -1,0 +1,27 @@
+"""A machine by its data sheets, as if a calibration had confirmed them: for planning, never for a wearer."""
+
+import numpy as np
+
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.dynamics.friction import Friction
+from exograv.dynamics.loop_torque import GRAVITY
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.empty_machine import COULOMB, V_REST, V_STRIBECK, VISCOUS
+from exograv.model.description import RigDescription
+
+
+def nominal_machine(description: RigDescription, phi: np.ndarray) -> CalibratedMachine:
+    """Gains and rotors of `rig.toml`, friction usual of the drives, links (joint, 10) as drawn."""
+    kinds = [actuator.drive for actuator in description.settings.actuators]
+    coulomb, viscous = (np.array([table[kind][0] for kind in kinds]) for table in (COULOMB, VISCOUS))
+    ones, zeros = np.ones(len(kinds)), np.zeros(len(kinds))
+    return CalibratedMachine(
+        actuators=ActuatorGain(description.nominal_gain, 0.005 * description.nominal_gain),
+        friction=Friction(coulomb, viscous, ones, zeros, zeros, V_STRIBECK, V_REST),
+        friction_sd=Friction(0.02 * coulomb, 0.05 * viscous, zeros, zeros, zeros, V_STRIBECK, V_REST),
+        phi=phi,
+        gravity=GRAVITY,
+        rotor_inertia=description.per_actuator("rotor_inertia_kgm2"),
+        residual_sd=zeros,
+        correlation_s=zeros,
+    )

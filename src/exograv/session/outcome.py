@@ -1,0 +1,95 @@
+"""From a run's arrays to the rows that are printed, recorded and compared."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from exograv.dynamics import parameters
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.interface import Estimate
+from exograv.model.assembly import Assembly
+from exograv.rig.twin import Machine, Wearer
+from exograv.rig.twin.parameters import parameter_truth
+
+from .examine import Score
+
+DECIMALS = 4
+
+
+def rounded(values: np.ndarray) -> list[float]:
+    """For people and for files: no digit that means nothing."""
+    return [round(float(value), DECIMALS) for value in values]
+
+
+def parameter_rows(assembly: Assembly, table: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[dict[str, Any]]:
+    """Name, unit, truth, prior, estimate and 95 % interval of everything about the arm that gravity or rest can show."""
+    truth = parameter_truth(wearer)
+    rows = []
+    names = parameters.names_and_units(assembly.description.joints)
+    for i, (name, unit) in enumerate(names):
+        # Moments of inertia stay the table's: slow motion does not show them.
+        if name not in truth or ".I" in name:
+            continue
+        learned = i < parameters.PHI.stop or estimate.covariance is not None and estimate.sd[i] > 0.0
+        if learned:
+            rows.append(_row(name, unit, truth[name], float(table[i]), estimate, np.eye(len(table))[i]))
+    masses = np.zeros(len(table))
+    masses[[0, 10]] = 1.0
+    total = truth["upper_arm.mass"] + truth["forearm.mass"]
+    return [_row("arm.mass", "kg", total, float(masses @ table), estimate, masses), *rows]
+
+
+def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, weights: np.ndarray) -> dict[str, Any]:
+    value = float(weights @ estimate.x)
+    interval = None
+    if estimate.covariance is not None:
+        half = 1.96 * float(np.sqrt(weights @ estimate.covariance @ weights))
+        interval = [round(value - half, 5), round(value + half, 5)]
+    return {
+        "name": name,
+        "unit": unit,
+        "truth": round(truth, 5),
+        "prior": round(prior, 5),
+        "estimate": round(value, 5),
+        "ci95": interval,
+    }
+
+
+def calibration_rows(machine: CalibratedMachine, truth: Machine, joints: tuple[str, ...]) -> list[dict[str, Any]]:
+    """What stage 0 found, beside the twin's truth."""
+    friction, sd = machine.friction, machine.friction_sd
+    columns = (
+        ("gain", "N·m/A", truth.drives.gain, machine.actuators.gain, machine.actuators.gain_sd),
+        ("coulomb", "N·m", truth.friction.coulomb, friction.coulomb, sd.coulomb),
+        ("viscous", "N·m·s/rad", truth.friction.viscous, friction.viscous, sd.viscous),
+    )
+    return [
+        {
+            "joint": joint,
+            "name": name,
+            "unit": unit,
+            "truth": round(float(true[j]), 5),
+            "estimate": round(float(value[j]), 5),
+            "ci95": [round(float(value[j] + sign * 1.96 * spread[j]), 5) for sign in (-1, 1)],
+        }
+        for j, joint in enumerate(joints)
+        for name, unit, true, value, spread in columns
+    ]
+
+
+def time_to_target(scores: Mapping[float, Score], targets: Sequence[float]) -> float | None:
+    """Seconds of motion until what is truly left over stays below the target of every joint to the end; None if never."""
+    reached = None
+    for t in sorted(scores):
+        if np.all(scores[t].total <= targets):
+            reached = t if reached is None else reached
+        else:
+            reached = None
+    return None if reached is None else round(reached, 2)
+
+
+def percentiles(tick_us: Sequence[float]) -> dict[str, float]:
+    """Of the time that ticks took [µs]."""
+    p50, p99, p999 = np.percentile(tick_us, [50, 99, 99.9])
+    return {"p50": round(float(p50), 1), "p99": round(float(p99), 1), "p999": round(float(p999), 1)}

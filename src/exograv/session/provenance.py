@@ -1,0 +1,58 @@
+"""What a recording must say about where it came from."""
+
+import platform
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+import exograv
+
+from .virtual import VirtualLaboratory, limits
+
+if TYPE_CHECKING:
+    from .demo import DemoOptions
+
+PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
+
+
+def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: list[float]) -> dict[str, Any]:
+    """The `/settings` of a run on the twin."""
+    description, body = laboratory.description, laboratory.body
+    envelope = limits(description)
+    return {
+        "rig": description.name,
+        "title": description.settings.title,
+        "side": description.side,
+        "command": "exograv identify" if options.only_identify else "exograv demo",
+        "method": options.method,
+        "torque_source": options.torque_source,
+        "disturbance_level": options.level,
+        "seed": options.seed,
+        "gravity_level": options.gravity_level,
+        "wearer": {
+            "height_m": round(body.height_m, 3),
+            "mass_kg": round(body.mass_kg, 1),
+            "sex": body.sex,
+            "lengths_m": {name: round(length, 4) for name, length in (body.lengths_m or {}).items()},
+        },
+        "targets_Nm": targets,
+        "limits": {
+            "torque_max_Nm": envelope.torque_max_Nm.tolist(),
+            "torque_rate_max_Nm_per_s": envelope.torque_rate_max_Nm_per_s,
+            "v_damping_rad_s": envelope.v_damping_rad_s,
+            "v_trip_rad_s": envelope.v_trip_rad_s,
+        },
+        "hashes": {"rig": description.sha256},
+        "versions": {"exograv": exograv.__version__, "python": platform.python_version(), **_versions()},
+        "settings": {"options": asdict(options) | {"realtime": False}, "rig": description.settings.model_dump()},
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "unknown"
+    return found

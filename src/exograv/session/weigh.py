@@ -1,0 +1,141 @@
+"""A known weight in the hand: the same two-way motion without and with it; the difference is the weight."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv import motion
+from exograv.dynamics import parameters
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.interface import Sample
+from exograv.identification.prior import LENGTH_SD, disturbance_sd
+from exograv.identification.recursive import DISTURBANCE_SCALES
+from exograv.identification.sample_filter import SampleFilter
+from exograv.identification.square_root import FilterBank
+from exograv.model.arm import held_weight
+from exograv.motion import Trajectory
+
+from .arm_controller import ArmController
+from .pilot import Moment, Pilot
+
+WEIGHT_SD_KG = 2.0  # of the prior, about nothing in the hand
+SAMPLE_S = 0.08
+SPEED = 0.35  # rad/s
+GRIP_SD_M = 0.010  # where in the hand the weight is
+CORRELATION_S = 3.0
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """A weight, found."""
+
+    mass: float
+    """[kg]"""
+
+    ci95: tuple[float, float]
+    """[kg]"""
+
+
+@dataclass(frozen=True)
+class _Pass:
+    """One run of the motion: what was measured beyond what the arm explains, and what a kilogram would add."""
+
+    excess: Float[np.ndarray, "sample joint"]
+    per_kg: Float[np.ndarray, "sample joint"]
+    noise: Float[np.ndarray, "sample joint"]
+
+
+class _Scale:
+    """Listens to one pass."""
+
+    def __init__(self, controller: ArmController, machine: CalibratedMachine, x: parameters.Parameters, dt: float):
+        assembly = controller.assembly
+        self._model, self._x, self._machine = ArmModel(assembly, machine), x.copy(), machine
+        self._held = held_weight(assembly.arm.lengths, 1.0)
+        self._filter = SampleFilter(assembly.n, dt)
+        self._every = round(SAMPLE_S / dt)
+        self._ticks = 0
+        self._rows: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+
+    def __call__(self, moment: Moment) -> None:
+        sample = self._filter.update(moment.state.q, moment.tau_measured)
+        self._ticks += 1
+        if not self._filter.settled or self._ticks % self._every:
+            return
+        tau, derivative = self._model.linearise(
+            Sample(sample.t, sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy()), self._x
+        )
+        repeats = np.maximum(self._machine.correlation_s / SAMPLE_S, 1.0)
+        noise = np.hypot(self._machine.residual_sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
+        self._rows.append((sample.tau - tau, derivative[:, parameters.PHI] @ self._held, noise))
+
+    def result(self) -> _Pass:
+        return _Pass(*(np.array(column) for column in zip(*self._rows, strict=True)))
+
+
+def weigh(
+    pilot: Pilot, controller: ArmController, machine: CalibratedMachine, x: parameters.Parameters, hang: Callable[[bool], None]
+) -> Weighing:
+    """Move the arm to and fro without and with the weight, and compare.
+
+    Args:
+        pilot: On the worn machine.
+        controller: The arm's, driving.
+        machine: As calibrated.
+        x: The arm as identified.
+        hang: Puts the weight into the hand, or takes it out: the wearer's part.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    path = weighing_motion(controller, pilot.rig.period_s)
+    controller.mode.drive = 1.0
+    passes = []
+    for loaded in (False, True):
+        hang(loaded)
+        approach = motion.go_to(pilot.q, path.q[0], 0.6, pilot.rig.period_s)
+        settle = motion.hold(path.q[0], 0.5, pilot.rig.period_s)
+        text = f"Weighing {'with' if loaded else 'without'} the weight"
+        pilot.run(controller, motion.joined([approach, settle]), text)
+        scale = _Scale(controller, machine, x, pilot.rig.period_s)
+        pilot.run(controller, path, text, scale)
+        passes.append(scale.result())
+    return _difference(passes[0], passes[1], controller, machine)
+
+
+def weighing_motion(controller: ArmController, dt: float) -> Trajectory:
+    """Shoulder and elbow up and down in a plane, twice each way: friction cancels between the directions."""
+    lower, upper = controller.assembly.description.workspace
+    low = lower + np.array([0.25, 0.2, 0.5, 0.25]) * (upper - lower)
+    high = lower + np.array([0.75, 0.2, 0.5, 0.75]) * (upper - lower)
+    up, down = motion.go_to(low, high, SPEED, dt), motion.go_to(high, low, SPEED, dt)
+    return motion.joined([up, down, up, down])
+
+
+def _difference(empty: _Pass, loaded: _Pass, controller: ArmController, machine: CalibratedMachine) -> Weighing:
+    """One unknown, the weight; the wearer's restlessness of both passes as slow disturbance."""
+    n = len(machine.residual_sd)
+    disturbance = np.sqrt(2.0) * DISTURBANCE_SCALES[:, None] * disturbance_sd(n)
+    bank = FilterBank(1, disturbance, CORRELATION_S)
+    count = min(len(empty.excess), len(loaded.excess))
+    for k in range(count):
+        noise = np.hypot(empty.noise[k], loaded.noise[k])
+        excess = loaded.excess[k] - empty.excess[k]
+        bank.update(SAMPLE_S, WEIGHT_SD_KG * loaded.per_kg[k][:, None], excess, noise)
+    mass = WEIGHT_SD_KG * float(bank.mean()[0])
+    sd = WEIGHT_SD_KG * float(np.sqrt(bank.covariance()[0, 0]))
+    half = 1.96 * float(np.hypot(sd, mass * _lever_sd(controller, machine)))
+    return Weighing(mass, (mass - half, mass + half))
+
+
+def _lever_sd(controller: ArmController, machine: CalibratedMachine) -> float:
+    """Relative error of what a kilogram does: lengths of the arm and the motors' gain."""
+    lengths = controller.assembly.arm.lengths
+    upper_arm, forearm = lengths["upper_arm"], lengths["forearm"]
+    lever = np.sqrt((LENGTH_SD * upper_arm) ** 2 + (LENGTH_SD * forearm) ** 2 + GRIP_SD_M**2) / (upper_arm + forearm)
+    gain = float((machine.actuators.gain_sd / machine.actuators.gain).max())
+    return float(np.hypot(lever, gain))
+
