@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from exograv import kernel
 from exograv.dynamics import parameters
-from exograv.dynamics.closure import closure, cuff_energy, newton_step
+from exograv.dynamics.closure import PIVOT_MIN, closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, LoopTorque, arm_torque, exo_torque
 from exograv.dynamics.machine import CalibratedMachine
@@ -25,6 +25,9 @@ FRICTION_SHARE = 0.5
 
 NEWTON_STEPS = 4
 """From a posture a few degrees off; quadratic convergence."""
+
+SLOPE_MAX = 1e-6
+"""Remaining slope of the cuffs' energy up to which the loops count as closed [N·m]."""
 
 
 @dataclass
@@ -70,7 +73,7 @@ class Tick:
 
     @property
     def closure_slope(self) -> float:
-        """Largest remaining slope of the cuffs' energy [N·m]; above 1e-6 the loops are not closed."""
+        """Largest remaining slope of the cuffs' energy [N·m]; above `SLOPE_MAX` the loops are not closed."""
         return float(np.abs(self._out["slope"]).max())
 
     def step(self, q: Joints, v: Joints, reference: Reference, x: parameters.Parameters) -> Joints:
@@ -112,17 +115,26 @@ class Tick:
             Desired torque, the arm's share of it (both (joint,) [N·m]) and the closed posture (4,) [rad].
         """
         still = np.zeros(len(q))
-        self._in["G_before"][:] = 0.0
-        self._in["q_before"][:] = q
-        self._in["z_before"][:] = z_start
-        self._closed = True
+        self._start_from(q, z_start)
         for _ in range(NEWTON_STEPS):
             self.step(q, still, Reference(q, still, still), x)
+        if not self.is_closed:
+            # Newton from too far off ends on a saddle of the cuffs' energy; the cold solver does not.
+            self.close(q, x)
+            for _ in range(NEWTON_STEPS):
+                self.step(q, still, Reference(q, still, still), x)
         return self._out["tau_desired"].copy(), self._out["tau_arm"].copy(), self._out["z"].copy()
 
     def close(self, q: Joints, x: parameters.Parameters) -> None:
         """Find the closed posture from cold, outside the loop: at the start and after a jump of `q`."""
-        z, _ = self._solver.solve(q, q[: len(FREEDOMS)], x[parameters.FIT_OF_ARM])
+        self._start_from(q, self._solver.solve(q, q[: len(FREEDOMS)], x[parameters.FIT_OF_ARM])[0])
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the arm's posture is the one of least cuff energy, and well held there."""
+        return self.closure_slope < SLOPE_MAX and float(self._out["pivot"][0]) > PIVOT_MIN
+
+    def _start_from(self, q: Joints, z: Float[np.ndarray, " 4"]) -> None:
         self._in["q_before"][:] = q
         self._in["z_before"][:] = z
         self._in["G_before"][:] = 0.0

@@ -52,6 +52,7 @@ class StopReason(enum.Enum):
     NOT_FINITE = "Control asked for a torque that is not a number."
     TOO_FAST = "A joint moved faster than allowed."
     NO_MEASUREMENT = "A joint's velocity is not a number."
+    MODEL_LOST = "The model of the arm in the machine no longer fits its posture."
 
 
 class Envelope:
@@ -83,6 +84,12 @@ class Envelope:
             self.clipped_ticks += 1
         self._tau = tau
         return tau
+
+    def trip(self, reason: StopReason) -> None:
+        """Start the soft descent for a reason that somebody else found; the first reason stays."""
+        if self.stop is None:
+            self.stop = reason
+            self._tau_at_stop = self._tau
 
     def reset(self) -> None:
         """Leave the latched stop; an act of the operator, from zero torque."""

@@ -139,7 +139,7 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
     scores: dict[float, Score] = {}
 
     def note(when: float, estimate: Estimate, predicted: np.ndarray | None, outcome: Outcome) -> None:
-        rows = parameter_rows(assembly, table, estimate, laboratory.wearer)
+        rows = parameter_rows(assembly, identifier.result.prior, estimate, laboratory.wearer)
         shown = [{k: v for k, v in row.items() if k != "truth"} for row in rows]
         message = {"motion_s": estimate.t, "parameters": shown, "outcome": outcome.value}
         if predicted is not None:
@@ -148,7 +148,6 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
         scores[estimate.t] = score = examination.score(estimate.x)
         run.recording.write("/left_over", when, {"motion_s": estimate.t, "total": score.total, "arm": score.arm})
 
-    run.recording.phase(twin.t, "identify")
     identifier = Identifier(pilot, controller, machine, options.method, options.torque_source, note)
     found = identify_arm(pilot, controller, identifier, options.seconds)
     _record_identification(run, found, examination, table, scores, targets, assembly)
@@ -164,8 +163,8 @@ def _stage_0(run: _Run) -> tuple[CalibratedMachine, float]:
     twin = Twin(
         description, run.laboratory.machine, None, run.options.seed, lengths=run.laboratory.wearer.lengths_given
     )
-    run.recording.phase(twin.t, "calibrate")
     pilot = run.pilot(twin, ActuatorGain(nominal, GAIN_SD * nominal))
+    pilot.begin("calibrate")
     machine = calibrate_machine(description, run.laboratory.body, pilot)
     return machine, twin.t
 
@@ -197,7 +196,7 @@ def _record_identification(
         "stop": stop,
         "outcome": found.outcome.value,
     }
-    run.result["parameters"] = parameter_rows(assembly, table, found.last, run.laboratory.wearer)
+    run.result["parameters"] = parameter_rows(assembly, found.prior, found.last, run.laboratory.wearer)
 
 
 def _float_and_weigh(
@@ -211,7 +210,6 @@ def _float_and_weigh(
     options, description = run.options, run.laboratory.description
     lower, upper = description.workspace
     posture = 0.5 * (lower + upper)
-    run.recording.phase(pilot.rig.read().t, "float")
     drift: Drift = float_arm(pilot, controller, posture, options.gravity_level, FLOAT_S)
     run.result["float"] = {
         "gravity_level": options.gravity_level,
@@ -219,7 +217,7 @@ def _float_and_weigh(
         "window_s": drift.window_s,
     }
     mass = float(np.random.default_rng([options.seed, 9]).uniform(*WEIGHT_KG))
-    run.recording.phase(pilot.rig.read().t, "weigh")
+    pilot.begin("weigh")
 
     def hang(loaded: bool) -> None:
         if isinstance(pilot.rig, Twin):
@@ -238,5 +236,4 @@ def _float_and_weigh(
             "compensated": rounded(examination.score(with_weight, mass).total),
         },
     }
-    run.recording.phase(pilot.rig.read().t, "float with weight")
-    float_arm(pilot, controller, posture, options.gravity_level, FLOAT_S / 2)
+    float_arm(pilot, controller, posture, options.gravity_level, FLOAT_S / 2, "float with weight")

@@ -41,19 +41,26 @@ class _Fade:
 
 
 def float_arm(
-    pilot: Pilot, controller: ArmController, posture: Float[np.ndarray, " joint"], gravity_level: float, window_s: float
+    pilot: Pilot,
+    controller: ArmController,
+    posture: Float[np.ndarray, " joint"],
+    gravity_level: float,
+    window_s: float,
+    phase: str = "float",
 ) -> Drift:
-    """Bring the arm to a posture [rad], let go, and watch it for `window_s`.
+    """Bring the arm to a posture [rad], let go, and watch it for `window_s`; `phase` names the watch in the recording.
 
     Raises:
         RigError: The envelope stopped the run.
     """
     dt = pilot.rig.period_s
+    pilot.begin("move")
     controller.mode.drive = 1.0
     approach = motion.joined([motion.go_to(pilot.q, posture, TRAVEL, dt), motion.hold(posture, 1.0, dt)])
     pilot.run(controller, approach, "Moving to where the arm is let go")
     _fade(pilot, controller, "gravity_level", gravity_level, LEVEL_S if gravity_level else dt, posture)
     _fade(pilot, controller, "drive", 0.0, RELEASE_S, posture)
+    pilot.begin(phase)
     start = pilot.q.copy()
     farthest = np.zeros_like(start)
     ticks = 0

@@ -35,6 +35,8 @@ class Identification:
     """What an identification leaves behind."""
 
     method: Method
+    prior: parameters.Parameters
+    """What the method believed before anything moved."""
     estimates: list[Estimate] = field(default_factory=list)
     """One a second."""
     predicted: list[np.ndarray | None] = field(default_factory=list)
@@ -71,7 +73,7 @@ def identification_motion(assembly: Assembly, seconds: float, dt: float) -> Traj
         np.deg2rad(excitation.sine_deg),
         np.deg2rad(excitation.cosine_deg),
         excitation.period_s,
-        seconds + EASE_S,
+        seconds,
         dt,
     )
     return motion.eased_in(path, EASE_S)
@@ -92,8 +94,9 @@ class Identifier:
         self._pilot, self._controller, self._note = pilot, controller, note
         self._torque_source = torque_source
         assembly = controller.assembly
-        self.result = Identification(build_method(name, assembly, machine))
         mean, _ = prior(assembly, machine)
+        method = build_method(name, assembly, machine)
+        self.result = Identification(method, method.estimate().x)
         self._left_over = LeftOverPrediction(ArmModel(assembly, machine), mean)
         self._rule = StopRule(assembly.n)
         self._filter = SampleFilter(assembly.n, pilot.rig.period_s)
@@ -158,7 +161,9 @@ def identify_arm(pilot: Pilot, controller: ArmController, identifier: Identifier
     path = identification_motion(controller.assembly, seconds, dt)
     controller.mode.drive = 1.0
     approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, dt), motion.hold(path.q[0], 0.5, dt)]
+    pilot.begin("move")
     pilot.run(controller, motion.joined(approach), "Moving to the start")
+    pilot.begin("identify")
     pilot.run(controller, path, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
     result = identifier.finish(pilot.rig.read().t)
     controller.publish(result.last.x, pilot.q)

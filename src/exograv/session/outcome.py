@@ -22,7 +22,7 @@ def rounded(values: np.ndarray) -> list[float]:
     return [round(float(value), DECIMALS) for value in values]
 
 
-def parameter_rows(assembly: Assembly, table: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[dict[str, Any]]:
+def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[dict[str, Any]]:
     """Name, unit, truth, prior, estimate and 95 % interval of everything about the arm that gravity or rest can show."""
     truth = parameter_truth(wearer)
     rows = []
@@ -33,11 +33,11 @@ def parameter_rows(assembly: Assembly, table: np.ndarray, estimate: Estimate, we
             continue
         learned = i < parameters.PHI.stop or estimate.covariance is not None and estimate.sd[i] > 0.0
         if learned:
-            rows.append(_row(name, unit, truth[name], float(table[i]), estimate, np.eye(len(table))[i]))
-    masses = np.zeros(len(table))
+            rows.append(_row(name, unit, truth[name], float(prior[i]), estimate, np.eye(len(prior))[i]))
+    masses = np.zeros(len(prior))
     masses[[0, 10]] = 1.0
     total = truth["upper_arm.mass"] + truth["forearm.mass"]
-    return [_row("arm.mass", "kg", total, float(masses @ table), estimate, masses), *rows]
+    return [_row("arm.mass", "kg", total, float(masses @ prior), estimate, masses), *rows]
 
 
 def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, weights: np.ndarray) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from exograv.motion import Trajectory
 from exograv.recording import RecordingWriter
 from exograv.rig import Rig
 from exograv.runtime.pace import Pace
-from exograv.safety.envelope import Envelope
+from exograv.safety.envelope import Envelope, StopReason
 from exograv.signals import Command, JointState, Reference
 
 Joints = Float[np.ndarray, " joint"]
@@ -24,6 +24,7 @@ Progress = Callable[[str, float], None]
 
 COMMAND_LIFE_S = 0.005  # a command that is not replaced for five periods is void (docs/safety.md, SS0)
 PROGRESS_TICKS = 200
+CLOSURE_SLOPE_MAX = 0.01  # N·m: a tenth of the smallest target; in good order it is 1e-12
 
 
 class Controller(Protocol):
@@ -76,9 +77,13 @@ class Pilot:
 
     def __post_init__(self):
         self.observer = Observer(len(self.rig.joints), self.rig.period_s)
-        self.worst_closure_slope = 0.0
         self.q = self.rig.read().q.copy()
         """Where the joints were at the last tick [rad]."""
+
+    def begin(self, phase: str) -> None:
+        """Note in the recording what the ticks from here on are for."""
+        if self.recording is not None:
+            self.recording.phase(self.rig.read().t, phase)
 
     def run(
         self,
@@ -116,7 +121,8 @@ class Pilot:
         self.q = state.q
         self.tick_us.append(tick_us)
         slope = controller.closure_slope
-        self.worst_closure_slope = max(self.worst_closure_slope, slope)
+        if not slope < CLOSURE_SLOPE_MAX:
+            self.envelope.trip(StopReason.MODEL_LOST)
         tau_measured = self.actuators.torque(state.current)
         if self.recording is not None:
             self.recording.tick(
