@@ -5,6 +5,7 @@ Not MuJoCo's or Pinocchio's importer: the twin and the test oracles use those, a
 
 import math
 import xml.etree.ElementTree as ElementTree
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from exograv.errors import ModelError
 from .tree import Frame, Joint, Matrix, Tree, Vector, inertia_about_origin, inertial_parameters, is_physical
 
 SIZE_MAX_BYTES = 1_000_000  # far above any exoskeleton's description; a larger file is a mistake or an attack
+NUMBER_MAX = 1e6  # no length, mass, inertia or limit of an exoskeleton in SI units is larger; products would overflow
 MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 
 
@@ -28,19 +30,23 @@ def read_urdf(path: Path) -> Tree:
     where = path.name
     links = {_name(link, where): link for link in robot.findall("link")}
     joints = {_name(joint, where): joint for joint in robot.findall("joint")}
-    if len(links) != len(robot.findall("link")) or len(joints) != len(robot.findall("joint")):
-        raise ModelError(f"{where}: two links or two joints share a name. Give each its own.")
+    for tag in ("link", "joint"):
+        names = Counter(element.get("name") for element in robot.findall(tag))
+        twice = [name for name, count in names.items() if count > 1]
+        if twice:
+            raise ModelError(f"{where}: more than one {tag} is called '{twice[0]}'. Give each its own name.")
     root = _root(links, joints, where)
     return _Builder(where, links, joints).tree(robot.get("name", path.stem), root)
 
 
 def _robot(path: Path) -> ElementTree.Element:
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(SIZE_MAX_BYTES + 1)
     except OSError as error:
         raise ModelError(f"{path} cannot be read: {error.strerror}. Check the path in rig.toml.") from error
     if len(data) > SIZE_MAX_BYTES:
-        raise ModelError(f"{path.name} has {len(data)} bytes; at most {SIZE_MAX_BYTES} are read. Move meshes to files.")
+        raise ModelError(f"{path.name} has more than the {SIZE_MAX_BYTES} bytes allowed. Move meshes to files.")
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -119,7 +125,14 @@ class _Builder:
                 self.phi[body] = self.phi[body] + _moved(own, R_body_joint, p_body_joint)
             return child, body, R_body_joint, p_body_joint
         if kind not in MOVING:
-            raise ModelError(f"{self.where}: joint '{name}' is of type '{kind}'; allowed: fixed, {', '.join(MOVING)}.")
+            raise ModelError(
+                f"{self.where}: joint '{name}' is of type '{kind}'; allowed: fixed, {', '.join(MOVING)}. Change it."
+            )
+        if joint.find("mimic") is not None:
+            raise ModelError(
+                f"{self.where}: joint '{name}' mimics another; each moving joint needs a motor of its own. "
+                "Make it fixed, or remove <mimic>."
+            )
         lower, upper, effort, velocity = _limits(joint, name, kind, self.where)
         axis = _axis(joint, name, self.where)
         self.joints.append(
@@ -143,9 +156,15 @@ class _Builder:
 
     def _carries_mass(self, link: str) -> bool:
         """Whether a link fixed to this one brings a mass: many files put the inertial there."""
-        fixed = [joint for name, joint in self.children.get(link, []) if joint.get("type") == "fixed"]
-        children = [_end(joint, "child", "", self.where) for joint in fixed]
-        return any(self.links[c].find("inertial") is not None or self._carries_mass(c) for c in children)
+        pending = [link]
+        while pending:
+            for name, joint in self.children.get(pending.pop(), []):
+                if joint.get("type") == "fixed":
+                    child = _end(joint, "child", name, self.where)
+                    if self.links[child].find("inertial") is not None:
+                        return True
+                    pending.append(child)
+        return False
 
     def _checked(self, tree: Tree) -> Tree:
         for body, phi in zip(tree.bodies, tree.phi, strict=True):
@@ -192,7 +211,9 @@ def _limits(joint: ElementTree.Element, name: str, kind: str, where: str) -> tup
     label = f"limit of joint '{name}'"
     effort, velocity = (_number(limit, key, label, where) for key in ("effort", "velocity"))
     if effort <= 0.0 or velocity <= 0.0:
-        raise ModelError(f"{where}: {label}: effort {effort} and velocity {velocity} must be positive.")
+        raise ModelError(
+            f"{where}: {label}: effort {effort} and velocity {velocity} must be positive. Give the drive's ratings."
+        )
     if kind == "continuous":
         return -math.inf, math.inf, effort, velocity
     lower, upper = (_number(limit, key, label, where) for key in ("lower", "upper"))
@@ -249,21 +270,28 @@ def _end(joint: ElementTree.Element, end: str, name: str, where: str) -> str:
 
 def _number(element: ElementTree.Element, key: str, label: str, where: str) -> float:
     text = element.get(key)
-    try:
-        value = float(text) if text is not None else math.nan
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ModelError(f"{where}: {label}: {key} is {text!r}; a finite number is needed.")
+    value = _plain_number(text or "")
+    if math.isnan(value):
+        raise ModelError(
+            f"{where}: {label}: {key} is {text!r}; a number between ±{NUMBER_MAX:g} is needed. Correct it, in SI units."
+        )
     return value
 
 
 def _vector(element: ElementTree.Element, key: str, label: str, where: str) -> Vector:
     text = element.get(key, "")
-    try:
-        values = np.array([float(part) for part in text.split()])
-    except ValueError:
-        values = np.array([math.nan])
-    if values.shape != (3,) or not np.isfinite(values).all():
-        raise ModelError(f"{where}: {label}: {key} is {text!r}; three finite numbers are needed.")
+    values = np.array([_plain_number(part) for part in text.split()])
+    if values.shape != (3,) or np.isnan(values).any():
+        raise ModelError(
+            f"{where}: {label}: {key} is {text!r}; three numbers between ±{NUMBER_MAX:g} are needed. Correct them."
+        )
     return values
+
+
+def _plain_number(text: str) -> float:
+    """NaN for what no URDF means: words, infinities, and the digit groups of Python, which make 168 of 1_68."""
+    try:
+        value = math.nan if "_" in text else float(text)
+    except ValueError:
+        return math.nan
+    return value if abs(value) <= NUMBER_MAX else math.nan
