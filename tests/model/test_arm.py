@@ -1,0 +1,119 @@
+"""The arm's tree means the same on both sides, and its bodies move as rigid bodies do."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exograv.dynamics.loop_torque import GRAVITY
+from exograv.dynamics.rnea import rnea
+from exograv.model.anthropometry import Body
+from exograv.model.arm import SEGMENT_BODY, Arm, build_arm, grip, held_weight, translation_of_parameters
+from exograv.model.description import Side
+from exograv.model.kinematics import body_poses, frame_pose
+from exograv.model.tree import inertial_parameters, is_physical
+
+PERSON = Body(1.7, 70.0, "female")
+PARITY = 1e-12
+MIRROR = np.diag([1.0, -1.0, 1.0])
+MIRRORED_PHI = np.tile([1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0], 2)
+"""Of a body reflected on the xz plane: y of the centre and products with y change sign."""
+
+
+def point(arm: Arm, x: np.ndarray, frame: str) -> np.ndarray:
+    poses = body_poses(arm.tree, ca.SX(ca.DM(x)))
+    return np.array(ca.evalf(frame_pose(arm.tree, poses, frame).p)).ravel()
+
+
+def torque(arm: Arm, x: np.ndarray, v: np.ndarray, a: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    bodies = ca.SX(ca.DM.zeros(10, 6))
+    for i, body in enumerate(SEGMENT_BODY.values()):
+        bodies[:, body] = ca.SX(ca.DM(phi[10 * i : 10 * (i + 1)]))
+    tau = rnea(arm.tree, *(ca.SX(ca.DM(u)) for u in (x, v, a)), bodies, ca.SX(ca.DM(GRAVITY)))
+    return np.array(ca.evalf(tau)).ravel()
+
+
+@pytest.mark.parametrize(
+    ("joint", "forward", "outward", "up"),
+    [
+        ("arm_flexion", 1, 0, 1),
+        ("arm_abduction", 0, 1, 1),
+        ("glenohumeral_shift", 0, -1, 1),
+        ("arm_lengthening", 0, 0, -1),
+    ],
+)
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_positive_joint_moves_the_hand_where_its_name_says(
+    side: Side, joint: str, forward: int, outward: int, up: int
+):
+    arm = build_arm(PERSON, side)
+    x = np.zeros(6)
+    x[arm.tree.index(joint)] = 0.1
+    moved = point(arm, x, "hand") - point(arm, np.zeros(6), "hand")
+    away = -1.0 if side == "right" else 1.0
+    np.testing.assert_array_equal(np.sign(moved.round(9)), [forward, away * outward, up])
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_inward_rotation_turns_the_forearm_to_the_other_side(side: Side):
+    arm = build_arm(PERSON, side)
+    bent = np.array([0.0, 0.0, 0.0, 0.3, 0.0, np.pi / 2])
+    moved = point(arm, bent, "hand") - point(arm, np.array([0.0, 0.0, 0.0, 0.0, 0.0, np.pi / 2]), "hand")
+    assert np.sign(moved[1]) == (1.0 if side == "right" else -1.0)
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=20)
+def test_the_mirrored_arm_costs_the_same_torque(seed: int):
+    generator = np.random.default_rng(seed)
+    right, left = (build_arm(PERSON, side) for side in ("right", "left"))
+    phi = right.phi + np.sqrt(np.diag(right.phi_covariance)) * generator.normal(size=20)
+    x, v, a = generator.uniform(-1.0, 1.0, (3, 6))
+    np.testing.assert_allclose(torque(right, x, v, a, phi), torque(left, x, v, a, MIRRORED_PHI * phi), atol=PARITY)
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=20)
+def test_the_mirrored_arm_is_in_the_mirrored_place(seed: int):
+    x = np.random.default_rng(seed).uniform(-1.0, 1.0, 6)
+    right, left = (point(build_arm(PERSON, side), x, "finger_tip") for side in ("right", "left"))
+    np.testing.assert_allclose(left, MIRROR @ right, atol=PARITY)
+
+
+@given(seed=st.integers(0, 10_000), z=st.floats(-0.5, 0.5), further=st.floats(-0.5, 0.5))
+def test_moving_parameters_is_moving_the_body(seed: int, z: float, further: float):
+    generator = np.random.default_rng(seed)
+    mass, com, inertia = 1.7, generator.normal(0.0, 0.1, 3), np.diag(generator.uniform(0.01, 0.013, 3))
+    moved = translation_of_parameters(z) @ inertial_parameters(mass, com, inertia)
+    np.testing.assert_allclose(moved, inertial_parameters(mass, com + np.array([0.0, 0.0, z]), inertia), atol=PARITY)
+    both = translation_of_parameters(further) @ translation_of_parameters(z)
+    np.testing.assert_allclose(both, translation_of_parameters(further + z), atol=PARITY)
+
+
+def test_forearm_and_hand_are_one_body_of_both_masses():
+    arm = build_arm(PERSON, "right")
+    assert arm.phi[10] == pytest.approx(70.0 * (0.0138 + 0.0056))
+    assert is_physical(arm.phi[:10])
+    assert is_physical(arm.phi[10:])
+
+
+def test_upper_arm_and_forearm_are_independent_before_anything_is_measured():
+    covariance = build_arm(PERSON, "right").phi_covariance
+    assert not covariance[:10, 10:].any()
+    np.testing.assert_array_equal(covariance, covariance.T)
+    assert np.linalg.eigvalsh(covariance)[0] > -1e-12
+
+
+def test_a_weight_is_held_between_wrist_and_finger_tip():
+    arm = build_arm(PERSON, "right")
+    straight = np.zeros(6)
+    hand, wrist, tip = (point(arm, straight, name)[2] for name in ("hand", "wrist", "finger_tip"))
+    assert tip < hand < wrist
+    np.testing.assert_array_equal(arm.tree.frame("hand").p_body_frame, grip(arm.lengths))
+
+
+def test_a_held_weight_adds_to_the_forearm_alone():
+    added = held_weight(build_arm(PERSON, "right").lengths, 2.0)
+    assert not added[:10].any()
+    assert added[10] == 2.0
