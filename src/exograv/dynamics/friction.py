@@ -29,7 +29,7 @@ class Friction:
     asymmetry: Joints
     """Torque added in positive and taken from the opposing one in negative direction [N·m]."""
 
-    v_stribeck: float
+    v_stribeck: Joints
     """Speed over which the breakaway excess falls to 1/e [rad/s]."""
 
     v_rest: float
@@ -40,7 +40,7 @@ def friction_torque(friction: Friction, v: ca.SX, load: ca.SX) -> ca.SX:
     """Torque (joint,) that friction takes from the motor at velocity `v` (joint,) under `load` (joint,) [N·m].
 
         tau = (coulomb · stribeck + load_share · |load|) · sign + asymmetry · sign² + viscous · v
-        sign = tanh(v / v_rest),   stribeck = 1 + (breakaway − 1) · exp(−(v / v_stribeck)²)
+        sign = tanh(v / v_rest),   stribeck = 1 + (breakaway − 1) · exp(−|v / v_stribeck|^1.3)
 
     Returns:
         Joint torque [N·m] with the sign of `v`: added to a command it cancels friction, taken from a measured torque
@@ -51,7 +51,7 @@ def friction_torque(friction: Friction, v: ca.SX, load: ca.SX) -> ca.SX:
     # tanh in place of sign: encoder noise at rest must not make the motor chatter, and identification needs a
     # gradient at v = 0.
     sign = ca.tanh(v / friction.v_rest)
-    stribeck = 1 + (_column(friction.breakaway) - 1) * ca.exp(-((v / friction.v_stribeck) ** 2))
+    stribeck = 1 + (_column(friction.breakaway) - 1) * ca.exp(-(ca.fabs(v / _column(friction.v_stribeck)) ** 1.3))
     size = _column(friction.coulomb) * stribeck + _column(friction.load_share) * ca.fabs(load)
     return size * sign + _column(friction.asymmetry) * sign**2 + _column(friction.viscous) * v
 

@@ -31,10 +31,12 @@ LINK_CENTRE_SD_M = 0.004
 LINK_INERTIA_SD = 0.10  # share of the mean moment
 TILT_SD = np.deg2rad(0.5)  # of the base: a spirit level
 
-V_CLEAR = 0.05
+V_CLEAR = 0.04
 """Slower samples are left out: there friction has no clear direction [rad/s]."""
 V_REST = 0.02
-V_STRIBECK = 0.05
+BREAKAWAY, BREAKAWAY_SD = 1.25, 0.2  # static over Coulomb friction
+V_STRIBECK, V_STRIBECK_LOG_SD = 0.05, 0.5  # rad/s; harmonic drives 0.02-0.1
+PER_JOINT = 8  # unknowns of every joint
 ITERATIONS = 8
 SAMPLE_PERIOD_S = 0.04
 
@@ -77,12 +79,15 @@ def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibr
         inflated = noise_sd * np.sqrt(np.maximum(correlation_s / SAMPLE_PERIOD_S, 1.0))
         theta, covariance, residual = problem.fit(theta, sweeps, tau_nominal, clear, inflated)
         noise_sd = np.sqrt(np.nanmean(np.where(clear, residual, np.nan) ** 2, axis=0))
-        correlation_s = np.array([integrated_correlation(r[c], SAMPLE_PERIOD_S) for r, c in zip(residual.T, clear.T, strict=True)])
+        correlation_s = np.array(
+            [integrated_correlation(r[c], SAMPLE_PERIOD_S) for r, c in zip(residual.T, clear.T, strict=True)]
+        )
     return problem.machine(theta, covariance, noise_sd, correlation_s)
 
 
 class _Problem:
-    """Unknowns: inverse gain share, Coulomb, viscous, load share, asymmetry, rotor (joint each), tilt (2), links."""
+    """Unknowns: inverse gain share, Coulomb, viscous, load share, asymmetry, rotor, breakaway, Stribeck speed's
+    logarithm (joint each), tilt (2), links."""
 
     def __init__(self, description: RigDescription, tree: Tree):
         self.description, self.tree = description, tree
@@ -90,9 +95,11 @@ class _Problem:
         kinds = [actuator.drive for actuator in description.settings.actuators]
         rotor = description.per_actuator("rotor_inertia_kgm2")
         means = [np.ones(self.n), *(np.array([t[k][0] for k in kinds]) for t in (COULOMB, VISCOUS, LOAD_SHARE))]
-        means += [np.zeros(self.n), rotor, np.zeros(2), tree.phi.ravel()]
+        means += [np.zeros(self.n), rotor, np.full(self.n, BREAKAWAY), np.full(self.n, np.log(V_STRIBECK))]
+        means += [np.zeros(2), tree.phi.ravel()]
         sds = [np.full(self.n, GAIN_SD), *(np.array([t[k][1] for k in kinds]) for t in (COULOMB, VISCOUS, LOAD_SHARE))]
-        sds += [np.array([ASYMMETRY_SD[k] for k in kinds]), ROTOR_SD * rotor + 1e-4, np.full(2, TILT_SD)]
+        sds += [np.array([ASYMMETRY_SD[k] for k in kinds]), ROTOR_SD * rotor + 1e-4]
+        sds += [np.full(self.n, BREAKAWAY_SD), np.full(self.n, V_STRIBECK_LOG_SD), np.full(2, TILT_SD)]
         self.mean = np.concatenate(means)
         links = [_link_covariance(phi) for phi in tree.phi]
         self._information = np.linalg.inv(block_diag(np.diag(np.concatenate(sds) ** 2), *links))
@@ -122,16 +129,25 @@ class _Problem:
     def machine(self, theta, covariance, noise_sd, correlation_s) -> CalibratedMachine:  # noqa: ANN001
         """The calibrated machine; torque unit: true newton metres."""
         n, sd = self.n, np.sqrt(np.diag(covariance))
-        inverse, coulomb, viscous, load_share, asymmetry, rotor = theta[: 6 * n].reshape(6, n)
-        sds = sd[: 6 * n].reshape(6, n)
+        rows, tilt, phi = theta[: PER_JOINT * n].reshape(PER_JOINT, n), PER_JOINT * n, PER_JOINT * n + 2
+        inverse, coulomb, viscous, load_share, asymmetry, rotor, breakaway, log_v_stribeck = rows
+        sds = sd[: PER_JOINT * n].reshape(PER_JOINT, n)
         gain = self.description.nominal_gain / inverse
-        ones, zeros = np.ones(n), np.zeros(n)
+        v_stribeck = np.exp(log_v_stribeck)
         return CalibratedMachine(
             ActuatorGain(gain, gain * sds[0] / inverse),
-            Friction(coulomb, viscous, ones, np.maximum(load_share, 0.0), asymmetry, V_STRIBECK, V_REST),
-            Friction(sds[1], sds[2], zeros, sds[3], sds[4], V_STRIBECK, V_REST),
-            theta[6 * n + 2 :].reshape(n, 10),
-            _tilted(theta[6 * n : 6 * n + 2]),
+            Friction(
+                coulomb,
+                viscous,
+                np.maximum(breakaway, 1.0),
+                np.maximum(load_share, 0.0),
+                asymmetry,
+                v_stribeck,
+                V_REST,
+            ),
+            Friction(sds[1], sds[2], sds[6], sds[3], sds[4], v_stribeck * sds[7], V_REST),
+            theta[phi:].reshape(n, 10),
+            _tilted(theta[tilt:phi]),
             rotor,
             noise_sd / inverse,
             correlation_s,
@@ -141,15 +157,17 @@ class _Problem:
         n = self.n
         q, v, a, weight = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n), ca.SX.sym("weight")
         theta = ca.SX.sym("theta", len(self.mean))
-        inverse, coulomb, viscous, load_share, asymmetry, rotor = ca.vertsplit(theta[: 6 * n], n)
-        tilt, phi = theta[6 * n : 6 * n + 2], ca.reshape(theta[6 * n + 2 :], 10, n)
+        inverse, coulomb, viscous, load_share, asymmetry, rotor, breakaway, log_v_stribeck = ca.vertsplit(
+            theta[: PER_JOINT * n], n
+        )
+        tilt, phi = theta[PER_JOINT * n : PER_JOINT * n + 2], ca.reshape(theta[PER_JOINT * n + 2 :], 10, n)
         mount = self.tree.frame(self.description.settings.calibration.mount)
         hung = inertial_parameters(1.0, mount.p_body_frame, np.zeros((3, 3)))
         phi[:, mount.body] += weight * ca.DM(hung)
         g = float(np.linalg.norm(GRAVITY))
         gravity = g * ca.vertcat(tilt[0], tilt[1], -ca.sqrt(1 - tilt[0] ** 2 - tilt[1] ** 2))
         load = rnea(self.tree, q, v, a, phi, gravity) + rotor * a
-        friction = Friction(coulomb, viscous, np.ones(n), load_share, asymmetry, V_STRIBECK, V_REST)
+        friction = Friction(coulomb, viscous, breakaway, load_share, asymmetry, ca.exp(log_v_stribeck), V_REST)
         tau = inverse * (load + friction_torque(friction, v, load))
         names = ["q", "v", "a", "weight", "theta"]
         return ca.Function(

@@ -24,9 +24,6 @@ from .log_cholesky import phi_from_theta, theta_from_phi
 STEP = 2e-4
 """Of the descent, for every parameter alike [1/(N·m)²]; the best of a sweep on wearers 1000-1009 at level 2."""
 
-BREAKAWAY = 1.3
-"""Static over Coulomb friction [-]: the paper names both, stage 0 measures the latter; usual of harmonic drives."""
-
 V_MIDDLE = 0.3
 """Speed at which Coulomb friction stands for the viscous part too [rad/s]: half of a usual excitation's largest."""
 
@@ -83,7 +80,6 @@ def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         machine.friction,
         coulomb=coulomb,
         viscous=np.zeros(n),
-        breakaway=np.full(n, BREAKAWAY),
         load_share=np.zeros(n),
         asymmetry=np.zeros(n),
     )

@@ -18,6 +18,7 @@ from exograv.rig.twin import Twin
 from .pilot import Moment, Pilot
 
 SLOW, FAST = 0.3, 0.9  # rad/s: two speeds tell Coulomb from viscous
+CREEP, CREEP_WAY = 0.08, 0.35  # rad/s and rad: a short, very slow one shows what breaks away
 TRAVEL = 0.8  # rad/s between sweeps
 
 
@@ -74,7 +75,9 @@ def _motion(description: RigDescription, pilot: Pilot, plan: SweepSettings, *, f
     goal, dt = float(np.deg2rad(plan.to_deg)), pilot.rig.period_s
     parts = [go_to(pilot.q, start, TRAVEL, dt), hold(start, 0.3, dt), sweep(start, joint, goal, SLOW, dt)]
     if fast:
+        creep = start[joint] + np.sign(goal - start[joint]) * CREEP_WAY
         parts += [hold(start, 0.3, dt), sweep(start, joint, goal, FAST, dt)]
+        parts += [hold(start, 0.3, dt), sweep(start, joint, float(creep), CREEP, dt)]
     return joined([*parts, hold(start, 0.2, dt)])
 
 
