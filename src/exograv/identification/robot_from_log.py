@@ -1,0 +1,143 @@
+"""The unloaded robot by its own log: links, rotors and friction, as stage 0 finds those of an empty exoskeleton.
+
+Known weights are missing here, so torque per current is the user's word; everything else is relative to it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import block_diag
+
+from exograv.model.tree import Tree
+
+from .arm_model import SLOW_V
+from .correlation import integrated_correlation
+from .empty_machine import SAMPLE_PERIOD_S
+from .interface import Covariance, Joints, Parameters, Sample
+from .payload import PayloadModel, RobotBlocks
+
+# The description is a start, not the truth: published inertias of robot arms are nominal, often those of plain bodies.
+LINK_MASS_SD = 0.3  # share
+LINK_CENTRE_SD_M = 0.10
+LINK_INERTIA_SD = 0.5  # share of the mean moment
+# Drives, in shares of what the description allows them: friction of a geared joint takes some tenths of its effort.
+COULOMB_SD = 0.1  # of the effort
+VISCOUS_SD = 1.0  # of effort over speed
+ASYMMETRY_SD = 0.02  # of the effort
+LOAD_SHARE_SD = 0.1
+ROTOR_SD_S = 0.1  # of effort over speed: a drive reaches its speed in a tenth of a second or later
+
+ROUNDS, ITERATIONS = 3, 8
+CLEAR_SAMPLES_MIN = 50
+
+
+@dataclass(frozen=True)
+class RobotFromLog:
+    """What the unloaded log says about the robot."""
+
+    x: Parameters
+    """All parameters in the order of `RobotBlocks`; the payload's are zero."""
+
+    covariance: Covariance
+    """Of the robot's parameters, without the payload's."""
+
+    residual_sd: Joints
+    """What the model could not explain of the torque in clear motion [N·m]."""
+
+    correlation_s: Joints
+    """Integrated autocorrelation time of that residual [s]."""
+
+
+def robot_from_log(model: PayloadModel, samples: list[Sample]) -> RobotFromLog:
+    """The robot that explains an unloaded motion best: Gauss–Newton, maximum a posteriori, current on the output side.
+
+    Three rounds: the first residuals tell their own size and correlation, the later ones are weighted by it.
+    """
+    kept = thinned(samples)
+    problem = _Fit(model, kept)
+    noise_sd = np.maximum(0.02 * np.array([joint.effort for joint in model.tree.joints]), 1e-3)
+    correlation_s = np.full(model.n_joints, SAMPLE_PERIOD_S)
+    x = problem.mean
+    for _ in range(ROUNDS):
+        x, covariance, residual = problem.solve(x, noise_sd, correlation_s)
+        noise_sd, correlation_s = _residual_statistics(residual, problem.v, kept)
+    return RobotFromLog(x, covariance, noise_sd, correlation_s)
+
+
+def thinned(samples: list[Sample]) -> list[Sample]:
+    """Samples about `SAMPLE_PERIOD_S` apart: closer ones repeat each other after the filter."""
+    every = max(1, round(SAMPLE_PERIOD_S / (samples[1].t - samples[0].t)))
+    return samples[::every]
+
+
+def robot_prior(tree: Tree) -> tuple[Parameters, Covariance]:
+    """Mean and covariance of the robot's parameters by its description, without the payload's entries."""
+    effort, speed = (np.array([getattr(joint, name) for joint in tree.joints]) for name in ("effort", "velocity"))
+    blocks = RobotBlocks(len(tree.joints))
+    mean = np.concatenate([tree.phi.ravel(), np.zeros(5 * blocks.n)])
+    sds = [
+        ROTOR_SD_S * effort / speed,
+        COULOMB_SD * effort,
+        VISCOUS_SD * effort / speed,
+        np.full(blocks.n, LOAD_SHARE_SD),
+        ASYMMETRY_SD * effort,
+    ]
+    links = [np.diag(_link_sd(phi) ** 2) for phi in tree.phi]
+    return mean, block_diag(*links, np.diag(np.concatenate(sds) ** 2))
+
+
+def _link_sd(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, " 10"]:
+    mass, moment = phi[0], (phi[4] + phi[6] + phi[9]) / 3
+    inertia = LINK_INERTIA_SD * moment + mass * LINK_CENTRE_SD_M**2
+    return np.array([LINK_MASS_SD * mass, *[mass * LINK_CENTRE_SD_M] * 3, *[inertia] * 6])
+
+
+class _Fit:
+    """Weighted least squares of one log, with the description as prior."""
+
+    def __init__(self, model: PayloadModel, samples: list[Sample]):
+        self._model, self._samples = model, samples
+        self.v = np.array([sample.v for sample in samples])
+        prior_mean, prior_covariance = robot_prior(model.tree)
+        self._information = np.diag(1.0 / np.diag(prior_covariance))
+        self.mean = np.concatenate([np.zeros(10), prior_mean])
+
+    def solve(
+        self, x: Parameters, noise_sd: Joints, correlation_s: Joints
+    ) -> tuple[Parameters, Covariance, Float[np.ndarray, "sample joint"]]:
+        """Parameters, covariance of the robot's part, and residuals at the optimum."""
+        robot = self._model.blocks.robot
+        inflated = noise_sd * np.sqrt(np.maximum(correlation_s / SAMPLE_PERIOD_S, 1.0))
+        residual = np.empty_like(self.v)
+        for _ in range(ITERATIONS):
+            information = self._information.copy()
+            slope = self._information @ (self.mean - x)[robot]
+            for i, sample in enumerate(self._samples):
+                tau, derivative = self._model.linearise(sample, x)
+                residual[i] = sample.tau - tau
+                sd = np.hypot(inflated, self._model.direction_uncertainty(sample.v))
+                weighted = derivative[:, robot] / sd[:, None]
+                information += weighted.T @ weighted
+                slope += weighted.T @ (residual[i] / sd)
+            covariance = np.linalg.inv(information)
+            step = covariance @ slope
+            x = x.copy()
+            x[robot] += step
+            if np.abs(step / np.sqrt(np.diag(covariance))).max() < 0.01:
+                break
+        return x, covariance, residual
+
+
+def _residual_statistics(
+    residual: Float[np.ndarray, "sample joint"], v: Float[np.ndarray, "sample joint"], samples: list[Sample]
+) -> tuple[Joints, Joints]:
+    """Standard deviation [N·m] and integrated autocorrelation time [s] per joint, of the samples in clear motion."""
+    period_s = samples[1].t - samples[0].t
+    sds, correlations = [], []
+    for r, speed in zip(residual.T, np.abs(v).T, strict=True):
+        clear = r[speed > SLOW_V]
+        kept = clear if len(clear) >= CLEAR_SAMPLES_MIN else r
+        sds.append(np.sqrt(np.mean(kept**2)))
+        correlations.append(integrated_correlation(kept, period_s))
+    return np.array(sds), np.array(correlations)

@@ -1,0 +1,229 @@
+"""A recorded log of a loaded robot to the payload it carried, by the methods that serve the arm."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import block_diag
+
+from exograv.errors import ConfigError, IdentificationError, RecordingError
+from exograv.identification.interface import Estimate, Method, Sample
+from exograv.identification.payload import PAYLOAD, PayloadModel, payload_prior
+from exograv.identification.payload_gradient import PayloadGradient, rehearsed_step
+from exograv.identification.payload_outcome import judge, mass_interval, refuse_negative_mass
+from exograv.identification.payload_samples import refuse_other_robots, samples_of_log
+from exograv.identification.prior import COULOMB_DRIFT, VISCOUS_DRIFT
+from exograv.identification.recursive import Noise, Recursive
+from exograv.identification.robot_from_log import RobotFromLog, robot_from_log
+from exograv.model.tree import Tree
+from exograv.model.urdf import read_urdf
+from exograv.recording import MotionLog, read_log
+
+from .names import MethodName
+from .pilot import Progress
+
+LOOK_PERIOD_S = 0.1
+"""Between estimates that are compared with a known mass."""
+
+SAMPLES_MIN = 100
+FOUND = 0.1  # share of the known mass
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    """What the loaded run starts from."""
+
+    model: PayloadModel
+    robot: RobotFromLog
+    unloaded: list[Sample]
+    samples: list[Sample]
+
+
+def identify_log(  # noqa: PLR0913 - one argument for each option of the command
+    *,
+    log: Path,
+    unloaded: Path,
+    urdf: Path,
+    payload_frame: str,
+    gains: Sequence[float],
+    true_kg: float | None = None,
+    method: MethodName = "recursive",
+    rows: str | None = None,
+    rows_unloaded: str | None = None,
+    gain_sd: float = 0.0,
+    seed: int = 0,
+    progress: Progress = lambda _text, _share: None,
+) -> dict[str, Any]:
+    """Identify the empty robot from one log, then from another the payload it carries.
+
+    Args:
+        log: Recorded with the payload.
+        unloaded: Recorded without it; the motion may be another, but should pass through the same postures.
+        urdf: Description of the robot, its base frame with z up.
+        payload_frame: Link or frame of the description in which the payload is stated.
+        gains: Joint torque per motor current, one a joint [N·m/A].
+        true_kg: Mass of the payload where it is known, for the time until the estimate stays within 10 % of it.
+        method: recursive or gradient.
+        rows: First and last line of `log` to use, as "first:last"; without it the log is cut to the motion.
+        rows_unloaded: The same for `unloaded`.
+        gain_sd: Standard deviation of the gains, as a share that all joints have in common.
+        seed: Without effect: nothing is drawn here. Every command takes one.
+        progress: Told what is going on.
+
+    Returns:
+        The figures, ready for JSON: payload, time_to_10pct_s, duration_s, samples, outcome and what explains them.
+
+    Raises:
+        ConfigError: An option that cannot be used.
+        ModelError: The description cannot be read, or has no such frame.
+        RecordingError: A log cannot be read, or is not of this robot.
+        IdentificationError: The robot carried less than nothing.
+    """
+    tree = read_urdf(urdf)
+    _refuse_options(tree, gains, true_kg, method, gain_sd)
+    model = PayloadModel(tree, payload_frame)
+    progress("Reading the logs", 0.0)
+    logs = [_read(path, tree, chosen) for path, chosen in ((unloaded, rows_unloaded), (log, rows))]
+    samples_unloaded, samples = (_samples(one, path, gains) for one, path in zip(logs, (unloaded, log), strict=True))
+    progress("Identifying the empty robot", 0.0)
+    robot = robot_from_log(model, samples_unloaded)
+    refuse_negative_mass(model, robot, samples)
+    loaded = _Loaded(model, robot, samples_unloaded, samples)
+    estimate, masses = _follow(loaded, method, true_kg is not None, progress)
+    interval = mass_interval(estimate, gain_sd)
+    com = estimate.x[1:4] / estimate.x[0]
+    return {
+        "payload": {"mass_kg": _digits(estimate.x[0]), "ci95_kg": _digits(interval), "com_m": _digits(com)},
+        "time_to_10pct_s": None if true_kg is None else _time_to_stay_within(FOUND * true_kg, masses, true_kg),
+        "duration_s": _digits(logs[1].t[-1] - logs[1].t[0]),
+        "samples": len(samples),
+        "outcome": judge(estimate, interval).value,
+        "method": method,
+        "payload_frame": payload_frame,
+        "true_kg": true_kg,
+        "gains_Nm_per_A": list(gains),
+        "gain_sd": gain_sd,
+        "rejected_share": _digits(estimate.rejected_share),
+        "joints": list(tree.joint_names),
+        "residual_rms_Nm": _residuals(loaded, estimate),
+        "log": _provenance(logs[1]),
+        "unloaded": _provenance(logs[0]),
+        "seed": seed,
+    }
+
+
+def _refuse_options(
+    tree: Tree, gains: Sequence[float], true_kg: float | None, method: MethodName, gain_sd: float
+) -> None:
+    names = ", ".join(tree.joint_names)
+    if len(gains) != len(tree.joints):
+        raise ConfigError(
+            f"--gains has {len(gains)} numbers; {tree.name} has {len(tree.joints)} joints ({names}) and needs one each, "
+            "in N·m/A."
+        )
+    for name, gain in zip(tree.joint_names, gains, strict=True):
+        if not np.isfinite(gain) or gain == 0.0:
+            raise ConfigError(f"--gains of joint '{name}' is {gain}; it must be finite and not zero [N·m/A].")
+    if true_kg is not None and not 0.0 < true_kg < np.inf:
+        raise ConfigError(f"--true-kg is {true_kg}; it must be a positive mass in kg. Leave it out if it is not known.")
+    if not 0.0 <= gain_sd < 1.0:
+        raise ConfigError(f"--gain-sd is {gain_sd}; allowed: a share from 0 to below 1, for instance 0.05 for 5 %.")
+    if method == "anthropometric":
+        raise ConfigError(
+            "--method anthropometric knows human arms from a table; there is no table of payloads. "
+            "Choose recursive or gradient."
+        )
+
+
+def _read(path: Path, tree: Tree, rows: str | None) -> MotionLog:
+    log = read_log(path, len(tree.joints), rows)
+    refuse_other_robots(log, tree, path)
+    return log
+
+
+def _samples(log: MotionLog, path: Path, gains: Sequence[float]) -> list[Sample]:
+    samples = samples_of_log(log, np.array(gains))
+    if len(samples) < SAMPLES_MIN:
+        raise RecordingError(
+            f"{path}: {len(samples)} samples are left of rows {log.rows[0]}–{log.rows[1]} once the filter has settled; "
+            f"{SAMPLES_MIN} are needed. Record a longer motion or choose more rows."
+        )
+    return samples
+
+
+def _follow(
+    loaded: _Loaded, method: MethodName, watch_mass: bool, progress: Progress
+) -> tuple[Estimate, Float[np.ndarray, "look 2"]]:
+    """The last estimate; and time [s] and mass [kg] on the way, where they are watched."""
+    identifier = _method(loaded, method, progress)
+    looks, look_t = [], 0.0
+    last = loaded.samples[-1].t
+    for sample in loaded.samples:
+        identifier.update(sample)
+        if sample.t >= look_t:
+            look_t += LOOK_PERIOD_S
+            progress("Identifying the payload", sample.t / last)
+            if watch_mass:
+                looks.append((sample.t, identifier.estimate().x[0]))
+    progress("Identifying the payload", 1.0)
+    estimate = identifier.estimate()
+    if not np.isfinite(estimate.x).all():
+        raise IdentificationError(f"{method} diverged: its parameters are no numbers any more. Use --method recursive.")
+    return estimate, np.array(looks).reshape(-1, 2)
+
+
+def _method(loaded: _Loaded, method: MethodName, progress: Progress) -> Method:
+    model, robot = loaded.model, loaded.robot
+    if method == "gradient":
+        progress("Rehearsing the descent on the unloaded log", 0.0)
+        return PayloadGradient(model, robot.x, rehearsed_step(model, robot.x, loaded.unloaded))
+    phi, phi_covariance = payload_prior()
+    mean = robot.x.copy()
+    mean[PAYLOAD] = phi
+    blocks = model.blocks
+    # Between the logs friction drifts; the rest of the robot stays what the unloaded log made it.
+    spread = np.zeros(model.n_parameters)
+    spread[blocks.coulomb] = COULOMB_DRIFT * robot.x[blocks.coulomb]
+    spread[blocks.viscous] = VISCOUS_DRIFT * robot.x[blocks.viscous]
+    covariance = block_diag(phi_covariance, np.diag(spread[blocks.robot] ** 2))
+    # Errors of the model that last for seconds are expected as large as the residual; the data weigh multiples of it.
+    noise = Noise(robot.residual_sd, robot.correlation_s, disturbance_sd=robot.residual_sd)
+    return Recursive(model, mean, covariance, noise, (PAYLOAD,))
+
+
+def _time_to_stay_within(band_kg: float, masses: Float[np.ndarray, "look 2"], true_kg: float) -> float | None:
+    """Seconds of motion from which on the mass stays within the band to the end; None if it ends outside."""
+    outside = np.flatnonzero(~(np.abs(masses[:, 1] - true_kg) <= band_kg))
+    if outside.size == 0:
+        return 0.0
+    return None if outside[-1] == len(masses) - 1 else round(float(masses[outside[-1] + 1, 0]), 2)
+
+
+def _residuals(loaded: _Loaded, estimate: Estimate) -> dict[str, list[float]]:
+    """Torque that is not explained, RMS per joint: what the payload adds to a robot that is known shows between them."""
+    without = estimate.x.copy()
+    without[PAYLOAD] = 0.0
+    runs = (
+        ("unloaded", loaded.unloaded, loaded.robot.x),
+        ("loaded_without_payload", loaded.samples, without),
+        ("loaded_with_payload", loaded.samples, estimate.x),
+    )
+    rms = {}
+    for name, samples, x in runs:
+        errors = np.array([sample.tau - loaded.model.linearise(sample, x)[0] for sample in samples])
+        rms[name] = _digits(np.sqrt(np.mean(errors**2, axis=0)))
+    return rms
+
+
+def _provenance(log: MotionLog) -> dict[str, Any]:
+    return {"rows": list(log.rows), "skipped_rows": log.skipped}
+
+
+def _digits(value: Any) -> Any:
+    """Four decimals; None stays."""
+    if value is None:
+        return None
+    return np.round(np.asarray(value, dtype=float), 4).tolist()
