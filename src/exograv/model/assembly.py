@@ -58,7 +58,7 @@ def adjusted(tree: Tree, description: RigDescription, lengths: dict[str, float])
         length = lengths[adjustment.segment]
         if not adjustment.min_m <= length <= adjustment.max_m:
             raise ModelError(
-                f"{description.name} takes a {adjustment.segment} of {adjustment.min_m} to {adjustment.max_m} m; "
+                f"{description.name} takes {adjustment.segment} lengths of {adjustment.min_m} to {adjustment.max_m} m; "
                 f"this wearer's is {length:.3f} m. Measure it again or use another machine."
             )
         tree = tree.with_origin_z(adjustment.joint, -length)

@@ -161,6 +161,25 @@ class RigSettings(Settings):
                 raise ValueError(f"{name} has {len(values)} entries; it needs one for each of the {n} actuators")
         return self
 
+    @model_validator(mode="after")
+    def _ranges_and_names_agree(self) -> "RigSettings":
+        joints = [actuator.joint for actuator in self.actuators]
+        for kind, names in (("actuators", joints), ("cuffs", [cuff.name for cuff in self.cuffs])):
+            if len(set(names)) < len(names):
+                raise ValueError(f"{kind} {', '.join(names)}: two share a name")
+        for place in (*self.calibration.sweeps, *self.adjustments):
+            if place.joint not in joints:
+                raise ValueError(f"no actuator moves '{place.joint}'; actuators are at {', '.join(joints)}")
+        for low, high in zip(self.task_workspace.lower_deg, self.task_workspace.upper_deg, strict=True):
+            if low >= high:
+                raise ValueError(f"task_workspace.lower_deg {low} must be below upper_deg {high}")
+        for a in self.adjustments:
+            if not a.min_m <= a.nominal_m <= a.max_m:
+                raise ValueError(f"adjustment of {a.joint}: {a.nominal_m} m must lie between {a.min_m} and {a.max_m} m")
+        if len(self.excitation.sine_deg) != len(self.excitation.cosine_deg):
+            raise ValueError("excitation.sine_deg and cosine_deg need as many rows as each other, one a harmonic")
+        return self
+
 
 @dataclass(frozen=True)
 class RigDescription:

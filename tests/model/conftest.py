@@ -1,0 +1,13 @@
+"""One wearer in the machine for the tests of how the two are joined."""
+
+import pytest
+
+from exograv.model.anthropometry import Body
+from exograv.model.assembly import Assembly
+from exograv.model.description import load_rig
+from exograv.model.support import assemble
+
+
+@pytest.fixture(scope="session")
+def assembly() -> Assembly:
+    return assemble(load_rig("recupera_like"), Body(1.75, 75.0, "male"))

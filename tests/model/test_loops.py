@@ -1,0 +1,108 @@
+"""Cuffs are strain-free where they were fastened, and the arm rests where it would have gone from there."""
+
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from exograv import kernel
+from exograv.dynamics.closure import closure, cuff_energy, newton_step
+from exograv.model.loops import ELEVATION_ROUNDING, FIT, LoopSolver, arm_positions, cuff_residuals, elevation
+
+SAME_REST = 1e-7  # rad: a false rest is 1.8 rad away
+PARITY = 1e-12
+SLOPE_LEFT_Nm = 1e-5  # where the search no longer sees the energy change; one Newton step of the tick takes the rest
+POSTURES = 150
+STAGES = 40  # of a followed path: 2° at most
+
+
+def random_fit(generator: np.random.Generator) -> np.ndarray:
+    """A wearer up to 30 mm off, with a moving shoulder and cuffs that are not quite those of the file."""
+    return np.concatenate(
+        [
+            generator.uniform(-0.03, 0.03, 3),
+            generator.uniform(0.0, 0.025, 1),
+            generator.uniform(-0.01, 0.01, 1),
+            generator.uniform(-0.3, 0.3, 2),
+        ]
+    )
+
+
+@pytest.fixture(scope="module")
+def follow(assembly) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """Carries the arm from the donning posture to `y`: predictor and Newton steps, never far from rest."""
+    cuffs = cuff_energy(assembly)
+    y, z, fit = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
+    closed = closure(cuffs, y, newton_step(cuffs, y, z, fit), fit)
+    step = kernel.compile(ca.Function("step", [y, z, fit], [closed.z, closed.G]))
+    donning = assembly.description.donning_posture
+
+    def followed(goal: np.ndarray, wearer: np.ndarray) -> np.ndarray:
+        way = (goal - donning) / STAGES
+        at = donning.copy()
+        for k in range(STAGES):
+            _, G = step.of(donning + k * way, at, wearer)
+            at = at + G @ way
+            for _ in range(2):
+                at, _ = step.of(donning + (k + 1) * way, at, wearer)
+        return at
+
+    return followed
+
+
+def test_a_search_from_the_machines_own_angles_finds_the_rest_that_a_followed_arm_reaches(assembly, follow):
+    generator, solver = np.random.default_rng(0), LoopSolver(assembly)
+    for _ in range(POSTURES):
+        y, fit = generator.uniform(*assembly.description.workspace), random_fit(generator)
+        z, slope = solver.solve(y, y, fit)
+        np.testing.assert_allclose(z, follow(y, fit), atol=SAME_REST)
+        assert slope < SLOPE_LEFT_Nm
+
+
+def test_a_search_from_anywhere_finds_that_rest_and_no_twisted_one(assembly, follow):
+    generator, solver = np.random.default_rng(1), LoopSolver(assembly)
+    for _ in range(POSTURES // 3):
+        y, fit = generator.uniform(*assembly.description.workspace), random_fit(generator)
+        z, _ = solver.solve(y, generator.uniform(-2.0, 2.0, 4), fit)
+        np.testing.assert_allclose(z, follow(y, fit), atol=SAME_REST)
+
+
+def test_an_aligned_arm_has_the_machines_angles(assembly):
+    generator, solver = np.random.default_rng(2), LoopSolver(assembly)
+    for y in generator.uniform(*assembly.description.workspace, (20, 4)):
+        np.testing.assert_allclose(solver.solve(y, y + 0.1)[0], y, atol=SAME_REST)
+
+
+def test_no_cuff_is_strained_where_it_was_fastened(assembly):
+    y, fit = ca.SX.sym("y", 4), ca.SX.sym("fit", len(FIT))
+    strain = ca.Function("strain", [y, fit], [cuff_residuals(assembly, y, y, fit)])
+    donning = assembly.description.donning_posture
+    for seed in range(5):
+        residual = strain(donning, random_fit(np.random.default_rng(seed)))
+        np.testing.assert_allclose(np.array(residual), 0.0, atol=PARITY)
+
+
+def numbers(expression: ca.SX) -> np.ndarray:
+    return np.array(ca.evalf(expression)).ravel()
+
+
+@pytest.mark.parametrize(
+    ("flexion", "abduction", "expected"),
+    [(90.0, 0.0, 90.0), (0.0, 60.0, 60.0), (45.0, 45.0, 60.0), (-50.0, 0.0, 50.0), (120.0, 0.0, 120.0)],
+)
+def test_elevation_is_the_angle_from_hanging(flexion: float, abduction: float, expected: float):
+    z = ca.SX(np.deg2rad([flexion, abduction, 30.0, 60.0]))
+    # Rounding lengthens the sine; it matters near hanging alone.
+    assert numbers(elevation(z))[0] == pytest.approx(np.deg2rad(expected), abs=ELEVATION_ROUNDING**2)
+
+
+def test_a_hanging_arm_has_a_gradient_of_elevation():
+    z = ca.SX.sym("z", 4)
+    slope = ca.Function("slope", [z], [ca.gradient(elevation(z), z)])
+    assert np.isfinite(np.array(slope([0.0, 0.0, 0.0, 0.0]))).all()
+
+
+def test_shift_and_lengthening_follow_from_the_fit():
+    x = numbers(arm_positions(ca.SX([np.pi / 2, 0.0, 0.1, 0.2]), ca.SX([0.0, 0.0, 0.0, 0.02, 0.007, 0.0, 0.0])))
+    np.testing.assert_allclose(x, [0.02 * np.pi / 2, np.pi / 2, 0.0, 0.1, 0.007, 0.2], atol=2e-3)
