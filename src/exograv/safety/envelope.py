@@ -14,6 +14,9 @@ from exograv.errors import ConfigError
 
 Joints = Float[np.ndarray, " joint"]
 
+V_CREDIBLE_RAD_S = 1e3
+"""No joint is faster; beyond, a velocity is a broken signal, whose product with the damping must still be finite."""
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -44,6 +47,10 @@ class Limits:
                     f"envelope.{name} of joint {bad[0]} is {values[bad[0]]}; it must be positive and finite. "
                     "Correct it in the rig file: zero would let the arm fall."
                 )
+        for name in ("torque_rate_max_Nm_per_s", "v_damping_rad_s", "v_trip_rad_s", "descent_s"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0.0):
+                raise ConfigError(f"envelope.{name} is {value}; it must be positive and finite. Correct it.")
 
 
 class StopReason(enum.Enum):
@@ -83,7 +90,8 @@ class Envelope:
         if self.stop is None and not np.array_equal(tau, wanted):
             self.clipped_ticks += 1
         self._tau = tau
-        return tau
+        # A copy: what the caller does with it must not move the limits of the next tick.
+        return tau.copy()
 
     def trip(self, reason: StopReason) -> None:
         """Start the soft descent for a reason that somebody else found; the first reason stays."""
@@ -92,10 +100,9 @@ class Envelope:
             self._tau_at_stop = self._tau
 
     def reset(self) -> None:
-        """Leave the latched stop; an act of the operator, from zero torque."""
+        """Leave the latched stop; an act of the operator. Torque goes on from where the descent has brought it."""
         self.stop = None
         self._since_stop = 0.0
-        self._tau = np.zeros_like(self._tau)
 
     def _watch(self, tau_desired: Joints, v: Joints, v_is_finite: bool) -> None:
         if not v_is_finite:
@@ -112,6 +119,7 @@ class Envelope:
 
     def _damping(self, v: Joints) -> Joints:
         """Damping torque: on all motion while descending, on the excess over the first speed limit otherwise."""
+        v = np.clip(v, -V_CREDIBLE_RAD_S, V_CREDIBLE_RAD_S)
         if self.stop is not None:
             return self.limits.damping_Nms_per_rad * v
         excess = np.abs(v) - self.limits.v_damping_rad_s

@@ -1,0 +1,154 @@
+"""Whatever control asks for and the encoders say, what reaches a person is finite, bounded and slow to change."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from exograv.errors import ConfigError
+from exograv.safety.envelope import Envelope, Limits, StopReason
+
+DT = 1e-3
+LIMITS = Limits(np.array([60.0, 60.0, 30.0, 30.0]), np.array([10.0, 10.0, 4.0, 4.0]))
+RATE = LIMITS.torque_rate_max_Nm_per_s * DT
+ROUNDING = 1e-9  # N·m: of sums of torques below 100 N·m
+STILL = np.zeros(4)
+TORQUE = np.array([20.0, -12.0, 3.0, 8.0])
+
+anything = st.floats(allow_nan=True, allow_infinity=True)
+likely = st.floats(-100.0, 100.0)
+torques = arrays(float, 4, elements=st.one_of(likely, anything))
+speeds = arrays(float, 4, elements=st.one_of(st.floats(-8.0, 8.0), anything))
+histories = st.lists(st.tuples(torques, speeds, st.booleans()), min_size=1, max_size=40)
+
+
+def held(envelope: Envelope, tau: np.ndarray, v: np.ndarray, ticks: int) -> np.ndarray:
+    """What comes out after so many ticks of the same."""
+    return np.array([envelope.limit(tau, v) for _ in range(ticks)])[-1]
+
+
+def settled(tau: np.ndarray = TORQUE) -> Envelope:
+    """After it has come up to a torque of at most 25 N·m."""
+    envelope = Envelope(LIMITS, DT)
+    held(envelope, tau, STILL, round(25.0 / RATE) + 2)
+    return envelope
+
+
+@given(history=histories)
+def test_no_history_gives_a_torque_that_is_infinite_beyond_the_limit_or_a_jump(history):
+    envelope, before = Envelope(LIMITS, DT), np.zeros(4)
+    for tau_desired, v, operator_resets in history:
+        if operator_resets:
+            envelope.reset()
+        tau = envelope.limit(tau_desired, v)
+        assert np.isfinite(tau).all()
+        assert (np.abs(tau) <= LIMITS.torque_max_Nm).all()
+        assert (np.abs(tau - before) <= RATE + ROUNDING).all()
+        before = tau
+
+
+@given(history=histories)
+def test_a_stop_stays_until_reset(history):
+    envelope = Envelope(LIMITS, DT)
+    reason = None
+    for tau_desired, v, _ in history:
+        envelope.limit(tau_desired, v)
+        assert reason is None or envelope.stop is reason
+        reason = envelope.stop
+
+
+@given(tau=arrays(float, 4, elements=st.floats(-25.0, 25.0)), v=arrays(float, 4, elements=st.floats(-3.9, 3.9)))
+@settings(max_examples=25)
+def test_what_is_within_the_limits_passes_unchanged(tau: np.ndarray, v: np.ndarray):
+    envelope = settled(tau)
+    clipped = envelope.clipped_ticks
+    np.testing.assert_array_equal(envelope.limit(tau, v), tau)
+    assert envelope.stop is None
+    assert envelope.clipped_ticks == clipped
+
+
+@pytest.mark.parametrize(
+    ("tau", "v", "reason"),
+    [
+        (np.full(4, np.nan), STILL, StopReason.NOT_FINITE),
+        (np.array([0.0, np.inf, 0.0, 0.0]), STILL, StopReason.NOT_FINITE),
+        (TORQUE, np.array([0.0, 0.0, 0.0, np.nan]), StopReason.NO_MEASUREMENT),
+        (TORQUE, np.array([0.0, -np.inf, 0.0, 0.0]), StopReason.NO_MEASUREMENT),
+        (TORQUE, np.array([0.0, 5.1, 0.0, 0.0]), StopReason.TOO_FAST),
+        (TORQUE, np.array([-5.1, 0.0, 0.0, 0.0]), StopReason.TOO_FAST),
+    ],
+)
+def test_a_fault_starts_a_descent_that_ends_within_three_seconds_and_begins_without_a_drop(tau, v, reason):
+    envelope = settled()
+    envelope.limit(tau, v)
+    assert envelope.stop is reason
+    descent = np.array([envelope.limit(tau, STILL) for _ in range(round(LIMITS.descent_s / DT))])
+    # The torque is never simply off: half of it is there half-way.
+    half_way = descent[len(descent) // 2]
+    np.testing.assert_allclose(half_way, 0.5 * TORQUE, rtol=0.02)
+    np.testing.assert_allclose(descent[-1], 0.0, atol=RATE)
+
+
+def test_a_lost_velocity_does_not_stop_the_descent():
+    envelope = settled()
+    lost = np.full(4, np.nan)
+    descent = np.array([envelope.limit(lost, lost) for _ in range(3001)])
+    np.testing.assert_allclose(descent[1500], 0.5 * TORQUE, rtol=0.01)
+    np.testing.assert_array_equal(descent[-1], 0.0)
+
+
+def test_the_descent_damps_every_motion():
+    envelope = settled()
+    envelope.limit(np.full(4, np.nan), STILL)
+    v = np.array([1.0, -1.0, 0.5, -0.5])
+    np.testing.assert_allclose(held(envelope, TORQUE, v, 3200), -LIMITS.damping_Nms_per_rad * v)
+
+
+@given(v=arrays(float, 4, elements=st.floats(-4.9, 4.9)))
+def test_motion_above_four_radians_per_second_is_braked_and_slower_motion_is_not(v: np.ndarray):
+    envelope = Envelope(LIMITS, DT)
+    tau = held(envelope, STILL, v, 5)
+    fast = np.abs(v) > LIMITS.v_damping_rad_s
+    assert (tau[fast] * v[fast] < 0.0).all()
+    assert not tau[~fast].any()
+    assert envelope.stop is None
+
+
+def test_after_a_reset_torque_goes_on_from_the_descent():
+    envelope = settled()
+    envelope.limit(np.full(4, np.nan), STILL)
+    before = envelope.limit(TORQUE, STILL)
+    envelope.reset()
+    assert envelope.stop is None
+    np.testing.assert_allclose(envelope.limit(TORQUE, STILL), before, atol=RATE)
+
+
+def test_a_caller_that_overwrites_its_torque_does_not_move_the_limits():
+    envelope, other = settled(), settled()
+    envelope.limit(TORQUE, STILL)[:] = 1e9
+    other.limit(TORQUE, STILL)
+    np.testing.assert_array_equal(envelope.limit(-TORQUE, STILL), other.limit(-TORQUE, STILL))
+
+
+def test_clipped_ticks_are_counted():
+    envelope = Envelope(LIMITS, DT)
+    for _ in range(10):
+        envelope.limit(np.full(4, 100.0), STILL)
+    assert envelope.clipped_ticks == 10
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
+@pytest.mark.parametrize("name", ["torque_max_Nm", "damping_Nms_per_rad"])
+def test_a_limit_of_a_joint_that_is_no_limit_is_refused(name: str, bad: float):
+    with pytest.raises(ConfigError, match=rf"envelope\.{name} of joint 2 is {bad}; it must be positive and finite"):
+        replace(LIMITS, **{name: np.array([1.0, 1.0, bad, 1.0])})
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
+@pytest.mark.parametrize("name", ["torque_rate_max_Nm_per_s", "v_damping_rad_s", "v_trip_rad_s", "descent_s"])
+def test_a_limit_of_all_joints_that_is_no_limit_is_refused(name: str, bad: float):
+    with pytest.raises(ConfigError, match=rf"envelope\.{name} is {bad}; it must be positive and finite"):
+        replace(LIMITS, **{name: bad})
