@@ -31,10 +31,14 @@ Source: computed from a published shoulder rhythm.
 # Near the hanging arm elevation has a corner (any direction away is up); 0.1 rad rounds it, or the reaction torque
 # would jump.
 CORNER = 0.1
-SHIFT_STIFFNESS = 1.0e6
-"""Holds the shoulder centre on its path: 40 N move it by 0.04 mm [N/m]."""
+SHIFT_STIFFNESS = 2.0e5
+"""Holds the shoulder centre on its path: 40 N move it by 0.2 mm [N/m].
 
-SHIFT_DAMPING = 1.0e3
+Stiffer is not better: the shoulder end of an arm weighs only a few hundred grams in some postures, and explicit forces
+are stable only while damping · step / mass + stiffness · step² / (2 · mass) stays below 2.
+"""
+
+SHIFT_DAMPING = 2.0e2
 """[N·s/m]"""
 
 
