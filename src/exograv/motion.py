@@ -47,7 +47,9 @@ def minimum_jerk(q_start: Joints, q_goal: Joints, seconds: float, dt: float) -> 
 
     Source: Flash & Hogan 1985, J Neurosci 5:1688, eq. 7.
     """
-    s = np.arange(1, round(seconds / dt) + 1)[:, None] * dt / seconds
+    ticks = round(seconds / dt)
+    seconds = ticks * dt  # of whole ticks: the last one stands still at the goal
+    s = np.arange(1, ticks + 1)[:, None] / ticks
     way = q_goal - q_start
     q = q_start + way * (10 * s**3 - 15 * s**4 + 6 * s**5)
     v = way / seconds * (30 * s**2 - 60 * s**3 + 30 * s**4)
@@ -84,11 +86,15 @@ def fourier(centre: Joints, sine: Table, cosine: Table, period: float, seconds: 
 
 
 def sweep(q: Joints, joint: int, goal: float, speed: float, dt: float) -> Trajectory:
-    """One joint from where it is to `goal` [rad] and back at constant `speed` [rad/s], with rounded turns."""
+    """One joint from where it is to `goal` [rad] and back at constant `speed` [rad/s], with rounded turns.
+
+    A way too short for the turns is taken more slowly.
+    """
     way = goal - q[joint]
     rounding = 0.3  # s: short against the sweep, long against the drives' bandwidth
+    speed = min(speed, abs(way) / rounding)
     ramp = np.clip(np.arange(0.5, rounding / dt) * dt / rounding, 0.0, 1.0)
-    cruise = max(0, round((abs(way) / speed - rounding) / dt))
+    cruise = round((abs(way) / speed - rounding) / dt) if speed > 0.0 else 0
     there = np.concatenate([ramp, np.ones(cruise), ramp[::-1]]) * speed * np.sign(way)
     rate = np.concatenate([there, -there])
     v = np.zeros((len(rate), len(q)))
@@ -114,11 +120,11 @@ def eased_in(trajectory: Trajectory, seconds: float) -> Trajectory:
     """
     dt = trajectory.dt
     ticks = round(seconds / dt)
-    s = np.minimum(np.arange(1, len(trajectory) + 1) / ticks, 1.0)
+    index = np.arange(len(trajectory), dtype=float)
+    s = np.minimum(index / ticks, 1.0)
     rate = 3 * s**2 - 2 * s**3
-    rate_slope = np.where(s < 1.0, 6 * (s - s**2) / seconds, 0.0)
-    when = np.cumsum(rate)  # in ticks
-    index = np.arange(1, len(trajectory) + 1, dtype=float)
+    rate_slope = 6 * (s - s**2) / seconds
+    when = ticks * (s**3 - s**4 / 2) + np.maximum(index - ticks, 0.0)  # in ticks: the integral of the rate
 
     def at(table: Table) -> Table:
         return np.column_stack([np.interp(when, index, column) for column in table.T])
