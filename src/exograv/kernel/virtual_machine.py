@@ -46,7 +46,8 @@ def compile(function: ca.Function, bindings: Mapping[str, np.ndarray] | None = N
     Args:
         function: Any CasADi function whose arguments are dense.
         bindings: Memory of the caller for some arguments or results by name, in place of new buffers: float64,
-            of the right size, contiguous; its elements are taken in CasADi's order, column by column.
+            of the right size, contiguous; its elements are taken in CasADi's order, column by column. A C-ordered
+            array of the transposed shape has that order.
 
     Raises:
         ValueError: A binding names no argument, or its memory does not fit.
@@ -80,8 +81,13 @@ def _memory(name: str, size: tuple[int, int], bindings: dict[str, np.ndarray]) -
     if name in bindings:
         array = bindings.pop(name)
         contiguous = array.flags.c_contiguous or array.flags.f_contiguous
-        if array.dtype != np.float64 or array.size != rows * columns or not contiguous:
-            raise ValueError(f"{name} needs {rows * columns} contiguous float64, not {array.shape} {array.dtype}.")
+        if array.dtype != np.float64 or array.size != rows * columns or not contiguous or not array.flags.writeable:
+            raise ValueError(
+                f"{name} needs {rows * columns} contiguous float64 that can be written, not {array.shape} {array.dtype}."
+            )
+        # The transposed shape in C order is CasADi's order; the same shape in C order is a matrix read across its rows.
+        if array.shape == (rows, columns) != (columns, rows) and not array.flags.f_contiguous:
+            raise ValueError(f"{name} is a matrix {array.shape} in C order; bind it in Fortran order, or transposed.")
         return array
     return np.zeros(rows) if columns == 1 else np.zeros((rows, columns), order="F")
 

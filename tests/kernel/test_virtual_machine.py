@@ -1,0 +1,141 @@
+"""A kernel computes its function on memory that never moves, hides no NaN, and refuses memory that does not fit."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from exograv import kernel
+
+
+def product_function() -> ca.Function:
+    A, x = ca.SX.sym("A", 2, 3), ca.SX.sym("x", 3)
+    return ca.Function("product", [A, x], [A @ x, 2 * A], ["A", "x"], ["y", "twice"])
+
+
+def test_a_kernel_computes_its_function():
+    A, x = np.arange(6.0).reshape(2, 3), np.array([1.0, -2.0, 0.5])
+    y, twice = kernel.compile(product_function()).of(A, x)
+    np.testing.assert_array_equal(y, A @ x)
+    np.testing.assert_array_equal(twice, 2 * A)
+
+
+def test_what_is_written_into_the_inputs_is_read_and_the_outputs_stay_where_they_are():
+    compiled = kernel.compile(product_function())
+    y, before = compiled.outputs["y"], {name: array.ctypes.data for name, array in compiled.outputs.items()}
+    for scale in (1.0, 2.0):
+        compiled.inputs["A"][...] = scale * np.ones((2, 3))
+        compiled.inputs["x"][:] = 1.0
+        outputs = compiled()
+        assert outputs["y"] is y
+        np.testing.assert_array_equal(y, 3.0 * scale)
+    assert before == {name: array.ctypes.data for name, array in compiled.outputs.items()}
+
+
+def test_bound_memory_is_used_without_a_copy():
+    A, x, y = np.ones((2, 3), order="F"), np.array([1.0, 2.0, 3.0]), np.empty(2)
+    compiled = kernel.compile(product_function(), {"A": A, "x": x, "y": y})
+    assert compiled.inputs["x"] is x
+    assert compiled.outputs["y"] is y
+    compiled()
+    np.testing.assert_array_equal(y, 6.0)
+    x[0] = 101.0
+    compiled()
+    np.testing.assert_array_equal(y, 106.0)
+
+
+def test_two_kernels_can_share_memory():
+    x = ca.SX.sym("x", 2)
+    middle = np.zeros(2)
+    first = kernel.compile(ca.Function("first", [x], [x + 1], ["x"], ["y"]), {"y": middle})
+    second = kernel.compile(ca.Function("second", [x], [3 * x], ["x"], ["y"]), {"x": middle})
+    first.inputs["x"][:] = [1.0, 2.0]
+    first()
+    np.testing.assert_array_equal(second()["y"], [6.0, 9.0])
+
+
+def test_a_copy_of_the_outputs_survives_the_next_call():
+    compiled = kernel.compile(product_function())
+    first, _ = compiled.of(np.ones((2, 3)), np.ones(3))
+    compiled.of(np.zeros((2, 3)), np.zeros(3))
+    np.testing.assert_array_equal(first, 3.0)
+
+
+def test_structural_zeros_stand_in_their_places():
+    x = ca.SX.sym("x", 2)
+    sparse = ca.diag(x)
+    assert sparse.nnz() == 2
+    (D,) = kernel.compile(ca.Function("sparse", [x], [sparse])).of([5.0, 7.0])
+    np.testing.assert_array_equal(D, np.diag([5.0, 7.0]))
+
+
+def test_a_result_that_is_always_zero_is_overwritten_with_zero():
+    x = ca.SX.sym("x", 2)
+    compiled = kernel.compile(ca.Function("nothing", [x], [ca.SX(2, 2)], ["x"], ["zero"]))
+    compiled.outputs["zero"][...] = 9.0
+    compiled()
+    np.testing.assert_array_equal(compiled.outputs["zero"], 0.0)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_values_that_are_no_numbers_pass_through(value: float):
+    y, twice = kernel.compile(product_function()).of(np.ones((2, 3)), [1.0, value, 1.0])
+    np.testing.assert_array_equal(y, value)
+    np.testing.assert_array_equal(twice, 2.0)
+
+
+def test_a_matrix_keeps_rows_and_columns_apart():
+    A = np.arange(6.0).reshape(2, 3)
+    assert not np.array_equal(A.ravel(), A.ravel(order="F"))
+    compiled = kernel.compile(product_function())
+    compiled.inputs["A"][...] = A
+    np.testing.assert_array_equal(compiled()["twice"], 2 * A)
+
+
+@pytest.mark.parametrize(
+    ("memory", "shown"),
+    [
+        (np.zeros(2), "x needs 3 contiguous float64"),
+        (np.zeros(3, dtype=np.float32), "float32"),
+        (np.zeros(6)[::2], "x needs 3 contiguous float64"),
+    ],
+    ids=["too short", "single precision", "with gaps"],
+)
+def test_memory_that_does_not_fit_is_refused(memory: np.ndarray, shown: str):
+    with pytest.raises(ValueError, match=shown):
+        kernel.compile(product_function(), {"x": memory})
+
+
+def test_memory_that_must_not_be_written_is_refused_for_results():
+    y = np.zeros(2)
+    y.flags.writeable = False
+    with pytest.raises(ValueError, match="that can be written"):
+        kernel.compile(product_function(), {"y": y})
+
+
+def test_a_matrix_in_c_order_is_refused_because_its_entries_would_stand_elsewhere():
+    with pytest.raises(ValueError, match=r"A is a matrix \(2, 3\) in C order; bind it in Fortran order"):
+        kernel.compile(product_function(), {"A": np.zeros((2, 3))})
+
+
+def test_a_transposed_matrix_in_c_order_is_taken_as_it_is():
+    A = np.arange(6.0).reshape(2, 3)
+    compiled = kernel.compile(product_function(), {"A": np.ascontiguousarray(A.T)})
+    compiled.inputs["x"][:] = [1.0, -2.0, 0.5]
+    np.testing.assert_array_equal(compiled()["y"], A @ [1.0, -2.0, 0.5])
+
+
+def test_a_binding_to_nothing_is_refused():
+    with pytest.raises(ValueError, match="product has no argument or result z"):
+        kernel.compile(product_function(), {"z": np.zeros(3)})
+
+
+def test_a_wrong_number_of_values_is_refused_with_the_names():
+    with pytest.raises(TypeError, match="product takes A, x; 1 values were given"):
+        kernel.compile(product_function()).of(np.ones((2, 3)))
+
+
+def test_a_kernel_outlives_the_function_it_came_from():
+    function = product_function()
+    compiled = kernel.compile(function)
+    del function
+    np.testing.assert_array_equal(compiled.of(np.ones((2, 3)), np.ones(3))[0], 3.0)
