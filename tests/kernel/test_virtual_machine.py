@@ -94,9 +94,9 @@ def test_a_matrix_keeps_rows_and_columns_apart():
 @pytest.mark.parametrize(
     ("memory", "shown"),
     [
-        (np.zeros(2), "x needs 3 contiguous float64"),
+        (np.zeros(2), "x needs 3 contiguous writable float64"),
         (np.zeros(3, dtype=np.float32), "float32"),
-        (np.zeros(6)[::2], "x needs 3 contiguous float64"),
+        (np.zeros(6)[::2], "x needs 3 contiguous writable float64"),
     ],
     ids=["too short", "single precision", "with gaps"],
 )
@@ -108,7 +108,7 @@ def test_memory_that_does_not_fit_is_refused(memory: np.ndarray, shown: str):
 def test_memory_that_must_not_be_written_is_refused_for_results():
     y = np.zeros(2)
     y.flags.writeable = False
-    with pytest.raises(ValueError, match="that can be written"):
+    with pytest.raises(ValueError, match="writable"):
         kernel.compile(product_function(), {"y": y})
 
 

@@ -83,7 +83,7 @@ def _memory(name: str, size: tuple[int, int], bindings: dict[str, np.ndarray]) -
         contiguous = array.flags.c_contiguous or array.flags.f_contiguous
         if array.dtype != np.float64 or array.size != rows * columns or not contiguous or not array.flags.writeable:
             raise ValueError(
-                f"{name} needs {rows * columns} contiguous float64 that can be written, not {array.shape} {array.dtype}."
+                f"{name} needs {rows * columns} contiguous writable float64, not {array.shape} {array.dtype}."
             )
         # The transposed shape in C order is CasADi's order; the same shape in C order is a matrix read across its rows.
         if array.shape == (rows, columns) != (columns, rows) and not array.flags.f_contiguous:
