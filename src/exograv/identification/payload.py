@@ -1,6 +1,5 @@
-"""A body of unknown mass on a known robot: what it adds to the torques, beside what the robot itself is believed to be."""
+"""A body of unknown mass on a robot: what it adds to the torques, beside what the robot itself is believed to be."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import casadi as ca
@@ -10,19 +9,19 @@ from jaxtyping import Float
 from exograv import kernel
 from exograv.dynamics.friction import Friction, friction_torque
 from exograv.dynamics.loop_torque import GRAVITY
-from exograv.dynamics.parameters import PHI_NAMES, PHI_UNITS
 from exograv.dynamics.rnea import rnea
 from exograv.errors import ModelError
 from exograv.model.tree import Frame, Tree, from_pseudo_inertia, inertial_parameters, pseudo_inertia
 
 from .arm_model import SLOW_V
 from .empty_machine import V_REST, V_STRIBECK
-from .interface import Covariance, Joints, Parameters, Sample
+from .interface import Joints, Parameters, Sample
 
 PAYLOAD = slice(0, 10)
 """Inertial parameters of the payload about the origin of its frame, in that frame."""
 
-MASS_SD, FIRST_MOMENT_SD, INERTIA_SD = 3.0, 0.3, 0.1  # kg, kg·m, kg·m²; source: docs/identification.md, "a known weight"
+# kg, kg·m, kg·m²: of what a hand or a small robot carries next to nothing is known (docs/identification.md).
+MASS_SD, FIRST_MOMENT_SD, INERTIA_SD = 3.0, 0.3, 0.1
 NOTHING = inertial_parameters(0.1, np.zeros(3), 1e-3 * np.eye(3))
 """Prior mean: a body of no consequence, but a possible one."""
 
@@ -45,12 +44,12 @@ class RobotBlocks:
 
     @property
     def coulomb(self) -> slice:
-        """[N·m]"""
+        """Friction at any speed [N·m]."""
         return self._joint_block(1)
 
     @property
     def viscous(self) -> slice:
-        """[N·m·s/rad]"""
+        """Further friction per speed [N·m·s/rad]."""
         return self._joint_block(2)
 
     @property
@@ -96,7 +95,7 @@ class PayloadModel:
         self._coulomb = np.zeros(self.n_joints)
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
-        """Expected torque (joint,) [N·m] at `x`, and its derivative; linear but for friction that grows with the load."""
+        """Expected torque (joint,) [N·m] at `x`, and its derivative; linear but for friction under load."""
         self._coulomb[:] = x[self.blocks.coulomb]
         tau, derivative = self._kernel.of(sample.q, sample.v, sample.a, x)
         return tau, derivative
@@ -107,10 +106,6 @@ class PayloadModel:
     def direction_uncertainty(self, v: Joints) -> Joints:
         """Standard deviation [N·m]: all of the Coulomb torque last used at rest, none of it in clear motion."""
         return np.abs(self._coulomb) / np.cosh(np.minimum(np.abs(v) / SLOW_V, 20.0)) ** 2
-
-    def names_and_units(self) -> Iterator[tuple[str, str]]:
-        """Name and unit of each entry of the payload."""
-        return iter((f"payload.{name}", unit) for name, unit in zip(PHI_NAMES, PHI_UNITS, strict=True))
 
 
 def payload_prior() -> tuple[Float[np.ndarray, " 10"], Float[np.ndarray, "10 10"]]:
@@ -140,7 +135,7 @@ def robot_torque(tree: Tree, motion: tuple[ca.SX, ca.SX, ca.SX], x: ca.SX, phi_e
         breakaway=np.ones(blocks.n),
         load_share=x[blocks.load_share],
         asymmetry=x[blocks.asymmetry],
-        v_stribeck=V_STRIBECK,
+        v_stribeck=np.full(blocks.n, V_STRIBECK),
         v_rest=V_REST,
     )
     return load + friction_torque(friction, v, load)

@@ -26,10 +26,11 @@ class PayloadGradient:
     name = "gradient"
 
     def __init__(self, model: PayloadModel, x: Parameters, step: float):
-        """
+        """Start from nothing.
+
         Args:
             model: Robot and payload frame.
-            x: The robot by its unloaded log; the payload starts from nothing.
+            x: The robot by its unloaded log, payload included, which is not read.
             step: Of the descent, the same for all ten log-Cholesky parameters [1/(N·m)²].
         """
         self._kernel = kernel.compile(_squared_error(model))
@@ -47,7 +48,10 @@ class PayloadGradient:
         """Gradient of half the squared torque error of one sample [(N·m)²] with respect to theta."""
         inputs = self._kernel.inputs
         inputs["theta"][:] = self._theta
-        inputs["q"][:], inputs["v"][:], inputs["a"][:], inputs["tau_measured"][:] = sample.q, sample.v, sample.a, sample.tau
+        inputs["q"][:] = sample.q
+        inputs["v"][:] = sample.v
+        inputs["a"][:] = sample.a
+        inputs["tau_measured"][:] = sample.tau
         return self._kernel()["gradient"]
 
     def curvature_at(self, sample: Sample) -> float:
@@ -109,6 +113,7 @@ def _squared_error(model: PayloadModel) -> ca.Function:
     phi = phi_from_theta(theta)
     tau = robot_torque(model.tree, (q, v, a), x, ca.DM(about_body(model.frame)) @ phi, model.frame.body)
     loss = 0.5 * ca.sumsqr(tau - tau_measured)
+    arguments = [theta, q, v, a, tau_measured, x]
     outputs = [ca.gradient(loss, theta), phi, ca.jacobian(tau, theta)]
     names = ["theta", "q", "v", "a", "tau_measured", "x"]
-    return ca.Function("squared_error", [theta, q, v, a, tau_measured, x], outputs, names, ["gradient", "phi", "derivative"])
+    return ca.Function("squared_error", arguments, outputs, names, ["gradient", "phi", "derivative"])

@@ -65,8 +65,8 @@ def refuse_negative_mass(model: PayloadModel, robot: RobotFromLog, samples: list
     Raises:
         IdentificationError: The mass that explains the log best is clearly negative.
     """
-    mean, covariance = payload_prior()
-    information, slope = np.linalg.inv(covariance), np.zeros(10)
+    _, prior_covariance = payload_prior()
+    information, slope = np.linalg.inv(prior_covariance), np.zeros(10)
     repeats = np.maximum(robot.correlation_s / SAMPLE_PERIOD_S, 1.0)
     for sample in thinned(samples):
         tau, derivative = model.linearise(sample, robot.x)

@@ -65,7 +65,7 @@ def _refuse_positions(log: MotionLog, tree: Tree, path: Path) -> None:
         if beyond > BEYOND_LIMIT_RAD:
             raise RecordingError(
                 f"{path}: joint '{joint.name}' goes from {q.min():.2f} to {q.max():.2f} rad; {tree.name} allows "
-                f"{joint.lower:.2f} to {joint.upper:.2f}. Are the positions in degrees, or the columns of another robot?"
+                f"{joint.lower:.2f} to {joint.upper:.2f}. Are the positions in degrees, or of another robot?"
             )
 
 
@@ -83,10 +83,10 @@ def _refuse_velocities(log: MotionLog, tree: Tree, path: Path) -> None:
         if error > SPEED_ERROR_MAX * size and size > 0.05:
             raise RecordingError(
                 f"{path}: the velocities of joint '{joint.name}' are not the slope of its positions: {error:.2f} rad/s "
-                f"apart at {size:.2f} rad/s RMS. The columns must be time, all positions, all velocities, all currents; "
-                "velocities in rad/s."
+                f"apart at {size:.2f} rad/s RMS. The columns must be time, all positions, all velocities [rad/s], all "
+                "currents."
             )
 
 
-def _at(t: Float[np.ndarray, " even"], t_log: Float[np.ndarray, " sample"], table: Table) -> Float[np.ndarray, "even joint"]:
+def _at(t: Float[np.ndarray, " even"], t_log: Float[np.ndarray, " sample"], table: Table) -> np.ndarray:
     return np.column_stack([np.interp(t, t_log, column) for column in table.T])

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import block_diag
 
 from exograv.model.tree import Tree
 
@@ -29,7 +28,11 @@ LOAD_SHARE_SD = 0.1
 ROTOR_SD_S = 0.1  # of effort over speed: a drive reaches its speed in a tenth of a second or later
 
 ROUNDS, ITERATIONS = 3, 8
+SETTLED = 0.01  # standard deviations by which the last step still moves a parameter
+NOISE_SD_START = 0.02  # of the effort; the first round replaces it
 CLEAR_SAMPLES_MIN = 50
+FELT_EVERY = 20  # samples
+FELT_MIN = 0.03  # RMS torque per standard deviation, as a share of the residual
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,7 @@ class RobotFromLog:
     """All parameters in the order of `RobotBlocks`; the payload's are zero."""
 
     covariance: Covariance
-    """Of the robot's parameters, without the payload's."""
+    """Of `x`; zero for the payload's."""
 
     residual_sd: Joints
     """What the model could not explain of the torque in clear motion [N·m]."""
@@ -56,13 +59,15 @@ def robot_from_log(model: PayloadModel, samples: list[Sample]) -> RobotFromLog:
     """
     kept = thinned(samples)
     problem = _Fit(model, kept)
-    noise_sd = np.maximum(0.02 * np.array([joint.effort for joint in model.tree.joints]), 1e-3)
+    noise_sd = NOISE_SD_START * np.array([joint.effort for joint in model.tree.joints])
     correlation_s = np.full(model.n_joints, SAMPLE_PERIOD_S)
     x = problem.mean
     for _ in range(ROUNDS):
-        x, covariance, residual = problem.solve(x, noise_sd, correlation_s)
+        x, covariance, residual = problem.optimum(
+            x, noise_sd * np.sqrt(np.maximum(correlation_s / SAMPLE_PERIOD_S, 1.0))
+        )
         noise_sd, correlation_s = _residual_statistics(residual, problem.v, kept)
-    return RobotFromLog(x, covariance, noise_sd, correlation_s)
+    return RobotFromLog(x, covariance, noise_sd, correlation_s)  # pyright: ignore[reportPossiblyUnboundVariable] - ROUNDS > 0
 
 
 def thinned(samples: list[Sample]) -> list[Sample]:
@@ -71,8 +76,31 @@ def thinned(samples: list[Sample]) -> list[Sample]:
     return samples[::every]
 
 
-def robot_prior(tree: Tree) -> tuple[Parameters, Covariance]:
-    """Mean and covariance of the robot's parameters by its description, without the payload's entries."""
+def felt_covariance(
+    model: PayloadModel, robot: RobotFromLog, covariance: Covariance, motion: list[Sample]
+) -> Covariance:
+    """A covariance of parameters (parameter, parameter) without what changes no torque in this motion.
+
+    A robot has more inertial parameters than its torques can show; carrying the others along would only cost time.
+
+    Args:
+        model: The robot.
+        robot: Where it is linearised, and the residual that torque is measured against.
+        covariance: Of all parameters, the payload's zero.
+        motion: Samples whose torque is not read.
+    """
+    sd = np.sqrt(np.diag(covariance))
+    scale = np.where(sd > 0.0, sd, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    felt = [model.linearise(s, robot.x)[1] @ root / robot.residual_sd[:, None] for s in motion[::FELT_EVERY]]
+    _, strength, directions = np.linalg.svd(np.concatenate(felt), full_matrices=False)
+    kept = root @ directions[strength > FELT_MIN * np.sqrt(len(felt))].T
+    return kept @ kept.T
+
+
+def robot_prior(tree: Tree) -> tuple[Parameters, Parameters]:
+    """Mean and standard deviation of the robot's parameters by its description, without the payload's entries."""
     effort, speed = (np.array([getattr(joint, name) for joint in tree.joints]) for name in ("effort", "velocity"))
     blocks = RobotBlocks(len(tree.joints))
     mean = np.concatenate([tree.phi.ravel(), np.zeros(5 * blocks.n)])
@@ -83,8 +111,8 @@ def robot_prior(tree: Tree) -> tuple[Parameters, Covariance]:
         np.full(blocks.n, LOAD_SHARE_SD),
         ASYMMETRY_SD * effort,
     ]
-    links = [np.diag(_link_sd(phi) ** 2) for phi in tree.phi]
-    return mean, block_diag(*links, np.diag(np.concatenate(sds) ** 2))
+    links = [_link_sd(phi) for phi in tree.phi]
+    return mean, np.concatenate([*links, *sds])
 
 
 def _link_sd(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, " 10"]:
@@ -99,34 +127,39 @@ class _Fit:
     def __init__(self, model: PayloadModel, samples: list[Sample]):
         self._model, self._samples = model, samples
         self.v = np.array([sample.v for sample in samples])
-        prior_mean, prior_covariance = robot_prior(model.tree)
-        self._information = np.diag(1.0 / np.diag(prior_covariance))
+        prior_mean, prior_sd = robot_prior(model.tree)
+        self._information = np.diag(prior_sd**-2.0)
         self.mean = np.concatenate([np.zeros(10), prior_mean])
 
-    def solve(
-        self, x: Parameters, noise_sd: Joints, correlation_s: Joints
+    def optimum(
+        self, x: Parameters, noise_sd: Joints
     ) -> tuple[Parameters, Covariance, Float[np.ndarray, "sample joint"]]:
-        """Parameters, covariance of the robot's part, and residuals at the optimum."""
-        robot = self._model.blocks.robot
-        inflated = noise_sd * np.sqrt(np.maximum(correlation_s / SAMPLE_PERIOD_S, 1.0))
-        residual = np.empty_like(self.v)
+        """Parameters, their covariance, and residuals [N·m], from a start `x`."""
+        step, covariance, residual = self.step(x, noise_sd)
         for _ in range(ITERATIONS):
-            information = self._information.copy()
-            slope = self._information @ (self.mean - x)[robot]
-            for i, sample in enumerate(self._samples):
-                tau, derivative = self._model.linearise(sample, x)
-                residual[i] = sample.tau - tau
-                sd = np.hypot(inflated, self._model.direction_uncertainty(sample.v))
-                weighted = derivative[:, robot] / sd[:, None]
-                information += weighted.T @ weighted
-                slope += weighted.T @ (residual[i] / sd)
-            covariance = np.linalg.inv(information)
-            step = covariance @ slope
-            x = x.copy()
-            x[robot] += step
-            if np.abs(step / np.sqrt(np.diag(covariance))).max() < 0.01:
+            x = x + step
+            step, covariance, residual = self.step(x, noise_sd)
+            if np.all(np.abs(step) <= SETTLED * np.sqrt(np.diag(covariance))):
                 break
         return x, covariance, residual
+
+    def step(self, x: Parameters, noise_sd: Joints) -> tuple[Parameters, Covariance, Float[np.ndarray, "sample joint"]]:
+        """Gauss–Newton step from `x`, covariance, and residuals at `x` [N·m]."""
+        robot = self._model.blocks.robot
+        information = self._information.copy()
+        slope = self._information @ (self.mean - x)[robot]
+        residual = np.empty_like(self.v)
+        for i, sample in enumerate(self._samples):
+            tau, derivative = self._model.linearise(sample, x)
+            residual[i] = sample.tau - tau
+            sd = np.hypot(noise_sd, self._model.direction_uncertainty(sample.v))
+            weighted = derivative[:, robot] / sd[:, None]
+            information += weighted.T @ weighted
+            slope += weighted.T @ (residual[i] / sd)
+        step, covariance = np.zeros_like(x), np.zeros((len(x), len(x)))
+        covariance[robot, robot] = np.linalg.inv(information)
+        step[robot] = covariance[robot, robot] @ slope
+        return step, covariance, residual
 
 
 def _residual_statistics(

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import block_diag
 
 from exograv.errors import ConfigError, IdentificationError, RecordingError
 from exograv.identification.interface import Estimate, Method, Sample
@@ -17,7 +16,7 @@ from exograv.identification.payload_outcome import judge, mass_interval, refuse_
 from exograv.identification.payload_samples import refuse_other_robots, samples_of_log
 from exograv.identification.prior import COULOMB_DRIFT, VISCOUS_DRIFT
 from exograv.identification.recursive import Noise, Recursive
-from exograv.identification.robot_from_log import RobotFromLog, robot_from_log
+from exograv.identification.robot_from_log import RobotFromLog, felt_covariance, robot_from_log
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf
 from exograv.recording import MotionLog, read_log
@@ -94,9 +93,8 @@ def identify_log(  # noqa: PLR0913 - one argument for each option of the command
     loaded = _Loaded(model, robot, samples_unloaded, samples)
     estimate, masses = _follow(loaded, method, true_kg is not None, progress)
     interval = mass_interval(estimate, gain_sd)
-    com = estimate.x[1:4] / estimate.x[0]
     return {
-        "payload": {"mass_kg": _digits(estimate.x[0]), "ci95_kg": _digits(interval), "com_m": _digits(com)},
+        "payload": {"mass_kg": _digits(estimate.x[0]), "ci95_kg": _digits(interval), **_centre(estimate)},
         "time_to_10pct_s": None if true_kg is None else _time_to_stay_within(FOUND * true_kg, masses, true_kg),
         "duration_s": _digits(logs[1].t[-1] - logs[1].t[0]),
         "samples": len(samples),
@@ -121,8 +119,8 @@ def _refuse_options(
     names = ", ".join(tree.joint_names)
     if len(gains) != len(tree.joints):
         raise ConfigError(
-            f"--gains has {len(gains)} numbers; {tree.name} has {len(tree.joints)} joints ({names}) and needs one each, "
-            "in N·m/A."
+            f"--gains has {len(gains)} numbers; {tree.name} has {len(tree.joints)} joints ({names}) and needs one each "
+            "[N·m/A]."
         )
     for name, gain in zip(tree.joint_names, gains, strict=True):
         if not np.isfinite(gain) or gain == 0.0:
@@ -183,15 +181,26 @@ def _method(loaded: _Loaded, method: MethodName, progress: Progress) -> Method:
     phi, phi_covariance = payload_prior()
     mean = robot.x.copy()
     mean[PAYLOAD] = phi
-    blocks = model.blocks
-    # Between the logs friction drifts; the rest of the robot stays what the unloaded log made it.
-    spread = np.zeros(model.n_parameters)
-    spread[blocks.coulomb] = COULOMB_DRIFT * robot.x[blocks.coulomb]
-    spread[blocks.viscous] = VISCOUS_DRIFT * robot.x[blocks.viscous]
-    covariance = block_diag(phi_covariance, np.diag(spread[blocks.robot] ** 2))
+    # The unloaded log leaves the robot a little uncertain; and between the logs friction drifts.
+    drift = np.zeros(model.n_parameters)
+    for block, share in ((model.blocks.coulomb, COULOMB_DRIFT), (model.blocks.viscous, VISCOUS_DRIFT)):
+        drift[block] = share * robot.x[block]
+    motion = loaded.unloaded + loaded.samples
+    covariance = felt_covariance(model, robot, robot.covariance + np.diag(drift**2), motion)
+    covariance[PAYLOAD, PAYLOAD] = phi_covariance
     # Errors of the model that last for seconds are expected as large as the residual; the data weigh multiples of it.
     noise = Noise(robot.residual_sd, robot.correlation_s, disturbance_sd=robot.residual_sd)
     return Recursive(model, mean, covariance, noise, (PAYLOAD,))
+
+
+def _centre(estimate: Estimate) -> dict[str, list[float] | None]:
+    """Centre of mass in the payload's frame, and its standard deviation per axis."""
+    mass, com = estimate.x[0], estimate.x[1:4] / estimate.x[0]
+    if estimate.covariance is None:
+        return {"com_m": _digits(com), "com_sd_m": None}
+    derivative = np.column_stack([-com, np.eye(3)]) / mass
+    variance = np.einsum("ai,ij,aj->a", derivative, estimate.covariance[:4, :4], derivative)
+    return {"com_m": _digits(com), "com_sd_m": _digits(np.sqrt(variance))}
 
 
 def _time_to_stay_within(band_kg: float, masses: Float[np.ndarray, "look 2"], true_kg: float) -> float | None:
@@ -203,7 +212,7 @@ def _time_to_stay_within(band_kg: float, masses: Float[np.ndarray, "look 2"], tr
 
 
 def _residuals(loaded: _Loaded, estimate: Estimate) -> dict[str, list[float]]:
-    """Torque that is not explained, RMS per joint: what the payload adds to a robot that is known shows between them."""
+    """Torque that is not explained, RMS per joint: without the payload it is what the payload weighs."""
     without = estimate.x.copy()
     without[PAYLOAD] = 0.0
     runs = (
