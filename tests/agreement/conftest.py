@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import mujoco
 import numpy as np
-import pinocchio
+import pinocchio  # pyright: ignore[reportMissingImports] - found through a path file
 import pytest
 
 from exograv.model.anthropometry import Body
@@ -92,7 +92,7 @@ class MujocoTree:
 
 
 def urdf_text(tree: Tree, bodies: np.ndarray) -> str:
-    """A tree with these inertial parameters (body, 10) as URDF, its frames as fixed links; massless bodies stay bare."""
+    """A tree with these inertial parameters (body, 10) as URDF, frames as fixed links; massless bodies stay bare."""
     lines = [f'<robot name="{tree.name}">', '<link name="base"/>']
     links = [f"body_of_{joint.name}" for joint in tree.joints]
     for joint, link, phi in zip(tree.joints, links, bodies, strict=True):

@@ -97,7 +97,7 @@ class RigidLoop:
 
 
 def cross(u: np.ndarray) -> np.ndarray:
-    """Matrix of u × …"""
+    """Matrix that takes a vector to u times it, as a cross product."""
     return np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-import pinocchio
+import pinocchio  # pyright: ignore[reportMissingImports] - found through a path file
 import pytest
 
 from exograv.model.tree import Tree, inertial_parameters

@@ -1,10 +1,10 @@
-"""Torques of a tree are those of Pinocchio and of MuJoCo, and linear in the inertial parameters in Pinocchio's order."""
+"""Torques of a tree are those of Pinocchio and MuJoCo, and linear in the inertial parameters in Pinocchio's order."""
 
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
-import pinocchio
+import pinocchio  # pyright: ignore[reportMissingImports] - found through a path file
 import pytest
 
 from exograv import kernel
@@ -32,12 +32,10 @@ def states(n: int, seed: int) -> np.ndarray:
 
 def physical_bodies(n: int, seed: int) -> np.ndarray:
     generator = np.random.default_rng(seed)
+    inertia = 0.01 * np.diag([1.0, 1.2, 0.7])
     return np.array(
-        [
-            inertial_parameters(generator.uniform(0.5, 2.0), generator.normal(0.0, 0.1, 3), 0.01 * np.diag([1.0, 1.2, 0.7]))
-            for _ in range(n)
-        ]
-    )  # fmt: skip
+        [inertial_parameters(generator.uniform(0.5, 2.0), generator.normal(0.0, 0.1, 3), inertia) for _ in range(n)]
+    )
 
 
 def worst_difference(tree: Tree, phi: np.ndarray, *oracles) -> float:
