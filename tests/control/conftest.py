@@ -1,0 +1,36 @@
+"""A wearer in a calibrated machine whose model has every term."""
+
+import numpy as np
+import pytest
+
+from exograv.dynamics import parameters
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.dynamics.friction import Friction
+from exograv.dynamics.loop_torque import GRAVITY
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.model.anthropometry import Body
+from exograv.model.assembly import Assembly
+from exograv.model.description import load_rig
+from exograv.model.support import assemble
+
+
+@pytest.fixture(scope="session")
+def assembly() -> Assembly:
+    return assemble(load_rig("recupera_like"), Body(1.75, 75.0, "male"))
+
+
+@pytest.fixture(scope="session")
+def machine(assembly) -> CalibratedMachine:
+    none, one = np.zeros(4), np.ones(4)
+    friction = Friction(2.0 * one, one, 1.3 * one, 0.06 * one, 0.1 * one, 0.05 * one, 0.02)
+    gain = ActuatorGain(assembly.description.nominal_gain, none)
+    return CalibratedMachine(gain, friction, friction, assembly.exo.phi, GRAVITY, 0.2 * one, none, none)
+
+
+@pytest.fixture(scope="session")
+def wearer(assembly) -> np.ndarray:
+    """Parameters of an arm with springs, off the machine's axes."""
+    x = parameters.table_parameters(assembly.arm, np.full(4, 0.2), np.full(4, 2.0), np.full(4, 1.0))
+    x[parameters.STIFFNESS], x[parameters.SPRING_OFFSET], x[parameters.DAMPING] = 1.5, 0.8, 0.4
+    x[parameters.FIT_OF_ARM] = [0.02, -0.015, 0.01, 0.02, 0.006, 0.2, -0.3]
+    return x

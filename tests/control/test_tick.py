@@ -1,0 +1,161 @@
+"""The tick takes away the arm's weight and nothing else, by as much as the gravity level says, with closed loops."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from exograv.control.tick import FRICTION_SHARE, Mode, Tick
+from exograv.dynamics import parameters
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.interface import Sample
+from exograv.signals import Reference
+
+PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
+Q = np.array([0.8, 0.3, -0.2, 1.3])
+STILL = np.zeros(4)
+DT = 1e-3
+SETTLING = 12  # ticks; the sag under the arm's weight settles by a factor of ten a tick
+SAG_Nm = (
+    0.1  # the arm hangs up to 2° deeper in its cuffs under 1.8 times its weight, which shortens or lengthens levers
+)
+
+
+@pytest.fixture
+def tick(assembly, machine) -> Tick:
+    return Tick(assembly, machine)
+
+
+def at_rest(tick: Tick, x: np.ndarray, mode: Mode, q: np.ndarray = Q, v: np.ndarray = STILL) -> np.ndarray:
+    """Desired torque after the loops have closed."""
+    tick.mode = mode
+    tick.close(q, x)
+    for _ in range(SETTLING):
+        tick.step(q, v, Reference(q, STILL, STILL), x)
+    return tick.tau_desired.copy()
+
+
+def changed(x: np.ndarray, block: slice, value: float) -> np.ndarray:
+    x = x.copy()
+    x[block] = value
+    return x
+
+
+def test_level_one_leaves_the_arm_its_own_weight(tick, wearer):
+    weightless, earth = (at_rest(tick, wearer, Mode(gravity_level=level)) for level in (0.0, 1.0))
+    without_arm = at_rest(tick, changed(wearer, parameters.PHI, 0.0), Mode())
+    # On Earth the motors carry what they carry for an arm without mass: the machine and the strained cuffs.
+    np.testing.assert_allclose(earth, without_arm, atol=PARITY)
+    assert np.abs(weightless - earth).max() > 2.0
+
+
+@pytest.mark.parametrize("level", [0.165, 0.378, 1.0, 1.8])
+def test_torque_is_linear_in_the_gravity_level(tick, wearer, level: float):
+    weightless, earth, felt = (at_rest(tick, wearer, Mode(gravity_level=g)) for g in (0.0, 1.0, level))
+    np.testing.assert_allclose(felt, weightless + level * (earth - weightless), atol=SAG_Nm)
+
+
+def test_the_strain_is_the_same_at_every_gravity_level(tick, wearer):
+    massless, aligned = changed(wearer, parameters.PHI, 0.0), changed(wearer, parameters.PHI, 0.0)
+    aligned[parameters.FIT_OF_ARM] = 0.0
+    modes = [Mode(gravity_level=level) for level in (0.0, 1.0, 1.8)]
+    strains = [at_rest(tick, massless, mode) - at_rest(tick, aligned, mode) for mode in modes]
+    assert np.abs(strains[0]).max() > 0.02
+    for strain in strains[1:]:
+        np.testing.assert_array_equal(strain, strains[0])
+
+
+@pytest.mark.parametrize("block", [parameters.STIFFNESS, parameters.SPRING_OFFSET, parameters.DAMPING])
+@pytest.mark.parametrize("level", [0.0, 1.0])
+def test_the_elasticity_of_the_wearers_joints_is_never_compensated(tick, wearer, block: slice, level: float):
+    v = np.array([0.5, -0.4, 0.3, 1.0])
+    with_springs, without = (
+        at_rest(tick, x, Mode(gravity_level=level), v=v) for x in (wearer, changed(wearer, block, 0.0))
+    )
+    np.testing.assert_array_equal(with_springs, without)
+
+
+def test_no_inertia_is_compensated_while_floating(tick, wearer):
+    light, heavy = (at_rest(tick, changed(wearer, parameters.rotor(4), r), Mode()) for r in (0.0, 5.0))
+    np.testing.assert_array_equal(light, heavy)
+    tick.step(Q, STILL, Reference(Q + 0.3, STILL + 2.0, STILL + 9.0), wearer)
+    np.testing.assert_allclose(tick.tau_desired, at_rest(tick, wearer, Mode()), atol=PARITY)
+
+
+def test_without_a_known_arm_the_machine_alone_is_carried(tick, assembly, wearer):
+    machine_alone = at_rest(tick, wearer, Mode(arm_share=0.0))
+    massless = changed(changed(wearer, parameters.PHI, 0.0), parameters.FIT_OF_ARM, 0.0)
+    np.testing.assert_allclose(machine_alone, at_rest(tick, massless, Mode()), atol=PARITY)
+
+
+def test_the_arms_share_enters_linearly(tick, wearer):
+    none, half, all_of_it = (at_rest(tick, wearer, Mode(arm_share=share)) for share in (0.0, 0.5, 1.0))
+    np.testing.assert_allclose(half, 0.5 * (none + all_of_it), atol=SAG_Nm)
+
+
+def test_floating_returns_half_of_the_friction_along_the_motion_and_none_at_rest(tick, wearer):
+    v = np.array([0.5, -0.5, 0.3, -0.3])
+    returned = at_rest(tick, wearer, Mode(), v=v) - at_rest(tick, wearer, Mode())
+    np.testing.assert_allclose(returned, FRICTION_SHARE * (2.0 * np.sign(v) + 1.0 * v), atol=PARITY)
+    assert FRICTION_SHARE <= 0.8
+    creeping = at_rest(tick, wearer, Mode(), v=np.full(4, 0.049))
+    np.testing.assert_array_equal(creeping, at_rest(tick, wearer, Mode()))
+
+
+def test_driving_adds_a_weak_pull_towards_the_reference(tick, assembly, wearer):
+    tick.mode = Mode(drive=1.0)
+    tick.close(Q, wearer)
+    ahead, reference = Reference(Q + 0.01, STILL, STILL), Reference(Q, STILL, STILL)
+    pulled = tick.step(Q, STILL, ahead, wearer).copy()
+    held = tick.step(Q, STILL, reference, wearer).copy()
+    np.testing.assert_allclose(
+        pulled - held, 0.01 * assembly.description.per_actuator("weak_kp_Nm_per_rad"), atol=PARITY
+    )
+
+
+def test_feed_forward_is_the_torque_that_identification_expects(tick, assembly, machine, wearer):
+    v, a = np.array([0.7, -0.5, 0.9, 1.1]), np.array([-1.0, 2.0, 0.5, -2.0])
+    tick.mode = Mode(drive=1.0)
+    model = ArmModel(assembly, machine)
+    tick.close(Q, wearer)
+    for _ in range(SETTLING):
+        tick.step(Q, v, Reference(Q, v, a), wearer)
+        model.linearise(Sample(0.0, Q, v, a, STILL), wearer)
+    expected, _ = model.linearise(Sample(0.0, Q, v, a, STILL), wearer)
+    np.testing.assert_allclose(tick.tau_feedforward, expected, atol=PARITY)
+    np.testing.assert_allclose(tick.tau_desired, tick.tau_feedforward, atol=PARITY)
+
+
+def test_the_loops_stay_closed_at_three_radians_per_second(tick, assembly, wearer):
+    lower, upper = assembly.description.workspace
+    centre, reach = (lower + upper) / 2, (upper - lower) / 2
+    t = np.arange(1500)[:, None] * DT
+    path = centre + reach * np.sin(3.0 / reach * t + [0.0, 1.0, 2.0, 3.0])
+    slopes = []
+    for before, q in pairwise(path):
+        tick.step(q, (q - before) / DT, Reference(q, STILL, STILL), wearer)
+        slopes.append(tick.closure_slope)
+    assert max(slopes[5:]) < 1e-8
+
+
+def test_a_jump_is_seen_in_the_slope_and_closing_from_cold_mends_it(tick, wearer):
+    at_rest(tick, wearer, Mode())
+    far = Q + 0.5
+    tick.step(far, STILL, Reference(far, STILL, STILL), wearer)
+    assert not tick.is_closed
+    at_rest(tick, wearer, Mode(), q=far)
+    assert tick.is_closed
+
+
+@pytest.mark.parametrize("which", ["q", "v", "x"])
+def test_a_broken_signal_reaches_the_guard_as_no_number(tick, wearer, which: str):
+    at_rest(tick, wearer, Mode())
+    q, v, x = Q.copy(), STILL.copy(), wearer.copy()
+    {"q": q, "v": v, "x": x}[which][2] = np.nan
+    assert np.isnan(tick.step(q, v, Reference(q, STILL, STILL), x)).any()
+    assert which == "v" or not tick.is_closed or which == "x"
+
+
+def test_the_same_state_gives_the_same_torque_to_the_last_bit(assembly, machine, wearer):
+    one, other = (at_rest(Tick(assembly, machine), wearer, Mode()) for _ in range(2))
+    np.testing.assert_array_equal(one, other)
