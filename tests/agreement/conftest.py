@@ -181,7 +181,7 @@ def _random_link(generator: np.random.Generator, name: str) -> str:
     points = generator.normal(0.0, 0.1, (5, 3))
     points -= points.mean(axis=0)
     mass = generator.uniform(0.5, 3.0)
-    inertia = mass / 5 * sum(p @ p * np.eye(3) - np.outer(p, p) for p in points)
+    inertia = mass / 5 * np.sum([p @ p * np.eye(3) - np.outer(p, p) for p in points], axis=0)
     com, rpy = generator.normal(0.0, 0.1, 3), generator.uniform(-3.0, 3.0, 3)
     entries = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
     moments = " ".join(f'{key}="{float(inertia[entry])!r}"' for key, entry in entries.items())
