@@ -13,18 +13,21 @@ def estimate(mass: float, sd: float | None, rejected: float = 0.0) -> Estimate:
 
 
 @pytest.mark.parametrize(
-    ("mass", "sd", "rejected", "outcome"),
+    ("mass", "sd", "rejected", "ratio", "outcome"),
     [
-        (2.0, 0.02, 0.0, PayloadOutcome.FOUND),
-        (2.0, 0.2, 0.0, PayloadOutcome.COARSE),
-        (0.1, 0.2, 0.0, PayloadOutcome.NOTHING_THERE),
-        (2.0, 0.02, 0.5, PayloadOutcome.STRANGE),
-        (2.0, None, 0.0, PayloadOutcome.NO_INTERVAL),
+        (2.0, 0.02, 0.0, 1.1, PayloadOutcome.FOUND),
+        (2.0, 0.2, 0.0, 1.1, PayloadOutcome.COARSE),
+        (0.1, 0.2, 0.0, 1.1, PayloadOutcome.NOTHING_THERE),
+        (2.0, 0.02, 0.5, 1.1, PayloadOutcome.STRANGE),
+        (2.0, 0.02, 0.0, 2.5, PayloadOutcome.STRANGE),
+        (2.0, None, 0.0, 1.1, PayloadOutcome.NO_INTERVAL),
     ],
 )
-def test_each_outcome_has_its_case(mass: float, sd: float | None, rejected: float, outcome: PayloadOutcome):
+def test_each_outcome_has_its_case(
+    mass: float, sd: float | None, rejected: float, ratio: float, outcome: PayloadOutcome
+):
     result = estimate(mass, sd, rejected)
-    assert judge(result, mass_interval(result, 0.0)) is outcome
+    assert judge(result, mass_interval(result, 0.0), ratio) is outcome
 
 
 def test_an_uncertain_gain_adds_to_the_interval_as_an_independent_error():

@@ -12,6 +12,7 @@ from .interface import Estimate, Sample
 from .payload import NOTHING, PAYLOAD, PayloadModel, payload_prior
 from .robot_from_log import RobotFromLog, thinned
 
+STRANGE_RATIO = 2.0  # of what is left unexplained with the payload over what was without, in any joint
 WELL_KNOWN = 0.05  # half of the mass interval as a share of the mass
 STRANGE_SHARE = 0.3  # of samples that the model did not explain
 QUANTILE_95 = float(norm.ppf(0.975))
@@ -23,22 +24,23 @@ class PayloadOutcome(enum.Enum):
     FOUND = "The payload is identified: the 95 % interval of its mass is within 5 % of it."
     COARSE = "A payload is there, but the motion tells its mass only roughly. Record a longer or livelier one."
     NOTHING_THERE = "No payload can be told from none: the interval of its mass contains zero. Is this the loaded log?"
-    STRANGE = "Many samples fit no rigid payload at this frame. Check frame, gains, and that nothing touched the robot."
+    STRANGE = "The torques fit no rigid payload at this frame. Check frame, gains, and that nothing touched the robot."
     NO_INTERVAL = "The log is over. This method states no uncertainty, so nothing says how well the payload is known."
 
 
-def judge(estimate: Estimate, interval_kg: tuple[float, float] | None) -> PayloadOutcome:
+def judge(estimate: Estimate, interval_kg: tuple[float, float] | None, unexplained_ratio: float) -> PayloadOutcome:
     """Outcome at the end of the log.
 
     Args:
         estimate: The last one.
         interval_kg: 95 % interval of the mass; None where the method states none.
+        unexplained_ratio: RMS of the loaded residual over that of the unloaded one, in the worst joint [-].
     """
     if interval_kg is None:
         return PayloadOutcome.NO_INTERVAL
     if interval_kg[0] <= 0.0:
         return PayloadOutcome.NOTHING_THERE
-    if estimate.rejected_share > STRANGE_SHARE:
+    if estimate.rejected_share > STRANGE_SHARE or unexplained_ratio > STRANGE_RATIO:
         return PayloadOutcome.STRANGE
     half = 0.5 * (interval_kg[1] - interval_kg[0])
     return PayloadOutcome.FOUND if half <= WELL_KNOWN * estimate.x[0] else PayloadOutcome.COARSE
@@ -79,5 +81,6 @@ def refuse_negative_mass(model: PayloadModel, robot: RobotFromLog, samples: list
     if mass + QUANTILE_95 * sd_mass < -NOTHING[0]:
         raise IdentificationError(
             f"The log fits a payload of {mass:.2f} kg: the robot carried less there than in the unloaded log. "
-            "Are the two logs swapped? Give the one with the payload first, the other one with --unloaded."
+            "Are the two logs swapped? Give the one with the payload first, the other one with --unloaded. "
+            "Or do the gains have the wrong sign?"
         )
