@@ -45,10 +45,10 @@ class Closure:
     """∂z/∂y (4, joint)."""
 
     strain: ca.SX
-    """∂E/∂y (joint,) [N·m]: what the strained cuffs ask of the motors."""
+    """dE/dy along the closed posture (joint,) [N·m]: what the strained cuffs ask of the motors."""
 
     slope: ca.SX
-    """What is left of ∂E/∂z (4,) [N·m]; zero where closed. The caller checks it every tick."""
+    """What is left of ∂E/∂z + load (4,) [N·m]; zero where closed. The caller checks it every tick."""
 
     pivot: ca.SX
     """Smallest pivot of the Hessian [N·m/rad]; below `PIVOT_MIN` the posture is near singular and G damped."""
@@ -67,18 +67,25 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     return CuffEnergy(y, z, fit, energy, slope, ca.gradient(energy, y), ca.jacobian(slope, z), ca.jacobian(slope, y))
 
 
-def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX) -> ca.SX:
-    """One full Newton step from z (4,) towards the closed posture at y: after the predictor one is enough at 1 kHz."""
+def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: ca.SX | None = None) -> ca.SX:
+    """One full Newton step from z (4,) towards the closed posture at y: after the predictor one is enough at 1 kHz.
+
+    With a `load` (4,) [N·m], what the arm's own joints would need, the arm sags in its cuffs: closed is where cuffs
+    and load balance. The load of the tick before will do; it changes by millinewton metres.
+    """
     H, slope = _at(cuffs, [cuffs.H, cuffs.slope], y, z, fit)
-    step, _ = solve_symmetric(H, slope, PIVOT_MIN)
+    step, _ = solve_symmetric(H, slope if load is None else slope + load, PIVOT_MIN)
     return z - step
 
 
-def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX) -> Closure:
-    """All that follows from a closed posture z (4,) at y."""
+def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: ca.SX | None = None) -> Closure:
+    """All that follows from a posture z (4,) that is closed under `load` (4,) at y."""
     H, H_zy, slope, strain = _at(cuffs, [cuffs.H, cuffs.H_zy, cuffs.slope, cuffs.strain], y, z, fit)
     minus_G, pivot = solve_symmetric(H, H_zy, PIVOT_MIN)
-    return Closure(z, -minus_G, strain, slope, pivot, H)
+    G = -minus_G
+    # Along the posture's path; where nothing loads the arm ∂E/∂z is zero and the second term too. The sum Gᵀ(load +
+    # ∂E/∂z) + ∂E/∂y hardly depends on how exact the load is.
+    return Closure(z, G, strain + G.T @ slope, slope if load is None else slope + load, pivot, H)
 
 
 def velocity_bias(cuffs: CuffEnergy, closed: Closure, y: ca.SX, fit: ca.SX, v: ca.SX) -> ca.SX:

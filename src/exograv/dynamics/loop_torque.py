@@ -70,7 +70,7 @@ def exo_torque(
     return rnea(assembly.exo, y, v, a, phi, _expression(gravity)) + rotor * a
 
 
-def arm_torque(
+def arm_load(
     assembly: Assembly,
     arm: ArmExpression,
     cuffs: CuffEnergy,
@@ -79,7 +79,10 @@ def arm_torque(
     gravity: ca.SX | ca.DM | np.ndarray,
     passive_share: ca.SX | float = 1.0,
 ) -> ca.SX:
-    """Torque (joint,) on the actuated joints that moves and carries the arm, for a motion (y, v, a) of the machine."""
+    """Torque (4,) on the arm's own freedoms that moves and carries it, for a motion (y, v, a) of the machine.
+
+    Gᵀ times it is what the actuated joints must give; the cuffs transmit it, and sag under it.
+    """
     y, v, a = motion
     v_z = closed.G @ v
     a_z = closed.G @ a + velocity_bias(cuffs, closed, y, arm.fit, v)
@@ -96,7 +99,7 @@ def arm_torque(
         phi[:, body] = arm.phi[10 * i : 10 * (i + 1)]
     tau_tree = rnea(tree, x_at, S_at @ v_z, S_at @ a_z + bias_at, phi, _expression(gravity))
     passive = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, closed.z, v_z)
-    return closed.G.T @ (S_at.T @ tau_tree + passive_share * passive)
+    return S_at.T @ tau_tree + passive_share * passive
 
 
 def _expression(numbers: np.ndarray | ca.DM | ca.SX) -> ca.SX:

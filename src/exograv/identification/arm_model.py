@@ -10,7 +10,7 @@ from exograv import kernel
 from exograv.dynamics import parameters
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
-from exograv.dynamics.loop_torque import ArmExpression, arm_torque, exo_torque
+from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.assembly import FREEDOMS, Assembly
 from exograv.model.loops import LoopSolver
@@ -19,6 +19,9 @@ from .interface import Joints, Parameters, Sample
 
 SLOW_V = 0.1
 """Below this speed the direction of friction is uncertain: the filters' delays blur a turn [rad/s]."""
+
+SAG_STEPS = 6
+"""Newton steps from an unloaded posture to that under load; each brings it about ten times closer."""
 
 
 class ArmModel:
@@ -32,15 +35,21 @@ class ArmModel:
         self._q_before: Joints | None = None
         self._z = np.zeros(len(FREEDOMS))
         self._G = np.zeros((len(FREEDOMS), assembly.n))
+        self._load = np.zeros(len(FREEDOMS))
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Follows the motion: the closed posture is carried on from the sample before."""
         if self._q_before is None:
             self._z[:] = self._solver.solve(sample.q, sample.q, x[parameters.FIT_OF_ARM])[0]
+            self._load[:] = 0.0
+            for _ in range(SAG_STEPS):
+                self._z[:], self._load[:] = self._kernel.of(sample.q, sample.v, sample.a, self._z, self._load, x)[2::2]
         else:
             self._z += self._G @ (sample.q - self._q_before)
         self._q_before = sample.q.copy()
-        tau, derivative, self._z[:], self._G[:], _ = self._kernel.of(sample.q, sample.v, sample.a, self._z, x)
+        tau, derivative, self._z[:], self._G[:], self._load[:] = self._kernel.of(
+            sample.q, sample.v, sample.a, self._z, self._load, x
+        )
         return tau, derivative
 
     def restart(self) -> None:
@@ -53,8 +62,9 @@ class ArmModel:
         z, _ = self._solver.solve(q, q, x[parameters.FIT_OF_ARM])
         held = x.copy()
         held[parameters.STIFFNESS] = held[parameters.SPRING_OFFSET] = 0.0
-        for _ in range(3):
-            tau, derivative, z, _, _ = self._kernel.of(q, still, still, z, held)
+        load = np.zeros(len(FREEDOMS))
+        for _ in range(SAG_STEPS):
+            tau, derivative, z, _, load = self._kernel.of(q, still, still, z, load, held)
         derivative[:, parameters.STIFFNESS] = derivative[:, parameters.SPRING_OFFSET] = 0.0
         return tau, derivative
 
@@ -67,24 +77,26 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     n = assembly.n
     q, v, a = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n)
     z_before, x = ca.SX.sym("z_before", len(FREEDOMS)), ca.SX.sym("x", parameters.count(n))
+    load_before = ca.SX.sym("load_before", len(FREEDOMS))
     cuffs = cuff_energy(assembly)
     fit = x[parameters.FIT_OF_ARM]
     # One Newton step from a closed posture: zero in value, and the derivative of the posture with respect to `fit`.
-    closed = closure(cuffs, q, newton_step(cuffs, q, z_before, fit), fit)
+    closed = closure(cuffs, q, newton_step(cuffs, q, z_before, fit, load_before), fit, load_before)
     arm = ArmExpression(
         x[parameters.PHI], fit, x[parameters.STIFFNESS], x[parameters.SPRING_OFFSET], x[parameters.DAMPING]
     )
-    load = (
+    load = arm_load(assembly, arm, cuffs, closed, (q, v, a), machine.gravity)
+    carried = (
         exo_torque(assembly, machine.phi, x[parameters.rotor(n)], (q, v, a), machine.gravity)
-        + arm_torque(assembly, arm, cuffs, closed, (q, v, a), machine.gravity)
+        + closed.G.T @ load
         + closed.strain
     )
     friction = replace(machine.friction, coulomb=x[parameters.coulomb(n)], viscous=x[parameters.viscous(n)])
-    tau = load + friction_torque(friction, v, load)
+    tau = carried + friction_torque(friction, v, carried)
     return ca.Function(
         "torque_and_derivative",
-        [q, v, a, z_before, x],
-        [tau, ca.jacobian(tau, x), closed.z, closed.G, closed.slope],
-        ["q", "v", "a", "z_before", "x"],
-        ["tau", "derivative", "z", "G", "slope"],
+        [q, v, a, z_before, load_before, x],
+        [tau, ca.jacobian(tau, x), closed.z, closed.G, load],
+        ["q", "v", "a", "z_before", "load_before", "x"],
+        ["tau", "derivative", "z", "G", "load"],
     )

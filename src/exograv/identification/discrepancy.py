@@ -1,7 +1,8 @@
 """What no parameter explains: a smooth field of torque over the postures, so that intervals stay true.
 
-A model is never right everywhere. Without this term every further pass through the same posture would be taken as new
-evidence, and the intervals would shrink past the truth.
+A model is never right everywhere. Without this every further pass through the same posture would be taken as new
+evidence, and the intervals would shrink past the truth. The field is considered, not estimated: it widens the
+covariance by what it could have done to the estimate.
 """
 
 import numpy as np
@@ -11,7 +12,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class Discrepancy:
-    """A Gaussian field per joint, by random Fourier features; its values are unknowns beside the parameters.
+    """A Gaussian field per joint, by random Fourier features.
 
     Source: Rahimi & Recht 2007, NeurIPS 20 (features); Kennedy & O'Hagan 2001, JRSS B 63:425 (the idea).
     """
@@ -21,7 +22,7 @@ class Discrepancy:
         Args:
             sd: Size of the field per joint [N·m].
             length_rad: Distance in posture over which the error changes [rad].
-            features: Per joint; more follow the field more freely.
+            features: Per joint; more follow the field more closely.
             seed: Of the features; part of the method, not of the data.
         """
         generator = np.random.default_rng(seed)
@@ -29,9 +30,9 @@ class Discrepancy:
         self._phases = generator.uniform(0.0, 2 * np.pi, features)
         self._sd = sd
         self.count = features * len(sd)
-        """Number of unknowns."""
+        """Number of independent errors."""
 
-    def rows(self, q: Joints) -> Float[np.ndarray, "joint unknown"]:
-        """Derivative of the torque [N·m] with respect to the unknowns, each of them N(0, 1), at posture q [rad]."""
+    def errors(self, q: Joints) -> Float[np.ndarray, "joint considered"]:
+        """What each error of standard size adds to the torque at posture `q` [rad] [N·m]."""
         values = np.sqrt(2.0 / len(self._phases)) * np.cos(self._frequencies @ q + self._phases)
         return np.kron(np.diag(self._sd), values)

@@ -13,7 +13,7 @@ from exograv import kernel
 from exograv.dynamics import parameters
 from exograv.dynamics.closure import closure, cuff_energy
 from exograv.dynamics.friction import friction_torque
-from exograv.dynamics.loop_torque import ArmExpression, arm_torque, exo_torque
+from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.assembly import FREEDOMS, Assembly
 from exograv.model.loops import FIT
@@ -72,9 +72,9 @@ def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     cuffs = cuff_energy(assembly)
     closed = closure(cuffs, q, q, aligned)
     motion = (q, v, a)
-    load = exo_torque(assembly, machine.phi, ca.DM(machine.rotor_inertia), motion, machine.gravity) + arm_torque(
-        assembly, ArmExpression(phi, aligned, none, none, none), cuffs, closed, motion, machine.gravity
-    )
+    arm = ArmExpression(phi, aligned, none, none, none)
+    load = exo_torque(assembly, machine.phi, ca.DM(machine.rotor_inertia), motion, machine.gravity)
+    load += closed.G.T @ arm_load(assembly, arm, cuffs, closed, motion, machine.gravity)
     coulomb = machine.friction.coulomb + V_MIDDLE * machine.friction.viscous
     paper = replace(
         machine.friction,

@@ -2,7 +2,7 @@
 
 import enum
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -72,6 +72,7 @@ class Estimate:
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
 
+@runtime_checkable
 class TorqueModel(Protocol):
     """Expected torque of a motion, and how it depends on the parameters."""
 
@@ -91,6 +92,7 @@ class TorqueModel(Protocol):
         ...
 
 
+@runtime_checkable
 class Method(Protocol):
     """An identification method."""
 

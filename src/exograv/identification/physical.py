@@ -1,32 +1,43 @@
 """The nearest physically possible arm: what least squares may leave, a published estimate may not."""
 
-import casadi as ca
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import least_squares
 
-from exograv import kernel
-from exograv.model.tree import is_physical
+from exograv.model.tree import is_physical, pseudo_inertia
 
-from .log_cholesky import phi_from_theta, theta_from_phi
+BARRIER_MIN = 1e-3
+"""Last weight of −log det of the pseudo-inertia against half the squared distance [-].
 
-BOUNDARY_SHARE = 0.95  # start this far from the prior towards the edge of what is possible, not on the edge
+Eight times it is by how much a body's squared distance may exceed the nearest possible one's: nothing, where one
+standard deviation counts 1.
+"""
+
+BARRIER_STEP = 10.0
+STEPS_MAX = 50  # per barrier; about ten are needed
+DECREMENT_MIN = 1e-6
+
+UNITS = np.array([pseudo_inertia(unit) for unit in np.eye(10)])
+"""Pseudo-inertia of each parameter alone."""
+
+Entries = Float[np.ndarray, " entry"]
+Information = Float[np.ndarray, "entry entry"]
 
 
 class PhysicalProjection:
     """Projects the bodies in a parameter vector onto possible ones, in the metric of their covariance.
 
-    The other parameters follow by their covariance with the bodies, as if the bodies had been measured there.
+    Possible bodies are a convex cone and the distance is quadratic: Newton steps behind a barrier at the cone's edge
+    always arrive, and inside. The other parameters follow by their covariance with the bodies, as if the bodies had
+    been measured there.
+
+    Source: cone after Wensing, Kim, Slotine 2018, RA-L 3:60; barrier method after Boyd & Vandenberghe 2004, Convex
+    Optimization, ch. 11.
     """
 
     def __init__(self, bodies: tuple[slice, ...], prior: Float[np.ndarray, " parameter"]):
         self._bodies = bodies
         self._entries = np.concatenate([np.arange(body.start, body.stop) for body in bodies])
         self._prior = prior[self._entries]
-        theta = ca.SX.sym("theta", 10)
-        phi = phi_from_theta(theta)
-        function = ca.Function("phi", [theta], [phi, ca.jacobian(phi, theta)], ["theta"], ["phi", "jacobian"])
-        self._phi = kernel.compile(function)
 
     def is_physical(self, x: Float[np.ndarray, " parameter"]) -> bool:
         """Whether every body is possible."""
@@ -39,41 +50,39 @@ class PhysicalProjection:
         if self.is_physical(x):
             return x
         entries = self._entries
-        block = covariance[np.ix_(entries, entries)]
-        weight = np.linalg.inv(np.linalg.cholesky(block))
-        goal = x[entries]
-        start = np.concatenate([theta_from_phi(phi) for phi in self._inside(goal)])
-        result = least_squares(
-            lambda theta: weight @ (self._bodies_of(theta)[0] - goal),
-            start,
-            jac=lambda theta: weight @ self._bodies_of(theta)[1],
-            method="lm",
-            max_nfev=100,
-        )
-        moved, _ = self._bodies_of(result.x)
-        projected = x + covariance[:, entries] @ np.linalg.solve(block, moved - goal)
+        goal, moved = x[entries], self._prior
+        information = np.linalg.inv(covariance[np.ix_(entries, entries)])
+        # From far away first, or the first steps would be minute.
+        barrier = max(float((goal - moved) @ information @ (goal - moved)), BARRIER_MIN)
+        while barrier > BARRIER_MIN:
+            moved = _nearest_behind(barrier, moved, goal, information)
+            barrier /= BARRIER_STEP
+        moved = _nearest_behind(BARRIER_MIN, moved, goal, information)
+        projected = x + covariance[:, entries] @ (information @ (moved - goal))
         projected[entries] = moved
-        return projected if self.is_physical(projected) else self._clamped(projected)
+        return projected
 
-    def _inside(self, goal: Float[np.ndarray, " n"]) -> list[Float[np.ndarray, " 10"]]:
-        """Bodies on the way from the prior to the goal, still possible: the possible ones are a convex cone."""
-        bodies = []
-        for i in range(0, len(goal), 10):
-            share, step = 1.0, goal[i : i + 10] - self._prior[i : i + 10]
-            while not is_physical(self._prior[i : i + 10] + share * step):
-                share *= BOUNDARY_SHARE
-            bodies.append(self._prior[i : i + 10] + BOUNDARY_SHARE * share * step)
-        return bodies
 
-    def _clamped(self, x: Float[np.ndarray, " parameter"]) -> Float[np.ndarray, " parameter"]:
-        """For a projection that rounding left on the edge."""
-        x = x.copy()
-        x[self._entries] = np.concatenate(self._inside(x[self._entries]))
-        return x
+def _nearest_behind(barrier: float, phi: Entries, goal: Entries, information: Information) -> Entries:
+    """Minimum of half the squared distance to `goal` minus `barrier` · Σ log det, from a possible `phi`."""
+    for _ in range(STEPS_MAX):
+        slope, curvature = _barrier_derivatives(phi)
+        slope = information @ (phi - goal) + barrier * slope
+        step = -np.linalg.solve(information + barrier * curvature, slope)
+        decrement = max(float(-slope @ step) / barrier, 0.0)
+        if decrement < DECREMENT_MIN:
+            break
+        # The function is self-concordant: a step of this length stays inside and descends.
+        phi = phi + step / (1.0 + np.sqrt(decrement))
+    return phi
 
-    def _bodies_of(self, theta: Float[np.ndarray, " n"]) -> tuple[np.ndarray, np.ndarray]:
-        phi, jacobian = np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
-        for i in range(0, len(theta), 10):
-            block = slice(i, i + 10)
-            phi[block], jacobian[block, block] = self._phi.of(theta[block])
-        return phi, jacobian
+
+def _barrier_derivatives(phi: Entries) -> tuple[Entries, Information]:
+    """Gradient and Hessian of −Σ log det of the bodies' pseudo-inertias."""
+    slope, curvature = np.zeros(len(phi)), np.zeros((len(phi), len(phi)))
+    for i in range(0, len(phi), 10):
+        block = slice(i, i + 10)
+        ratios = np.linalg.solve(pseudo_inertia(phi[block]), UNITS)
+        slope[block] = -np.trace(ratios, axis1=1, axis2=2)
+        curvature[block, block] = np.einsum("kij,lji->kl", ratios, ratios)
+    return slope, curvature

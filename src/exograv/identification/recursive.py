@@ -95,15 +95,13 @@ class Recursive:
         for sample in history:
             self._take(sample, frozen)
             self._history.append(sample)
-        self._x = self._mean + self._unwhiten @ self._bank.mean()[: self._free]
+        self._x = self._mean + self._unwhiten @ self._bank.mean()
 
     def _take(self, sample: Sample, x_linear: Parameters | None = None) -> None:
         dt = min(sample.t - self._history[-1].t, 1.0) if self._history else 1.0
         x = self._x if x_linear is None else x_linear
         tau, derivative = self._model.linearise(sample, x)
         H = derivative @ self._unwhiten
-        if self._discrepancy is not None:
-            H = np.hstack([H, self._discrepancy.rows(sample.q)])
         y = sample.tau - tau + derivative @ (x - self._mean)
         # A correlated residual says less: its variance grows by the number of samples that say the same.
         repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
@@ -113,26 +111,26 @@ class Recursive:
         weight = np.minimum(1.0, GATE / np.maximum(surprise, 1e-9))
         self._samples += 1
         self._rejected += int(weight.min() < 0.5)
-        self._bank.update(dt, H, y, noise_sd / np.sqrt(weight))
+        errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q)
+        self._bank.update(dt, H, y, noise_sd / np.sqrt(weight), errors)
         if x_linear is None and self._samples % 5 == 0:
-            self._x = self._mean + self._unwhiten @ self._bank.mean()[: self._free]
+            self._x = self._mean + self._unwhiten @ self._bank.mean()
 
     def estimate(self) -> Estimate:
         """What is known now; bodies projected onto possible ones."""
         covariance = self.covariance()
-        x = self._project(self._mean + self._unwhiten @ self._bank.mean()[: self._free], covariance)
+        x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
         scale = float(self._bank.weights @ DISTURBANCE_SCALES)
         return Estimate(self._t, x, covariance, self._rejected / max(self._samples, 1), scale)
 
     def _empty_bank(self) -> FilterBank:
-        extra = 0 if self._discrepancy is None else self._discrepancy.count
+        considered = 0 if self._discrepancy is None else self._discrepancy.count
         disturbance = DISTURBANCE_SCALES[:, None] * self._noise.disturbance_sd
-        return FilterBank(self._free + extra, disturbance, self._noise.disturbance_correlation_s)
+        return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered)
 
     def covariance(self) -> Covariance:
         """Of all parameters."""
-        of_free = self._bank.covariance()[: self._free, : self._free]
-        return self._unwhiten @ of_free @ self._unwhiten.T
+        return self._unwhiten @ self._bank.covariance() @ self._unwhiten.T
 
 
 def _square_root(covariance: Covariance) -> Float[np.ndarray, "parameter free"]:

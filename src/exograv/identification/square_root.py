@@ -13,27 +13,49 @@ class FilterBank:
     runs for each assumed size and the data weigh them. Each filter keeps the upper triangle R and the right side r of
     its information: R (ξ, b) = r + unit noise. Updated by QR, so that information never becomes negative.
 
+    `considered` further right sides go through the same updates: what each of so many possible errors of the model
+    would do to the estimate (Schmidt's consider covariance). They widen the covariance and leave the mean alone.
+
     Source: Bierman 1977, Factorization Methods for Discrete Sequential Estimation, ch. VI (square-root information
     filter with process noise).
     """
 
-    def __init__(self, unknowns: int, disturbance_sd: Float[np.ndarray, "filter joint"], correlation_s: float):
+    def __init__(
+        self,
+        unknowns: int,
+        disturbance_sd: Float[np.ndarray, "filter joint"],
+        correlation_s: float,
+        considered: int = 0,
+    ):
         self._n = unknowns
         self._sd = disturbance_sd
         self._filters, self._joints = disturbance_sd.shape
         self._correlation_s = correlation_s
         size = unknowns + self._joints
         self._R = np.tile(np.eye(size), (self._filters, 1, 1))
-        self._r = np.zeros((self._filters, size))
+        self._r = np.zeros((self._filters, size, 1 + considered))
         rows = 2 * self._joints + size
-        self._work = np.zeros((self._filters, rows, self._joints + size + 1))
+        self._work = np.zeros((self._filters, rows, self._joints + size + 1 + considered))
         self.log_likelihood = np.zeros(self._filters)
         """How well each assumed size explains the data."""
 
     def update(
-        self, dt: float, H: Float[np.ndarray, "joint unknown"], y: Joints, noise_sd: Joints
+        self,
+        dt: float,
+        H: Float[np.ndarray, "joint unknown"],
+        y: Joints,
+        noise_sd: Joints,
+        errors: Float[np.ndarray, "joint considered"] | None = None,
     ) -> None:
-        """Let `dt` seconds pass, then take one measurement with white noise of this standard deviation."""
+        """Let `dt` seconds pass, then take one measurement.
+
+        Args:
+            dt: Since the last one [s].
+            H: Derivative of the measurement with respect to the unknowns.
+            y: Measurement.
+            noise_sd: Standard deviation of its white noise.
+            errors: What each considered error of the model, one standard deviation of it, would add.
+        """
         k, n = self._joints, self._n
         keep = np.exp(-dt / self._correlation_s)
         fresh = np.sqrt(1.0 - keep**2)
@@ -44,18 +66,21 @@ class FilterBank:
         R_b = self._R[:, :, n:] / keep
         work[:, k : k + n + k, :k] = -fresh * R_b
         work[:, k : k + n + k, k : k + n] = self._R[:, :, :n]
-        work[:, k : k + n + k, k + n : -1] = R_b
-        work[:, k : k + n + k, -1] = self._r
+        last = 2 * k + n
+        work[:, k:last, k + n : last] = R_b
+        work[:, k:last, last:] = self._r
         weight = 1.0 / noise_sd
         work[:, -k:, k : k + n] = weight[:, None] * H
-        work[:, -k:, k + n : -1] = np.einsum("j,fj,ji->fji", weight, self._sd, np.eye(k))
-        work[:, -k:, -1] = weight * y
+        work[:, last:, k + n : last] = np.einsum("j,fj,ji->fji", weight, self._sd, np.eye(k))
+        work[:, last:, last] = weight * y
+        if errors is not None:
+            work[:, last:, last + 1 :] = weight[:, None] * errors
         before = _log_determinant(self._R)
         triangle = np.linalg.qr(work, mode="r")
-        self._R = triangle[:, k:-1, k:-1]
-        self._r = triangle[:, k:-1, -1]
-        after = _log_determinant(triangle[:, :-1, :-1])
-        self.log_likelihood += before - after - 0.5 * triangle[:, -1, -1] ** 2 + np.log(weight).sum()
+        self._R = triangle[:, k:last, k:last]
+        self._r = triangle[:, k:last, last:]
+        after = _log_determinant(triangle[:, :last, :last])
+        self.log_likelihood += before - after - 0.5 * triangle[:, last, last] ** 2 + np.log(weight).sum()
 
     @property
     def weights(self) -> Float[np.ndarray, " filter"]:
@@ -65,26 +90,28 @@ class FilterBank:
 
     def mean(self) -> Float[np.ndarray, " unknown"]:
         """Best unknowns, over all filters."""
-        return self.weights @ self._solutions()[:, : self._n]
+        return self.weights @ self._solutions()[:, : self._n, 0]
 
     def covariance(self) -> Float[np.ndarray, "unknown unknown"]:
-        """Of the unknowns, with the spread between the filters."""
-        weights, solutions = self.weights, self._solutions()[:, : self._n]
+        """Of the unknowns, with the spread between the filters and what the considered errors do."""
+        weights, all_solutions = self.weights, self._solutions()[:, : self._n]
+        solutions, moved = all_solutions[:, :, 0], all_solutions[:, :, 1:]
         spread = solutions - weights @ solutions
         inverse = np.linalg.inv(self._R)[:, : self._n]
-        return np.einsum("f,fij,fkj->ik", weights, inverse, inverse) + np.einsum("f,fi,fk->ik", weights, spread, spread)
+        both = np.concatenate([inverse, moved, spread[:, :, None]], axis=2) * np.sqrt(weights)[:, None, None]
+        return np.einsum("fij,fkj->ik", both, both, optimize=True)
 
     def predicted(self, dt: float, H: Float[np.ndarray, "joint unknown"]) -> tuple[Joints, Joints]:
         """Mean and standard deviation of the next measurement without its noise, by the most likely filter."""
         best = int(np.argmax(self.log_likelihood))
         keep = np.exp(-dt / self._correlation_s)
         row = np.hstack([H, np.diag(keep * self._sd[best])])
-        mean = row @ np.linalg.solve(self._R[best], self._r[best])
+        mean = row @ np.linalg.solve(self._R[best], self._r[best, :, 0])
         half = np.linalg.solve(self._R[best].T, row.T)
         return mean, np.sqrt((half**2).sum(axis=0) + (1 - keep**2) * self._sd[best] ** 2)
 
-    def _solutions(self) -> Float[np.ndarray, "filter unknown_and_joint"]:
-        return np.linalg.solve(self._R, self._r[:, :, None])[:, :, 0]
+    def _solutions(self) -> Float[np.ndarray, "filter unknown_and_joint side"]:
+        return np.linalg.solve(self._R, self._r)
 
 
 def _log_determinant(triangle: Float[np.ndarray, "filter n n"]) -> Float[np.ndarray, " filter"]:

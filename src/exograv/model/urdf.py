@@ -44,7 +44,7 @@ def _robot(path: Path) -> ElementTree.Element:
         with path.open("rb") as file:
             data = file.read(SIZE_MAX_BYTES + 1)
     except OSError as error:
-        raise ModelError(f"{path} cannot be read: {error.strerror}. Check the path in rig.toml.") from error
+        raise ModelError(f"{path} cannot be read: {error.strerror}. Check that the file is there.") from error
     if len(data) > SIZE_MAX_BYTES:
         raise ModelError(f"{path.name} has more than the {SIZE_MAX_BYTES} bytes allowed. Move meshes to files.")
     try:

@@ -123,7 +123,7 @@ def _has_number(cells: list[str]) -> bool:
 def _chosen(rows: str, path: Path) -> tuple[int, int]:
     first, _, last = rows.partition(":")
     if not (first.isdecimal() and last.isdecimal() and 1 <= int(first) < int(last)):
-        raise RecordingError(f"Rows '{rows}' of {path} mean nothing. Write first:last, counted from 1, as in 195:4966.")
+        raise RecordingError(f"Rows '{rows}' of {path} mean nothing. Write first:last, counted from 1, as in 100:2000.")
     return int(first), int(last)
 
 

@@ -10,6 +10,7 @@ from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.anthropometric import Anthropometric
 from exograv.identification.arm_model import ArmModel
+from exograv.identification.discrepancy import Discrepancy
 from exograv.identification.gradient import Gradient
 from exograv.identification.interface import Estimate, Method, Outcome
 from exograv.identification.left_over import LeftOverPrediction, StopRule
@@ -28,6 +29,9 @@ NOTE_S = 1.0  # and are noted, judged and drawn once a second
 EASE_S = 2.0  # a periodic motion starts with speed, an arm does not
 TRAVEL = 0.6  # rad/s to the motion's first posture
 SKELETON_TICKS = 50
+CLOSURE_ERROR_NM = 0.05  # of the soft loops, as tests/agreement holds them to
+POSTURE_LENGTH_RAD = 0.5  # over which an error of the model changes: half a joint's range
+FEATURES = 16
 
 
 @dataclass
@@ -56,7 +60,9 @@ def build_method(name: MethodName, assembly: Assembly, machine: CalibratedMachin
     mean, covariance = prior(assembly, machine)
     if name == "recursive":
         noise = Noise(machine.residual_sd, machine.correlation_s, disturbance_sd(assembly.n))
-        return Recursive(ArmModel(assembly, machine), mean, covariance, noise, (slice(0, 10), slice(10, 20)))
+        # What stage 0 could not explain may be a function of posture as well as noise.
+        errors = Discrepancy(np.hypot(CLOSURE_ERROR_NM, machine.residual_sd), POSTURE_LENGTH_RAD, FEATURES)
+        return Recursive(ArmModel(assembly, machine), mean, covariance, noise, (slice(0, 10), slice(10, 20)), errors)
     table = parameters.table_parameters(
         assembly.arm, machine.rotor_inertia, machine.friction.coulomb, machine.friction.viscous
     )

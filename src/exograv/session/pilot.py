@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -27,6 +27,7 @@ PROGRESS_TICKS = 200
 CLOSURE_SLOPE_MAX = 0.01  # N·m: a tenth of the smallest target; in good order it is 1e-12
 
 
+@runtime_checkable
 class Controller(Protocol):
     """Decides a torque; `ExoTick`, or an arm's tick with its parameters."""
 
