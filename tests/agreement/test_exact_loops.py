@@ -9,7 +9,7 @@ import pytest
 
 from exograv import kernel
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
-from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, arm_torque
+from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, arm_load
 from exograv.model.assembly import Assembly
 from exograv.model.loops import FIT, LoopSolver
 from exograv.model.support import refuse_unsupported
@@ -48,7 +48,7 @@ def compiled(assembly: Assembly) -> kernel.Kernel:
     closed = closure(cuffs, y, newton_step(cuffs, y, z, fit), fit)
     none = ca.SX.zeros(4)
     arm = ArmExpression(ca.SX(ca.DM(assembly.arm.phi)), fit, none, none, none)
-    torque = arm_torque(assembly, arm, cuffs, closed, (y, none, none), GRAVITY)
+    torque = closed.G.T @ arm_load(assembly, arm, cuffs, closed, (y, none, none), GRAVITY)
     return kernel.compile(ca.Function("loop", [y, z, fit], [closed.z, closed.G, closed.strain, torque]))
 
 

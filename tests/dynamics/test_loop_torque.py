@@ -8,7 +8,7 @@ import pytest
 
 from exograv import kernel
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
-from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm_torque, exo_torque
+from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm_load, exo_torque
 from exograv.model.anthropometry import Body
 from exograv.model.arm import held_weight
 from exograv.model.assembly import Assembly
@@ -33,7 +33,7 @@ def torque_kernel(assembly: Assembly, passive: tuple[float, float, float] = (0.0
     arm = ArmExpression(phi, fit, *(value * ca.SX.ones(4) for value in passive))
     torque = LoopTorque(
         exo_torque(assembly, assembly.exo.phi, ROTOR * ca.SX.ones(4), (y, v, a), gravity),
-        arm_torque(assembly, arm, cuffs, closed, (y, v, a), gravity),
+        closed.G.T @ arm_load(assembly, arm, cuffs, closed, (y, v, a), gravity),
         closed.strain,
     )
     energy = ca.Function("energy", [cuffs.y, cuffs.z, cuffs.fit], [cuffs.energy])(y, closed.z, fit)

@@ -30,7 +30,8 @@ def torque(arm: Arm, x: np.ndarray, v: np.ndarray, a: np.ndarray, phi: np.ndarra
     bodies = ca.SX(ca.DM.zeros(10, 6))
     for i, body in enumerate(SEGMENT_BODY.values()):
         bodies[:, body] = ca.SX(ca.DM(phi[10 * i : 10 * (i + 1)]))
-    tau = rnea(arm.tree, *(ca.SX(ca.DM(u)) for u in (x, v, a)), bodies, ca.SX(ca.DM(GRAVITY)))
+    x_, v_, a_, gravity = (ca.SX(ca.DM(u)) for u in (x, v, a, GRAVITY))
+    tau = rnea(arm.tree, x_, v_, a_, bodies, gravity)
     return np.array(ca.evalf(tau)).ravel()
 
 

@@ -70,7 +70,8 @@ def test_a_search_from_anywhere_finds_that_rest_and_no_twisted_one(assembly, fol
 
 def test_an_aligned_arm_has_the_machines_angles(assembly):
     generator, solver = np.random.default_rng(2), LoopSolver(assembly)
-    for y in generator.uniform(*assembly.description.workspace, (20, 4)):
+    lower, upper = assembly.description.workspace
+    for y in generator.uniform(lower, upper, (20, 4)):
         np.testing.assert_allclose(solver.solve(y, y + 0.1)[0], y, atol=SAME_REST)
 
 
