@@ -133,3 +133,12 @@ def eased_in(trajectory: Trajectory, seconds: float) -> Trajectory:
     return Trajectory(
         at(trajectory.q), v * rate[:, None], at(trajectory.a) * rate[:, None] ** 2 + v * rate_slope[:, None], dt
     )
+
+
+def eased_out(trajectory: Trajectory, seconds: float) -> Trajectory:
+    """The same path with its end slowed down to rest."""
+    return _backwards(eased_in(_backwards(trajectory), seconds))
+
+
+def _backwards(trajectory: Trajectory) -> Trajectory:
+    return Trajectory(trajectory.q[::-1], -trajectory.v[::-1], trajectory.a[::-1], trajectory.dt)

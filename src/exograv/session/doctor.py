@@ -74,7 +74,9 @@ def _tick_times() -> list[float]:
     machine = nominal_machine(description, assembly.exo.phi)
     tick = Tick(assembly, machine)
     friction = machine.friction
-    x = table_parameters(assembly.arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous))
+    x = table_parameters(
+        assembly.arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous)
+    )
     q, still, times = description.donning_posture, np.zeros(assembly.n), []
     for _ in range(TICKS):
         start = time.perf_counter_ns()

@@ -26,7 +26,7 @@ from .pilot import Moment, Pilot
 
 PUBLISH_S = 0.2  # new parameters reach the controller at 5 Hz
 NOTE_S = 1.0  # and are noted, judged and drawn once a second
-EASE_S = 2.0  # a periodic motion starts with speed, an arm does not
+EASE_S = 2.0  # a periodic motion starts and ends with speed, an arm does not
 TRAVEL = 0.6  # rad/s to the motion's first posture
 SKELETON_TICKS = 50
 CLOSURE_ERROR_NM = 0.05  # of the soft loops, as tests/agreement holds them to
@@ -72,7 +72,7 @@ def build_method(name: MethodName, assembly: Assembly, machine: CalibratedMachin
 
 
 def identification_motion(assembly: Assembly, seconds: float, dt: float) -> Trajectory:
-    """The machine's excitation, eased in from rest."""
+    """The machine's excitation, from rest to rest."""
     excitation = assembly.description.settings.excitation
     path = motion.fourier(
         np.deg2rad(excitation.centre_deg),
@@ -82,7 +82,7 @@ def identification_motion(assembly: Assembly, seconds: float, dt: float) -> Traj
         seconds,
         dt,
     )
-    return motion.eased_in(path, EASE_S)
+    return motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)
 
 
 class Identifier:

@@ -23,7 +23,7 @@ def rounded(values: np.ndarray) -> list[float]:
 
 
 def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[dict[str, Any]]:
-    """Name, unit, truth, prior, estimate and 95 % interval of everything about the arm that gravity or rest can show."""
+    """Name, unit, truth, prior, estimate and 95 % interval of everything about the arm that slow motion can show."""
     truth = parameter_truth(wearer)
     rows = []
     names = parameters.names_and_units(assembly.description.joints)
@@ -31,7 +31,7 @@ def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, we
         # Moments of inertia stay the table's: slow motion does not show them.
         if name not in truth or ".I" in name:
             continue
-        learned = i < parameters.PHI.stop or estimate.covariance is not None and estimate.sd[i] > 0.0
+        learned = i < parameters.PHI.stop or (estimate.covariance is not None and estimate.sd[i] > 0.0)
         if learned:
             rows.append(_row(name, unit, truth[name], float(prior[i]), estimate, np.eye(len(prior))[i]))
     masses = np.zeros(len(prior))
@@ -79,7 +79,7 @@ def calibration_rows(machine: CalibratedMachine, truth: Machine, joints: tuple[s
 
 
 def time_to_target(scores: Mapping[float, Score], targets: Sequence[float]) -> float | None:
-    """Seconds of motion until what is truly left over stays below the target of every joint to the end; None if never."""
+    """Seconds of motion until what is truly left over stays below every joint's target to the end; None if never."""
     reached = None
     for t in sorted(scores):
         if np.all(scores[t].total <= targets):

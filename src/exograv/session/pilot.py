@@ -1,4 +1,4 @@
-"""The loop of a session: read, observe, decide, limit, command, record; the same for every phase and every controller."""
+"""The loop of a session: read, observe, decide, limit, command, record; the same for every phase and controller."""
 
 import time
 from collections.abc import Callable
@@ -151,5 +151,6 @@ class Pilot:
             self.recording.write("/event", self.rig.read().t, {"kind": "stop", "text": text})
         for _ in range(round((self.envelope.limits.descent_s + 1.0) / self.rig.period_s)):
             self._tick(controller, reference)
-        raise RigError(f"The run was stopped: {text} The arm was let down softly. Look into the recording, then repeat.")
-
+        raise RigError(
+            f"The run was stopped: {text} The arm was let down softly. Look into the recording, then repeat."
+        )

@@ -46,6 +46,4 @@ def draw_laboratory(rig: str, side: Side, level: int, seed: int) -> VirtualLabor
 def limits(description: RigDescription) -> Limits:
     """The envelope of this machine."""
     is_elbow = np.array(["elbow" in joint for joint in description.joints])
-    return Limits(
-        description.per_actuator("torque_max_Nm"), np.where(is_elbow, DAMPING_ELBOW, DAMPING_SHOULDER)
-    )
+    return Limits(description.per_actuator("torque_max_Nm"), np.where(is_elbow, DAMPING_ELBOW, DAMPING_SHOULDER))

@@ -19,6 +19,7 @@ from exograv.model.arm import held_weight
 from exograv.motion import Trajectory
 
 from .arm_controller import ArmController
+from .fade import fade
 from .pilot import Moment, Pilot
 
 WEIGHT_SD_KG = 2.0  # of the prior, about nothing in the hand
@@ -77,13 +78,17 @@ class _Scale:
 
 
 def weigh(
-    pilot: Pilot, controller: ArmController, machine: CalibratedMachine, x: parameters.Parameters, hang: Callable[[bool], None]
+    pilot: Pilot,
+    controller: ArmController,
+    machine: CalibratedMachine,
+    x: parameters.Parameters,
+    hang: Callable[[bool], None],
 ) -> Weighing:
     """Move the arm to and fro without and with the weight, and compare.
 
     Args:
         pilot: On the worn machine.
-        controller: The arm's, driving.
+        controller: The arm's; it drives afterwards, and carries the whole arm.
         machine: As calibrated.
         x: The arm as identified.
         hang: Puts the weight into the hand, or takes it out: the wearer's part.
@@ -92,7 +97,8 @@ def weigh(
         RigError: The envelope stopped the run.
     """
     path = weighing_motion(controller, pilot.rig.period_s)
-    controller.mode.drive = 1.0
+    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+    fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
     passes = []
     for loaded in (False, True):
         hang(loaded)
@@ -138,4 +144,3 @@ def _lever_sd(controller: ArmController, machine: CalibratedMachine) -> float:
     lever = np.sqrt((LENGTH_SD * upper_arm) ** 2 + (LENGTH_SD * forearm) ** 2 + GRIP_SD_M**2) / (upper_arm + forearm)
     gain = float((machine.actuators.gain_sd / machine.actuators.gain).max())
     return float(np.hypot(lever, gain))
-

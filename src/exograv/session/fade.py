@@ -1,0 +1,51 @@
+"""From one mode of the controller to another: by a ramp, because a step would be felt as a push."""
+
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv import motion
+
+from .arm_controller import ArmController
+from .pilot import Moment, Pilot
+
+SECONDS = {
+    "drive": 1.0,  # feedback, inertial feed-forward and the wearer's passive torque
+    "gravity_level": 5.0,  # 11 N·m, a heavy arm, at 3.4 N·m/s (docs/safety.md)
+}
+
+
+class _Fade:
+    """Moves one field of the controller's mode from where it is to a goal, a little every tick."""
+
+    def __init__(self, controller: ArmController, field: str, goal: float, ticks: int):
+        self._mode, self._field, self._goal = controller.mode, field, goal
+        self._step = (goal - getattr(self._mode, field)) / ticks
+        self._left = ticks
+
+    def __call__(self, _moment: Moment) -> None:
+        self._left -= 1
+        value = self._goal if self._left <= 0 else getattr(self._mode, self._field) + self._step
+        setattr(self._mode, self._field, value)
+
+
+def fade(
+    pilot: Pilot,
+    controller: ArmController,
+    field: Literal["drive", "gravity_level"],
+    goal: float,
+    posture: Float[np.ndarray, " joint"],
+) -> None:
+    """Bring a field of the controller's mode to `goal` while `posture` [rad] is held; at once where it is there.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    if getattr(controller.mode, field) == goal:
+        return
+    dt = pilot.rig.period_s
+    change = _Fade(controller, field, goal, round(SECONDS[field] / dt))
+    pilot.run(
+        controller, motion.hold(posture, SECONDS[field], dt), "Letting go" if goal == 0.0 else "Taking over", change
+    )
