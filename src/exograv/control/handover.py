@@ -1,5 +1,7 @@
 """New parameters enter the loop by a ramp: no update may be felt as a push."""
 
+import math
+
 import numpy as np
 
 from exograv.dynamics.parameters import Parameters
@@ -25,7 +27,7 @@ class Handover:
         self._start[:] = self.x
         self._goal[:] = x
         seconds = max(RAMP_MIN_S, abs(torque_change_Nm) / TORQUE_RATE_MAX_Nm_per_s)
-        self._ticks, self._tick = round(seconds / self._dt), 0
+        self._ticks, self._tick = math.ceil(seconds / self._dt), 0
 
     def step(self) -> Parameters:
         """Parameters for this tick."""

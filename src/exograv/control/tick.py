@@ -13,7 +13,7 @@ from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, LoopTorque, arm_load, exo_torque
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.assembly import FREEDOMS, Assembly
-from exograv.model.loops import LoopSolver
+from exograv.model.loops import TWIST_MAX, LoopSolver
 from exograv.signals import Reference
 
 from .friction_share import friction_share_torque
@@ -27,7 +27,7 @@ NEWTON_STEPS = 6
 """From a posture a few degrees off; the sag under load converges by a factor of about ten a step."""
 
 SLOPE_MAX = 1e-6
-"""Remaining slope of the cuffs' energy up to which the loops count as closed [N·m]."""
+"""Remaining slope of the cuffs' energy up to which the loops at rest count as closed [N·m]."""
 
 
 @dataclass
@@ -140,7 +140,8 @@ class Tick:
     @property
     def is_closed(self) -> bool:
         """Whether the arm's posture is the one of least cuff energy, and well held there."""
-        return self.closure_slope < SLOPE_MAX and float(self._out["pivot"][0]) > PIVOT_MIN
+        twist = np.abs(self._out["z"] - self._in["q_before"][: len(FREEDOMS)]).max()
+        return bool(self.closure_slope < SLOPE_MAX and self._out["pivot"][0] > PIVOT_MIN and twist < TWIST_MAX)
 
     def _start_from(self, q: Joints, z: Float[np.ndarray, " 4"]) -> None:
         self._in["q_before"][:] = q

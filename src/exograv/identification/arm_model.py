@@ -23,6 +23,9 @@ SLOW_V = 0.1
 SAG_STEPS = 6
 """Newton steps from an unloaded posture to that under load; each brings it about ten times closer."""
 
+SLOPE_MAX = 0.01
+"""Remaining slope of the cuffs' energy beyond which the posture is lost and closed from cold [N·m]."""
+
 
 class ArmModel:
     """`TorqueModel` of an arm in a calibrated machine; parameters as in `dynamics.parameters`."""
@@ -39,17 +42,16 @@ class ArmModel:
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Follows the motion: the closed posture is carried on from the sample before."""
+        motion = (sample.q, sample.v, sample.a)
         if self._q_before is None:
-            self._z[:] = self._solver.solve(sample.q, sample.q, x[parameters.FIT_OF_ARM])[0]
-            self._load[:] = 0.0
-            for _ in range(SAG_STEPS):
-                self._z[:], self._load[:] = self._kernel.of(sample.q, sample.v, sample.a, self._z, self._load, x)[2::2]
+            self._close(motion, x)
         else:
             self._z += self._G @ (sample.q - self._q_before)
         self._q_before = sample.q.copy()
-        tau, derivative, self._z[:], self._G[:], self._load[:] = self._kernel.of(
-            sample.q, sample.v, sample.a, self._z, self._load, x
-        )
+        tau, derivative, slope = self._evaluate(motion, x)
+        if not slope < SLOPE_MAX:
+            self._close(motion, x)
+            tau, derivative, _ = self._evaluate(motion, x)
         return tau, derivative
 
     def restart(self) -> None:
@@ -58,15 +60,35 @@ class ArmModel:
 
     def at_rest(self, q: Joints, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Torque that holds exoskeleton and arm still at `q` (joint,) [rad], friction and passive joints apart."""
-        still = np.zeros(self.n_joints)
-        z, _ = self._solver.solve(q, q, x[parameters.FIT_OF_ARM])
+        motion = (q, np.zeros(self.n_joints), np.zeros(self.n_joints))
         held = x.copy()
         held[parameters.STIFFNESS] = held[parameters.SPRING_OFFSET] = 0.0
-        load = np.zeros(len(FREEDOMS))
-        for _ in range(SAG_STEPS):
-            tau, derivative, z, _, load = self._kernel.of(q, still, still, z, load, held)
+        self._close(motion, held)
+        tau, derivative, _ = self._evaluate(motion, held)
+        self.restart()
         derivative[:, parameters.STIFFNESS] = derivative[:, parameters.SPRING_OFFSET] = 0.0
         return tau, derivative
+
+    def _close(self, motion: tuple[Joints, Joints, Joints], x: Parameters) -> None:
+        """The posture under load, from cold."""
+        q = motion[0]
+        self._z[:] = self._solver.solve(q, q, x[parameters.FIT_OF_ARM])[0]
+        self._load[:] = 0.0
+        for _ in range(SAG_STEPS):
+            self._evaluate(motion, x)
+
+    def _evaluate(
+        self, motion: tuple[Joints, Joints, Joints], x: Parameters
+    ) -> tuple[Joints, Float[np.ndarray, "joint parameter"], float]:
+        """Torque, its derivative, and how far the loops are from closed; posture and load are carried on."""
+        tau, by_x, by_load, self._z[:], self._G[:], self._load[:], slope = self._kernel.of(
+            *motion, self._z, self._load, x
+        )
+        n = self.n_joints
+        # The load depends on the posture and the posture on the load: where both agree, the implicit function
+        # theorem gives the load's own answer to the parameters.
+        load_by_x = np.linalg.solve(np.eye(len(FREEDOMS)) - by_load[n:], by_x[n:])
+        return tau, by_x[:n] + by_load[:n] @ load_by_x, float(np.abs(slope).max())
 
     def direction_uncertainty(self, v: Joints) -> Joints:
         """Standard deviation [N·m]: all of the Coulomb torque at rest, none of it in clear motion."""
@@ -80,7 +102,7 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     load_before = ca.SX.sym("load_before", len(FREEDOMS))
     cuffs = cuff_energy(assembly)
     fit = x[parameters.FIT_OF_ARM]
-    # One Newton step from a closed posture: zero in value, and the derivative of the posture with respect to `fit`.
+    # One Newton step from a closed posture: next to nothing in value, but it carries the posture's derivatives.
     closed = closure(cuffs, q, newton_step(cuffs, q, z_before, fit, load_before), fit, load_before)
     arm = ArmExpression(
         x[parameters.PHI], fit, x[parameters.STIFFNESS], x[parameters.SPRING_OFFSET], x[parameters.DAMPING]
@@ -93,10 +115,11 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     )
     friction = replace(machine.friction, coulomb=x[parameters.coulomb(n)], viscous=x[parameters.viscous(n)])
     tau = carried + friction_torque(friction, v, carried)
+    both = ca.vertcat(tau, load)
     return ca.Function(
         "torque_and_derivative",
         [q, v, a, z_before, load_before, x],
-        [tau, ca.jacobian(tau, x), closed.z, closed.G, load],
+        [tau, ca.jacobian(both, x), ca.jacobian(both, load_before), closed.z, closed.G, load, closed.slope],
         ["q", "v", "a", "z_before", "load_before", "x"],
-        ["tau", "derivative", "z", "G", "load"],
+        ["tau", "by_x", "by_load", "z", "G", "load", "slope"],
     )
