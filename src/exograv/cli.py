@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from exograv.errors import ExogravError
+from exograv.errors import ConfigError, ExogravError, RecordingError
 
 MethodName = Literal["recursive", "gradient", "anthropometric"]
 
@@ -66,8 +66,8 @@ class Identify(Demo):
 class IdentifyLog(Common):
     """Identify a payload from recorded logs of a robot: the same methods on real motors."""
 
-    log: Annotated[Path, tyro.conf.Positional] = Path()
-    """Recorded with the payload: CSV with time [s], positions [rad], velocities [rad/s], currents [A]; more is ignored."""
+    log: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
+    """Recorded with the payload: CSV with time [s], positions [rad], velocities [rad/s], currents [A]; no more is read."""
 
     unloaded: Path = field(default=tyro.MISSING)
     """The same robot without the payload."""
@@ -101,7 +101,7 @@ class IdentifyLog(Common):
 class Report(Common):
     """Make the report of a recording again."""
 
-    recording: Annotated[Path, tyro.conf.Positional] = Path()
+    recording: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """File that a run has written (.mcap)."""
 
 
@@ -133,9 +133,14 @@ def main() -> None:
         description="Take the weight off an arm inside an exoskeleton. Research software, not a medical device.",
     )
     try:
+        if command.json is not None:
+            refuse_unwritable(command.json)
         result = run(command)
         if command.json is not None:
             write_json(command.json, result)
+        # The doctor's verdict: a script must not go on where something is missing.
+        if not result.get("ok", True):
+            sys.exit(1)
     except ExogravError as error:
         print(f"exograv: {error}", file=sys.stderr)
         sys.exit(1)
@@ -157,17 +162,32 @@ def run(command: Common) -> dict[str, Any]:
     return actions[type(command)](command)
 
 
+def refuse_unwritable(path: Path) -> None:
+    """Try the file for the figures before a long run, and leave no trace of the trial.
+
+    Raises:
+        RecordingError: The file cannot be written.
+    """
+    is_new = not path.exists()
+    _with_file(path, lambda: path.open("a").close())
+    if is_new:
+        path.unlink()
+
+
 def write_json(path: Path, result: dict[str, Any]) -> None:
     """Write the figures.
 
     Raises:
         RecordingError: The file cannot be written.
     """
-    from exograv.errors import RecordingError
+    text = json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    _with_file(path, lambda: path.write_text(text, encoding="utf-8"))
 
+
+def _with_file(path: Path, act: Callable[[], object]) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+        act()
     except OSError as error:
         raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another path with --json.") from error
 
@@ -223,8 +243,6 @@ def numbers(text: str, option: str) -> list[float]:
     Raises:
         ConfigError: One of them is not a number.
     """
-    from exograv.errors import ConfigError
-
     try:
         return [float(part) for part in text.split(",")]
     except ValueError as error:
@@ -232,7 +250,6 @@ def numbers(text: str, option: str) -> list[float]:
 
 
 def _report(command: Report) -> dict[str, Any]:
-    from exograv.errors import RecordingError
     from exograv.study.report import write_report
 
     if not command.recording.is_file():

@@ -11,9 +11,10 @@ from rich.table import Table
 
 @contextmanager
 def bars() -> Iterator[Callable[[str, float], None]]:
-    """A progress line on standard error; yields what sessions call with a sentence and the share done."""
+    """A progress line on standard error if that is a terminal; yields what sessions call with sentence and share done."""
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("Starting", total=1.0)
         current = ""
 
