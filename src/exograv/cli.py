@@ -67,7 +67,7 @@ class IdentifyLog(Common):
     """Identify a payload from recorded logs of a robot: the same methods on real motors."""
 
     log: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Recorded with the payload: CSV with time [s], positions [rad], velocities [rad/s], currents [A]; no more is read."""
+    """Recorded with the payload: CSV with time [s], positions [rad], velocities [rad/s], currents [A]; no more."""
 
     unloaded: Path = field(default=tyro.MISSING)
     """The same robot without the payload."""
