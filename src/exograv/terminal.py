@@ -11,7 +11,7 @@ from rich.table import Table
 
 @contextmanager
 def bars() -> Iterator[Callable[[str, float], None]]:
-    """A progress line, where standard error is a terminal; yields what a session tells a sentence and the share done."""
+    """A progress line, where standard error is a terminal; yields what takes a sentence and the share done."""
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:

@@ -23,6 +23,12 @@ SLOW_V = 0.1
 SAG_STEPS = 6
 """Newton steps from an unloaded posture to that under load; each brings it about ten times closer."""
 
+LOAD_MAX = 30.0
+"""No arm asks more of its own joints [N·m]; keeps the search for the sagged posture from running away."""
+
+ANSWER_MAX = 0.7
+"""Answer of the load to itself through the sag [-]; a tenth in ordinary cuffs, 1 where they buckle."""
+
 SLOPE_MAX = 0.01
 """Remaining slope of the cuffs' energy beyond which the posture is lost and closed from cold [N·m]."""
 
@@ -51,7 +57,12 @@ class ArmModel:
         tau, derivative, slope = self._evaluate(motion, x)
         if not slope < SLOPE_MAX:
             self._close(motion, x)
+            tau, derivative, slope = self._evaluate(motion, x)
+        if not slope < SLOPE_MAX:
+            # With parameters far from any person's the arm would fall out of its cuffs: then without sag.
+            self._close(motion, x, sag_steps=0)
             tau, derivative, _ = self._evaluate(motion, x)
+            self.restart()
         return tau, derivative
 
     def restart(self) -> None:
@@ -69,26 +80,27 @@ class ArmModel:
         derivative[:, parameters.STIFFNESS] = derivative[:, parameters.SPRING_OFFSET] = 0.0
         return tau, derivative
 
-    def _close(self, motion: tuple[Joints, Joints, Joints], x: Parameters) -> None:
+    def _close(self, motion: tuple[Joints, Joints, Joints], x: Parameters, sag_steps: int = SAG_STEPS) -> None:
         """The posture under load, from cold."""
         q = motion[0]
         self._z[:] = self._solver.solve(q, q, x[parameters.FIT_OF_ARM])[0]
         self._load[:] = 0.0
-        for _ in range(SAG_STEPS):
+        for _ in range(sag_steps):
             self._evaluate(motion, x)
 
     def _evaluate(
         self, motion: tuple[Joints, Joints, Joints], x: Parameters
     ) -> tuple[Joints, Float[np.ndarray, "joint parameter"], float]:
         """Torque, its derivative, and how far the loops are from closed; posture and load are carried on."""
-        tau, by_x, by_load, self._z[:], self._G[:], self._load[:], slope = self._kernel.of(
-            *motion, self._z, self._load, x
-        )
+        tau, by_x, by_load, self._z[:], self._G[:], load, slope = self._kernel.of(*motion, self._z, self._load, x)
+        np.clip(load, -LOAD_MAX, LOAD_MAX, out=self._load)
         n = self.n_joints
+        derivative = by_x[:n]
         # The load depends on the posture and the posture on the load: where both agree, the implicit function
-        # theorem gives the load's own answer to the parameters.
-        load_by_x = np.linalg.solve(np.eye(len(FREEDOMS)) - by_load[n:], by_x[n:])
-        return tau, by_x[:n] + by_load[:n] @ load_by_x, float(np.abs(slope).max())
+        # theorem gives the load's own answer to the parameters. Near the buckling of the cuffs it means nothing.
+        if np.abs(by_load[n:]).max() < ANSWER_MAX:
+            derivative = derivative + by_load[:n] @ np.linalg.solve(np.eye(len(FREEDOMS)) - by_load[n:], by_x[n:])
+        return tau, derivative, float(np.abs(slope).max())
 
     def direction_uncertainty(self, v: Joints) -> Joints:
         """Standard deviation [N·m]: all of the Coulomb torque at rest, none of it in clear motion."""

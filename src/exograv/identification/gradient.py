@@ -21,8 +21,12 @@ from exograv.model.loops import FIT
 from .interface import Estimate, Parameters, Sample
 from .log_cholesky import phi_from_theta, theta_from_phi
 
-STEP = 2e-4
-"""Of the descent, for every parameter alike [1/(N·m)²]; the best of a sweep on wearers 1000-1009 at level 2."""
+STEP = 1e-7
+"""Of the descent, for every parameter alike [1/(N·m)²].
+
+The best of 1e-8 to 1e-4 on wearers 1000-1009 at level 2 that still reaches the target on 1000-1002 at level 0: larger
+steps put the elasticity, which the paper's model lacks, into the masses faster (docs/identification.md).
+"""
 
 V_MIDDLE = 0.3
 """Speed at which Coulomb friction stands for the viscous part too [rad/s]: half of a usual excitation's largest."""

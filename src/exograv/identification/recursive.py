@@ -38,6 +38,9 @@ GATE = 2.5
 UPDATE_PERIOD_S = 0.08
 """The motion is slow and the filter's corner at 7 Hz: more samples would only repeat each other."""
 
+PLAUSIBLE_SD = 2.5
+"""Standard deviations from the prior up to which the model is linearised; the estimate itself may go farther."""
+
 RELINEARISE_FIRST_S, RELINEARISE_GROWTH = 2.0, 1.6
 """When all samples are linearised anew: after 2 s of motion, then at times that grow geometrically."""
 
@@ -95,7 +98,7 @@ class Recursive:
         for sample in history:
             self._take(sample, frozen)
             self._history.append(sample)
-        self._x = self._mean + self._unwhiten @ self._bank.mean()
+        self._x = self._plausible()
 
     def _take(self, sample: Sample, x_linear: Parameters | None = None) -> None:
         dt = min(sample.t - self._history[-1].t, 1.0) if self._history else 1.0
@@ -114,7 +117,7 @@ class Recursive:
         errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q)
         self._bank.update(dt, H, y, noise_sd / np.sqrt(weight), errors)
         if x_linear is None and self._samples % 5 == 0:
-            self._x = self._mean + self._unwhiten @ self._bank.mean()
+            self._x = self._plausible()
 
     def estimate(self) -> Estimate:
         """What is known now; bodies projected onto possible ones."""
@@ -122,6 +125,10 @@ class Recursive:
         x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
         scale = float(self._bank.weights @ DISTURBANCE_SCALES)
         return Estimate(self._t, x, covariance, self._rejected / max(self._samples, 1), scale)
+
+    def _plausible(self) -> Parameters:
+        """Where to linearise: the mean, but not beyond `PLAUSIBLE_SD`: early, a few samples can point anywhere."""
+        return self._mean + self._unwhiten @ np.clip(self._bank.mean(), -PLAUSIBLE_SD, PLAUSIBLE_SD)
 
     def _empty_bank(self) -> FilterBank:
         considered = 0 if self._discrepancy is None else self._discrepancy.count

@@ -30,7 +30,7 @@ class _Notes:
     weight: float = 0.0
 
     def __post_init__(self):
-        self.rows: list[tuple[np.ndarray, ...]] = []
+        self.rows: list[tuple[np.ndarray | float, ...]] = []
         self._filter = SampleFilter(len(self.pilot.rig.joints), self.pilot.rig.period_s)
         self._every = round(SAMPLE_PERIOD_S / self.pilot.rig.period_s)
         self._ticks = 0

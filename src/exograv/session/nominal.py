@@ -15,10 +15,11 @@ def nominal_machine(description: RigDescription, phi: np.ndarray) -> CalibratedM
     kinds = [actuator.drive for actuator in description.settings.actuators]
     coulomb, viscous = (np.array([table[kind][0] for kind in kinds]) for table in (COULOMB, VISCOUS))
     ones, zeros = np.ones(len(kinds)), np.zeros(len(kinds))
+    v_stribeck = np.full(len(kinds), V_STRIBECK)
     return CalibratedMachine(
         actuators=ActuatorGain(description.nominal_gain, 0.005 * description.nominal_gain),
-        friction=Friction(coulomb, viscous, ones, zeros, zeros, V_STRIBECK, V_REST),
-        friction_sd=Friction(0.02 * coulomb, 0.05 * viscous, zeros, zeros, zeros, V_STRIBECK, V_REST),
+        friction=Friction(coulomb, viscous, ones, zeros, zeros, v_stribeck, V_REST),
+        friction_sd=Friction(0.02 * coulomb, 0.05 * viscous, zeros, zeros, zeros, v_stribeck, V_REST),
         phi=phi,
         gravity=GRAVITY,
         rotor_inertia=description.per_actuator("rotor_inertia_kgm2"),
