@@ -51,10 +51,18 @@ class ArmController:
         """Desired torque [N·m]."""
         return self._tick.step(q, v, reference, self._handover.step())
 
-    def publish(self, x: parameters.Parameters, q: Joints) -> None:
-        """Head for new parameters; they enter no faster than the torque at `q` may change."""
-        change = self.torque_at_rest(q, x) - self.torque_at_rest(q, self.x)
+    def publish(self, x: parameters.Parameters, q: Joints) -> bool:
+        """Head for new parameters; they enter no faster than the torque at `q` may change.
+
+        Returns:
+            Whether they are taken: not where an arm of these parameters would not lie at rest in its cuffs at `q`.
+        """
+        wanted = self.torque_at_rest(q, x)
+        if not self._trial.is_closed:
+            return False
+        change = wanted - self.torque_at_rest(q, self.x)
         self._handover.publish(x, float(np.abs(change).max()))
+        return True
 
     def torque_at_rest(self, q: Joints, x: parameters.Parameters) -> Joints:
         """Desired torque of the floating controller, in its gravity level, at the present posture at rest [N·m]."""

@@ -26,7 +26,7 @@ from .arm_controller import ArmController
 from .calibrate import calibrate_machine
 from .examine import Examination, Score
 from .float_arm import Drift, float_arm
-from .identify import Identification, Identifier, identify_arm
+from .identify import Identification, Identifier, identify_arm, table_guess
 from .names import MethodName, TorqueSourceName
 from .outcome import calibration_rows, parameter_rows, percentiles, rounded, time_to_target
 from .pilot import Pilot, Progress
@@ -129,9 +129,7 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
     run.result["calibration"] = calibration_rows(machine, laboratory.machine, description.joints)
 
     assembly = laboratory.assembly()
-    table = parameters.table_parameters(
-        assembly.arm, machine.rotor_inertia, machine.friction.coulomb, machine.friction.viscous
-    )
+    table = table_guess(assembly, machine)
     twin = Twin(description, laboratory.machine, laboratory.wearer, options.seed, t0=t)
     pilot = run.pilot(twin, machine.actuators)
     controller = ArmController(assembly, machine, table, twin.period_s)

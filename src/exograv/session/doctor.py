@@ -61,22 +61,19 @@ def _writable(folder: Path) -> dict[str, Any]:
 def _tick_times() -> list[float]:
     """Of the control tick of the default machine [µs]."""
     from exograv.control.tick import Tick
-    from exograv.dynamics.parameters import table_parameters
     from exograv.model.anthropometry import Body
     from exograv.model.description import load_rig
     from exograv.model.support import assemble
     from exograv.signals import Reference
 
+    from .identify import table_guess
     from .nominal import nominal_machine
 
     description = load_rig("recupera_like")
     assembly = assemble(description, Body(1.75, 75.0, "male"))
     machine = nominal_machine(description, assembly.exo.phi)
     tick = Tick(assembly, machine)
-    friction = machine.friction
-    x = table_parameters(
-        assembly.arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous)
-    )
+    x = table_guess(assembly, machine)
     q, still, times = description.donning_posture, np.zeros(assembly.n), []
     for _ in range(TICKS):
         start = time.perf_counter_ns()

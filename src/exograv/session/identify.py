@@ -63,12 +63,18 @@ def build_method(name: MethodName, assembly: Assembly, machine: CalibratedMachin
         # What stage 0 could not explain may be a function of posture as well as noise.
         errors = Discrepancy(np.hypot(CLOSURE_ERROR_NM, machine.residual_sd), POSTURE_LENGTH_RAD, FEATURES)
         return Recursive(ArmModel(assembly, machine), mean, covariance, noise, (slice(0, 10), slice(10, 20)), errors)
-    table = parameters.table_parameters(
-        assembly.arm, machine.rotor_inertia, machine.friction.coulomb, machine.friction.viscous
-    )
+    table = table_guess(assembly, machine)
     if name == "gradient":
         return Gradient(assembly, machine, table)
     return Anthropometric(table, covariance)
+
+
+def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Parameters:
+    """The table's arm in the calibrated machine: what is known before the arm has moved."""
+    friction = machine.friction
+    return parameters.table_parameters(
+        assembly.arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous)
+    )
 
 
 def identification_motion(assembly: Assembly, seconds: float, dt: float) -> Trajectory:
