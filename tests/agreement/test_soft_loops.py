@@ -13,7 +13,14 @@ from exograv.dynamics import parameters
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.dynamics.friction import Friction
-from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm_load, exo_torque
+from exograv.dynamics.loop_torque import (
+    GRAVITY,
+    ArmExpression,
+    LoopTorque,
+    arm_load,
+    exo_torque,
+    static_load,
+)
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
@@ -83,55 +90,55 @@ def arm_joints(z: np.ndarray) -> np.ndarray:
     return np.array(ARM_JOINTS(z, FIT_OF_WEARER)).ravel()
 
 
-def compiled(assembly: Assembly) -> kernel.Kernel:
-    """One Newton step under a load, then the load and the torque at rest, all weights carried."""
+def compiled(assembly: Assembly, sags: bool) -> kernel.Kernel:
+    """One Newton step to the posture of the cuffs alone or of cuffs and weight, then the torque at rest."""
     cuffs = cuff_energy(assembly)
-    y, z, fit, load = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT)), ca.SX.sym("load", 4)
-    closed = closure(cuffs, y, newton_step(cuffs, y, z, fit, load), fit, load)
+    y, z, fit = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
     none = ca.SX.zeros(4)
     arm = ArmExpression(ca.SX(ca.DM(assembly.arm.phi)), fit, none, none, none)
-    own_load = arm_load(assembly, arm, cuffs, closed, (y, none, none), GRAVITY)
+    before = static_load(assembly, arm, z, GRAVITY) if sags else None
+    stepped = newton_step(cuffs, y, z, fit, before)
+    closed = closure(cuffs, y, stepped, fit, static_load(assembly, arm, stepped, GRAVITY) if sags else None)
+    load = arm_load(assembly, arm, cuffs, closed, (y, none, none), GRAVITY)
     exo = exo_torque(assembly, assembly.exo.phi, none, (y, none, none), GRAVITY)
-    torque = LoopTorque(exo, closed.G.T @ own_load, closed.strain)
-    return kernel.compile(ca.Function("rest", [y, z, fit, load], [closed.z, own_load, torque.total]))
+    torque = LoopTorque(exo, closed.G.T @ load, closed.strain)
+    return kernel.compile(ca.Function("rest", [y, z, fit], [closed.z, torque.total]))
 
 
-def closed_posture(function: kernel.Kernel, y: np.ndarray, z: np.ndarray, sags: bool) -> tuple[np.ndarray, np.ndarray]:
+def closed_posture(function: kernel.Kernel, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Posture and torque: of least cuff energy, or of least total energy where the arm sags under its weight."""
-    load = np.zeros(4)
     for _ in range(SETTLING):
-        z, own_load, _ = function.of(y, z, FIT_OF_WEARER, load)
-        load = own_load if sags else load
-    return z, function.of(y, z, FIT_OF_WEARER, load)[2]
+        z, torque = function.of(y, z, FIT_OF_WEARER)
+    return z, torque
 
 
 @pytest.mark.parametrize("sags", [False, True], ids=["cuffs alone", "under its weight"])
 def test_the_posture_has_least_energy(either_assembly, make_pinocchio, write_urdf, sags: bool):
-    energies, function = Energies(either_assembly, make_pinocchio, write_urdf), compiled(either_assembly)
+    energies, function = Energies(either_assembly, make_pinocchio, write_urdf), compiled(either_assembly, sags)
     solver = LoopSolver(either_assembly)
     generator = np.random.default_rng(0)
     lower, upper = either_assembly.description.workspace
     for y in generator.uniform(lower, upper, (5, 4)):
         energy_of = energies.total if sags else energies.of_cuffs
-        z, _ = closed_posture(function, y, solver.solve(y, y, FIT_OF_WEARER)[0], sags)
+        z, _ = closed_posture(function, y, solver.solve(y, y, FIT_OF_WEARER)[0])
         around = [energy_of(y, z + 1e-3 * generator.normal(size=4)) for _ in range(20)]
         assert min(around) > energy_of(y, z)
 
 
 @pytest.mark.parametrize("sags", [False, True], ids=["cuffs alone", "under its weight"])
 def test_the_torque_at_rest_is_the_slope_of_the_total_energy(either_assembly, make_pinocchio, write_urdf, sags: bool):
-    energies, function = Energies(either_assembly, make_pinocchio, write_urdf), compiled(either_assembly)
+    energies, function = Energies(either_assembly, make_pinocchio, write_urdf), compiled(either_assembly, sags)
     solver = LoopSolver(either_assembly)
     generator = np.random.default_rng(1)
     lower, upper = either_assembly.description.workspace
     for y in generator.uniform(lower, upper, (5, 4)):
-        z, torque = closed_posture(function, y, solver.solve(y, y, FIT_OF_WEARER)[0], sags)
+        z, torque = closed_posture(function, y, solver.solve(y, y, FIT_OF_WEARER)[0])
         slope = np.zeros(4)
         for i, direction in enumerate(np.eye(4)):
             for k, weight in ((1, 45.0), (2, -9.0), (3, 1.0)):
                 for sign in (1, -1):
                     near = y + sign * k * STEP * direction
-                    energy = energies.total(near, closed_posture(function, near, z, sags)[0])
+                    energy = energies.total(near, closed_posture(function, near, z)[0])
                     slope[i] += sign * weight * energy / (60 * STEP)
         np.testing.assert_allclose(torque, slope, atol=ENERGY_TOLERANCE)
 

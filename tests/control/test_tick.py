@@ -18,7 +18,7 @@ DT = 1e-3
 SETTLING = 12  # ticks; the sag under the arm's weight settles by a factor of ten a tick
 SAG_Nm = 0.1  # the arm hangs up to 2° deeper in its cuffs under 1.8 times its weight, which changes its levers
 SLOPE_OF_CUFFS_Nm = 1e-8  # predictor and one Newton step leave no more
-SLOPE_OF_LOAD_Nm = 1e-4  # what the arm's weight may change from one tick to the next
+SLOPE_OF_LOAD_Nm = 1e-8  # Newton with the load's own stiffness loses nothing from one tick to the next
 
 
 @pytest.fixture

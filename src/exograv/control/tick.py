@@ -10,7 +10,7 @@ from exograv import kernel
 from exograv.dynamics import parameters
 from exograv.dynamics.closure import PIVOT_MIN, closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
-from exograv.dynamics.loop_torque import ArmExpression, LoopTorque, arm_load, exo_torque
+from exograv.dynamics.loop_torque import ArmExpression, LoopTorque, arm_load, exo_torque, static_load
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.assembly import FREEDOMS, Assembly
 from exograv.model.loops import TWIST_MAX, LoopSolver
@@ -23,8 +23,8 @@ Joints = Float[np.ndarray, " joint"]
 FRICTION_SHARE = 0.5
 """Share of the friction that is returned while floating [-]; above 0.8 the arm could be pushed (docs/safety.md)."""
 
-NEWTON_STEPS = 6
-"""From a posture a few degrees off; the sag under load converges by a factor of about ten a step."""
+NEWTON_STEPS = 5
+"""From the posture of the cuffs alone to that under load; quadratic convergence."""
 
 SLOPE_MAX = 1e-6
 """Remaining slope of the cuffs' energy up to which the loops at rest count as closed [N·m]."""
@@ -107,7 +107,6 @@ class Tick:
         buffers["q_before"][:] = buffers["q"]
         buffers["z_before"][:] = self._out["z"]
         buffers["G_before"][:] = self._out["G"]
-        buffers["load_before"][:] = self._out["load"]
 
     def at_rest(
         self, q: Joints, x: parameters.Parameters, z_start: Float[np.ndarray, " 4"]
@@ -147,7 +146,6 @@ class Tick:
         self._in["q_before"][:] = q
         self._in["z_before"][:] = z
         self._in["G_before"][:] = 0.0
-        self._in["load_before"][:] = 0.0
         self._closed = True
 
 
@@ -156,7 +154,6 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     n = assembly.n
     q, v, q_before = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("q_before", n)
     z_before, G_before = ca.SX.sym("z_before", len(FREEDOMS)), ca.SX.sym("G_before", len(FREEDOMS), n)
-    load_before = ca.SX.sym("load_before", len(FREEDOMS))
     q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
     x, mode = ca.SX.sym("x", parameters.count(n)), ca.SX.sym("mode", 3)
     drive, gravity_level, arm_share = mode[0], mode[1], mode[2]
@@ -164,8 +161,6 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     cuffs = cuff_energy(assembly)
     fit = x[parameters.FIT_OF_ARM]
     predicted = z_before + G_before @ (q - q_before)
-    closed = closure(cuffs, q, newton_step(cuffs, q, predicted, fit, load_before), fit, load_before)
-    motion = (q, drive * v_reference, drive * a_reference)
     arm = ArmExpression(
         arm_share * x[parameters.PHI],
         fit,
@@ -174,7 +169,11 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         x[parameters.DAMPING],
     )
     gravity = ca.DM(machine.gravity)
-    load = arm_load(assembly, arm, cuffs, closed, motion, (1 - gravity_level) * gravity, passive_share=drive)
+    felt = (1 - gravity_level) * gravity
+    z = newton_step(cuffs, q, predicted, fit, static_load(assembly, arm, predicted, felt, drive))
+    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, felt, drive))
+    motion = (q, drive * v_reference, drive * a_reference)
+    load = arm_load(assembly, arm, cuffs, closed, motion, felt, passive_share=drive)
     torque = LoopTorque(
         exo_torque(assembly, machine.phi, x[parameters.rotor(n)], motion, gravity),
         closed.G.T @ load,
@@ -189,15 +188,14 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     kd = ca.DM(assembly.description.per_actuator("weak_kd_Nms_per_rad"))
     feedback = drive * (kp * (q_reference - q) + kd * (v_reference - v))
     names = ["q", "v", "q_reference", "v_reference", "a_reference", "x", "mode"]
-    names += ["q_before", "z_before", "G_before", "load_before"]
-    inputs = [q, v, q_reference, v_reference, a_reference, x, mode, q_before, z_before, G_before, load_before]
+    names += ["q_before", "z_before", "G_before"]
+    inputs = [q, v, q_reference, v_reference, a_reference, x, mode, q_before, z_before, G_before]
     outputs = {
         "tau_desired": tau_feedforward + feedback,
         "tau_feedforward": tau_feedforward,
         "tau_arm": torque.arm,
         "z": closed.z,
         "G": closed.G,
-        "load": load,
         "slope": closed.slope,
         "pivot": closed.pivot,
     }

@@ -1,4 +1,4 @@
-"""Where the arm is, given where the exoskeleton is: the posture of least cuff energy, and how it moves along."""
+"""Where the arm is, given where the exoskeleton is: the posture of least energy, and how it moves along."""
 
 from dataclasses import dataclass
 
@@ -35,6 +35,17 @@ class CuffEnergy:
 
 
 @dataclass(frozen=True)
+class StaticLoad:
+    """What the arm's freedoms need at rest, at one posture z."""
+
+    torque: ca.SX
+    """Weight and elasticity (4,) [N·m]."""
+
+    stiffness: ca.SX
+    """Its derivative with respect to z (4, 4) [N·m/rad]."""
+
+
+@dataclass(frozen=True)
 class Closure:
     """The closed posture at one y, as expressions."""
 
@@ -54,7 +65,7 @@ class Closure:
     """Smallest pivot of the Hessian [N·m/rad]; below `PIVOT_MIN` the posture is near singular and G damped."""
 
     H: ca.SX
-    """Full Hessian (4, 4) at the posture [N·m/rad]."""
+    """Full Hessian (4, 4) of cuffs and load at the posture [N·m/rad]."""
 
 
 def cuff_energy(assembly: Assembly) -> CuffEnergy:
@@ -67,25 +78,28 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     return CuffEnergy(y, z, fit, energy, slope, ca.gradient(energy, y), ca.jacobian(slope, z), ca.jacobian(slope, y))
 
 
-def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: ca.SX | None = None) -> ca.SX:
+def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None) -> ca.SX:
     """One full Newton step from z (4,) towards the closed posture at y: after the predictor one is enough at 1 kHz.
 
-    With a `load` (4,) [N·m], what the arm's own joints would need, the arm sags in its cuffs: closed is where cuffs
-    and load balance. The load of the tick before will do; it changes by millinewton metres.
+    Under a `load`, taken at z, the arm sags in its cuffs: closed is where cuffs and load balance.
     """
     H, slope = _at(cuffs, [cuffs.H, cuffs.slope], y, z, fit)
-    step, _ = solve_symmetric(H, slope if load is None else slope + load, PIVOT_MIN)
+    if load is not None:
+        H, slope = H + load.stiffness, slope + load.torque
+    step, _ = solve_symmetric(H, slope, PIVOT_MIN)
     return z - step
 
 
-def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: ca.SX | None = None) -> Closure:
-    """All that follows from a posture z (4,) that is closed under `load` (4,) at y."""
-    H, H_zy, slope, strain = _at(cuffs, [cuffs.H, cuffs.H_zy, cuffs.slope, cuffs.strain], y, z, fit)
+def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None) -> Closure:
+    """All that follows from a posture z (4,) that is closed under `load` at y."""
+    H, H_zy, cuff_slope, strain = _at(cuffs, [cuffs.H, cuffs.H_zy, cuffs.slope, cuffs.strain], y, z, fit)
+    slope = cuff_slope
+    if load is not None:
+        H, slope = H + load.stiffness, slope + load.torque
     minus_G, pivot = solve_symmetric(H, H_zy, PIVOT_MIN)
     G = -minus_G
-    # Along the posture's path; where nothing loads the arm ∂E/∂z is zero and the second term too. The sum Gᵀ(load +
-    # ∂E/∂z) + ∂E/∂y hardly depends on how exact the load is.
-    return Closure(z, G, strain + G.T @ slope, slope if load is None else slope + load, pivot, H)
+    # Along the posture's path; where nothing loads the arm ∂E/∂z is zero and the second term too.
+    return Closure(z, G, strain + G.T @ cuff_slope, slope, pivot, H)
 
 
 def velocity_bias(cuffs: CuffEnergy, closed: Closure, y: ca.SX, fit: ca.SX, v: ca.SX) -> ca.SX:

@@ -10,7 +10,7 @@ from exograv.model.arm import SEGMENT_BODY
 from exograv.model.assembly import Assembly
 from exograv.model.loops import FIT, arm_positions
 
-from .closure import Closure, CuffEnergy, velocity_bias
+from .closure import Closure, CuffEnergy, StaticLoad, velocity_bias
 from .passive import passive_torque
 from .rnea import rnea
 
@@ -70,6 +70,25 @@ def exo_torque(
     return rnea(assembly.exo, y, v, a, phi, _expression(gravity)) + rotor * a
 
 
+def static_load(
+    assembly: Assembly,
+    arm: ArmExpression,
+    z: ca.SX,
+    gravity: ca.SX | ca.DM | np.ndarray,
+    passive_share: ca.SX | float = 1.0,
+) -> StaticLoad:
+    """What the arm's freedoms need at rest at z (4,): the same as `arm_load` without motion, with its derivative."""
+    at = ca.SX.sym("at", z.numel())
+    x = arm_positions(at, arm.fit)
+    tree = assembly.arm.tree
+    still = ca.SX.zeros(len(tree.joints))
+    weight = ca.jacobian(x, at).T @ rnea(tree, x, still, still, _tree_parameters(assembly, arm), _expression(gravity))
+    elasticity = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, at, ca.SX.zeros(z.numel()))
+    torque = weight + passive_share * elasticity
+    at_z = ca.substitute([torque, ca.jacobian(torque, at)], [at], [z])
+    return StaticLoad(*at_z)
+
+
 def arm_load(
     assembly: Assembly,
     arm: ArmExpression,
@@ -94,12 +113,18 @@ def arm_load(
     bias = ca.jtimes(S @ along, z, along)
     x_at, S_at, bias_at = ca.Function("tree", [z, fit, along], [x, S, bias]).call([closed.z, arm.fit, v_z])
     tree = assembly.arm.tree
-    phi = ca.SX.zeros(10, len(tree.joints))
-    for i, body in enumerate(SEGMENT_BODY.values()):
-        phi[:, body] = arm.phi[10 * i : 10 * (i + 1)]
+    phi = _tree_parameters(assembly, arm)
     tau_tree = rnea(tree, x_at, S_at @ v_z, S_at @ a_z + bias_at, phi, _expression(gravity))
     passive = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, closed.z, v_z)
     return S_at.T @ tau_tree + passive_share * passive
+
+
+def _tree_parameters(assembly: Assembly, arm: ArmExpression) -> ca.SX:
+    """Inertial parameters (10, body) of the arm's tree; its auxiliary bodies have no mass."""
+    phi = ca.SX.zeros(10, len(assembly.arm.tree.joints))
+    for i, body in enumerate(SEGMENT_BODY.values()):
+        phi[:, body] = arm.phi[10 * i : 10 * (i + 1)]
+    return phi
 
 
 def _expression(numbers: np.ndarray | ca.DM | ca.SX) -> ca.SX:

@@ -10,7 +10,7 @@ from exograv import kernel
 from exograv.dynamics import parameters
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
-from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque
+from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque, static_load
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.assembly import FREEDOMS, Assembly
 from exograv.model.loops import LoopSolver
@@ -20,14 +20,8 @@ from .interface import Joints, Parameters, Sample
 SLOW_V = 0.1
 """Below this speed the direction of friction is uncertain: the filters' delays blur a turn [rad/s]."""
 
-SAG_STEPS = 6
-"""Newton steps from an unloaded posture to that under load; each brings it about ten times closer."""
-
-LOAD_MAX = 30.0
-"""No arm asks more of its own joints [N·m]; keeps the search for the sagged posture from running away."""
-
-ANSWER_MAX = 0.7
-"""Answer of the load to itself through the sag [-]; a tenth in ordinary cuffs, 1 where they buckle."""
+SAG_STEPS = 5
+"""Newton steps from the posture of the cuffs alone to that under load; quadratic convergence."""
 
 SLOPE_MAX = 0.01
 """Remaining slope of the cuffs' energy beyond which the posture is lost and closed from cold [N·m]."""
@@ -44,7 +38,6 @@ class ArmModel:
         self._q_before: Joints | None = None
         self._z = np.zeros(len(FREEDOMS))
         self._G = np.zeros((len(FREEDOMS), assembly.n))
-        self._load = np.zeros(len(FREEDOMS))
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Follows the motion: the closed posture is carried on from the sample before."""
@@ -84,7 +77,6 @@ class ArmModel:
         """The posture under load, from cold."""
         q = motion[0]
         self._z[:] = self._solver.solve(q, q, x[parameters.FIT_OF_ARM])[0]
-        self._load[:] = 0.0
         for _ in range(sag_steps):
             self._evaluate(motion, x)
 
@@ -92,14 +84,7 @@ class ArmModel:
         self, motion: tuple[Joints, Joints, Joints], x: Parameters
     ) -> tuple[Joints, Float[np.ndarray, "joint parameter"], float]:
         """Torque, its derivative, and how far the loops are from closed; posture and load are carried on."""
-        tau, by_x, by_load, self._z[:], self._G[:], load, slope = self._kernel.of(*motion, self._z, self._load, x)
-        np.clip(load, -LOAD_MAX, LOAD_MAX, out=self._load)
-        n = self.n_joints
-        derivative = by_x[:n]
-        # The load depends on the posture and the posture on the load: where both agree, the implicit function
-        # theorem gives the load's own answer to the parameters. Near the buckling of the cuffs it means nothing.
-        if np.abs(by_load[n:]).max() < ANSWER_MAX:
-            derivative = derivative + by_load[:n] @ np.linalg.solve(np.eye(len(FREEDOMS)) - by_load[n:], by_x[n:])
+        tau, derivative, self._z[:], self._G[:], slope = self._kernel.of(*motion, self._z, x)
         return tau, derivative, float(np.abs(slope).max())
 
     def direction_uncertainty(self, v: Joints) -> Joints:
@@ -111,14 +96,14 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     n = assembly.n
     q, v, a = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n)
     z_before, x = ca.SX.sym("z_before", len(FREEDOMS)), ca.SX.sym("x", parameters.count(n))
-    load_before = ca.SX.sym("load_before", len(FREEDOMS))
     cuffs = cuff_energy(assembly)
     fit = x[parameters.FIT_OF_ARM]
-    # One Newton step from a closed posture: next to nothing in value, but it carries the posture's derivatives.
-    closed = closure(cuffs, q, newton_step(cuffs, q, z_before, fit, load_before), fit, load_before)
     arm = ArmExpression(
         x[parameters.PHI], fit, x[parameters.STIFFNESS], x[parameters.SPRING_OFFSET], x[parameters.DAMPING]
     )
+    # One Newton step from a closed posture: next to nothing in value, but it carries the posture's derivatives.
+    z = newton_step(cuffs, q, z_before, fit, static_load(assembly, arm, z_before, machine.gravity))
+    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, machine.gravity))
     load = arm_load(assembly, arm, cuffs, closed, (q, v, a), machine.gravity)
     carried = (
         exo_torque(assembly, machine.phi, x[parameters.rotor(n)], (q, v, a), machine.gravity)
@@ -127,11 +112,10 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     )
     friction = replace(machine.friction, coulomb=x[parameters.coulomb(n)], viscous=x[parameters.viscous(n)])
     tau = carried + friction_torque(friction, v, carried)
-    both = ca.vertcat(tau, load)
     return ca.Function(
         "torque_and_derivative",
-        [q, v, a, z_before, load_before, x],
-        [tau, ca.jacobian(both, x), ca.jacobian(both, load_before), closed.z, closed.G, load, closed.slope],
-        ["q", "v", "a", "z_before", "load_before", "x"],
-        ["tau", "by_x", "by_load", "z", "G", "load", "slope"],
+        [q, v, a, z_before, x],
+        [tau, ca.jacobian(tau, x), closed.z, closed.G, closed.slope],
+        ["q", "v", "a", "z_before", "x"],
+        ["tau", "derivative", "z", "G", "slope"],
     )

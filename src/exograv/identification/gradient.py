@@ -92,4 +92,3 @@ def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     outputs = [loss, ca.gradient(loss, theta), phi]
     names = ["theta", "q", "v", "a", "tau_measured"]
     return ca.Function("squared_error", [theta, q, v, a, tau_measured], outputs, names, ["loss", "gradient", "phi"])
-

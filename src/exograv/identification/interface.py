@@ -42,7 +42,9 @@ class Outcome(enum.Enum):
     NOT_EXCITED = "The joints moved too little to tell the arm's weight. Run the longer motion."
     NOT_RELAXED = "Many samples did not fit a relaxed arm. Ask the person to let go, then repeat."
     TABLE_ONLY = "Nothing was measured: the arm is the one of the anthropometric table."
-    NO_INTERVAL = "The motion is over. This method states no uncertainty, so nothing says whether the arm is identified."
+    NO_INTERVAL = (
+        "The motion is over. This method states no uncertainty, so nothing says whether the arm is identified."
+    )
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,4 @@ def theta_from_phi(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, " 10"]:
     U = np.linalg.cholesky(J[::-1, ::-1])[::-1, ::-1]
     scale = U[3, 3]
     u = U / scale
-    return np.array(
-        [np.log(scale), *np.log(np.diag(u)[:3]), u[0, 1], u[1, 2], u[0, 2], u[0, 3], u[1, 3], u[2, 3]]
-    )
+    return np.array([np.log(scale), *np.log(np.diag(u)[:3]), u[0, 1], u[1, 2], u[0, 2], u[0, 3], u[1, 3], u[2, 3]])

@@ -51,7 +51,9 @@ def prior(
 
 def _fit_sd(assembly: Assembly) -> Float[np.ndarray, " 7"]:
     length = LENGTH_SD * assembly.arm.lengths["upper_arm"]
-    return np.array([*[SHOULDER_OFFSET_SD] * 3, GLENOHUMERAL_SLOPE_SD, length, CUFF_LOG_STIFFNESS_SD, CUFF_LOG_STIFFNESS_SD])
+    return np.array(
+        [*[SHOULDER_OFFSET_SD] * 3, GLENOHUMERAL_SLOPE_SD, length, CUFF_LOG_STIFFNESS_SD, CUFF_LOG_STIFFNESS_SD]
+    )
 
 
 def _add_springs(covariance: Float[np.ndarray, "parameter parameter"]) -> None:

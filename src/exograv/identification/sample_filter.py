@@ -31,9 +31,7 @@ class SampleFilter:
         self.settled = False
         """Whether the start's transient has died out."""
         n = joints
-        self.sample = Sample(
-            0.0, self._state[0, :n], self._state[1, :n], self._state[2, :n], self._state[0, n:]
-        )
+        self.sample = Sample(0.0, self._state[0, :n], self._state[1, :n], self._state[2, :n], self._state[0, n:])
         """The newest filtered sample; its arrays are overwritten by `update`."""
 
     def update(self, q: Joints, tau: Joints) -> Sample:
