@@ -33,7 +33,7 @@ DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8])
 """Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
 
 GATE = 2.5
-"""Innovation in standard deviations from which a sample loses weight (Huber)."""
+"""Innovation in standard deviations beyond which a sample loses weight, until it is just that surprising."""
 
 UPDATE_PERIOD_S = 0.08
 """The motion is slow and the filter's corner at 7 Hz: more samples would only repeat each other."""
@@ -111,11 +111,13 @@ class Recursive:
         noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
         expected, expected_sd = self._bank.predicted(dt, H)
         surprise = np.abs(y - expected) / np.hypot(expected_sd, noise_sd)
-        weight = np.minimum(1.0, GATE / np.maximum(surprise, 1e-9))
         self._samples += 1
-        self._rejected += int(weight.min() < 0.5)
+        self._rejected += int(surprise.max() > 2 * GATE)
+        # The noise grows until the surprise is `GATE`. A weight on the noise alone would not hold a burst back: where
+        # the disturbance is larger than the noise, most of the surprise is believed at any weight.
+        noise_sd = np.sqrt(np.maximum(noise_sd**2, ((y - expected) / GATE) ** 2 - expected_sd**2))
         errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q)
-        self._bank.update(dt, H, y, noise_sd / np.sqrt(weight), errors)
+        self._bank.update(dt, H, y, noise_sd, errors)
         if x_linear is None and self._samples % 5 == 0:
             self._x = self._plausible()
 
