@@ -89,7 +89,7 @@ class ArmModel:
 
     def direction_uncertainty(self, v: Joints) -> Joints:
         """Standard deviation [N·m]: all of the Coulomb torque at rest, none of it in clear motion."""
-        return self.machine.friction.coulomb / np.cosh(v / SLOW_V) ** 2
+        return np.asarray(self.machine.friction.coulomb) / np.cosh(v / SLOW_V) ** 2
 
 
 def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:

@@ -18,7 +18,8 @@ class Discrepancy:
     """
 
     def __init__(self, sd: Joints, length_rad: float, features: int, seed: int = 0):
-        """
+        """Draw the features.
+
         Args:
             sd: Size of the field per joint [N·m].
             length_rad: Distance in posture over which the error changes [rad].

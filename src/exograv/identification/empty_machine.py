@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.linalg import block_diag
 
 from exograv import kernel
@@ -19,7 +19,7 @@ from exograv.model.tree import Tree, inertial_parameters
 
 from .correlation import integrated_correlation
 
-# What is believed of a drive before it moved, by its kind: mean and standard deviation (docs/robots.md, exoskeleton figures).
+# What is believed of a drive before it moved, by its kind: mean and standard deviation (docs/robots.md).
 GAIN_SD = 0.08  # share: unit tolerance of a torque constant 5-10 %
 COULOMB = {"harmonic": (2.5, 1.5), "quasi_direct": (0.3, 0.2)}  # N·m
 VISCOUS = {"harmonic": (1.5, 1.5), "quasi_direct": (0.08, 0.08)}  # N·m·s/rad
@@ -38,7 +38,13 @@ BREAKAWAY, BREAKAWAY_SD = 1.25, 0.2  # static over Coulomb friction
 V_STRIBECK, V_STRIBECK_LOG_SD = 0.05, 0.5  # rad/s; harmonic drives 0.02-0.1
 PER_JOINT = 8  # unknowns of every joint
 ITERATIONS = 8
+SETTLED_SD = 0.01  # a step this small against the uncertainty changes nothing
+FIRST_NOISE_NM = 0.2  # before the residuals are known
 SAMPLE_PERIOD_S = 0.04
+
+
+Joints = Float[np.ndarray, " joint"]
+Samples = Float[np.ndarray, "sample joint"]
 
 
 @dataclass(frozen=True)
@@ -72,22 +78,37 @@ def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibr
                 "Is it blocked, or its motor disconnected?"
             )
     tau_nominal = description.nominal_gain * sweeps.current
-    noise_sd, correlation_s = np.full(problem.n, 0.2), np.full(problem.n, SAMPLE_PERIOD_S)
-    theta = problem.mean
     # Two rounds: the first tells how large and how correlated the residuals are.
-    for _ in range(2):
-        inflated = noise_sd * np.sqrt(np.maximum(correlation_s / SAMPLE_PERIOD_S, 1.0))
-        theta, covariance, residual = problem.fit(theta, sweeps, tau_nominal, clear, inflated)
-        noise_sd = np.sqrt(np.nanmean(np.where(clear, residual, np.nan) ** 2, axis=0))
-        correlation_s = np.array(
-            [integrated_correlation(r[c], SAMPLE_PERIOD_S) for r, c in zip(residual.T, clear.T, strict=True)]
-        )
-    return problem.machine(theta, covariance, noise_sd, correlation_s)
+    first = problem.fit(problem.mean, sweeps, tau_nominal, np.where(clear, 1.0 / FIRST_NOISE_NM, 0.0))
+    noise_sd, correlation_s = _noise(first.residual, clear)
+    repeats = np.maximum(correlation_s / SAMPLE_PERIOD_S, 1.0)
+    second = problem.fit(first.theta, sweeps, tau_nominal, np.where(clear, 1.0 / (noise_sd * np.sqrt(repeats)), 0.0))
+    return problem.machine(second, *_noise(second.residual, clear))
+
+
+def _noise(residual: Samples, clear: Bool[np.ndarray, "sample joint"]) -> tuple[Joints, Joints]:
+    """Standard deviation [N·m] and correlation time [s] of what the fit leaves, per joint."""
+    noise_sd = np.sqrt(np.nanmean(np.where(clear, residual, np.nan) ** 2, axis=0))
+    times = [integrated_correlation(r[c], SAMPLE_PERIOD_S) for r, c in zip(residual.T, clear.T, strict=True)]
+    return noise_sd, np.array(times)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Where the fit ended."""
+
+    theta: Float[np.ndarray, " unknown"]
+    covariance: Float[np.ndarray, "unknown unknown"]
+    residual: Samples
+    """Of the nominal torque, at the last linearisation [N·m]."""
 
 
 class _Problem:
-    """Unknowns: inverse gain share, Coulomb, viscous, load share, asymmetry, rotor, breakaway, Stribeck speed's
-    logarithm (joint each), tilt (2), links."""
+    """The fit's unknowns and its torque.
+
+    Unknowns: inverse gain share, Coulomb, viscous, load share, asymmetry, rotor, breakaway, logarithm of the Stribeck
+    speed (joint each), tilt (2), links (10 each).
+    """
 
     def __init__(self, description: RigDescription, tree: Tree):
         self.description, self.tree = description, tree
@@ -102,17 +123,18 @@ class _Problem:
         sds += [np.full(self.n, BREAKAWAY_SD), np.full(self.n, V_STRIBECK_LOG_SD), np.full(2, TILT_SD)]
         self.mean = np.concatenate(means)
         links = [_link_covariance(phi) for phi in tree.phi]
-        self._information = np.linalg.inv(block_diag(np.diag(np.concatenate(sds) ** 2), *links))
+        self._covariance: Float[np.ndarray, "unknown unknown"] = np.asarray(
+            block_diag(np.diag(np.concatenate(sds) ** 2), *links)
+        )
         self._kernel = kernel.compile(self._function())
 
-    def fit(self, theta, sweeps: Sweeps, tau_nominal, clear, noise_sd):  # noqa: ANN001, ANN201 - arrays as in calibrate
-        """Parameters, covariance and residuals (sample, joint) at the optimum."""
-        weight = np.where(clear, 1.0 / noise_sd, 0.0)
+    def fit(self, theta: Float[np.ndarray, " unknown"], sweeps: Sweeps, tau_nominal: Samples, weight: Samples) -> _Fit:
+        """Gauss–Newton from `theta` to the optimum; each sample and joint with its weight [1/(N·m)]."""
         rows = list(zip(sweeps.q, sweeps.v, sweeps.a, sweeps.weight, strict=True))
+        covariance, residual = self._covariance, np.empty_like(tau_nominal)
         for _ in range(ITERATIONS):
-            information = self._information.copy()
-            slope = self._information @ (self.mean - theta)
-            residual = np.empty_like(tau_nominal)
+            information = np.linalg.inv(self._covariance)
+            slope = information @ (self.mean - theta)
             for i, row in enumerate(rows):
                 tau, derivative = self._kernel.of(*row, theta)
                 residual[i] = tau_nominal[i] - tau
@@ -122,13 +144,13 @@ class _Problem:
             covariance = np.linalg.inv(information)
             step = covariance @ slope
             theta = theta + step
-            if np.abs(step / np.sqrt(np.diag(covariance))).max() < 0.01:
+            if np.abs(step / np.sqrt(np.diag(covariance))).max() < SETTLED_SD:
                 break
-        return theta, covariance, residual
+        return _Fit(theta, covariance, residual)
 
-    def machine(self, theta, covariance, noise_sd, correlation_s) -> CalibratedMachine:  # noqa: ANN001
+    def machine(self, fit: _Fit, noise_sd: Joints, correlation_s: Joints) -> CalibratedMachine:
         """The calibrated machine; torque unit: true newton metres."""
-        n, sd = self.n, np.sqrt(np.diag(covariance))
+        n, theta, sd = self.n, fit.theta, np.sqrt(np.diag(fit.covariance))
         rows, tilt, phi = theta[: PER_JOINT * n].reshape(PER_JOINT, n), PER_JOINT * n, PER_JOINT * n + 2
         inverse, coulomb, viscous, load_share, asymmetry, rotor, breakaway, log_v_stribeck = rows
         sds = sd[: PER_JOINT * n].reshape(PER_JOINT, n)

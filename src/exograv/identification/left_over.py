@@ -28,7 +28,7 @@ class LeftOverPrediction:
         self._sensitivity: Float[np.ndarray, "posture joint parameter"] = np.array(rows)
 
     def rms(self, covariance: Covariance) -> Joints:
-        """(joint,) [N·m]"""
+        """Expected left over (joint,) [N·m]."""
         C = self._sensitivity
         return np.sqrt(np.einsum("pji,ik,pjk->j", C, covariance, C, optimize=True) / len(C))
 

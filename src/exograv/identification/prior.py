@@ -7,13 +7,14 @@ from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.assembly import Assembly
 
-# Arm joints: flexion, abduction, rotation, elbow. Elbow after Wiegner & Watts 1986 (0.4-1.8 N·m/rad, neutral 107° ± 10°); shoulder
-# stiffness and all damping after the unverified ranges of docs/arm.md; the shoulder's neutral angles are assumed: mid-range, wide.
+# Arm joints: flexion, abduction, rotation, elbow. Elbow after Wiegner & Watts 1986 (0.4-1.8 N·m/rad, neutral
+# 107° ± 10°); shoulder stiffness and all damping after the unverified ranges of docs/arm.md; the shoulder's neutral
+# angles are assumed: mid-range, wide.
 STIFFNESS, STIFFNESS_SD = np.array([1.8, 1.8, 1.8, 1.0]), np.array([1.2, 1.2, 1.2, 0.5])
 NEUTRAL, NEUTRAL_SD = np.deg2rad([25.0, 25.0, 0.0, 107.0]), np.deg2rad([25.0, 25.0, 25.0, 15.0])
 DAMPING, DAMPING_SD = np.array([0.6, 0.6, 0.6, 0.3]), np.array([0.35, 0.35, 0.35, 0.2])
-# Donning error 10-30 mm per axis. The shoulder centre migrates 22 mm/rad with free arms (docs/arm.md); how much of that a seated
-# wearer shows is not known: half of it, give or take all of it.
+# Donning error 10-30 mm per axis. The shoulder centre migrates 22 mm/rad with free arms (docs/arm.md); how much of that
+# a seated wearer shows is not known: half of it, give or take all of it.
 SHOULDER_OFFSET_SD = 0.015  # m
 GLENOHUMERAL_SLOPE, GLENOHUMERAL_SLOPE_SD = 0.011, 0.011  # m/rad
 LENGTH_SD = 0.03  # share of the measured upper arm
@@ -28,9 +29,8 @@ def prior(
 ) -> tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]:
     """Mean (parameter,) and covariance, in the order of `dynamics.parameters`."""
     n = assembly.n
-    mean = parameters.table_parameters(
-        assembly.arm, machine.rotor_inertia, machine.friction.coulomb, machine.friction.viscous
-    )
+    coulomb, viscous = np.asarray(machine.friction.coulomb), np.asarray(machine.friction.viscous)
+    mean = parameters.table_parameters(assembly.arm, machine.rotor_inertia, coulomb, viscous)
     mean[parameters.STIFFNESS] = STIFFNESS
     mean[parameters.SPRING_OFFSET] = STIFFNESS * NEUTRAL
     mean[parameters.DAMPING] = DAMPING

@@ -33,7 +33,7 @@ DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8])
 """Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
 
 GATE = 2.5
-"""Innovation in standard deviations beyond which a sample loses weight, until it is just that surprising."""
+"""Innovation in standard deviations beyond which a sample loses weight, as if it were just that far off."""
 
 UPDATE_PERIOD_S = 0.08
 """The motion is slow and the filter's corner at 7 Hz: more samples would only repeat each other."""

@@ -76,7 +76,7 @@ class FilterBank:
         if errors is not None:
             work[:, last:, last + 1 :] = weight[:, None] * errors
         before = _log_determinant(self._R)
-        triangle = np.linalg.qr(work, mode="r")
+        triangle = np.asarray(np.linalg.qr(work, mode="r"))
         self._R = triangle[:, k:last, k:last]
         self._r = triangle[:, k:last, last:]
         after = _log_determinant(triangle[:, :last, :last])
