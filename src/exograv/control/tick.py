@@ -26,6 +26,9 @@ FRICTION_SHARE = 0.5
 NEWTON_STEPS = 5
 """From the posture of the cuffs alone to that under load; quadratic convergence."""
 
+SETTLED_SLOPE = 1e-9
+"""Remaining slope at which further Newton steps change nothing [N·m]."""
+
 SLOPE_MAX = 1e-6
 """Remaining slope of the cuffs' energy up to which the loops at rest count as closed [N·m]."""
 
@@ -123,14 +126,20 @@ class Tick:
         """
         still = np.zeros(len(q))
         self._start_from(q, z_start)
-        for _ in range(NEWTON_STEPS):
-            self.step(q, still, Reference(q, still, still), x)
+        reference = Reference(q, still, still)
+        self._settle(q, still, reference, x)
         if not self.is_closed:
             # Newton from too far off ends on a saddle of the cuffs' energy; the cold solver does not.
             self.close(q, x)
-            for _ in range(NEWTON_STEPS):
-                self.step(q, still, Reference(q, still, still), x)
+            self._settle(q, still, reference, x)
         return self._out["tau_desired"].copy(), self._out["tau_arm"].copy(), self._out["z"].copy()
+
+    def _settle(self, q: Joints, v: Joints, reference: Reference, x: parameters.Parameters) -> None:
+        """Newton steps until the posture is at rest."""
+        for _ in range(NEWTON_STEPS):
+            self.step(q, v, reference, x)
+            if self.closure_slope < SETTLED_SLOPE:
+                break
 
     def close(self, q: Joints, x: parameters.Parameters) -> None:
         """Find the closed posture from cold, outside the loop: at the start and after a jump of `q`."""

@@ -40,21 +40,28 @@ class Examination:
     def score(self, x: Parameters, payload_kg: float = 0.0) -> Score:
         """What is left over with these parameters in the level-0 controller, a hidden weight in the hand."""
         self._tick.mode = Mode()
-        total = self._examiner.left_over(self._currents(x, 0), payload_kg)
-        arm = self._examiner.arm_left_over(self._currents(x, 1), payload_kg)
+        asked: dict[bytes, tuple[Joints, Joints]] = {}
+        total = self._examiner.left_over(self._currents(x, 0, asked), payload_kg)
+        arm = self._examiner.arm_left_over(self._currents(x, 1, asked), payload_kg)
         return Score(rms(total), rms(arm))
 
     def exo_only(self, x: Parameters) -> Joints:
         """What is left over when only the exoskeleton is carried, RMS per joint [N·m]."""
         self._tick.mode = Mode(arm_share=0.0)
-        return rms(self._examiner.left_over(self._currents(x, 0)))
+        return rms(self._examiner.left_over(self._currents(x, 0, {})))
 
-    def _currents(self, x: Parameters, part: int) -> Callable[[Joints], Joints]:
+    def _currents(
+        self, x: Parameters, part: int, asked: dict[bytes, tuple[Joints, Joints]]
+    ) -> Callable[[Joints], Joints]:
+        """What the controller commands for all (part 0) or for the arm (part 1); `asked` is filled and reused."""
+
         def current(q: Joints) -> Joints:
             key = q.tobytes()
             if key not in self._z:
                 self._z[key] = self._solver.solve(q, q, x[FIT_OF_ARM])[0]
-            *torques, self._z[key] = self._tick.at_rest(q, x, self._z[key])
-            return self._current(torques[part])
+            if key not in asked:
+                *torques, self._z[key] = self._tick.at_rest(q, x, self._z[key])
+                asked[key] = (torques[0], torques[1])
+            return self._current(asked[key][part])
 
         return current
