@@ -9,6 +9,7 @@ import pytest
 
 from exograv import kernel
 from exograv.dynamics.loop_torque import GRAVITY
+from exograv.dynamics.regressor import tree_regressor
 from exograv.dynamics.rnea import rnea
 from exograv.model.tree import Tree, inertial_parameters
 from exograv.model.urdf import read_urdf
@@ -21,8 +22,9 @@ SEEDS = range(6)
 def compiled(tree: Tree) -> kernel.Kernel:
     n = len(tree.joints)
     q, v, a, phi = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n), ca.SX.sym("phi", 10, n)
-    tau = rnea(tree, q, v, a, phi, ca.SX(ca.DM(GRAVITY)))
-    return kernel.compile(ca.Function("rnea", [q, v, a, phi], [tau, ca.jacobian(tau, ca.vec(phi))]))
+    gravity = ca.SX(ca.DM(GRAVITY))
+    outputs = [rnea(tree, q, v, a, phi, gravity), tree_regressor(tree, q, v, a, gravity)]
+    return kernel.compile(ca.Function("rnea", [q, v, a, phi], outputs))
 
 
 def states(n: int, seed: int) -> np.ndarray:

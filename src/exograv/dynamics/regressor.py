@@ -1,0 +1,16 @@
+"""The regressor: generalised force is linear in the inertial parameters, and this is the matrix."""
+
+import casadi as ca
+
+from exograv.model.tree import Tree
+
+from .rnea import rnea
+
+
+def tree_regressor(tree: Tree, q: ca.SX, v: ca.SX, a: ca.SX, gravity: ca.SX) -> ca.SX:
+    """Matrix Y (joint, 10 · body) with `rnea(...)` = Y · phi; arguments as there, phi body after body.
+
+    By automatic differentiation of the recursion, so that there is one model and not two.
+    """
+    phi = ca.SX.sym("phi", 10, len(tree.joints))
+    return ca.jacobian(rnea(tree, q, v, a, phi, gravity), ca.vec(phi))
