@@ -78,14 +78,14 @@ def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Pa
 
 
 def identification_motion(assembly: Assembly, seconds: float, dt: float) -> Trajectory:
-    """The machine's excitation, from rest to rest."""
+    """The machine's excitation, from rest to rest in `seconds`."""
     excitation = assembly.description.settings.excitation
     path = motion.fourier(
         np.deg2rad(excitation.centre_deg),
         np.deg2rad(excitation.sine_deg),
         np.deg2rad(excitation.cosine_deg),
         excitation.period_s,
-        seconds,
+        seconds - EASE_S / 2,
         dt,
     )
     return motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)
