@@ -54,6 +54,8 @@ def show_demo(result: dict[str, Any]) -> None:
     if "float" in result:
         drift = ", ".join(f"{angle:.1f}°" for angle in result["float"]["drift_deg"])
         lines.append(f"Floated for {result['float']['window_s']:.0f} s: the joints drifted by {drift}.")
+        if result["float"]["gravity_level"] > 0.0:
+            lines.append("The virtual wearer is relaxed: the share of the weight that is felt lets the arm sink.")
     if "known_weight" in result:
         weight = result["known_weight"]
         low, high = weight["ci95_kg"]
