@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from exograv.identification import recursive
+from exograv.identification import square_root
 from exograv.identification.discrepancy import Discrepancy
 from exograv.identification.interface import Sample
 from exograv.identification.recursive import DISTURBANCE_SCALES, UPDATE_PERIOD_S, Noise, Recursive
@@ -137,8 +137,8 @@ def test_a_burst_moves_the_estimate_less_than_without_the_gate(monkeypatch: pyte
     for sample in burst[60:68]:
         sample.tau = sample.tau + np.array([4.0, 0.0])
     moved = []
-    for gate in (recursive.GATE, 1e9):
-        monkeypatch.setattr(recursive, "GATE", gate)
+    for gate in (square_root.GATE, 1e9):
+        monkeypatch.setattr(square_root, "GATE", gate)
         moved.append(np.abs(taught(burst).estimate().x - taught(calm).estimate().x)[[1, 2, 3, 10]])
     assert (moved[0] < 0.5 * moved[1]).all()
 

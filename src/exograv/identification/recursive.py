@@ -8,7 +8,7 @@ from jaxtyping import Float
 from .discrepancy import Discrepancy
 from .interface import Covariance, Estimate, Joints, Parameters, Sample, TorqueModel
 from .physical import PhysicalProjection
-from .square_root import FilterBank
+from .square_root import GATE, FilterBank
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,6 @@ class Noise:
 
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8])
 """Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
-
-GATE = 2.5
-"""Innovation in standard deviations beyond which a sample loses weight, as if it were just that far off."""
 
 UPDATE_PERIOD_S = 0.08
 """The motion is slow and the filter's corner at 7 Hz: more samples would only repeat each other."""
@@ -109,13 +106,9 @@ class Recursive:
         # A correlated residual says less: its variance grows by the number of samples that say the same.
         repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
         noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
-        expected, expected_sd = self._bank.predicted(dt, H)
-        surprise = np.abs(y - expected) / np.hypot(expected_sd, noise_sd)
+        noise_sd, surprise = self._bank.held_back(dt, H, y, noise_sd)
         self._samples += 1
-        self._rejected += int(surprise.max() > 2 * GATE)
-        # The noise grows until the surprise is `GATE`. A weight on the noise alone would not hold a burst back: where
-        # the disturbance is larger than the noise, most of the surprise is believed at any weight.
-        noise_sd = np.sqrt(np.maximum(noise_sd**2, ((y - expected) / GATE) ** 2 - expected_sd**2))
+        self._rejected += int(surprise > 2 * GATE)
         errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q)
         self._bank.update(dt, H, y, noise_sd, errors)
         if x_linear is None and self._samples % 5 == 0:

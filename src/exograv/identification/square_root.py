@@ -5,6 +5,9 @@ from jaxtyping import Float
 
 Joints = Float[np.ndarray, " joint"]
 
+GATE = 2.5
+"""Innovation in standard deviations beyond which a measurement loses weight."""
+
 
 class FilterBank:
     """Constant unknowns ξ ~ N(0, 1) and, per joint, a slow disturbance b, seen through y = H ξ + b + noise.
@@ -81,6 +84,22 @@ class FilterBank:
         self._r = triangle[:, k:last, last:]
         after = _log_determinant(triangle[:, :last, :last])
         self.log_likelihood += before - after - 0.5 * triangle[:, last, last] ** 2 + np.log(weight).sum()
+
+    def held_back(
+        self, dt: float, H: Float[np.ndarray, "joint unknown"], y: Joints, noise_sd: Joints
+    ) -> tuple[Joints, float]:
+        """Noise to take a measurement with, so that none moves the estimate by more than `GATE` allows (Huber).
+
+        The noise grows until the surprise is `GATE`. A weight on the noise alone would not hold a burst back: where the
+        disturbance is larger than the noise, most of the surprise is believed at any weight.
+
+        Returns:
+            Standard deviation of the noise per joint, and the largest surprise before [standard deviations].
+        """
+        expected, expected_sd = self.predicted(dt, H)
+        off = np.abs(y - expected)
+        surprise = float((off / np.hypot(expected_sd, noise_sd)).max())
+        return np.sqrt(np.maximum(noise_sd**2, (off / GATE) ** 2 - expected_sd**2)), surprise
 
     @property
     def weights(self) -> Float[np.ndarray, " filter"]:

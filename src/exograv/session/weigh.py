@@ -128,9 +128,9 @@ def _difference(empty: _Pass, loaded: _Pass, controller: ArmController, machine:
     bank = FilterBank(1, disturbance, CORRELATION_S)
     count = min(len(empty.excess), len(loaded.excess))
     for k in range(count):
-        noise = np.hypot(empty.noise[k], loaded.noise[k])
-        excess = loaded.excess[k] - empty.excess[k]
-        bank.update(SAMPLE_S, WEIGHT_SD_KG * loaded.per_kg[k][:, None], excess, noise)
+        H, excess = WEIGHT_SD_KG * loaded.per_kg[k][:, None], loaded.excess[k] - empty.excess[k]
+        noise, _ = bank.held_back(SAMPLE_S, H, excess, np.hypot(empty.noise[k], loaded.noise[k]))
+        bank.update(SAMPLE_S, H, excess, noise)
     mass = WEIGHT_SD_KG * float(bank.mean()[0])
     sd = WEIGHT_SD_KG * float(np.sqrt(bank.covariance()[0, 0]))
     half = 1.96 * float(np.hypot(sd, mass * _lever_sd(controller, machine)))
