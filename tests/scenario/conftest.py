@@ -1,0 +1,83 @@
+"""One demonstration for all scenarios that look at its result; for the others a short way to a worn machine."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.rig.twin import Twin
+from exograv.safety.envelope import Envelope
+from exograv.session.arm_controller import ArmController
+from exograv.session.identify import table_guess
+from exograv.session.nominal import nominal_machine
+from exograv.session.pilot import Pilot
+from exograv.session.virtual import draw_laboratory, limits
+
+SEED = 1012
+"""Figures are reported on other seeds (docs/disturbances.md)."""
+
+
+@dataclass
+class Demo:
+    """What a demonstration left behind."""
+
+    result: dict[str, Any]
+    recording: Path
+
+
+@pytest.fixture(scope="session")
+def run_demo(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Demo]:
+    def run(*words: str) -> Demo:
+        folder = tmp_path_factory.mktemp("demo")
+        # A process of its own: checked shapes would make half a million ticks five times slower.
+        command = [sys.executable, "-m", "exograv.cli", *words, "--seed", str(SEED)]
+        command += ["--out", str(folder), "--json", str(folder / "result.json")]
+        subprocess.run(command, check=True, capture_output=True)
+        result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        return Demo(result, Path(result["recording"]))
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def demo(run_demo: Callable[..., Demo]) -> Demo:
+    """Level 2, half a minute of motion."""
+    return run_demo("demo", "--seconds", "30")
+
+
+@dataclass
+class Worn:
+    """A wearer in a machine, and who flies it."""
+
+    twin: Twin
+    pilot: Pilot
+    controller: ArmController
+    machine: CalibratedMachine
+    table: np.ndarray
+
+
+@pytest.fixture(scope="session")
+def put_on() -> Callable[..., Worn]:
+    """Put a wearer of a level and a seed into a machine whose gains and friction are known: a perfect stage 0."""
+
+    def put(level: int = 0, seed: int = SEED) -> Worn:
+        laboratory = draw_laboratory("recupera_like", "right", level, seed)
+        assembly = laboratory.assembly()
+        machine, truth = nominal_machine(laboratory.description, assembly.exo.phi), laboratory.machine
+        friction = replace(machine.friction, coulomb=truth.friction.coulomb, viscous=truth.friction.viscous)
+        machine = replace(machine, friction=friction, rotor_inertia=truth.drives.rotor_inertia)
+        twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed)
+        gain = truth.drives.gain
+        pilot = Pilot(twin, ActuatorGain(gain, 0.005 * gain), Envelope(limits(laboratory.description), twin.period_s))
+        table = table_guess(assembly, machine)
+        return Worn(twin, pilot, ArmController(assembly, machine, table, twin.period_s), machine, table)
+
+    return put

@@ -1,0 +1,25 @@
+"""The arm can be learned from what was commanded as well as from what was measured."""
+
+import numpy as np
+import pytest
+
+from exograv.rig.twin import parameter_truth
+from exograv.session.identify import Identifier, identify_arm
+
+
+@pytest.mark.parametrize("source", ["current", "commanded"])
+def test_the_hidden_arm_is_found_from_either_torque(put_on, source: str):
+    worn = put_on(level=0)
+    notes = []
+
+    def note(t, estimate, predicted, outcome):
+        notes.append((t, estimate.t))
+
+    identifier = Identifier(worn.pilot, worn.controller, worn.machine, "recursive", source, note)
+    found = identify_arm(worn.pilot, worn.controller, identifier, 10.0)
+    truth = parameter_truth(worn.twin.truth.wearer)
+    moments = [truth["upper_arm.mz"], truth["forearm.mz"]]
+    np.testing.assert_allclose(found.last.x[[3, 13]], moments, rtol=0.15)
+    before = np.abs(worn.table[[3, 13]] - moments).sum()
+    assert np.abs(found.last.x[[3, 13]] - moments).sum() < before
+    assert len(notes) >= 9

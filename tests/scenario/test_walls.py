@@ -1,0 +1,46 @@
+"""What decides what moves never sees the twin's truth."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import pytest
+
+import exograv
+from exograv.session import identify
+from exograv.session.identify import Identifier
+
+SOURCE = Path(exograv.__file__).parent
+DECIDING = sorted(path for room in ("control", "identification", "dynamics") for path in (SOURCE / room).glob("*.py"))
+TRUTH = {"Truth", "truth", "Examiner", "Examination", "VirtualLaboratory", "parameter_truth", "Wearer", "Machine"}
+SHARED = {"pilot.py", "identify.py", "arm_controller.py", "weigh.py", "float_arm.py", "fade.py", "nominal.py"}
+
+
+def imported(path: Path) -> set[str]:
+    """Modules and names that a file imports."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {node.module or ""} | {alias.name for alias in node.names}
+    return found
+
+
+@pytest.mark.parametrize("path", DECIDING, ids=lambda path: f"{path.parent.name}/{path.name}")
+def test_no_room_that_decides_imports_the_rig(path: Path):
+    assert not {name for name in imported(path) if "rig" in name.split(".")}
+
+
+@pytest.mark.parametrize("name", sorted(SHARED))
+def test_no_session_that_would_serve_hardware_too_touches_the_truth(name: str):
+    tree = ast.parse((SOURCE / "session" / name).read_text(encoding="utf-8"))
+    words = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    words |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    assert not TRUTH & (words | imported(SOURCE / "session" / name))
+
+
+def test_the_identifier_is_given_a_way_to_note_and_no_way_to_look():
+    names = list(inspect.signature(Identifier).parameters)
+    assert names == ["pilot", "controller", "machine", "name", "torque_source", "note"]
+    assert not any("exam" in name.lower() or "laboratory" in name.lower() for name in vars(identify))
