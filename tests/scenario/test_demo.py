@@ -5,7 +5,6 @@ import pytest
 
 from exograv.recording import read_recording
 
-
 GAIN = 0.02  # share
 COULOMB_NM = 0.3
 DRIFT_DEG = 5.0

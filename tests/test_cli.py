@@ -1,0 +1,161 @@
+"""The command line answers fast, refuses in one readable line, and keeps its contract with scripts."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from exograv.recording import read_recording
+from exograv.terminal import show_demo
+
+URDF = Path(__file__).parents[1] / "robots" / "recupera_like" / "right.urdf"
+LOG = ("identify-log", "none.csv", "--unloaded", "none.csv", "--urdf", str(URDF), "--payload-frame", "hand_mount")
+RECORDING_STARTS_S = 60.0
+"""Longest wait for the first bytes of a recording, on a busy machine."""
+
+
+def exograv(*words: str, folder: Path, columns: int = 80) -> subprocess.CompletedProcess[str]:
+    """One command in a process of its own."""
+    command = [sys.executable, "-m", "exograv.cli", *words]
+    environment = {**os.environ, "COLUMNS": str(columns)}
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+REFUSED = {
+    "an unknown machine": (("demo", "--rig", "nobody"), "No machine 'nobody'. Known: recupera_like"),
+    "a level that does not exist": (("demo", "--level", "7"), "--level is 7; allowed: 0"),
+    "more than the weight of the arm": (("demo", "--gravity-level", "2"), "--gravity-level is 2.0; allowed: 0"),
+    "a gravity level that is no number": (("demo", "--gravity-level", "nan"), "--gravity-level is nan"),
+    "too short a motion": (("identify", "--seconds", "1"), "--seconds is 1.0; allowed: 5 to 600"),
+    "a negative seed": (("demo", "--seed", "-1"), "--seed is -1"),
+    "a folder that is a file": (
+        ("demo", "--out", "file"),
+        "Give another folder with --out|give another folder with --out",
+    ),
+    "figures into a folder": (("demo", "--json", "."), "Give another path with --json"),
+    "figures under a file": (("rigs", "--json", "file/x.json"), "Give another path with --json"),
+    "a missing recording": (("report", "none.mcap"), "No recording 'none.mcap'"),
+    "a file that is no recording": (("report", "file"), "is no MCAP file"),
+    "gains that are no numbers": ((*LOG, "--gains", "1,x"), "--gains is '1,x'; give numbers separated by commas"),
+    "too few gains": ((*LOG, "--gains", "1,2"), "--gains has 2 numbers; recupera_like_right has 4 joints"),
+    "a gain of nothing": ((*LOG, "--gains", "1,2,0,4"), "--gains of joint 'shoulder_rotation' is 0.0"),
+    "a table of payloads": ((*LOG, "--gains", "1,2,3,4", "--method", "anthropometric"), "Choose recursive or gradient"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_done_is_refused_in_one_line(case: str, tmp_path: Path):
+    (tmp_path / "file").touch()
+    words, message = REFUSED[case]
+    result = exograv(*words, folder=tmp_path)
+    assert result.returncode == 1
+    assert result.stderr.startswith("exograv: ")
+    assert result.stderr.count("\n") == 1
+    assert any(part in result.stderr for part in message.split("|"))
+
+
+@pytest.mark.parametrize("words", [("nothing",), ("demo", "--level", "x"), ("report",), ("demo", "--method", "least")])
+def test_words_that_mean_nothing_are_answered_with_the_way_to_help(words: tuple[str, ...], tmp_path: Path):
+    result = exograv(*words, folder=tmp_path)
+    assert result.returncode == 2
+    assert "--help" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_a_missing_log_is_named(tmp_path: Path):
+    frame = (*LOG[:-1], "upper_arm_cuff")
+    result = exograv(*frame, "--gains", "1,2,3,4", folder=tmp_path)
+    assert result.returncode == 1
+    assert "none.csv cannot be read" in result.stderr
+
+
+def test_a_refused_command_leaves_no_empty_file_of_figures(tmp_path: Path):
+    exograv("demo", "--level", "7", "--json", "figures.json", folder=tmp_path)
+    assert not (tmp_path / "figures.json").exists()
+
+
+def test_a_refused_command_does_not_touch_figures_of_an_earlier_one(tmp_path: Path):
+    (tmp_path / "figures.json").write_text("{}")
+    exograv("demo", "--level", "7", "--json", "figures.json", folder=tmp_path)
+    assert (tmp_path / "figures.json").read_text() == "{}"
+
+
+def test_help_waits_for_no_engine():
+    program = (
+        "import sys\nfrom exograv import cli\nsys.argv = ['exograv', '--help']\n"
+        "try:\n    cli.main()\nexcept SystemExit:\n    pass\n"
+        "print(*({'casadi', 'mujoco', 'scipy', 'matplotlib', 'numpy'} & set(sys.modules)), file=sys.stderr)"
+    )
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert result.stderr.split() == []
+    for command in ("demo", "identify", "identify-log", "report", "rigs", "doctor"):
+        assert command in result.stdout
+
+
+@pytest.mark.parametrize("columns", [20, 40, 200])
+def test_help_and_lists_fit_any_terminal(columns: int, tmp_path: Path):
+    assert exograv("--help", folder=tmp_path, columns=columns).returncode == 0
+    assert "recupera_like" in exograv("rigs", folder=tmp_path, columns=columns).stdout
+
+
+def test_the_machines_are_listed_for_scripts_too(tmp_path: Path):
+    assert exograv("rigs", "--json", "new/rigs.json", folder=tmp_path).returncode == 0
+    (rig,) = json.loads((tmp_path / "new" / "rigs.json").read_text())["rigs"]
+    assert rig["name"] == "recupera_like"
+    assert len(rig["joints"]) == 4
+
+
+def test_the_doctor_says_what_is_wrong_and_so_does_its_exit_status(tmp_path: Path):
+    (tmp_path / "file").touch()
+    result = exograv("doctor", "--out", "file", "--json", "doctor.json", folder=tmp_path)
+    assert result.returncode == 1
+    assert "give another folder with --out" in result.stdout
+    checks = {check["name"]: check["ok"] for check in json.loads((tmp_path / "doctor.json").read_text())["checks"]}
+    assert not checks.pop("out")
+    assert all(checks.values())
+
+
+def test_a_run_that_is_stopped_by_the_keyboard_leaves_a_recording_that_can_be_read(tmp_path: Path):
+    command = [sys.executable, "-m", "exograv.cli", "demo", "--out", str(tmp_path)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    path, deadline = tmp_path / "demo.mcap", time.monotonic() + RECORDING_STARTS_S
+    while not (path.exists() and path.stat().st_size > 500_000) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=RECORDING_STARTS_S)
+    assert process.returncode == 130
+    assert "stopped by the keyboard" in errors
+    assert "Traceback" not in errors
+    recording = read_recording(path)
+    assert recording.remark is None
+    assert len(recording.ticks) > 1000
+    again = exograv("report", str(path), "--out", "again", folder=tmp_path)
+    assert again.returncode == 0
+    assert (tmp_path / "again" / "report.html").stat().st_size > 10_000
+
+
+def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    monkeypatch.setenv("COLUMNS", "40")
+    four = [1.0, 2.0, 3.0, 4.0]
+    result = {
+        "rig": "recupera_like",
+        "method": "recursive",
+        "disturbance_level": 2,
+        "seed": 0,
+        "joints": ["shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion"],
+        "left_over_rms_Nm": {"total": {"exo_only": four, "table": four, "identified": four}},
+        "identification": {"motion_s": 5.0, "time_to_target_s": None, "outcome": "The arm is identified."},
+        "tick_us": {"p50": 60.0, "p99": 100.0},
+        "wall_s": 40.0,
+        "report": "out/report.html",
+    }
+    show_demo(result)
+    shown = capsys.readouterr().out
+    assert max(len(line) for line in shown.splitlines()) <= 40
+    assert "out/report.html" in shown
+    assert "never in this run" in " ".join(shown.split())
