@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from exograv.identification import square_root
+from exograv.identification import recursive, square_root
 from exograv.identification.discrepancy import Discrepancy
 from exograv.identification.interface import Sample
 from exograv.identification.recursive import DISTURBANCE_SCALES, UPDATE_PERIOD_S, Noise, Recursive
