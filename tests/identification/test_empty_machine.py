@@ -49,7 +49,8 @@ def sweeps(exo) -> Sweeps:
                 for column, value in zip(columns, (path.q[k], path.v[k], path.a[k], current), strict=True):
                     column.append(value)
                 weights.append(weight)
-    return Sweeps(*(np.array(column) for column in columns), np.array(weights))
+    q, v, a, measured = (np.array(column) for column in columns)
+    return Sweeps(q, v, a, measured, np.array(weights))
 
 
 def test_gains_and_friction_are_found_within_their_intervals(exo, sweeps: Sweeps):
@@ -63,7 +64,8 @@ def test_gains_and_friction_are_found_within_their_intervals(exo, sweeps: Sweeps
 
 
 def test_what_it_cannot_explain_is_the_noise_that_was_added(exo, sweeps: Sweeps):
-    machine = calibrate(*exo, sweeps)
+    description, tree = exo
+    machine = calibrate(description, tree, sweeps)
     np.testing.assert_allclose(machine.residual_sd, NOISE_SD * GAIN_SHARE, rtol=0.15)
     np.testing.assert_allclose(machine.correlation_s, SAMPLE_PERIOD_S, rtol=0.5)
 
@@ -71,5 +73,6 @@ def test_what_it_cannot_explain_is_the_noise_that_was_added(exo, sweeps: Sweeps)
 def test_a_joint_that_did_not_move_is_named_and_refused(exo, sweeps: Sweeps):
     v = sweeps.v.copy()
     v[:, 2] = 0.0
+    description, tree = exo
     with pytest.raises(IdentificationError, match=r"'shoulder_rotation' moved for only 0.0 s"):
-        calibrate(*exo, replace(sweeps, v=v))
+        calibrate(description, tree, replace(sweeps, v=v))

@@ -55,6 +55,12 @@ def world(arm, evaluate) -> list[Sample]:
     return samples
 
 
+def descent(arm, step: float = STEP) -> Gradient:
+    """From the table."""
+    assembly, machine = arm
+    return Gradient(assembly, machine, table_guess(assembly, machine), step)
+
+
 def error_rms(evaluate, phi: np.ndarray, samples: list[Sample]) -> float:
     theta = theta_of(phi)
     losses = [evaluate.of(theta, s.q, s.v, s.a, s.tau)[0][0] for s in samples[::50]]
@@ -73,7 +79,7 @@ def test_the_gradient_is_that_of_finite_differences(arm, evaluate, world: list[S
 
 
 def test_one_step_goes_downhill(arm, evaluate, world: list[Sample]):
-    method, sample = Gradient(*arm, table_guess(*arm)), world[4000]
+    method, sample = descent(arm), world[4000]
     before = error_rms(evaluate, method.estimate().x, [sample])
     method.update(sample)
     assert error_rms(evaluate, method.estimate().x, [sample]) < before
@@ -81,7 +87,7 @@ def test_one_step_goes_downhill(arm, evaluate, world: list[Sample]):
 
 @pytest.mark.parametrize("step", [STEP, QUICK_STEP])
 def test_in_its_own_world_the_torque_error_shrinks(arm, evaluate, world: list[Sample], step: float):
-    method = Gradient(*arm, table_guess(*arm), step)
+    method = descent(arm, step)
     before = error_rms(evaluate, method.estimate().x, world)
     for sample in world:
         method.update(sample)
@@ -90,7 +96,7 @@ def test_in_its_own_world_the_torque_error_shrinks(arm, evaluate, world: list[Sa
 
 
 def test_with_a_step_large_enough_it_finds_the_arm_that_made_the_stream(arm, evaluate, world: list[Sample]):
-    method = Gradient(*arm, table_guess(*arm), step=QUICK_STEP)
+    method = descent(arm, QUICK_STEP)
     before = error_rms(evaluate, method.estimate().x, world)
     for sample in world:
         method.update(sample)
@@ -98,4 +104,4 @@ def test_with_a_step_large_enough_it_finds_the_arm_that_made_the_stream(arm, eva
 
 
 def test_it_states_no_uncertainty(arm):
-    assert Gradient(*arm, table_guess(*arm)).estimate().covariance is None
+    assert descent(arm).estimate().covariance is None

@@ -11,6 +11,7 @@ from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.model.tree import is_physical
 from exograv.session.identify import build_method, identification_motion, table_guess
+from exograv.session.names import MethodName
 from exograv.session.nominal import nominal_machine
 
 METHODS = ("recursive", "gradient", "anthropometric")
@@ -75,7 +76,7 @@ def test_every_estimate_is_possible_and_of_the_newest_sample(method: Method, sam
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_the_same_samples_give_the_same_estimate_also_when_their_memory_is_used_again(name: str, arm, samples):
+def test_the_same_samples_give_the_same_estimate_also_when_their_memory_is_used_again(name: MethodName, arm, samples):
     own, shared = build_method(name, *arm), build_method(name, *arm)
     buffer = Sample(0.0, *(np.zeros(4) for _ in range(4)))
     for sample in samples[:150]:

@@ -182,7 +182,7 @@ def test_on_a_linear_model_running_over_all_samples_again_changes_nothing_but_th
     before = method.estimate()
     method.relinearise()
     np.testing.assert_allclose(method.estimate().x, before.x, atol=1e-6)
-    np.testing.assert_allclose(method.estimate().covariance, before.covariance, atol=1e-8)
+    np.testing.assert_allclose(method.estimate().sd, before.sd, atol=1e-8)
 
 
 def test_samples_that_only_repeat_each_other_are_passed_over():

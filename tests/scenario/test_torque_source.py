@@ -5,10 +5,11 @@ import pytest
 
 from exograv.rig.twin import parameter_truth
 from exograv.session.identify import Identifier, identify_arm
+from exograv.session.names import TorqueSourceName
 
 
 @pytest.mark.parametrize("source", ["current", "commanded"])
-def test_the_hidden_arm_is_found_from_either_torque(put_on, source: str):
+def test_the_hidden_arm_is_found_from_either_torque(put_on, source: TorqueSourceName):
     worn = put_on(level=0)
     notes = []
 

@@ -1,0 +1,30 @@
+"""A change of mode is a ramp: the torque that is asked for does not step."""
+
+import numpy as np
+import pytest
+
+from exograv.session.fade import fade
+
+STEP_NM = 0.05  # N·m a tick, of friction and passive torque of several N·m over a second
+
+
+@pytest.mark.parametrize("goal", [0.0, 1.0])
+def test_torque_follows_a_change_of_mode_in_small_steps(put_on, goal: float):
+    worn = put_on()
+    worn.controller.mode.drive = 1.0 - goal
+    asked, step = [], worn.controller.step
+
+    def watched(*arguments):
+        asked.append(step(*arguments).copy())
+        return asked[-1]
+
+    worn.controller.step = watched
+    fade(worn.pilot, worn.controller, "drive", goal, worn.pilot.q.copy())
+    assert worn.controller.mode.drive == goal
+    assert np.abs(np.diff(asked[5:], axis=0)).max() < STEP_NM
+
+
+def test_a_mode_that_is_there_takes_no_time(put_on):
+    worn = put_on()
+    fade(worn.pilot, worn.controller, "drive", worn.controller.mode.drive, worn.pilot.q.copy())
+    assert worn.pilot.tick_us == []
