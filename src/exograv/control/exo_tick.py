@@ -15,7 +15,7 @@ Joints = Float[np.ndarray, " joint"]
 
 # Than the weak PD: nobody is in the machine, and stick-slip would spoil slow sweeps. More damping would meet the
 # drives' bandwidth of 25 Hz and the delays: kd over inertia must stay well below 100 rad/s.
-STIFFER_KP, STIFFER_KD = 3.0, 1.5
+STIFFER_KP, STIFFER_KD = 2.0, 1.5
 
 
 class ExoTick:

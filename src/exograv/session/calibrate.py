@@ -20,6 +20,7 @@ from .pilot import Moment, Pilot
 SLOW, FAST = 0.3, 0.9  # rad/s: two speeds tell Coulomb from viscous
 CREEP, CREEP_WAY = 0.08, 0.35  # rad/s and rad: a short, very slow one shows what breaks away
 TRAVEL = 0.8  # rad/s between sweeps
+HANG_S, HANG_TICKS = 1.0, 20  # s to lower a weight, in steps of so many ticks
 
 
 @dataclass
@@ -59,12 +60,11 @@ def calibrate_machine(description: RigDescription, body: Body, pilot: Pilot) -> 
     for i, plan in enumerate(description.settings.calibration.sweeps):
         text = f"Calibrating the empty machine: {plan.joint}"
         for weight in weights:
-            notes.weight = controller.weight_kg = weight
-            _hang(pilot, weight)
+            _hang(pilot, controller, weight)
+            notes.weight = weight
             motion = _motion(description, pilot, plan, fast=weight == 0.0)
             pilot.run(controller, motion, f"{text}, {weight:g} kg ({i + 1}/{len(description.joints)})", notes)
-        notes.weight = controller.weight_kg = 0.0
-        _hang(pilot, 0.0)
+        _hang(pilot, controller, 0.0)
     return calibrate(description, tree, notes.sweeps())
 
 
@@ -81,7 +81,23 @@ def _motion(description: RigDescription, pilot: Pilot, plan: SweepSettings, *, f
     return joined([*parts, hold(start, 0.2, dt)])
 
 
-def _hang(pilot: Pilot, weight: float) -> None:
-    """Hang a weight: by the twin itself; on hardware an operator does it."""
-    if isinstance(pilot.rig, Twin):
-        pilot.rig.hang("calibration", weight)
+def _hang(pilot: Pilot, controller: ExoTick, weight: float) -> None:
+    """Lower a weight onto the mount within `HANG_S`: the twin by itself; on hardware an operator does it.
+
+    All at once it would drop the arm, and the way back is as steep as the envelope allows: the machine would swing.
+    """
+    before, ticks = controller.weight_kg, round(HANG_S / pilot.rig.period_s)
+    if weight == before:
+        return
+    passed = 0
+
+    def lower(_moment: Moment) -> None:
+        nonlocal passed
+        passed += 1
+        if passed % HANG_TICKS == 0:
+            controller.weight_kg = before + (weight - before) * passed / ticks
+            if isinstance(pilot.rig, Twin):
+                pilot.rig.hang("calibration", controller.weight_kg)
+
+    pilot.run(controller, hold(pilot.q.copy(), HANG_S, pilot.rig.period_s), f"Hanging {weight:g} kg", lower)
+    controller.weight_kg = weight
