@@ -97,7 +97,7 @@ def test_the_truth_is_found_where_the_motion_shows_it():
     assert (estimate.sd[shown] < 0.1 * SD[shown]).all()
 
 
-@pytest.mark.parametrize("seconds", [4.0, 8.0])
+@pytest.mark.parametrize("seconds", [4.0, pytest.param(8.0, marks=pytest.mark.slow)])
 def test_stated_intervals_cover_the_truth_in_90_to_98_of_streams(seconds: float):
     streams, inside = 200, []
     for seed in range(streams):

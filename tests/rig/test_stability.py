@@ -49,6 +49,7 @@ def test_at_every_level_the_worn_machine_follows_its_excitation_calmly(level: in
     assert fastest(draw_laboratory("recupera_like", "right", level, 1000 + level), 1000 + level) < CALM_RAD_S
 
 
+@pytest.mark.slow
 def test_the_wearer_whose_shoulder_once_left_its_path_keeps_to_it():
     # Wearer 1005: the penalty that keeps the shoulder's shift on its path was too stiff for the time step.
     assert fastest(draw_laboratory("recupera_like", "right", 2, 1005), 1005) < CALM_RAD_S

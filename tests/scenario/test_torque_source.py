@@ -8,7 +8,7 @@ from exograv.session.identify import Identifier, identify_arm
 from exograv.session.names import TorqueSourceName
 
 
-@pytest.mark.parametrize("source", ["current", "commanded"])
+@pytest.mark.parametrize("source", [pytest.param("current", marks=pytest.mark.slow), "commanded"])
 def test_the_hidden_arm_is_found_from_either_torque(put_on, source: TorqueSourceName):
     worn = put_on(level=0)
     notes = []
