@@ -34,7 +34,7 @@ def test_position_speed_and_acceleration_belong_together_all_the_way(assembly: A
 
 def test_the_way_there_and_back_is_the_excitations_own(assembly: Assembly):
     settings = assembly.description.settings.excitation
-    amplitudes = (np.deg2rad(x) for x in (settings.centre_deg, settings.sine_deg, settings.cosine_deg))
-    whole = motion.fourier(*amplitudes, settings.period_s, 30.0, DT)
+    centre, sine, cosine = (np.deg2rad(x) for x in (settings.centre_deg, settings.sine_deg, settings.cosine_deg))
+    whole = motion.fourier(centre, sine, cosine, settings.period_s, 30.0, DT)
     for q in identification_motion(assembly, 30.0, DT).q[::500]:
         assert np.linalg.norm(whole.q - q, axis=1).min() < 2e-3  # rad: the way of a tick

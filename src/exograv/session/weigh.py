@@ -25,6 +25,7 @@ from .pilot import Moment, Pilot
 WEIGHT_SD_KG = 2.0  # of the prior, about nothing in the hand
 SAMPLE_S = 0.08
 SPEED = 0.35  # rad/s
+CYCLES = 3  # some 27 s: a restless wearer averages out over his 3 s
 GRIP_SD_M = 0.010  # where in the hand the weight is
 CORRELATION_S = 3.0
 
@@ -113,12 +114,12 @@ def weigh(
 
 
 def weighing_motion(controller: ArmController, dt: float) -> Trajectory:
-    """Shoulder and elbow up and down in a plane, twice each way: friction cancels between the directions."""
+    """A nearly straight arm up and down, to and fro: friction cancels, and the weight has its longest lever."""
     lower, upper = controller.assembly.description.workspace
-    low = lower + np.array([0.25, 0.2, 0.5, 0.25]) * (upper - lower)
-    high = lower + np.array([0.75, 0.2, 0.5, 0.75]) * (upper - lower)
+    low = lower + np.array([0.45, 0.2, 0.5, 0.05]) * (upper - lower)
+    high = lower + np.array([0.95, 0.2, 0.5, 0.40]) * (upper - lower)
     up, down = motion.go_to(low, high, SPEED, dt), motion.go_to(high, low, SPEED, dt)
-    return motion.joined([up, down, up, down])
+    return motion.joined([up, down] * CYCLES)
 
 
 def _difference(empty: _Pass, loaded: _Pass, controller: ArmController, machine: CalibratedMachine) -> Weighing:
