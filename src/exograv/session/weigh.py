@@ -126,12 +126,14 @@ def _difference(empty: _Pass, loaded: _Pass, controller: ArmController, machine:
     """One unknown, the weight; the wearer's restlessness of both passes as slow disturbance."""
     n = len(machine.residual_sd)
     disturbance = np.sqrt(2.0) * DISTURBANCE_SCALES[:, None] * disturbance_sd(n)
-    bank = FilterBank(1, disturbance, CORRELATION_S)
+    bank = FilterBank(1, disturbance, CORRELATION_S, considered=n)
+    # What stage 0 could not explain may differ between the passes, because the weight bends the posture.
+    errors = np.diag(machine.residual_sd)
     count = min(len(empty.excess), len(loaded.excess))
     for k in range(count):
         H, excess = WEIGHT_SD_KG * loaded.per_kg[k][:, None], loaded.excess[k] - empty.excess[k]
         noise, _ = bank.held_back(SAMPLE_S, H, excess, np.hypot(empty.noise[k], loaded.noise[k]))
-        bank.update(SAMPLE_S, H, excess, noise)
+        bank.update(SAMPLE_S, H, excess, noise, errors)
     mass = WEIGHT_SD_KG * float(bank.mean()[0])
     sd = WEIGHT_SD_KG * float(np.sqrt(bank.covariance()[0, 0]))
     half = 1.96 * float(np.hypot(sd, mass * _lever_sd(controller, machine)))
