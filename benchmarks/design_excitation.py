@@ -12,11 +12,7 @@ import time
 import numpy as np
 
 from exograv import motion
-from exograv.dynamics.actuator import ActuatorGain
-from exograv.dynamics.friction import Friction
-from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.arm_model import ArmModel
-from exograv.identification.empty_machine import COULOMB, VISCOUS
 from exograv.identification.interface import Sample
 from exograv.identification.left_over import TARGET_NM, LeftOverPrediction
 from exograv.identification.prior import prior
@@ -24,6 +20,7 @@ from exograv.identification.square_root import FilterBank
 from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
+from exograv.session.nominal import nominal_machine
 
 MOTION_S, STEP_S = 60.0, 0.16
 V_MAX, A_MAX = 1.2, 4.0  # rad/s, rad/s²: gentle for a relaxed arm
@@ -82,18 +79,6 @@ class Design:
         covariance = self.unwhiten @ bank.covariance() @ self.unwhiten.T
         ratio = self.left_over.rms(covariance) / TARGET_NM
         return float(ratio.max() + 0.3 * ratio.mean())
-
-
-def nominal_machine(description: RigDescription, phi: np.ndarray) -> CalibratedMachine:
-    """The machine by its data sheet, as if stage 0 had confirmed it."""
-    kinds = [actuator.drive for actuator in description.settings.actuators]
-    coulomb, viscous = (np.array([table[k][0] for k in kinds]) for table in (COULOMB, VISCOUS))
-    ones, zeros = np.ones(len(kinds)), np.zeros(len(kinds))
-    friction = Friction(coulomb, viscous, ones, zeros, zeros, 0.05, 0.02)
-    spread = Friction(0.02 * coulomb, 0.05 * viscous, zeros, zeros, zeros, 0.05, 0.02)
-    gain = ActuatorGain(description.nominal_gain, 0.005 * description.nominal_gain)
-    rotor = description.per_actuator("rotor_inertia_kgm2")
-    return CalibratedMachine(gain, friction, spread, phi, np.array([0, 0, -9.81]), rotor, zeros, zeros)
 
 
 def main() -> None:
