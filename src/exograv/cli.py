@@ -178,9 +178,15 @@ def write_json(path: Path, result: dict[str, Any]) -> None:
     """Write the figures.
 
     Raises:
-        RecordingError: The file cannot be written.
+        RecordingError: The file cannot be written, or a figure is not a number.
     """
-    text = json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    try:
+        text = json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    except ValueError as error:
+        raise RecordingError(
+            f"{path} is not written: a figure is infinite or not a number ({error}). The method diverged; "
+            "the recording shows when."
+        ) from error
     _with_file(path, lambda: path.write_text(text, encoding="utf-8"))
 
 
