@@ -84,7 +84,7 @@ class RigidLoop:
             stretch = self.base + p_arm + lever - p_exo
             Q = R_exo.T @ R_arm @ R_segment_cuff
             of_exo, of_arm = self.exo.jacobian(y, exo_frame), self.arm.jacobian(x, segment)[:, [1, 2, 3, 5]]
-            twist = lambda turn, Q=Q: 0.5 * (np.trace(Q) * np.eye(3) - Q) @ turn  # noqa: E731
+            twist = lambda turn, Q=Q: 0.5 * (np.trace(Q) * np.eye(3) - Q) @ turn  # noqa: E731 - the formula in one line
             in_y = np.vstack(
                 [R_exo.T @ (-of_exo[:3] + cross(stretch) @ of_exo[3:]), twist(-R_exo.T @ of_exo[3:])],
             )

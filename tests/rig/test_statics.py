@@ -19,7 +19,7 @@ SHIFT_TABLE_M = {30.0: 0.012, 60.0: 0.025, 90.0: 0.039, 120.0: 0.054}
 
 def shift_from_table(q_arm: np.ndarray, share: float) -> float:
     """Interpolates as the twin does, but in NumPy and solved from the table here."""
-    chord = lambda c: np.sqrt(2.0 * (1.0 - c) + 0.01) - 0.1  # noqa: E731
+    chord = lambda c: np.sqrt(2.0 * (1.0 - c) + 0.01) - 0.1  # noqa: E731 - the formula in one line
     table = {**SHIFT_TABLE_M, 150.0: 0.070}
     nodes = chord(np.cos(np.deg2rad(list(table))))
     coefficients = np.linalg.solve(np.vander(nodes, 6)[:, :5], list(table.values()))
