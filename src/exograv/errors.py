@@ -23,3 +23,7 @@ class RecordingError(ExogravError):
 
 class IdentificationError(ExogravError):
     """Data that do not allow an identification."""
+
+
+class KernelError(ExogravError):
+    """A function that cannot be compiled: an operation that the kernels do not know, or no compiler for this CPU."""

@@ -1,0 +1,217 @@
+"""A program as LLVM functions of straight code, short enough for a compiler; what outlives one lies in memory."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from .operations import PLACED, TRIGONOMETRIC, Operations
+from .program import Instruction, Program, Value
+from .text import float_type
+from .trigonometry import sincos_name
+
+PIECE, LONG_PROGRAM, PIECE_OF_LONG = 4000, 20_000, 500
+"""Instructions of one function. LLVM's time grows faster than a block's length: 88 000 instructions took it 17 s in one
+block, 4.6 s in blocks of 500, for 7 % more time a call. Short programs are called most and get the long blocks."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How arguments and results lie in memory."""
+
+    lanes: int = 1
+    """States that one instruction works on; 1 is a single state, its elements side by side."""
+
+    element: str = "double"
+
+    shared: frozenset[int] = frozenset()
+    """Arguments of a batch that are the same for every state."""
+
+    carried: tuple[tuple[int, int, int], ...] = ()
+    """Memory that is copied to other memory after a call, and how many elements; of a single state only."""
+
+
+@dataclass
+class _Piece:
+    """One function while it is written."""
+
+    index: int
+    lines: list[str] = field(default_factory=list)
+    names: dict[Value, str] = field(default_factory=dict)
+    pointers: dict[int, str] = field(default_factory=dict)
+
+
+class Emission:
+    """The functions `@piece.0`, `@piece.1` …, to be called in order, and what else they need."""
+
+    def __init__(self, program: Program, layout: Layout):
+        self._program, self._layout = program, layout
+        self._operations = Operations(layout.lanes, layout.element)
+        self._T, self._n_arguments = self._operations.T, len(program.arguments)
+        self._constants = self._n_arguments + len(program.results)
+        self._instructions = program.instructions
+        self._birth = _births(self._instructions)
+        self._slots, self._n_slots = _slots(self._instructions, self._birth)
+        self.has_trigonometry = False
+        """Whether sine or cosine were asked for."""
+
+    def pieces(self) -> Iterator[str]:
+        """Definition of every piece.
+
+        Raises:
+            KernelError: An operation is not known.
+        """
+        for index, start in enumerate(range(0, max(len(self._instructions), 1), self._birth.piece_length)):
+            piece = _Piece(index)
+            for value in range(start, min(start + self._birth.piece_length, len(self._instructions))):
+                self._write(piece, value, self._instructions[value])
+            body = "\n".join("  " + line for line in piece.lines)
+            parameters = "ptr %args, ptr %work, i64 %at, i64 %row"
+            yield f"define internal void @piece.{index}({parameters}) #0 {{\n{body}\n  ret void\n}}\n"
+
+    @property
+    def work(self) -> str:
+        """Line that reserves the memory of all pieces."""
+        return f"%work = alloca {self._T}, i64 {max(self._n_slots, 1)}, align 64"
+
+    @property
+    def declarations(self) -> set[str]:
+        """Of functions that the pieces call."""
+        return self._operations.declared
+
+    def _write(self, piece: _Piece, value: Value, instruction: Instruction) -> None:
+        operation = instruction.operation
+        if operation in (ca.OP_CONST, ca.OP_INPUT):
+            return  # Written where it is used: a value in memory need not wait in a register.
+        operands = [self._operand(piece, operand) for operand in instruction.operands]
+        if operation == ca.OP_OUTPUT:
+            address = self._address(piece, f"%o{value}", self._n_arguments + instruction.place[0], instruction.place[1])
+            piece.lines.append(f"store {self._T} {operands[0]}, ptr {address}, align {self._alignment}")
+        elif operation in TRIGONOMETRIC:
+            self._write_pair(piece, value, operands[0])
+        else:
+            piece.lines += self._operations.lines(operation, f"%v{value}", operands)
+            self._born(piece, value, f"%v{value}")
+
+    def _write_pair(self, piece: _Piece, value: Value, operand: str) -> None:
+        """Sine and cosine of an operand together, where the first of them is asked for."""
+        if self._birth.pairs[value][0] != value:
+            return
+        self.has_trigonometry = True
+        wide, name = float_type(self._layout.lanes), f"%v{value}"
+        lines, (angle,) = self._operations.widened(name, [operand])
+        piece.lines += lines
+        piece.lines.append(f"{name}.b = call {{ {wide}, {wide} }} {sincos_name(self._layout.lanes)}({wide} {angle})")
+        for i, operation in enumerate(TRIGONOMETRIC):
+            piece.lines.append(f"{name}.r{i} = extractvalue {{ {wide}, {wide} }} {name}.b, {i}")
+            lines, result = self._operations.narrowed(f"{name}.f{i}", f"{name}.r{i}")
+            piece.lines += lines
+            for twin in self._birth.pairs[value]:
+                if self._instructions[twin].operation == operation:
+                    self._born(piece, twin, result)
+
+    def _born(self, piece: _Piece, value: Value, name: str) -> None:
+        piece.names[value] = name
+        if value in self._slots:
+            slot = f"getelementptr {self._T}, ptr %work, i64 {self._slots[value]}"
+            piece.lines += [f"%k{value} = {slot}", f"store {self._T} {name}, ptr %k{value}"]
+
+    def _operand(self, piece: _Piece, value: Value) -> str:
+        if value in piece.names:
+            return piece.names[value]
+        instruction, name = self._instructions[value], f"%u{value}"
+        argument, element = instruction.place
+        if instruction.operation == ca.OP_CONST:
+            self._load(piece, name, self._constants, element, is_shared=True)
+        elif instruction.operation == ca.OP_INPUT:
+            self._load(piece, name, argument, element, is_shared=argument in self._layout.shared)
+        else:
+            slot = f"getelementptr {self._T}, ptr %work, i64 {self._slots[value]}"
+            piece.lines += [f"{name}.k = {slot}", f"{name} = load {self._T}, ptr {name}.k"]
+        piece.names[value] = name
+        return name
+
+    def _load(self, piece: _Piece, name: str, memory: int, element: int, *, is_shared: bool) -> None:
+        layout, T = self._layout, self._T
+        if layout.lanes == 1 or not is_shared:
+            address = self._address(piece, f"{name}.a", memory, element)
+            piece.lines.append(f"{name} = load {T}, ptr {address}, align {self._alignment}, !invariant.load !0")
+            return
+        base = self._pointer(piece, memory)
+        piece.lines += [
+            f"{name}.a = getelementptr {layout.element}, ptr {base}, i64 {element}",
+            f"{name}.1 = load {layout.element}, ptr {name}.a, align {self._alignment}, !invariant.load !0",
+            f"{name}.i = insertelement {T} poison, {layout.element} {name}.1, i32 0",
+            f"{name} = shufflevector {T} {name}.i, {T} poison, <{layout.lanes} x i32> zeroinitializer",
+        ]
+
+    def _address(self, piece: _Piece, name: str, memory: int, element: int) -> str:
+        """Of an element; in a batch of its row, at the states in hand."""
+        base, scalar = self._pointer(piece, memory), self._layout.element
+        if self._layout.lanes == 1:
+            piece.lines.append(f"{name} = getelementptr {scalar}, ptr {base}, i64 {element}")
+            return name
+        piece.lines += [
+            f"{name}.r = mul i64 %row, {element}",
+            f"{name}.e = add i64 {name}.r, %at",
+            f"{name} = getelementptr {scalar}, ptr {base}, i64 {name}.e",
+        ]
+        return name
+
+    def _pointer(self, piece: _Piece, memory: int) -> str:
+        if memory not in piece.pointers:
+            name = f"%m{memory}"
+            piece.lines += [
+                f"{name}.a = getelementptr ptr, ptr %args, i64 {memory}",
+                f"{name} = load ptr, ptr {name}.a, !invariant.load !0",
+            ]
+            piece.pointers[memory] = name
+        return piece.pointers[memory]
+
+    @property
+    def _alignment(self) -> int:
+        return 8 if self._layout.element == "double" else 4
+
+
+@dataclass(frozen=True)
+class _Births:
+    """Where values come to be."""
+
+    pairs: Mapping[Value, tuple[Value, ...]]
+    """Every sine and cosine of an operand: they are born with the first of them."""
+
+    piece_length: int
+
+    def piece(self, value: Value) -> int:
+        return self.pairs.get(value, (value,))[0] // self.piece_length
+
+
+def _births(instructions: list[Instruction]) -> _Births:
+    by_operand: dict[Value, list[Value]] = {}
+    for value, instruction in enumerate(instructions):
+        if instruction.operation in TRIGONOMETRIC:
+            by_operand.setdefault(instruction.operands[0], []).append(value)
+    pairs = {value: tuple(values) for values in by_operand.values() for value in values}
+    return _Births(pairs, PIECE if len(instructions) < LONG_PROGRAM else PIECE_OF_LONG)
+
+
+def _slots(instructions: list[Instruction], birth: _Births) -> tuple[dict[Value, int], int]:
+    """Places of values that later pieces need, and how many places; a place is free again after its last piece."""
+    last: dict[Value, int] = {}
+    for value, instruction in enumerate(instructions):
+        for operand in instruction.operands:
+            if instructions[operand].operation not in PLACED:
+                # A pair's partner is written where the first is, and its operand read there.
+                last[operand] = max(last.get(operand, 0), value // birth.piece_length)
+    expiring: dict[int, list[int]] = {}
+    free, slots, n_slots, piece = [], {}, 0, 0
+    for value in sorted((v for v, end in last.items() if end > birth.piece(v)), key=birth.piece):
+        while piece < birth.piece(value):
+            free += expiring.pop(piece, [])
+            piece += 1
+        if not free:
+            free.append(n_slots)
+            n_slots += 1
+        slots[value] = free.pop()
+        expiring.setdefault(last[value], []).append(slots[value])
+    return slots, n_slots

@@ -1,0 +1,63 @@
+"""Where a kernel reads and writes: fixed arrays, its own or the caller's, in CasADi's order of elements."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from .program import Program
+
+
+def bound_memory(
+    program: Program, bindings: Mapping[str, np.ndarray] | None
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Arrays of all arguments and of all results, by name.
+
+    Raises:
+        ValueError: A binding names no argument, or its memory does not fit.
+    """
+    left = dict(bindings or {})
+    inputs = {name: _memory(name, size, left) for name, size in program.arguments.items()}
+    outputs = {name: _memory(name, size, left) for name, size in program.results.items()}
+    if left:
+        raise ValueError(f"{program.name} has no argument or result {', '.join(left)}.")
+    return inputs, outputs
+
+
+def flat(array: np.ndarray) -> memoryview:
+    """The array's elements as they lie in memory."""
+    return array.ravel(order="K").data
+
+
+def _memory(name: str, size: tuple[int, int], bindings: dict[str, np.ndarray]) -> np.ndarray:
+    rows, columns = size
+    if name in bindings:
+        array = bindings.pop(name)
+        contiguous = array.flags.c_contiguous or array.flags.f_contiguous
+        if array.dtype != np.float64 or array.size != rows * columns or not contiguous or not array.flags.writeable:
+            raise ValueError(
+                f"{name} needs {rows * columns} contiguous writable float64, not {array.shape} {array.dtype}."
+            )
+        # The transposed shape in C order is CasADi's order; the same shape in C order is a matrix read across its rows.
+        if array.shape == (rows, columns) != (columns, rows) and not array.flags.f_contiguous:
+            raise ValueError(f"{name} is a matrix {array.shape} in C order; bind it in Fortran order, or transposed.")
+        return array
+    return np.zeros(rows) if columns == 1 else np.zeros((rows, columns), order="F")
+
+
+def carried_memory(program: Program, carry: Mapping[str, str] | None) -> tuple[tuple[int, int, int], ...]:
+    """Positions among arguments and results of what is copied after a call, from and to, and its elements.
+
+    Raises:
+        ValueError: A name is not known, or the shapes differ.
+    """
+    sizes = {**program.arguments, **program.results}
+    names = [*program.arguments, *program.results]
+    carried = []
+    for target, source in (carry or {}).items():
+        if target not in program.arguments or source not in sizes:
+            raise ValueError(f"{program.name} cannot carry {source} to {target}; it has {', '.join(names)}.")
+        rows, columns = sizes[target]
+        if sizes[source] != (rows, columns):
+            raise ValueError(f"{source} {sizes[source]} does not fit {target} {sizes[target]} of {program.name}.")
+        carried.append((names.index(source), names.index(target), rows * columns))
+    return tuple(carried)

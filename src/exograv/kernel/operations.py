@@ -1,0 +1,162 @@
+"""Each of CasADi's scalar operations as LLVM IR, with the same answer for zeros, infinities and NaN as CasADi gives."""
+
+import casadi as ca
+
+from exograv.errors import KernelError
+
+from .program import OPERATION_NAMES
+from .text import float_type, splat
+
+ARITHMETIC = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
+COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
+INTRINSICS = {ca.OP_SQRT: "sqrt", ca.OP_FABS: "fabs", ca.OP_FLOOR: "floor", ca.OP_CEIL: "ceil"}
+LIBRARY = {
+    ca.OP_EXP: "exp", ca.OP_LOG: "log", ca.OP_LOG1P: "log1p", ca.OP_EXPM1: "expm1",
+    ca.OP_TAN: "tan", ca.OP_ASIN: "asin", ca.OP_ACOS: "acos", ca.OP_ATAN: "atan",
+    ca.OP_SINH: "sinh", ca.OP_COSH: "cosh", ca.OP_TANH: "tanh",
+    ca.OP_ASINH: "asinh", ca.OP_ACOSH: "acosh", ca.OP_ATANH: "atanh", ca.OP_ERF: "erf",
+}  # fmt: skip
+"""Of the C library, lane by lane; sine and cosine are our own (`trigonometry`)."""
+
+LIBRARY_OF_TWO = {
+    ca.OP_POW: "pow", ca.OP_CONSTPOW: "pow", ca.OP_ATAN2: "atan2",
+    ca.OP_FMOD: "fmod", ca.OP_REMAINDER: "remainder", ca.OP_HYPOT: "hypot",
+}  # fmt: skip
+TRIGONOMETRIC = (ca.OP_SIN, ca.OP_COS)
+PLACED = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT)
+"""Not computed but found in or put into memory."""
+
+
+class Operations:
+    """Writes the lines of one operation for one number of lanes and one element type."""
+
+    def __init__(self, lanes: int, element: str = "double"):
+        self.lanes, self.element = lanes, element
+        self.T = float_type(lanes, element)
+        self._suffix = ("" if lanes == 1 else f"v{lanes}") + {"double": "f64", "float": "f32"}[element]
+        self._zero, self._one = (splat(lanes, value, element) for value in (0.0, 1.0))
+        self.declared: set[str] = set()
+        """Functions of others that the lines call, as declarations."""
+
+    def lines(self, operation: int, name: str, operands: list[str]) -> list[str]:
+        """IR that gives `name` its value; every operation but sine, cosine and those of memory.
+
+        Raises:
+            KernelError: The operation is not known here.
+        """
+        T, a, b = self.T, operands[0] if operands else "", operands[-1] if operands else ""
+        if operation in ARITHMETIC:
+            return [f"{name} = {ARITHMETIC[operation]} {T} {a}, {b}"]
+        if operation in COMPARISONS:
+            return self._truth(name, f"fcmp {COMPARISONS[operation]} {T} {a}, {b}")
+        if operation in INTRINSICS:
+            return [f"{name} = {self._intrinsic(INTRINSICS[operation], [a])}"]
+        if operation in LIBRARY:
+            return self._by_lane(LIBRARY[operation], name, [a])
+        if operation in LIBRARY_OF_TWO:
+            return self._by_lane(LIBRARY_OF_TWO[operation], name, [a, b])
+        return self._special(operation, name, a, b)
+
+    def _special(self, operation: int, name: str, a: str, b: str) -> list[str]:
+        T, zero = self.T, self._zero
+        match operation:
+            case ca.OP_NEG:
+                return [f"{name} = fneg {T} {a}"]
+            case ca.OP_SQ:
+                return [f"{name} = fmul {T} {a}, {a}"]
+            case ca.OP_TWICE:
+                return [f"{name} = fadd {T} {a}, {a}"]
+            case ca.OP_INV:
+                return [f"{name} = fdiv {T} {self._one}, {a}"]
+            case ca.OP_COPYSIGN:
+                return [f"{name} = {self._intrinsic('copysign', [a, b])}"]
+            case ca.OP_NOT:
+                return self._truth(name, f"fcmp oeq {T} {a}, {zero}")
+            case ca.OP_IF_ELSE_ZERO:
+                return [f"{name}.c = fcmp une {T} {a}, {zero}", self._select(name, f"{name}.c", b, zero)]
+        return self._of_two_conditions(operation, name, a, b)
+
+    def _of_two_conditions(self, operation: int, name: str, a: str, b: str) -> list[str]:
+        T, zero = self.T, self._zero
+        match operation:
+            case ca.OP_AND | ca.OP_OR:
+                word = "and" if operation == ca.OP_AND else "or"
+                first, second = (f"{name}.{i} = fcmp une {T} {x}, {zero}" for i, x in enumerate((a, b)))
+                return [first, second, *self._truth(name, f"{word} {self._bits} {name}.0, {name}.1")]
+            case ca.OP_SIGN:
+                # Of zero the zero itself, of NaN the NaN.
+                minus = splat(self.lanes, -1.0, self.element)
+                conditions = [f"{name}.n = fcmp olt {T} {a}, {zero}", f"{name}.p = fcmp ogt {T} {a}, {zero}"]
+                positive = self._select(f"{name}.s", f"{name}.p", self._one, a)
+                return [*conditions, positive, self._select(name, f"{name}.n", minus, f"{name}.s")]
+            case ca.OP_FMIN | ca.OP_FMAX:
+                # As C has it: of two numbers the smaller, of a number and a NaN the number. Of two zeros the second.
+                word = "olt" if operation == ca.OP_FMIN else "ogt"
+                conditions = [f"{name}.n = fcmp uno {T} {b}, {b}", f"{name}.c = fcmp {word} {T} {a}, {b}"]
+                either = f"{name}.o = or {self._bits} {name}.n, {name}.c"
+                return [*conditions, either, self._select(name, f"{name}.o", a, b)]
+        known = ", ".join(sorted(OPERATION_NAMES[code] for code in known_operations()))
+        raise KernelError(
+            f"The operation {OPERATION_NAMES.get(operation, operation)} cannot be compiled. Known are {known}. "
+            "Write the expression with these."
+        )
+
+    @property
+    def _bits(self) -> str:
+        return float_type(self.lanes, "i1")
+
+    def _truth(self, name: str, condition: str) -> list[str]:
+        return [f"{name}.c = {condition}", f"{name} = uitofp {self._bits} {name}.c to {self.T}"]
+
+    def _select(self, name: str, condition: str, a: str, b: str) -> str:
+        return f"{name} = select {self._bits} {condition}, {self.T} {a}, {self.T} {b}"
+
+    def _intrinsic(self, word: str, operands: list[str]) -> str:
+        function = f"@llvm.{word}.{self._suffix}"
+        self.declared.add(f"declare {self.T} {function}({', '.join([self.T] * len(operands))})")
+        return f"call {self.T} {function}({', '.join(f'{self.T} {x}' for x in operands)})"
+
+    def _by_lane(self, function: str, name: str, operands: list[str]) -> list[str]:
+        """A function of the C library; single precision is computed in double."""
+        self.declared.add(f"declare double @{function}({', '.join(['double'] * len(operands))}) nounwind memory(none)")
+        if self.lanes == 1:
+            return [f"{name} = call double @{function}({', '.join(f'double {x}' for x in operands)})"]
+        wide = float_type(self.lanes)
+        lines, vectors = self.widened(name, operands)
+        gathered = "poison"
+        for lane in range(self.lanes):
+            elements = []
+            for i, vector in enumerate(vectors):
+                lines.append(f"{name}.x{lane}.{i} = extractelement {wide} {vector}, i32 {lane}")
+                elements.append(f"double {name}.x{lane}.{i}")
+            lines.append(f"{name}.y{lane} = call double @{function}({', '.join(elements)})")
+            is_last = lane == self.lanes - 1 and self.element == "double"
+            result = name if is_last else f"{name}.g{lane}"
+            lines.append(f"{result} = insertelement {wide} {gathered}, double {name}.y{lane}, i32 {lane}")
+            gathered = result
+        return lines + self.narrowed(name, gathered)[0]
+
+    def widened(self, name: str, operands: list[str]) -> tuple[list[str], list[str]]:
+        """Lines, and operands as doubles."""
+        if self.element == "double":
+            return [], operands
+        wide = float_type(self.lanes)
+        lines = [f"{name}.w{i} = fpext {self.T} {operand} to {wide}" for i, operand in enumerate(operands)]
+        return lines, [f"{name}.w{i}" for i in range(len(operands))]
+
+    def narrowed(self, name: str, doubles: str) -> tuple[list[str], str]:
+        """Lines, and these doubles in the element type: `name`, or what they are called already."""
+        if self.element == "double":
+            return [], doubles
+        return [f"{name} = fptrunc {float_type(self.lanes)} {doubles} to {self.T}"], name
+
+
+def known_operations() -> set[int]:
+    """CasADi's codes of all operations that can be compiled."""
+    special = {
+        ca.OP_NEG, ca.OP_SQ, ca.OP_TWICE, ca.OP_INV, ca.OP_NOT, ca.OP_AND, ca.OP_OR,
+        ca.OP_IF_ELSE_ZERO, ca.OP_SIGN, ca.OP_FMIN, ca.OP_FMAX, ca.OP_COPYSIGN,
+    }  # fmt: skip
+    # CasADi also counts what only renames a value; `program` leaves such instructions out.
+    tables = (ARITHMETIC, COMPARISONS, INTRINSICS, LIBRARY, LIBRARY_OF_TWO)
+    return special.union(*tables, TRIGONOMETRIC, PLACED)
