@@ -114,6 +114,9 @@ class Rigs(Common):
 class Doctor(Common):
     """Say whether this computer has what exograv needs, and how fast its loop is here."""
 
+    loop: float | None = None
+    """Also run the live loop for so long [s], half of it with real-time rights: may a worn machine hang on it?"""
+
 
 Command = (
     Annotated[Demo, tyro.conf.subcommand("demo")]
@@ -277,11 +280,18 @@ def _rigs(_command: Rigs) -> dict[str, Any]:
 
 
 def _doctor(command: Doctor) -> dict[str, Any]:
-    from exograv.session.doctor import examine_computer
-    from exograv.terminal import show_doctor
+    from exograv.session.doctor import examine_computer, has_all_it_needs
+    from exograv.session.doctor_loop import loop_test, refuse_unusable
+    from exograv.terminal import bars, show_doctor, show_loop
 
+    if command.loop is not None:
+        refuse_unusable(command.loop)
     result = examine_computer(command.out)
     show_doctor(result)
+    if command.loop is not None and has_all_it_needs(result):
+        with bars() as progress:
+            result["loop"] = loop_test(command.loop, progress)
+        show_loop(result["loop"])
     return result
 
 

@@ -21,7 +21,11 @@ PERIOD_US = 1000.0
 
 
 def examine_computer(folder: Path) -> dict[str, Any]:
-    """Versions, a writable folder, and the time of a tick; each finding is a check with a sentence."""
+    """Versions, a writable folder, and the time of a tick; each finding is a check with a sentence.
+
+    `ok` says whether exograv runs here. Whether a worn machine may hang on this computer is another question, whose
+    answer (`doctor_loop`) leaves `ok` alone: most computers run the twin, the study and the report, and no machine.
+    """
     checks = [_python(), *(_package(name) for name in PACKAGES), _writable(folder)]
     checks.append({"name": "machines", "ok": bool(rig_names()), "text": ", ".join(rig_names()) or "none found"})
     tick = percentiles(_tick_times()) if all(check["ok"] for check in checks[1:]) else None
@@ -35,6 +39,11 @@ def examine_computer(folder: Path) -> dict[str, Any]:
         "checks": checks,
         "tick_us": tick,
     }
+
+
+def has_all_it_needs(result: dict[str, Any]) -> bool:
+    """Whether everything is there; a slow tick is no lack."""
+    return all(check["ok"] for check in result["checks"] if check["name"] != "tick")
 
 
 def _python() -> dict[str, Any]:
@@ -60,21 +69,12 @@ def _writable(folder: Path) -> dict[str, Any]:
 
 def _tick_times() -> list[float]:
     """Of the control tick of the default machine [µs]."""
-    from exograv.control.tick import Tick
-    from exograv.model.anthropometry import Body
-    from exograv.model.description import load_rig
-    from exograv.model.support import assemble
     from exograv.signals import Reference
 
-    from .identify import table_guess
-    from .nominal import nominal_machine
+    from .doctor_tick import nominal_tick
 
-    description = load_rig("recupera_like")
-    assembly = assemble(description, Body(1.75, 75.0, "male"))
-    machine = nominal_machine(description, assembly.exo.phi)
-    tick = Tick(assembly, machine)
-    x = table_guess(assembly, machine)
-    q, still, times = description.donning_posture, np.zeros(assembly.n), []
+    tick, x, assembly = nominal_tick()
+    q, still, times = assembly.description.donning_posture, np.zeros(assembly.n), []
     for _ in range(TICKS):
         start = time.perf_counter_ns()
         tick.step(q, still, Reference(q, still, still), x)

@@ -1,0 +1,125 @@
+"""May this computer drive a machine that is worn? Its timing against the criteria of docs/realtime.md, in plain words.
+
+Necessary, not sufficient: bus, drives, their watchdog and the hardware emergency stop are not tested here.
+"""
+
+from dataclasses import dataclass
+
+from .host import Host
+from .realtime import Rights
+from .timing import Outcome, Timing
+
+SELF_TEST_S = 10.0
+"""Shorter runs prove nothing. Source: start-up self-test, docs/safety.md."""
+
+WOKEN_WITHIN_NS = 200_000
+"""A tick has started by then [ns]: the sensors' picture is a fifth of a period old. Source: as above."""
+
+WOKEN_SHARE_MIN = 0.999
+"""Share of the periods in which it must have; the rest may be later, but never by a period. Source: as above."""
+
+MISSED_MAX = 0
+"""Periods without their own command. The guard bridges three and then lets the arm down; a test shows none.
+Source: as above ("none over 1 ms"), and fault F14 there."""
+
+RATIO_GOAL = 1e-5
+"""Share of missed periods that a real-time host keeps below; also a goal of the project, not of a standard."""
+
+ZERO_SEEN_BOUND = 3.0
+"""None in n leaves a share of up to 3/n at 95 % confidence. Source: Hanley & Lippman-Hand 1983, JAMA 249:1743."""
+
+PERIODS_FOR_GOAL = round(ZERO_SEEN_BOUND / RATIO_GOAL)
+"""So many without a miss show that the goal is met."""
+
+
+@dataclass(frozen=True)
+class Fitness:
+    """The verdict on a computer."""
+
+    may_drive_worn: bool
+    """By its timing."""
+
+    reasons: list[str]
+    """Where it may not: all that speaks against it. Where it may: what it has shown, and what it has not."""
+
+    prepare: list[str]
+    """What to do next, most effective first."""
+
+
+def judge(timing: Timing, rights: Rights, host: Host) -> Fitness:
+    """Weigh a run of the loop that had all the rights the system gave."""
+    against = [*_rights(rights, host), *_punctuality(timing)]
+    return Fitness(not against, against or _shown(timing, host), _prepare(rights, host))
+
+
+def _rights(rights: Rights, host: Host) -> list[str]:
+    """Without these a good run was luck."""
+    found = []
+    if host.is_virtual:
+        found.append("It is a virtual machine: its host can stop it at any time, for longer than any test shows.")
+    if not rights.is_fifo:
+        found.append("Without real-time scheduling any other program can delay the loop.")
+    if not rights.is_locked:
+        found.append("Without locked memory a page that is fetched from disk can delay the loop.")
+    return found
+
+
+def _punctuality(timing: Timing) -> list[str]:
+    found = []
+    if timing.outcome is not Outcome.COMPLETE:
+        found.append(timing.outcome.value)
+    if timing.seconds < SELF_TEST_S:
+        found.append(f"{timing.seconds:g} s are too short to tell; it takes {SELF_TEST_S:g} s with real-time rights.")
+    share = timing.woken_within(WOKEN_WITHIN_NS)
+    if share < WOKEN_SHARE_MIN:
+        found.append(
+            f"{_percent(share)} of the ticks started within {WOKEN_WITHIN_NS // 1000} µs; "
+            f"it takes {_percent(WOKEN_SHARE_MIN)}."
+        )
+    if timing.missed > MISSED_MAX:
+        found.append(
+            f"{timing.missed} of {timing.periods} periods ended without their command, none may; the longest gap was "
+            f"{1e-3 * timing.longest_gap_us:.1f} ms."
+        )
+    return found
+
+
+def _percent(share: float) -> str:
+    # Cut off, not rounded: 99.97 % must not read 100 %, nor 99.89 % as 99.9 %.
+    return f"{int(share * 1e4 + 1e-6) / 1e2:g} %"  # the small term is for binary fractions
+
+
+def _shown(timing: Timing, host: Host) -> list[str]:
+    """What a good run proves, and no more than that."""
+    found = [
+        f"{_percent(timing.woken_within(WOKEN_WITHIN_NS))} of {timing.periods} ticks started within "
+        f"{WOKEN_WITHIN_NS // 1000} µs, and no period ended without its command."
+    ]
+    bound = ZERO_SEEN_BOUND / timing.periods
+    if bound > RATIO_GOAL:
+        found.append(f"That shows at most 1 missed period in {1 / bound:.0f}; the goal is 1 in {1 / RATIO_GOAL:.0f}.")
+    if not host.is_realtime_kernel:
+        found.append("The kernel is not PREEMPT_RT: long delays were not seen, but nothing bounds them.")
+    return found
+
+
+def _prepare(rights: Rights, host: Host) -> list[str]:
+    steps = []
+    if host.is_virtual:
+        steps.append("Use a computer of its own, without a hypervisor below its kernel.")
+    steps.extend(rights.refused)
+    if not host.is_realtime_kernel:
+        steps.append("Boot a PREEMPT_RT kernel (Debian: linux-image-rt-amd64).")
+    if not host.isolated_cpus:
+        steps.append(_isolate(host))
+    if any(governor != "performance" for governor in host.governors):
+        steps.append("Keep the processors' frequency up: cpupower frequency-set -g performance.")
+    if host.clock_source in ("hpet", "acpi_pm"):
+        steps.append(f"Find out why the kernel reads time from '{host.clock_source}', which is slow, and not from tsc.")
+    return steps
+
+
+def _isolate(host: Host) -> str:
+    if len(host.cpus) < 2:
+        return "Use a computer with two processors or more: recorder and console must not wait for the loop."
+    return f"Keep one processor for the loop: boot with isolcpus={host.cpus[-1]}, other interrupts on the rest."

@@ -1,0 +1,72 @@
+"""What kind of computer this is, as far as it decides whether a loop can be punctual on it."""
+
+import os
+import platform
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Host:
+    """Facts that the operating system states about itself; nothing is measured."""
+
+    kernel: str
+    """Name and build of the kernel."""
+
+    is_virtual: bool
+    """Whether a hypervisor lies below the kernel, and may stop it without its knowledge."""
+
+    is_realtime_kernel: bool
+    """Whether the kernel is built with PREEMPT_RT."""
+
+    isolated_cpus: tuple[int, ...]
+    """Processors kept free of other work (`isolcpus`)."""
+
+    cpus: tuple[int, ...]
+    """Processors that this process may use."""
+
+    governors: tuple[str, ...]
+    """Policies that set the processors' frequency; empty where the system has none."""
+
+    clock_source: str
+    """What the kernel reads the time from; empty where it does not say."""
+
+
+def read_host(root: Path = Path("/")) -> Host:
+    """Read it from the system's own files under `root`."""
+    build = platform.version()
+    cpus = root / "sys/devices/system/cpu"
+    governors = {_text(path) for path in cpus.glob("cpu[0-9]*/cpufreq/scaling_governor")}
+    return Host(
+        kernel=f"{platform.system()} {platform.release()}",
+        is_virtual=_has_hypervisor(root),
+        # The file comes with the PREEMPT_RT patch; kernels with RT built in say so in their build, too.
+        is_realtime_kernel=_text(root / "sys/kernel/realtime") == "1" or "PREEMPT_RT" in build,
+        isolated_cpus=cpu_list(_text(cpus / "isolated")),
+        cpus=tuple(sorted(os.sched_getaffinity(0))),
+        governors=tuple(sorted(governors - {""})),
+        clock_source=_text(root / "sys/devices/system/clocksource/clocksource0/current_clocksource"),
+    )
+
+
+def cpu_list(text: str) -> tuple[int, ...]:
+    """Numbers of a list in the kernel's own form, as "1,4-6"."""
+    found: list[int] = []
+    for part in filter(None, text.split(",")):
+        first, _, last = part.partition("-")
+        found.extend(range(int(first), int(last or first) + 1))
+    return tuple(found)
+
+
+def _has_hypervisor(root: Path) -> bool:
+    """By the processor's flag on x86; elsewhere by what hypervisors announce, so silence proves nothing there."""
+    flags = [line for line in _text(root / "proc/cpuinfo").splitlines() if line.startswith("flags")]
+    announced = (root / "sys/hypervisor/type", root / "proc/device-tree/hypervisor")
+    return any("hypervisor" in line.split() for line in flags) or any(path.exists() for path in announced)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace").strip()
+    except OSError:
+        return ""

@@ -1,0 +1,137 @@
+"""Real-time rights of this process: taken as far as the system grants them, and always given back."""
+
+import ctypes
+import gc
+import os
+import resource
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+PRIORITY = 50
+"""Of SCHED_FIFO, 1 to 99: above every ordinary process, as ros2_control takes it (control.ros.org, Determinism)."""
+
+AWAKE_MAX_US = 500_000
+"""Processor time without a sleep after which the kernel ends the process by SIGXCPU (RLIMIT_RTTIME).
+
+The last guard of a machine with one processor against a tick that never returns; the loop's own guard comes first.
+"""
+
+MCL_CURRENT, MCL_FUTURE = 1, 2  # <sys/mman.h>; the same on x86 and Arm
+CONTAINER = "in a container start it with"
+
+
+@dataclass
+class Rights:
+    """What was granted, and what was not."""
+
+    is_fifo: bool = False
+    """SCHED_FIFO is in force: only interrupts and higher priorities come before the loop."""
+
+    is_locked: bool = False
+    """All memory stays in RAM: no page fault in the loop."""
+
+    granted: list[str] = field(default_factory=list)
+    """In a few words each."""
+
+    refused: list[str] = field(default_factory=list)
+    """One sentence each: what, why, and what to do."""
+
+
+@contextmanager
+def realtime(isolated_cpus: tuple[int, ...] = ()) -> Iterator[Rights]:
+    """Take one processor, switch the garbage collector off, lock memory and ask for SCHED_FIFO, for the calling thread.
+
+    What is refused is noted and does not stop the others. On leaving, by whatever way, everything is as before.
+
+    Args:
+        isolated_cpus: Processors that the kernel keeps free; the first of them is taken, else the last of the allowed.
+    """
+    rights = Rights()
+    with ExitStack() as undo:
+        # The scheduler last, and first to go: nothing of the set-up runs at real-time priority.
+        _take_cpu(rights, undo, isolated_cpus)
+        _stop_garbage_collector(rights, undo)
+        _lock_memory(rights, undo)
+        _schedule_fifo(rights, undo)
+        yield rights
+
+
+# In each of these the way back is entered before the step: an interrupt between the two leaves nothing behind.
+
+
+def _take_cpu(rights: Rights, undo: ExitStack, isolated_cpus: tuple[int, ...]) -> None:
+    before = os.sched_getaffinity(0)
+    cpu = isolated_cpus[0] if isolated_cpus else max(before)  # the first one usually serves the interrupts
+    undo.callback(os.sched_setaffinity, 0, before)
+    text = f"Processor {cpu} is refused ({{reason}}): allow it to this process, {CONTAINER} --cpuset-cpus={cpu}."
+    _try(rights, f"processor {cpu}", text, lambda: os.sched_setaffinity(0, {cpu}))
+
+
+def _stop_garbage_collector(rights: Rights, undo: ExitStack) -> None:
+    if gc.isenabled():
+        undo.callback(gc.enable)
+    if gc.get_freeze_count() == 0:
+        undo.callback(gc.unfreeze)
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    rights.granted.append("garbage collector off")
+
+
+def _lock_memory(rights: Rights, undo: ExitStack) -> None:
+    if _locked_kB() == 0:
+        undo.callback(_libc("munlockall"))
+    text = (
+        "Locked memory is refused ({reason}): set '@realtime - memlock unlimited' in /etc/security/limits.conf, "
+        f"join that group and log in again; {CONTAINER} --ulimit memlock=-1."
+    )
+    rights.is_locked = _try(rights, "memory locked", text, lambda: _libc("mlockall")(MCL_CURRENT | MCL_FUTURE))
+
+
+def _schedule_fifo(rights: Rights, undo: ExitStack) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_RTTIME)
+    undo.callback(resource.setrlimit, resource.RLIMIT_RTTIME, (soft, hard))
+    undo.callback(os.sched_setscheduler, 0, os.sched_getscheduler(0), os.sched_getparam(0))
+    stated = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_RTTIME, (min([AWAKE_MAX_US, *stated]), hard))
+    text = (
+        "Real-time scheduling is refused ({reason}): set '@realtime - rtprio 99' in /etc/security/limits.conf, "
+        f"join that group and log in again; {CONTAINER} --cap-add=sys_nice --ulimit rtprio=99."
+    )
+    rights.is_fifo = _try(
+        rights,
+        f"SCHED_FIFO {PRIORITY}",
+        text,
+        lambda: os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY)),
+    )
+
+
+def _try(rights: Rights, name: str, refusal: str, act: Callable[[], object]) -> bool:
+    """Whether it was granted; noted either way."""
+    try:
+        act()
+    except OSError as error:
+        rights.refused.append(refusal.format(reason=error.strerror))
+        return False
+    rights.granted.append(name)
+    return True
+
+
+def _libc(name: str) -> Callable[..., None]:
+    """A call of the C library that raises what it reports."""
+    function = getattr(ctypes.CDLL(None, use_errno=True), name)
+
+    def call(*arguments: int) -> None:
+        if function(*arguments) != 0:
+            number = ctypes.get_errno()
+            raise OSError(number, os.strerror(number))
+
+    return call
+
+
+def _locked_kB() -> int:
+    """Memory that somebody has locked before."""
+    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+    return next((int(line.split()[1]) for line in lines if line.startswith("VmLck:")), 0)
