@@ -1,5 +1,7 @@
 """What the twin's machine tells of itself: late, quantised encoders and noisy motor currents."""
 
+from collections import deque
+
 import numpy as np
 from jaxtyping import Float
 
@@ -23,24 +25,21 @@ class Sensors:
         self._torque_to_current = 1.0 / drives.gain
         self._noise_sd = sensors.current_noise / np.abs(drives.gain)  # [A]
         self._stream = stream(seed, "run", "current_noise")
-        self._past = np.zeros((delay_steps + 1, 2, len(self._offset)))
-        self._newest = 0
+        self._past: deque[tuple[Joints, Joints]] = deque(maxlen=delay_steps + 1)  # newest last
         self._noise = self._draw_noise()
         self._reading = 0
 
     def fill(self, q: Joints, tau_motor: Joints) -> None:
         """Begin as if the machine had stood still for long."""
-        self._past[:] = q, tau_motor
+        self._past.extend([(q.copy(), tau_motor.copy())] * (self._past.maxlen or 1))
 
     def note(self, q: Joints, tau_motor: Joints) -> None:
-        """Keep the true positions [rad] and motor torques at the joint [N·m] of one step."""
-        self._newest = (self._newest + 1) % len(self._past)
-        self._past[self._newest, 0] = q
-        self._past[self._newest, 1] = tau_motor
+        """Keep the true positions [rad] and motor torques at the joint [N·m] of one step: the arrays themselves."""
+        self._past.append((q, tau_motor))
 
     def measure(self) -> tuple[Joints, Joints]:
         """Positions [rad] and currents [A] as measured now."""
-        q, tau_motor = self._past[(self._newest + 1) % len(self._past)]
+        q, tau_motor = self._past[0]
         q_measured = q + self._offset
         np.copyto(q_measured, np.rint(q_measured / self._divisor) * self._step, where=self._is_quantised)
         return q_measured, tau_motor * self._torque_to_current + self._next_noise()
