@@ -2,8 +2,9 @@
 
 import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
+from typing import overload
 
 import casadi as ca
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from exograv.errors import KernelError
 
 from . import native, object_code, virtual_machine
+from .batch import Batch, compile_batch
 from .interface import Kernel
 
 ENGINE_VARIABLE = "EXOGRAV_KERNEL"
@@ -19,10 +21,28 @@ ENGINE_VARIABLE = "EXOGRAV_KERNEL"
 _log = logging.getLogger(__name__)
 
 
+@overload
 def compile(
     function: ca.Function, bindings: Mapping[str, np.ndarray] | None = None, *, carry: Mapping[str, str] | None = None
-) -> Kernel:
-    """Bind a function's arguments and results to memory.
+) -> Kernel: ...
+
+
+@overload
+def compile(
+    function: ca.Function, *, lanes: int, shared: Iterable[str] = (), dtype: type | str = np.float64
+) -> Batch: ...
+
+
+def compile(
+    function: ca.Function,
+    bindings: Mapping[str, np.ndarray] | None = None,
+    *,
+    carry: Mapping[str, str] | None = None,
+    lanes: int | None = None,
+    shared: Iterable[str] = (),
+    dtype: type | str = np.float64,
+) -> Kernel | Batch:
+    """Bind a function's arguments and results to memory, or with `lanes` make it ready for batches.
 
     Args:
         function: Any CasADi function that is one line of scalar operations.
@@ -30,11 +50,16 @@ def compile(
             of the right size, contiguous; its elements are taken in CasADi's order, column by column. A C-ordered
             array of the transposed shape has that order.
         carry: Arguments that are overwritten after each call, for the next one, by a result or another argument.
+        lanes: States that one instruction works on: 2, 4, 8, 16 or 32, or 0 for the widest of this processor.
+        shared: Of a batch, arguments that are the same for every state.
+        dtype: Of a batch's elements, float64 or float32.
 
     Raises:
         KernelError: An operation is not known; it is named.
-        ValueError: A binding or a carried name is not known, or its memory does not fit.
+        ValueError: A name is not known, or memory does not fit.
     """
+    if lanes is not None:
+        return compile_batch(function, lanes, shared, np.dtype(dtype).name, is_native=native_is_possible())
     engine = native if native_is_possible() else virtual_machine
     return engine.compile(function, bindings, carry)
 

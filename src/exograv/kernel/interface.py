@@ -33,10 +33,7 @@ class Kernel:
     """Whether the machine code was found ready on disk."""
 
     evaluate: Callable[[], object]
-    """Evaluate once on what stands in `inputs`: the quickest way for a loop."""
-
-    _keep: tuple[object, ...]
-    """What must live as long as the callable and is not held by it."""
+    """Evaluate once on what stands in `inputs`: the quickest way for a loop. It keeps alive what it needs."""
 
     def __call__(self) -> Mapping[str, np.ndarray]:
         """Evaluate once on what stands in `inputs`; returns `outputs`."""

@@ -42,7 +42,6 @@ def compile(
         build_s=made.build_s,
         from_cache=made.from_cache,
         evaluate=evaluate,
-        _keep=(),
     )
 
 

@@ -97,7 +97,7 @@ def _add_symbols(binding: Any) -> None:
     process = ctypes.CDLL(None)
     for name in ("PyCapsule_GetPointer", "Py_IncRef"):
         binding.add_symbol(name, _address(getattr(ctypes.pythonapi, name)))
-    for name in {*LIBRARY.values(), *LIBRARY_OF_TWO.values(), "fma", "memcpy"}:
+    for name in {*LIBRARY.values(), *LIBRARY_OF_TWO.values(), "fma", "memcpy", "sem_wait", "sem_post", "sched_yield"}:
         if hasattr(process, name):
             binding.add_symbol(name, _address(getattr(process, name)))
 

@@ -90,8 +90,8 @@ class Operations:
                 positive = self._select(f"{name}.s", f"{name}.p", self._one, a)
                 return [*conditions, positive, self._select(name, f"{name}.n", minus, f"{name}.s")]
             case ca.OP_FMIN | ca.OP_FMAX:
-                # As C has it: of two numbers the smaller, of a number and a NaN the number. Of two zeros the second.
-                word = "olt" if operation == ca.OP_FMIN else "ogt"
+                # As C has it: of two numbers the smaller, of a number and a NaN the number. Of two zeros the first.
+                word = "ole" if operation == ca.OP_FMIN else "oge"
                 conditions = [f"{name}.n = fcmp uno {T} {b}, {b}", f"{name}.c = fcmp {word} {T} {a}, {b}"]
                 either = f"{name}.o = or {self._bits} {name}.n, {name}.c"
                 return [*conditions, either, self._select(name, f"{name}.o", a, b)]

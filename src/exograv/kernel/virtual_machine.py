@@ -32,7 +32,7 @@ def compile(
     carried_memory(program, carry)
     copies = [({**inputs, **outputs}[source], inputs[target]) for target, source in (carry or {}).items()]
 
-    def evaluate_and_carry() -> None:
+    def evaluate_and_carry(_alive: object = (dense, buffer, inputs, outputs)) -> None:
         evaluate()
         for source, target in copies:
             target[...] = source
@@ -46,6 +46,5 @@ def compile(
         code_bytes=0,
         build_s=time.perf_counter() - start,
         from_cache=False,
-        evaluate=evaluate_and_carry if copies else evaluate,
-        _keep=(dense, buffer, inputs, outputs),
+        evaluate=evaluate_and_carry,
     )

@@ -1,10 +1,25 @@
 """A kernel computes its function on memory that never moves, hides no NaN, and refuses memory that does not fit."""
 
+import gc
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from exograv import kernel
+from exograv.kernel import native, virtual_machine
+
+
+@pytest.fixture(autouse=True, params=["native", "virtual machine"])
+def engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Every sentence here holds for both engines."""
+    chosen = {"native": native, "virtual machine": virtual_machine}[request.param]
+
+    def compile_by_it(function: ca.Function, bindings=None, *, carry=None) -> kernel.Kernel:
+        return chosen.compile(function, bindings, carry)
+
+    monkeypatch.setattr(kernel, "compile", compile_by_it)
+    return request.param
 
 
 def product_function() -> ca.Function:
@@ -139,3 +154,58 @@ def test_a_kernel_outlives_the_function_it_came_from():
     compiled = kernel.compile(function)
     del function
     np.testing.assert_array_equal(compiled.of(np.ones((2, 3)), np.ones(3))[0], 3.0)
+
+
+def test_the_callable_outlives_its_kernel():
+    compiled = kernel.compile(product_function())
+    compiled.inputs["A"][...] = compiled.inputs["x"][...] = 1.0
+    evaluate, outputs = compiled.evaluate, compiled.outputs
+    del compiled
+    gc.collect()
+    evaluate()
+    np.testing.assert_array_equal(outputs["y"], 3.0)
+
+
+def test_a_kernel_says_how_long_its_program_is_and_what_runs_it(engine: str):
+    compiled = kernel.compile(product_function())
+    assert compiled.engine == engine
+    assert compiled.n_instructions == 33
+    assert (compiled.code_bytes > 0) == (engine == "native")
+    assert 0.0 < compiled.build_s < 60.0
+
+
+def counting_function() -> ca.Function:
+    n, step = ca.SX.sym("n", 2), ca.SX.sym("step", 2)
+    return ca.Function("counting", [n, step], [n + step, 2 * step], ["n", "step"], ["next", "twice"])
+
+
+def test_what_is_carried_is_the_next_calls_argument():
+    compiled = kernel.compile(counting_function(), carry={"n": "next"})
+    compiled.inputs["step"][:] = [1.0, 2.0]
+    for calls in (1.0, 2.0, 3.0):
+        np.testing.assert_array_equal(compiled()["next"], [calls, 2 * calls])
+
+
+def test_an_argument_can_be_carried_to_another():
+    compiled = kernel.compile(counting_function(), carry={"n": "step"})
+    compiled.inputs["step"][:] = [5.0, 6.0]
+    compiled()
+    np.testing.assert_array_equal(compiled.inputs["n"], [5.0, 6.0])
+
+
+@pytest.mark.parametrize("carry", [{"m": "next"}, {"n": "last"}, {"twice": "next"}])
+def test_what_cannot_be_carried_is_refused_with_the_names(carry: dict[str, str]):
+    with pytest.raises(ValueError, match="it has n, step, next, twice"):
+        kernel.compile(counting_function(), carry=carry)
+
+
+def test_carrying_to_another_shape_is_refused():
+    x, y = ca.SX.sym("x", 2), ca.SX.sym("y", 3)
+    with pytest.raises(ValueError, match=r"x \(2, 1\) does not fit y \(3, 1\)"):
+        kernel.compile(ca.Function("odd", [x, y], [x], ["x", "y"], ["z"]), carry={"y": "x"})
+
+
+def test_matrix_expressions_are_written_out():
+    x = ca.MX.sym("x", 2)
+    (y,) = kernel.compile(ca.Function("norm", [x], [ca.norm_2(x)])).of([3.0, 4.0])
+    assert y[0] == 5.0

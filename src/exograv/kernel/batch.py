@@ -1,0 +1,201 @@
+"""One program on many states at once: each instruction on several lanes, each core on its share of the states."""
+
+import ctypes
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from . import virtual_machine
+from .emission import Layout
+from .native import MachineCode, machine_code
+from .object_code import processor
+from .pool import pool
+from .program import Program, straight_line
+
+ELEMENTS = {"float64": "double", "float32": "float"}
+LANES = (2, 4, 8, 16, 32)
+ALIGNMENT_BYTES = 64
+"""Of a cache line and of the widest vectors."""
+
+CHUNKS_PER_THREAD, CHUNK_MIN = 4, 64
+"""A thread that the system has taken away for a moment leaves its chunks to the others; too small ones cost more."""
+
+
+@dataclass(frozen=True)
+class BoundBatch:
+    """A batch of a fixed size. Write into `inputs`, call, read `outputs`."""
+
+    inputs: Mapping[str, np.ndarray]
+    """By name: a vector (n,) is (n, size), a matrix (rows, columns, size); a shared argument has no last axis."""
+
+    outputs: Mapping[str, np.ndarray]
+    """By name, in the same shapes; overwritten by each call."""
+
+    size: int
+    """States [-]."""
+
+    evaluate: Callable[[], object]
+    """Evaluate all states on what stands in `inputs`."""
+
+    _keep: tuple[object, ...]
+    """What must outlive the callable."""
+
+    def __call__(self) -> Mapping[str, np.ndarray]:
+        """Evaluate all states; returns `outputs`."""
+        self.evaluate()
+        return self.outputs
+
+
+@dataclass(frozen=True)
+class Batch:
+    """A function compiled for many states; `bind` gives it memory."""
+
+    name: str
+    engine: str
+    """"native", or "virtual machine" where native code could not be made."""
+
+    lanes: int
+    """States that one instruction works on."""
+
+    dtype: np.dtype
+    n_instructions: int
+    """Length of the program [-]."""
+
+    code_bytes: int
+    """Size of its machine code."""
+
+    build_s: float
+    """Time that compiling or loading took [s]."""
+
+    from_cache: bool
+    """Whether the machine code was found ready on disk."""
+
+    shared: tuple[str, ...]
+    """Arguments that are the same for every state."""
+
+    bind: Callable[..., BoundBatch]
+    """`bind(size, threads=1)`: memory for as many states, and how many threads work on them."""
+
+    def of(self, *values: np.ndarray, threads: int = 1) -> tuple[np.ndarray, ...]:
+        """Copies of all outputs for these inputs in their order, states along the last axis.
+
+        Raises:
+            TypeError: The number of values is wrong.
+            ValueError: All arguments are shared, or a value does not fit.
+        """
+        bound = self.bind(self._size_of(values), threads)
+        for buffer, value in zip(bound.inputs.values(), values, strict=True):
+            buffer[...] = value
+        return tuple(output.copy() for output in bound().values())
+
+    def _size_of(self, values: tuple[np.ndarray, ...]) -> int:
+        names = list(self.bind(1).inputs)
+        if len(values) != len(names):
+            raise TypeError(f"{self.name} takes {', '.join(names)}; {len(values)} values were given.")
+        for name, value in zip(names, values, strict=True):
+            if name not in self.shared:
+                return np.shape(value)[-1]
+        raise ValueError(f"All arguments of {self.name} are shared: there is no state to tell apart.")
+
+
+def compile_batch(function: ca.Function, lanes: int, shared: Iterable[str], dtype: str, *, is_native: bool) -> Batch:
+    """As `kernel.compile` with lanes.
+
+    Raises:
+        KernelError: An operation is not known; it is named.
+        ValueError: A shared name, a number of lanes or an element type is not known.
+    """
+    program, shared = straight_line(function), tuple(shared)
+    element = ELEMENTS.get(dtype)
+    if element is None:
+        raise ValueError(f"A batch of {function.name()} has float64 or float32 elements, not {dtype}.")
+    if lanes not in (0, *LANES):
+        raise ValueError(f"A batch of {function.name()} has {', '.join(map(str, LANES))} lanes, not {lanes}.")
+    missing = [name for name in shared if name not in program.arguments]
+    if missing:
+        raise ValueError(f"{function.name()} has no argument {', '.join(missing)} to share.")
+    if not is_native:
+        return _on_the_virtual_machine(function, program, shared, np.dtype(dtype))
+    lanes = lanes or processor().lanes * (1 if element == "double" else 2)
+    order = [name in shared for name in program.arguments]
+    made = machine_code(program, Layout(lanes, element, frozenset(i for i, same in enumerate(order) if same)))
+    native = _NativeBatch(program, made, lanes, np.dtype(dtype), shared)
+    return Batch(
+        program.name, "native", lanes, np.dtype(dtype), len(program.instructions),
+        made.n_bytes, made.build_s, made.from_cache, shared, native.bind,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _NativeBatch:
+    program: Program
+    made: MachineCode
+    lanes: int
+    dtype: np.dtype
+    shared: tuple[str, ...]
+
+    def bind(self, size: int, threads: int = 1) -> BoundBatch:
+        """Memory for `size` states, which `threads` threads share.
+
+        Raises:
+            ValueError: There is no state, or no thread.
+        """
+        if size < 1 or threads < 1:
+            raise ValueError(f"A batch of {self.program.name} needs a state and a thread, not {size} and {threads}.")
+        n_blocks = -(-size // self.lanes)
+        # An odd number of blocks a row: rows a power of two apart would all want the same places of the cache.
+        row = (n_blocks | 1) * self.lanes
+        inputs = {name: self._memory(name, shape, size, row) for name, shape in self.program.arguments.items()}
+        outputs = {name: self._memory("", shape, size, row) for name, shape in self.program.results.items()}
+        constants = self.program.constants.astype(self.dtype)
+        arrays = (*inputs.values(), *outputs.values(), constants)
+        pointers = (ctypes.c_int64 * (len(arrays) + 1))(*(array.ctypes.data for array in arrays), row)
+        evaluate = self._runner(ctypes.addressof(pointers), n_blocks * self.lanes, threads)
+        return BoundBatch(inputs, outputs, size, evaluate, (self, arrays, pointers))
+
+    def _runner(self, arguments: int, end: int, threads: int) -> Callable[[], object]:
+        run = self.made.loaded.address("run")
+        chunk = -(-end // (threads * CHUNKS_PER_THREAD * self.lanes)) * self.lanes
+        if threads > 1 and end > 2 * CHUNK_MIN:
+            return pool(threads).runner(run, arguments, end, max(chunk, CHUNK_MIN))
+        # ctypes gives Python's other threads the interpreter while this one computes.
+        function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)(run)
+        values = ctypes.c_void_p(arguments), ctypes.c_int64(0), ctypes.c_int64(end)
+        return lambda: function(*values)
+
+    def _memory(self, name: str, shape: tuple[int, int], size: int, row: int) -> np.ndarray:
+        rows, columns = shape
+        if name in self.shared:
+            return np.zeros(rows, self.dtype) if columns == 1 else np.zeros(shape, self.dtype, order="F")
+        spare = ALIGNMENT_BYTES // self.dtype.itemsize
+        raw = np.zeros(rows * columns * row + spare, self.dtype)
+        start = -raw.ctypes.data % ALIGNMENT_BYTES // self.dtype.itemsize
+        aligned = raw[start : start + rows * columns * row]
+        if columns == 1:
+            return aligned.reshape(rows, row)[:, :size]
+        return aligned.reshape(columns, rows, row).transpose(1, 0, 2)[..., :size]
+
+
+def _on_the_virtual_machine(function: ca.Function, program: Program, shared: tuple[str, ...], dtype: np.dtype) -> Batch:
+    """State by state: right everywhere, quick nowhere."""
+    one = virtual_machine.compile(function)
+
+    def memory(name: str, buffer: np.ndarray, size: int) -> np.ndarray:
+        return np.zeros(buffer.shape if name in shared else (*buffer.shape, size), dtype)
+
+    def bind(size: int, threads: int = 1) -> BoundBatch:
+        inputs = {name: memory(name, buffer, size) for name, buffer in one.inputs.items()}
+        outputs = {name: memory("", buffer, size) for name, buffer in one.outputs.items()}
+
+        def evaluate() -> None:
+            for state in range(size):
+                for name, buffer in one.inputs.items():
+                    buffer[...] = inputs[name] if name in shared else inputs[name][..., state]
+                for name, buffer in one().items():
+                    outputs[name][..., state] = buffer
+
+        return BoundBatch(inputs, outputs, size, evaluate, (one,))
+
+    return Batch(program.name, one.engine, 1, dtype, one.n_instructions, 0, one.build_s, False, shared, bind)

@@ -1,0 +1,120 @@
+"""Native code gives the virtual machine's bits: for every operation, every zero, infinity and NaN, at any length."""
+
+import sys
+from collections.abc import Iterator
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exograv import kernel
+from exograv.errors import KernelError
+from exograv.kernel import emission, native, virtual_machine
+from exograv.kernel.operations import LIBRARY_OF_TWO, PLACED, TRIGONOMETRIC, known_operations
+from exograv.kernel.program import OPERATION_NAMES
+
+OF_TWO = {
+    ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR,
+    ca.OP_IF_ELSE_ZERO, ca.OP_FMIN, ca.OP_FMAX, ca.OP_COPYSIGN, *LIBRARY_OF_TWO,
+}  # fmt: skip
+EXACT = sorted(known_operations() - set(PLACED) - set(TRIGONOMETRIC))
+"""Sine and cosine are our own; their last bit has its own tests."""
+
+STRANGE = [0.0, -0.0, 1.0, -1.0, 0.5, 2.0, np.inf, -np.inf, np.nan, 1e308, -1e308, 5e-324, 1e-308, 1e16, 3.0]
+N_INPUTS = 4
+
+numbers = st.one_of(st.sampled_from(STRANGE), st.floats())
+steps = st.tuples(st.sampled_from(EXACT), st.integers(0, 10**6), st.integers(0, 10**6))
+
+
+@pytest.fixture(autouse=True, scope="module")
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Random programs would crowd out useful ones."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+def expression(operation: int, a: ca.SX, b: ca.SX) -> ca.SX:
+    return ca.SX.binary(operation, a, b) if operation in OF_TWO else ca.SX.unary(operation, a)
+
+
+def program_of(chain: list[tuple[int, int, int]]) -> ca.Function:
+    """Each step works on two of the values before it; all of them are results."""
+    x = ca.SX.sym("x", N_INPUTS)
+    values = [*ca.vertsplit(x), ca.SX(1.5)]
+    for operation, first, second in chain:
+        values.append(expression(operation, values[first % len(values)], values[second % len(values)]))
+    return ca.Function("random", [x], [ca.vertcat(*values[N_INPUTS + 1 :])])
+
+
+def assert_same_bits(actual: np.ndarray, desired: np.ndarray):
+    np.testing.assert_array_equal(actual, desired)
+    is_number = ~np.isnan(desired)
+    np.testing.assert_array_equal(np.signbit(actual[is_number]), np.signbit(desired[is_number]))
+
+
+@pytest.mark.parametrize("operation", EXACT, ids=lambda code: OPERATION_NAMES[code])
+def test_an_operation_has_the_same_bits_on_all_strange_numbers(operation: int):
+    a, b = ca.SX.sym("a"), ca.SX.sym("b")
+    function = ca.Function("one", [a, b], [expression(operation, a, b)])
+    fast, slow = native.compile(function), virtual_machine.compile(function)
+    for x in STRANGE:
+        for y in STRANGE:
+            assert_same_bits(fast.of(x, y)[0], slow.of(x, y)[0])
+
+
+@settings(max_examples=60)
+@given(chain=st.lists(steps, min_size=1, max_size=60), x=st.lists(numbers, min_size=N_INPUTS, max_size=N_INPUTS))
+def test_random_programs_have_the_same_bits(chain: list[tuple[int, int, int]], x: list[float]):
+    function = program_of(chain)
+    assert_same_bits(native.compile(function).of(x)[0], virtual_machine.compile(function).of(x)[0])
+
+
+@pytest.mark.parametrize("length", [1, 2, 3, 7, 50])
+def test_values_survive_from_piece_to_piece(length: int, monkeypatch: pytest.MonkeyPatch):
+    rng = np.random.default_rng(1000)
+    codes = [ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_SIN, ca.OP_COS, ca.OP_TANH, ca.OP_FMAX]
+    chain = [(codes[rng.integers(len(codes))], *rng.integers(0, 10**6, 2).tolist()) for _ in range(300)]
+    function, x = program_of(chain), rng.normal(size=N_INPUTS)
+    whole = native.compile(function).of(x)[0]
+    monkeypatch.setattr(emission, "PIECE", length)
+    monkeypatch.setattr(native.cache, "read", lambda _name: None)
+    monkeypatch.setattr(native.cache, "write", lambda _name, _code: None)
+    assert_same_bits(native.compile(function).of(x)[0], whole)
+
+
+def test_the_same_program_with_other_constants_is_compiled_once():
+    x = ca.SX.sym("x")
+    codes = []
+    for factor in (2.5, 3.5):
+        compiled = native.compile(ca.Function("scaled", [x], [factor * ca.sin(x + 0.25)]))
+        assert compiled.of(0.5)[0][0] == pytest.approx(factor * np.sin(0.75), rel=1e-15)
+        codes.append(compiled)
+    assert codes[1].from_cache
+
+
+def test_an_operation_that_cannot_be_compiled_is_named():
+    x = ca.SX.sym("x")
+    with pytest.raises(KernelError, match=r"The operation ERFINV cannot be compiled\. Known are .*TANH"):
+        native.compile(ca.Function("odd", [x], [ca.erfinv(x)]))
+    with pytest.raises(KernelError, match="PRINTME"):
+        native.compile(ca.Function("odd", [x], [x.printme(1)]))
+
+
+def test_a_solver_inside_is_named_as_a_call():
+    x = ca.MX.sym("x")
+    solve = ca.rootfinder("solve", "newton", ca.Function("residual", [x], [x**2 - 2]))
+    with pytest.raises(KernelError, match="The operation CALL cannot be compiled"):
+        native.compile(ca.Function("root", [x], [solve(x)]))
+
+
+def test_a_thousand_calls_leave_no_reference_behind():
+    x = ca.SX.sym("x")
+    compiled = kernel.compile(ca.Function("next", [x], [x + 1]))
+    before = sys.getrefcount(None)
+    for _ in range(1000):
+        compiled.evaluate()
+    assert abs(sys.getrefcount(None) - before) < 100
