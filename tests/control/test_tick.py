@@ -163,3 +163,15 @@ def test_a_broken_signal_reaches_the_guard_as_no_number(tick, wearer, which: str
 def test_the_same_state_gives_the_same_torque_to_the_last_bit(assembly, machine, wearer):
     one, other = (at_rest(Tick(assembly, machine), wearer, Mode()) for _ in range(2))
     np.testing.assert_array_equal(one, other)
+
+
+def test_a_position_that_is_no_number_shows_in_the_slope(tick, wearer):
+    still = np.zeros(4)
+    q = DONNING.copy()
+    tick.step(q, still, Reference(q, still, still), wearer)
+    assert tick.is_closed
+    lost = q.copy()
+    lost[2] = np.nan
+    tick.step(lost, still, Reference(q, still, still), wearer)
+    assert np.isnan(tick.closure_slope)
+    assert not tick.is_closed

@@ -53,8 +53,10 @@ class Tick:
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly = assembly
         self.mode = Mode()
-        self._kernel = kernel.compile(tick_function(assembly, machine))
-        self._in, self._out = self._kernel.inputs, self._kernel.outputs
+        # The posture of this tick is where the next one starts from.
+        carry = {"q_before": "q", "z_before": "z", "G_before": "G"}
+        self._kernel = kernel.compile(tick_function(assembly, machine), carry=carry)
+        self._in, self._out, self._evaluate = self._kernel.inputs, self._kernel.outputs, self._kernel.evaluate
         self._solver = LoopSolver(assembly)
         self._closed = False
         self.n_instructions = self._kernel.n_instructions
@@ -76,8 +78,8 @@ class Tick:
 
     @property
     def closure_slope(self) -> float:
-        """Largest remaining slope of the cuffs' energy [N·m]; above `SLOPE_MAX` the loops are not closed."""
-        return float(np.abs(self._out["slope"]).max())
+        """What is left of the cuffs' slope, summed over freedoms [N·m]; above `SLOPE_MAX` the loops are not closed."""
+        return self._out["slope"].item()
 
     def step(self, q: Joints, v: Joints, reference: Reference, x: parameters.Parameters) -> Joints:
         """Desired torque (joint,) [N·m].
@@ -95,21 +97,14 @@ class Tick:
         buffers["v_reference"][:] = reference.v
         buffers["a_reference"][:] = reference.a
         buffers["x"][:] = x
-        buffers["mode"][:] = (self.mode.drive, self.mode.gravity_level, self.mode.arm_share)
+        mode = buffers["mode"]
+        mode[0], mode[1], mode[2] = self.mode.drive, self.mode.gravity_level, self.mode.arm_share
         if not self._closed:
             self.close(q, x)
             for _ in range(NEWTON_STEPS):
                 self._evaluate()
         self._evaluate()
         return self._out["tau_desired"]
-
-    def _evaluate(self) -> None:
-        """Run the kernel and hand its posture on to the next time."""
-        buffers = self._in
-        self._kernel()
-        buffers["q_before"][:] = buffers["q"]
-        buffers["z_before"][:] = self._out["z"]
-        buffers["G_before"][:] = self._out["G"]
 
     def at_rest(
         self, q: Joints, x: parameters.Parameters, z_start: Float[np.ndarray, " 4"]
@@ -205,7 +200,8 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         "tau_arm": torque.arm,
         "z": closed.z,
         "G": closed.G,
-        "slope": closed.slope,
+        # Not the largest: CasADi's fmax would hide a NaN.
+        "slope": ca.norm_1(closed.slope),
         "pivot": closed.pivot,
     }
     return ca.Function("tick", inputs, list(outputs.values()), names, list(outputs))
