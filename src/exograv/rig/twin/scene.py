@@ -44,10 +44,13 @@ class CuffPlace:
 
 @dataclass(frozen=True)
 class Scene:
-    """A compiled world; `model` and `data` are its only mutable parts."""
+    """A compiled world; `model` and its two `MjData` are its only mutable parts."""
 
     model: mujoco.MjModel
     data: mujoco.MjData
+    scratch: mujoco.MjData
+    """For MuJoCo's own constants, which leave it at the zero posture."""
+
     exo: Int[np.ndarray, " joint"]
     """Degrees of freedom of the machine's joints, in the description's order."""
 
@@ -72,8 +75,9 @@ class Scene:
             raise RigError(
                 f"A weight of {mass} kg cannot hang at '{mount}'; give zero to take it off, or a positive mass."
             )
-        self.model.body_mass[body] = mass
-        mujoco.mj_setConst(self.model, mujoco.MjData(self.model))  # scratch data: it is left at the zero posture
+        if self.model.body_mass[body] != mass:
+            self.model.body_mass[body] = mass
+            mujoco.mj_setConst(self.model, self.scratch)
 
 
 def build_scene(
@@ -101,13 +105,13 @@ def build_scene(
         raise RigError(
             "MuJoCo did not keep the dense Jacobian; its sparse solver has a wrong Hessian in some releases."
         )
-    data = mujoco.MjData(model)
+    data, scratch = mujoco.MjData(model), mujoco.MjData(model)
     exo = np.array([_dof(model, joint) for joint in description.joints])
     if wearer is None:
-        return Scene(model, data, exo, np.array([], dtype=int), -1, ())
+        return Scene(model, data, scratch, exo, np.array([], dtype=int), -1, ())
     arm = np.array([_dof(model, f"arm_{joint}") for joint in ARM_JOINTS])
     cuffs = _fasten_cuffs(description, model, data, exo, arm)
-    return Scene(model, data, exo, arm, _dof(model, SHIFT_JOINT), cuffs)
+    return Scene(model, data, scratch, exo, arm, _dof(model, SHIFT_JOINT), cuffs)
 
 
 def _machine_spec(description: RigDescription, machine: Machine, lengths: Mapping[str, float]) -> mujoco.MjSpec:
