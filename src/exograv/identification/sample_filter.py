@@ -21,11 +21,11 @@ class SampleFilter:
         # 15 w³ / (s³ + 6 w s² + 15 w² s + 15 w³)
         continuous = np.zeros((4, 4))
         continuous[:3] = [[0, 1, 0, 0], [0, 0, 1, 0], [-15 * w**3, -15 * w**2, -6 * w, 15 * w**3]]
-        discrete = expm(continuous * dt)
-        self._A, self._B = discrete[:3, :3], discrete[:3, 3:]
-        self._state = np.zeros((3, 2 * joints))
-        self._input = np.zeros((1, 2 * joints))
-        self._n, self._dt = joints, dt
+        self._step: Float[np.ndarray, "3 4"] = np.ascontiguousarray(expm(continuous * dt)[:3])
+        self._rows = np.zeros((4, 2 * joints))  # value and two derivatives, then the input that is held over the tick
+        self._state, self._next = self._rows[:3], np.zeros((3, 2 * joints))
+        self._q_in, self._tau_in = self._rows[3, :joints], self._rows[3, joints:]
+        self._dt = dt
         self._t = 0.0
         self._warm_up = round(6 * delay_s / dt)
         self.settled = False
@@ -36,11 +36,12 @@ class SampleFilter:
 
     def update(self, q: Joints, tau: Joints) -> Sample:
         """Take position [rad] and torque [N·m] of one tick."""
-        self._input[0, : self._n] = q
-        self._input[0, self._n :] = tau
+        self._q_in[:] = q
+        self._tau_in[:] = tau
         if self._warm_up > 0 and not self._state[0].any():
-            self._state[0] = self._input[0]
-        self._state[:] = self._A @ self._state + self._B @ self._input
+            self._state[0] = self._rows[3]
+        np.dot(self._step, self._rows, out=self._next)
+        self._state[:] = self._next
         if self._warm_up > 0:
             self._warm_up -= 1
         else:
