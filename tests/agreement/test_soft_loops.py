@@ -181,7 +181,8 @@ def left_over_of_truth(seed: int) -> np.ndarray:
             tick.step(q, still, Reference(q, still, still), x)
         return tick.tau_desired / machine.drives.gain
 
-    return rms(Examiner(description, machine, wearer).left_over(current_of))
+    examiner = Examiner(description, machine, wearer)
+    return rms(examiner.left_over(lambda postures: np.array([current_of(q) for q in postures])))
 
 
 def test_the_production_tick_with_true_parameters_carries_the_twins_arm():

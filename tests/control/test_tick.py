@@ -166,12 +166,10 @@ def test_the_same_state_gives_the_same_torque_to_the_last_bit(assembly, machine,
 
 
 def test_a_position_that_is_no_number_shows_in_the_slope(tick, wearer):
-    still = np.zeros(4)
-    q = DONNING.copy()
-    tick.step(q, still, Reference(q, still, still), wearer)
+    at_rest(tick, wearer, Mode())
     assert tick.is_closed
-    lost = q.copy()
+    lost = Q.copy()
     lost[2] = np.nan
-    tick.step(lost, still, Reference(q, still, still), wearer)
+    tick.step(lost, STILL, Reference(lost, STILL, STILL), wearer)
     assert np.isnan(tick.closure_slope)
     assert not tick.is_closed

@@ -21,10 +21,10 @@ class ActuatorGain:
     gain_sd: Joints
     """Standard deviation of the calibrated gain [N·m/A]."""
 
-    def torque(self, current: Joints) -> Joints:
+    def torque(self, current: Float[np.ndarray, "*state joint"]) -> Float[np.ndarray, "*state joint"]:
         """Torque [N·m] that the motor puts on the joint, before friction."""
         return self.gain * current
 
-    def current(self, tau: Joints) -> Joints:
+    def current(self, tau: Float[np.ndarray, "*state joint"]) -> Float[np.ndarray, "*state joint"]:
         """Current [A] for a torque [N·m]."""
         return tau / self.gain

@@ -1,22 +1,22 @@
 """Scores the controller on the twin's truth, beside the run and never into it."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv.control.tick import Mode, Tick
+from exograv.control.resting import Resting, RestingTorque
+from exograv.control.tick import Mode
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import FIT_OF_ARM, Parameters
+from exograv.dynamics.parameters import Parameters
 from exograv.model.assembly import Assembly
-from exograv.model.loops import LoopSolver
 from exograv.rig.twin import Examiner
 from exograv.rig.twin.examiner import rms
 
 from .virtual import VirtualLaboratory
 
 Joints = Float[np.ndarray, " joint"]
+Postures = Float[np.ndarray, "posture joint"]
 
 
 @dataclass(frozen=True)
@@ -32,36 +32,36 @@ class Examination:
 
     def __init__(self, laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedMachine):
         self._examiner = Examiner(laboratory.description, laboratory.machine, laboratory.wearer)
-        self._tick = Tick(assembly, machine)
-        self._current = machine.actuators.current
-        self._solver = LoopSolver(assembly)
-        self._z: dict[bytes, np.ndarray] = {}
+        self._resting = RestingTorque(assembly, machine)
+        self._actuators = machine.actuators
+        self._z: Float[np.ndarray, "posture 4"] | None = None
 
     def score(self, x: Parameters, payload_kg: float = 0.0) -> Score:
         """What is left over with these parameters in the level-0 controller, a hidden weight in the hand."""
-        self._tick.mode = Mode()
-        asked: dict[bytes, tuple[Joints, Joints]] = {}
-        total = self._examiner.left_over(self._currents(x, 0, asked), payload_kg)
-        arm = self._examiner.arm_left_over(self._currents(x, 1, asked), payload_kg)
+        asked: list[Resting] = []
+
+        def all_currents(q: Postures) -> Postures:
+            asked.append(self._at_rest(q, x, Mode()))
+            return self._actuators.current(asked[0].tau_desired)
+
+        total = self._examiner.left_over(all_currents, payload_kg)
+        # The same postures, asked for a moment ago.
+        arm = self._examiner.arm_left_over(lambda _q: self._actuators.current(asked[0].tau_arm), payload_kg)
         return Score(rms(total), rms(arm))
 
     def exo_only(self, x: Parameters) -> Joints:
         """What is left over when only the exoskeleton is carried, RMS per joint [N·m]."""
-        self._tick.mode = Mode(arm_share=0.0)
-        return rms(self._examiner.left_over(self._currents(x, 0, {})))
+        mode = Mode(arm_share=0.0)
+        return rms(self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, mode).tau_desired)))
 
-    def _currents(
-        self, x: Parameters, part: int, asked: dict[bytes, tuple[Joints, Joints]]
-    ) -> Callable[[Joints], Joints]:
-        """What the controller commands for all (part 0) or for the arm (part 1); `asked` is filled and reused."""
-
-        def current(q: Joints) -> Joints:
-            key = q.tobytes()
-            if key not in self._z:
-                self._z[key] = self._solver.solve(q, q, x[FIT_OF_ARM])[0]
-            if key not in asked:
-                *torques, self._z[key] = self._tick.at_rest(q, x, self._z[key])
-                asked[key] = (torques[0], torques[1])
-            return self._current(asked[key][part])
-
-        return current
+    def _at_rest(self, q: Postures, x: Parameters, mode: Mode) -> Resting:
+        arms = np.tile(x, (len(q), 1))
+        if self._z is not None:
+            resting = self._resting(q, arms, self._z, mode)
+            if resting.is_closed.all():
+                self._z = resting.z
+                return resting
+        # The first time, or parameters so far from the last ones that Newton's method lost a posture.
+        resting = self._resting(q, arms, self._resting.cold_start(q, x), mode)
+        self._z = resting.z
+        return resting

@@ -22,8 +22,8 @@ HELD_OUT_SEED = 20_260_101
 
 Joints = Float[np.ndarray, " joint"]
 Postures = Float[np.ndarray, "posture joint"]
-CurrentOf = Callable[[Joints], Joints]
-"""A controller at rest: from measured joint positions [rad] to motor currents [A]."""
+CurrentsOf = Callable[[Postures], Postures]
+"""A controller at rest: from measured joint positions [rad] to motor currents [A], a row a posture."""
 
 
 def held_out_postures(description: RigDescription) -> Postures:
@@ -79,22 +79,22 @@ class Examiner:
             self._cache[key] = np.array([self.lock_torque(q, payload_kg, arm) for q in self.postures])
         return self._cache[key]
 
-    def left_over(self, current_of: CurrentOf, payload_kg: float = 0.0) -> Postures:
+    def left_over(self, currents_of: CurrentsOf, payload_kg: float = 0.0) -> Postures:
         """Lock torque minus what the motors deliver, exoskeleton and arm together [N·m]: the headline score."""
-        return self.lock_torques(payload_kg) - self.delivered(current_of)
+        return self.lock_torques(payload_kg) - self.delivered(currents_of)
 
-    def arm_left_over(self, arm_current_of: CurrentOf, payload_kg: float = 0.0) -> Postures:
+    def arm_left_over(self, arm_currents_of: CurrentsOf, payload_kg: float = 0.0) -> Postures:
         """The arm's share of the lock torque minus what the controller adds for the arm, as delivered [N·m]."""
         share = self.lock_torques(payload_kg) - self.lock_torques(arm=False)
-        return share - self.delivered(arm_current_of)
+        return share - self.delivered(arm_currents_of)
 
-    def delivered(self, current_of: CurrentOf) -> Postures:
+    def delivered(self, currents_of: CurrentsOf) -> Postures:
         """Torque [N·m] of the motors at the held-out postures, as the controller would command it there.
 
         The controller sees the positions through the encoders' offsets; their steps and all noise are left out.
         """
         drives, offset = self._machine.drives, self._machine.sensors.encoder_offset
-        currents = np.array([current_of(q + offset) for q in self.postures])
+        currents = currents_of(self.postures + offset)
         return np.clip(drives.gain * currents, -drives.torque_max, drives.torque_max)
 
 

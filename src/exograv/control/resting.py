@@ -1,0 +1,96 @@
+"""What the control law asks for at rest, at many postures and for many arms at once: to plan, examine and doubt."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Bool, Float
+
+from exograv import kernel
+from exograv.dynamics import parameters
+from exograv.dynamics.closure import PIVOT_MIN
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.model.assembly import FREEDOMS, Assembly
+from exograv.model.loops import TWIST_MAX, LoopSolver
+
+from .tick import NEWTON_STEPS, SETTLED_SLOPE, SLOPE_MAX, Mode, tick_function
+
+Postures = Float[np.ndarray, "state joint"]
+Arms = Float[np.ndarray, "state parameter"]
+Freedoms = Float[np.ndarray, "state 4"]
+
+
+@dataclass(frozen=True)
+class Resting:
+    """One row a state."""
+
+    tau_desired: Postures
+    """[N·m]"""
+
+    tau_arm: Postures
+    """The arm's share of it [N·m]."""
+
+    z: Freedoms
+    """Closed posture of the arm [rad]."""
+
+    is_closed: Bool[np.ndarray, " state"]
+    """Whether the posture was found; where not, the torques mean nothing."""
+
+
+class RestingTorque:
+    """The tick without motion, as a batch: its postures are closed by Newton's method, all at the same time."""
+
+    def __init__(self, assembly: Assembly, machine: CalibratedMachine, threads: int = 1):
+        self._n, self._threads = assembly.n, threads
+        self._batch = kernel.compile(_resting_function(assembly, machine), lanes=0, shared=("mode",))
+        self._solver = LoopSolver(assembly)
+        self._bound: dict[int, kernel.BoundBatch] = {}
+
+    def __call__(self, q: Postures, x: Arms, z_start: Freedoms, mode: Mode | None = None) -> Resting:
+        """Torques at rest.
+
+        Args:
+            q: Joint positions as measured [rad].
+            x: Parameters, in the order of `dynamics.parameters`.
+            z_start: Near the closed postures [rad]; `cold_start` finds them.
+            mode: Gravity level and share of the arm; as while floating if none is given.
+        """
+        mode = mode or Mode()
+        bound = self._memory(len(q))
+        inputs, outputs = bound.inputs, bound.outputs
+        inputs["q"][...], inputs["x"][...] = q.T, x.T
+        inputs["mode"][:] = mode.gravity_level, mode.arm_share
+        outputs["z"][...] = z_start.T
+        for _ in range(NEWTON_STEPS + 1):
+            inputs["z_before"][...] = outputs["z"]
+            bound()
+            if outputs["slope"].max() < SETTLED_SLOPE:
+                break
+        z = outputs["z"].T.copy()
+        held = (outputs["slope"][0] < SLOPE_MAX) & (outputs["pivot"][0] > PIVOT_MIN)
+        untwisted = np.abs(z - q[:, : len(FREEDOMS)]).max(axis=1) < TWIST_MAX
+        return Resting(outputs["tau_desired"].T.copy(), outputs["tau_arm"].T.copy(), z, held & untwisted)
+
+    def cold_start(self, q: Postures, x: parameters.Parameters) -> Freedoms:
+        """Postures of the cuffs alone [rad]: where Newton's method finds the loaded ones from."""
+        fit = x[parameters.FIT_OF_ARM]
+        return np.array([self._solver.solve(posture, posture[: len(FREEDOMS)], fit)[0] for posture in q])
+
+    def _memory(self, size: int) -> kernel.BoundBatch:
+        if size not in self._bound:
+            self._bound = {size: self._batch.bind(size, self._threads)}
+        return self._bound[size]
+
+
+def _resting_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
+    """The tick with everything that moves set to zero, so that what it costs falls away."""
+    n = assembly.n
+    q, x, z_before = ca.SX.sym("q", n), ca.SX.sym("x", parameters.count(n)), ca.SX.sym("z_before", len(FREEDOMS))
+    mode, still = ca.SX.sym("mode", 2), ca.SX.zeros(n)
+    all_of_mode = ca.vertcat(0, mode)
+    tick = tick_function(assembly, machine)
+    arguments = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(len(FREEDOMS), n)]
+    results = dict(zip(tick.name_out(), tick.call(arguments), strict=True))
+    wanted = ["tau_desired", "tau_arm", "z", "slope", "pivot"]
+    names = ["q", "x", "z_before", "mode"]
+    return ca.Function("resting", [q, x, z_before, mode], [results[name] for name in wanted], names, wanted)

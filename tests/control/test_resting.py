@@ -1,0 +1,59 @@
+"""The batch at rest is the tick at rest: at every posture, for every arm, and it says where it found none."""
+
+import numpy as np
+import pytest
+
+from exograv.control.resting import RestingTorque
+from exograv.control.tick import Mode, Tick
+from exograv.dynamics import parameters
+from exograv.model.support import sample_postures
+
+PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
+POSTURES = 31
+
+
+@pytest.fixture(scope="module")
+def resting(assembly, machine) -> RestingTorque:
+    return RestingTorque(assembly, machine)
+
+
+@pytest.fixture(scope="module")
+def postures(assembly) -> np.ndarray:
+    return sample_postures(assembly.description, 32)[:POSTURES]
+
+
+@pytest.mark.parametrize("mode", [Mode(), Mode(gravity_level=0.378), Mode(arm_share=0.0)])
+def test_it_asks_for_what_the_tick_asks_for(resting, postures, assembly, machine, wearer, mode: Mode):
+    z_start = resting.cold_start(postures, wearer)
+    got = resting(postures, np.tile(wearer, (POSTURES, 1)), z_start, mode)
+    tick = Tick(assembly, machine)
+    tick.mode = mode
+    expected = [tick.at_rest(q, wearer, z) for q, z in zip(postures, z_start, strict=True)]
+    assert got.is_closed.all()
+    for mine, theirs in zip((got.tau_desired, got.tau_arm, got.z), zip(*expected, strict=True), strict=True):
+        np.testing.assert_allclose(mine, theirs, atol=PARITY)
+
+
+def test_every_state_has_its_own_arm(resting, postures, wearer):
+    z_start = resting.cold_start(postures[:1], wearer)
+    arms = np.tile(wearer, (3, 1))
+    arms[1, parameters.PHI] *= 1.2
+    arms[2, parameters.FIT_OF_ARM] = 0.0
+    states = np.repeat(postures[:1], 3, axis=0)
+    together = resting(states, arms, np.repeat(z_start, 3, axis=0))
+    for i in range(3):
+        alone = resting(states[:1], arms[i : i + 1], z_start)
+        np.testing.assert_allclose(together.tau_desired[i], alone.tau_desired[0], atol=PARITY)
+    assert np.abs(np.diff(together.tau_desired, axis=0)).max() > 0.1
+
+
+def test_a_posture_that_is_not_found_is_marked_and_harms_no_other(resting, postures, wearer):
+    z_start = resting.cold_start(postures, wearer)
+    arms = np.tile(wearer, (POSTURES, 1))
+    expected = resting(postures, arms, z_start)
+    arms[4] = np.nan
+    z_start[9] += 40.0
+    got = resting(postures, arms, z_start)
+    np.testing.assert_array_equal(np.flatnonzero(~got.is_closed), [4, 9])
+    keep = np.flatnonzero(got.is_closed)
+    np.testing.assert_allclose(got.tau_desired[keep], expected.tau_desired[keep], atol=PARITY)
