@@ -19,14 +19,13 @@ from .wearer import Wearer
 class StepForces:
     """The forces of one step.
 
-    Call `kernel.evaluate` between `mj_step1` and `mj_step2`, then copy `state_next` into `state`.
+    Call `kernel.evaluate` between `mj_step1` and `mj_step2`.
     """
 
     kernel: kernel.Kernel
     state: np.ndarray
-    """Drives joint by joint in the order of `DRIVE_STATES`, then the hysteresis of the arm's joints."""
+    """Drives joint by joint in the order of `DRIVE_STATES`, then the hysteresis of the arm's joints; carried on."""
 
-    state_next: np.ndarray
     tau_asked: np.ndarray
     """What the currents ask of the motors, as torque at the joint (joint,) [N·m]."""
 
@@ -75,12 +74,11 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> StepFo
         [*vars(kinematics), "qpos", "qvel", "state", "tau_asked", "tau_muscle", "warmth"],
         ["xfrc_applied", "qfrc_applied", "state_next"],
     )
-    compiled = kernel.compile(function, _bindings(scene, kinematics))
+    compiled = kernel.compile(function, _bindings(scene, kinematics), carry={"state": "state_next"})
     memory = compiled.inputs["state"]
     return StepForces(
         compiled,
         memory,
-        compiled.outputs["state_next"],
         compiled.inputs["tau_asked"],
         compiled.inputs["tau_muscle"],
         compiled.inputs["warmth"],

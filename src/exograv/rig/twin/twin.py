@@ -203,12 +203,11 @@ class Twin:
 
     def _advance(self) -> None:
         """One step of MuJoCo with the twin's forces in its middle."""
-        scene, forces = self._scene, self._forces
+        scene = self._scene
         tau_asked, valid_until = self._underway.popleft()
-        forces.tau_asked[:] = tau_asked if valid_until >= self.t else 0.0
+        self._forces.tau_asked[:] = tau_asked if valid_until >= self.t else 0.0
         mujoco.mj_step1(scene.model, scene.data)
         self._evaluate()
-        forces.state[:] = forces.state_next
         mujoco.mj_step2(scene.model, scene.data)
         self._steps += 1
         self._sensors.note(scene.data.qpos[scene.exo], self._tau_motor.copy())
