@@ -53,6 +53,10 @@ def show_demo(result: dict[str, Any]) -> None:
         "Left over stays within 0.2 N·m (shoulder) and 0.1 N·m (elbow) "
         + ("never in this run." if reached is None else f"from {reached:.0f} s on."),
     ]
+    possible = identification["possible_left_over_Nm"]
+    if possible is not None:
+        limits = ", ".join(f"{value:.2f}" for value in possible["p95"])
+        lines.append(f"By the estimate's own uncertainty, 95 % of the possible arms leave over at most {limits} N·m.")
     if "float" in result:
         drift = ", ".join(f"{angle:.1f}°" for angle in result["float"]["drift_deg"])
         lines.append(f"Floated for {result['float']['window_s']:.0f} s: the joints drifted by {drift}.")

@@ -188,11 +188,13 @@ def _record_identification(
     stop = "The motion ran its full time."
     if found.stop_s is not None:
         stop = f"The stop rule would have ended the motion after {found.stop_s:.0f} s."
+    doubted = examination.doubt(found.last)
     run.result["identification"] = {
         "motion_s": round(found.last.t, 3),
         "time_to_target_s": time_to_target(scores, targets),
         "stop": stop,
         "outcome": found.outcome.value,
+        "possible_left_over_Nm": doubted and {"median": rounded(doubted.median), "p95": rounded(doubted.p95)},
     }
     run.result["parameters"] = parameter_rows(assembly, found.prior, found.last, run.laboratory.wearer)
 

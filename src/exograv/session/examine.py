@@ -9,10 +9,12 @@ from exograv.control.resting import Resting, RestingTorque
 from exograv.control.tick import Mode
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
+from exograv.identification.interface import Estimate
 from exograv.model.assembly import Assembly
 from exograv.rig.twin import Examiner
 from exograv.rig.twin.examiner import rms
 
+from .doubt import Doubt, doubt
 from .virtual import VirtualLaboratory
 
 Joints = Float[np.ndarray, " joint"]
@@ -33,7 +35,7 @@ class Examination:
     def __init__(self, laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedMachine):
         self._examiner = Examiner(laboratory.description, laboratory.machine, laboratory.wearer)
         self._resting = RestingTorque(assembly, machine)
-        self._actuators = machine.actuators
+        self._assembly, self._actuators = assembly, machine.actuators
         self._z: Float[np.ndarray, "posture 4"] | None = None
 
     def score(self, x: Parameters, payload_kg: float = 0.0) -> Score:
@@ -53,6 +55,10 @@ class Examination:
         """What is left over when only the exoskeleton is carried, RMS per joint [N·m]."""
         mode = Mode(arm_share=0.0)
         return rms(self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, mode).tau_desired)))
+
+    def doubt(self, estimate: Estimate) -> Doubt | None:
+        """What the estimate's own uncertainty would leave over; no truth is asked."""
+        return doubt(self._resting, self._assembly, estimate)
 
     def _at_rest(self, q: Postures, x: Parameters, mode: Mode) -> Resting:
         arms = np.tile(x, (len(q), 1))

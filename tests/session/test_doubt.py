@@ -1,0 +1,58 @@
+"""Doubt grows with the covariance, agrees with its linear form where it is small, and is silent without one."""
+
+import numpy as np
+import pytest
+
+from exograv.control.resting import RestingTorque
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.interface import Estimate
+from exograv.identification.left_over import LeftOverPrediction
+from exograv.identification.prior import prior
+from exograv.model.anthropometry import Body
+from exograv.model.description import load_rig
+from exograv.model.support import assemble
+from exograv.session.doubt import Doubt, doubt
+from exograv.session.nominal import nominal_machine
+
+SMALL = 1e-4
+"""Share of the prior's covariance at which torque is linear in the parameters to a per cent."""
+
+SAMPLING = 0.1
+"""Relative: the RMS of 512 draws is known to 3 %, linearity to 1 %."""
+
+
+@pytest.fixture(scope="module")
+def laboratory():
+    description = load_rig("recupera_like")
+    assembly = assemble(description, Body(1.75, 75.0, "male"))
+    machine = nominal_machine(description, assembly.exo.phi)
+    return assembly, machine, RestingTorque(assembly, machine), *prior(assembly, machine)
+
+
+def doubt_of(laboratory, share: float) -> Doubt:
+    """With this share of the prior's covariance."""
+    assembly, _, resting, mean, covariance = laboratory
+    found = doubt(resting, assembly, Estimate(0.0, mean, share * covariance, 0.0, 1.0))
+    assert found is not None
+    return found
+
+
+def test_small_doubt_is_the_linear_prediction(laboratory):
+    assembly, machine, _, mean, covariance = laboratory
+    found = doubt_of(laboratory, SMALL)
+    linear = LeftOverPrediction(ArmModel(assembly, machine), mean).rms(SMALL * covariance)
+    # The median of an RMS lies below the RMS of all, the 95th percentile above.
+    assert (found.median < linear).all()
+    assert (found.p95 > linear).all()
+    assert found.draws == 512
+
+
+def test_doubt_grows_with_the_covariance_and_vanishes_with_it(laboratory):
+    small, large = doubt_of(laboratory, SMALL), doubt_of(laboratory, 4 * SMALL)
+    np.testing.assert_allclose(large.p95 / small.p95, 2.0, rtol=SAMPLING)
+    np.testing.assert_allclose(doubt_of(laboratory, 0.0).p95, 0.0, atol=1e-9)
+
+
+def test_a_method_without_covariance_states_no_doubt(laboratory):
+    assembly, _, resting, mean, _ = laboratory
+    assert doubt(resting, assembly, Estimate(0.0, mean, None, 0.0, 1.0)) is None
