@@ -1,7 +1,10 @@
 """Position and velocity from a quantised encoder, with little lag: what the weak PD and the friction direction need."""
 
+import casadi as ca
 import numpy as np
 from jaxtyping import Float
+
+from exograv import kernel
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -10,16 +13,14 @@ class Observer:
     """Second-order tracking observer, critically damped, one for all joints."""
 
     def __init__(self, joints: int, dt: float, bandwidth_Hz: float = 30.0):
-        omega = 2 * np.pi * bandwidth_Hz
-        # Poles of the discrete error dynamics both at exp(−ω dt).
-        pole = np.exp(-omega * dt)
-        self._position_gain = 1 - pole**2
-        self._velocity_gain = (1 - pole) ** 2 / dt
-        self._dt = dt
+        self._kernel = kernel.compile(
+            _observer_function(joints, dt, bandwidth_Hz), carry={"q": "q_next", "v": "v_next"}
+        )
         self._started = False
-        self.q: Joints = np.zeros(joints)
+        self._measured = self._kernel.inputs["q_measured"]
+        self.q: Joints = self._kernel.inputs["q"]
         """Estimated position [rad]."""
-        self.v: Joints = np.zeros(joints)
+        self.v: Joints = self._kernel.inputs["v"]
         """Estimated velocity [rad/s]."""
 
     def update(self, q_measured: Joints) -> None:
@@ -28,7 +29,17 @@ class Observer:
             self.q[:] = q_measured
             self._started = True
             return
-        self.q += self.v * self._dt
-        error = q_measured - self.q
-        self.q += self._position_gain * error
-        self.v += self._velocity_gain * error
+        self._measured[:] = q_measured
+        self._kernel.evaluate()
+
+
+def _observer_function(joints: int, dt: float, bandwidth_Hz: float) -> ca.Function:
+    q_measured, q, v = (ca.SX.sym(name, joints) for name in ("q_measured", "q", "v"))
+    omega = 2 * np.pi * bandwidth_Hz
+    # Poles of the discrete error dynamics both at exp(−ω dt).
+    pole = np.exp(-omega * dt)
+    position_gain, velocity_gain = 1 - pole**2, (1 - pole) ** 2 / dt
+    predicted = q + v * dt
+    error = q_measured - predicted
+    results = [predicted + position_gain * error, v + velocity_gain * error]
+    return ca.Function("observer", [q_measured, q, v], results, ["q_measured", "q", "v"], ["q_next", "v_next"])
