@@ -29,11 +29,11 @@ class Discrepancy:
         generator = np.random.default_rng(seed)
         self._frequencies = generator.standard_normal((features, len(sd))) / length_rad
         self._phases = generator.uniform(0.0, 2 * np.pi, features)
-        self._sd = sd
+        self._sd = np.diag(sd)[:, :, None]
         self.count = features * len(sd)
         """Number of independent errors."""
 
     def errors(self, q: Joints) -> Float[np.ndarray, "joint considered"]:
         """What each error of standard size adds to the torque at posture `q` [rad] [N·m]."""
         values = np.sqrt(2.0 / len(self._phases)) * np.cos(self._frequencies @ q + self._phases)
-        return np.kron(np.diag(self._sd), values)
+        return (self._sd * values).reshape(len(q), -1)
