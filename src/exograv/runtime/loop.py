@@ -10,7 +10,8 @@ from .timing import PERIOD_NS, Outcome, Timing
 SPIN_NS = 100_000
 """Last stretch before a deadline that is watched awake: waking a sleeping processor takes 30 to 80 µs, and varies.
 
-It costs a tenth of one processor. What it saves was measured: docs/realtime.md.
+It costs up to a tenth of one processor; docs/realtime.md has what it saves. Longer, and another loop at the same
+priority would wait for a loop that only looks at the clock.
 """
 
 REST_AT_LEAST_EVERY = 100
