@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import lapack
+from scipy.linalg import get_lapack_funcs
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -13,6 +13,9 @@ GATE = 2.5
 
 REFLECTORS = 12
 """How many LAPACK applies at once [-]; the quickest of 2 to 49 at 51 unknowns."""
+
+# QR of a triangle with rows below it, its reflections applied to others, and solving with a triangle.
+_tpqrt, _tpmqrt, _trtrs = get_lapack_funcs(("tpqrt", "tpmqrt", "trtrs"), dtype=np.float64)
 
 
 class FilterBank:
@@ -80,8 +83,8 @@ class FilterBank:
         rows[:, :, size + 1 :] = 0.0 if errors is None else weight[:, None] * errors
         for R, r, seen, right in self._each:
             # Triangle and measurement to a triangle, with nothing done to the zeros; all in place.
-            _, reflectors, scales, _ = lapack.dtpqrt(0, self._block, R, seen, overwrite_a=1, overwrite_b=1)
-            lapack.dtpmqrt(0, reflectors, scales, r, right, trans="T", overwrite_a=1, overwrite_b=1)
+            _, reflectors, scales, _ = _tpqrt(0, self._block, R, seen, overwrite_a=1, overwrite_b=1)
+            _tpmqrt(0, reflectors, scales, r, right, trans="T", overwrite_a=1, overwrite_b=1)
         unexplained = (rows[:, :, size] ** 2).sum(axis=1)
         self.log_likelihood += np.log(weight).sum() - _log_determinant(self._R) - 0.5 * unexplained
 
@@ -154,7 +157,7 @@ class FilterBank:
 
 def _solved(triangle: np.ndarray, right: np.ndarray, *, transposed: bool = False) -> np.ndarray:
     """Solution x of triangle · x = right, or of triangleᵀ · x = right."""
-    return lapack.dtrtrs(triangle, right, trans=int(transposed))[0]
+    return _trtrs(triangle, right, trans=int(transposed))[0]
 
 
 def _log_determinant(triangle: Float[np.ndarray, "filter n n"]) -> Float[np.ndarray, " filter"]:
