@@ -209,3 +209,14 @@ def test_matrix_expressions_are_written_out():
     x = ca.MX.sym("x", 2)
     (y,) = kernel.compile(ca.Function("norm", [x], [ca.norm_2(x)])).of([3.0, 4.0])
     assert y[0] == 5.0
+
+
+def test_another_kernel_of_the_same_program_has_memory_of_its_own():
+    first = kernel.compile(counting_function(), carry={"n": "next"})
+    second = first.again()
+    first.inputs["step"][:], second.inputs["step"][:] = 1.0, 10.0
+    for _ in range(2):
+        first.evaluate()
+        second.evaluate()
+    np.testing.assert_array_equal(first.outputs["next"], 2.0)
+    np.testing.assert_array_equal(second.outputs["next"], 20.0)

@@ -1,5 +1,6 @@
 """One tick: where the joints are, to the torque that the motors should give; the whole of it is one kernel."""
 
+import copy
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -52,14 +53,23 @@ class Tick:
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly = assembly
-        self.mode = Mode()
         # The posture of this tick is where the next one starts from.
         carry = {"q_before": "q", "z_before": "z", "G_before": "G"}
-        self._kernel = kernel.compile(tick_function(assembly, machine), carry=carry)
-        self._in, self._out, self._evaluate = self._kernel.inputs, self._kernel.outputs, self._kernel.evaluate
         self._solver = LoopSolver(assembly)
-        self._closed = False
+        self._start(kernel.compile(tick_function(assembly, machine), carry=carry))
         self.n_instructions = self._kernel.n_instructions
+
+    def again(self) -> "Tick":
+        """Another tick of the same arm and machine, with a posture and a mode of its own; nothing is compiled anew."""
+        other = copy.copy(self)
+        other._start(self._kernel.again())
+        return other
+
+    def _start(self, compiled: kernel.Kernel) -> None:
+        self.mode = Mode()
+        self._kernel = compiled
+        self._in, self._out, self._evaluate = compiled.inputs, compiled.outputs, compiled.evaluate
+        self._closed = False
 
     @property
     def tau_desired(self) -> Joints:

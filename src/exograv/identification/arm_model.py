@@ -1,5 +1,6 @@
 """Expected torque of the arm in the machine, and its derivative with respect to everything that is learned."""
 
+import copy
 from dataclasses import replace
 
 import casadi as ca
@@ -35,9 +36,19 @@ class ArmModel:
         self.n_joints, self.n_parameters = assembly.n, parameters.count(assembly.n)
         self._kernel = kernel.compile(_torque_and_derivative(assembly, machine))
         self._solver = LoopSolver(assembly)
+        self._forget()
+
+    def again(self) -> "ArmModel":
+        """Another model of the same arm and machine, which follows a motion of its own; nothing is compiled anew."""
+        other = copy.copy(self)
+        other._kernel = self._kernel.again()
+        other._forget()
+        return other
+
+    def _forget(self) -> None:
         self._q_before: Joints | None = None
         self._z = np.zeros(len(FREEDOMS))
-        self._G = np.zeros((len(FREEDOMS), assembly.n))
+        self._G = np.zeros((len(FREEDOMS), self.n_joints))
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Follows the motion: the closed posture is carried on from the sample before."""

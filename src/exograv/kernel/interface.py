@@ -35,6 +35,9 @@ class Kernel:
     evaluate: Callable[[], object]
     """Evaluate once on what stands in `inputs`: the quickest way for a loop. It keeps alive what it needs."""
 
+    again: Callable[[], "Kernel"]
+    """Another kernel of the same program with memory of its own, without compiling it anew."""
+
     def __call__(self) -> Mapping[str, np.ndarray]:
         """Evaluate once on what stands in `inputs`; returns `outputs`."""
         self.evaluate()

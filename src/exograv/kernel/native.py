@@ -27,11 +27,12 @@ def compile(
         ValueError: As `kernel.compile`.
     """
     program = straight_line(function)
+    return _bound(program, machine_code(program, Layout(carried=carried_memory(program, carry))), bindings)
+
+
+def _bound(program: Program, made: "MachineCode", bindings: Mapping[str, np.ndarray] | None = None) -> Kernel:
     inputs, outputs = bound_memory(program, bindings)
-    carried = carried_memory(program, carry)
-    made = machine_code(program, Layout(carried=carried))
     memories = (*inputs.values(), *outputs.values(), program.constants.copy())
-    evaluate = _python_function(made.loaded, memories)
     return Kernel(
         name=program.name,
         engine="native",
@@ -41,7 +42,8 @@ def compile(
         code_bytes=made.n_bytes,
         build_s=made.build_s,
         from_cache=made.from_cache,
-        evaluate=evaluate,
+        evaluate=_python_function(made.loaded, memories),
+        again=lambda: _bound(program, made),
     )
 
 

@@ -23,7 +23,7 @@ class ArmController:
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: parameters.Parameters, dt: float):
         self.assembly = assembly
         self._tick = Tick(assembly, machine)
-        self._trial = Tick(assembly, machine)
+        self._trial = self._tick.again()
         self._handover = Handover(x, dt)
         self._skeleton = kernel.compile(_skeleton_function(assembly))
 

@@ -11,6 +11,7 @@ from exograv.dynamics import parameters
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError
+from exograv.identification.arm_model import ArmModel
 from exograv.identification.empty_machine import GAIN_SD
 from exograv.identification.interface import Estimate, Outcome
 from exograv.model.arm import held_weight
@@ -150,7 +151,7 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
     found = identify_arm(pilot, controller, identifier, options.seconds)
     _record_identification(run, found, examination, table, scores, targets, assembly)
     if not options.only_identify:
-        _float_and_weigh(run, pilot, controller, machine, found, examination)
+        _float_and_weigh(run, pilot, controller, identifier.model, found, examination)
     return twin.t, pilot.tick_us
 
 
@@ -203,7 +204,7 @@ def _float_and_weigh(
     run: _Run,
     pilot: Pilot,
     controller: ArmController,
-    machine: CalibratedMachine,
+    model: ArmModel,
     found: Identification,
     examination: Examination,
 ) -> None:
@@ -223,7 +224,7 @@ def _float_and_weigh(
         if isinstance(pilot.rig, Twin):
             pilot.rig.hang("hand", mass if loaded else 0.0)
 
-    weighing: Weighing = weigh(pilot, controller, machine, found.last.x, hang)
+    weighing: Weighing = weigh(pilot, controller, model, found.last.x, hang)
     with_weight = found.last.x.copy()
     with_weight[parameters.PHI] += held_weight(controller.assembly.arm.lengths, weighing.mass)
     controller.publish(with_weight, pilot.q)

@@ -53,9 +53,9 @@ class _Pass:
 class _Scale:
     """Listens to one pass."""
 
-    def __init__(self, controller: ArmController, machine: CalibratedMachine, x: parameters.Parameters, dt: float):
-        assembly = controller.assembly
-        self._model, self._x, self._machine = ArmModel(assembly, machine), x.copy(), machine
+    def __init__(self, model: ArmModel, x: parameters.Parameters, dt: float):
+        assembly = model.assembly
+        self._model, self._x, self._machine = model.again(), x.copy(), model.machine
         self._held = held_weight(assembly.arm.lengths, 1.0)
         self._filter = SampleFilter(assembly.n, dt)
         self._every = round(SAMPLE_S / dt)
@@ -81,7 +81,7 @@ class _Scale:
 def weigh(
     pilot: Pilot,
     controller: ArmController,
-    machine: CalibratedMachine,
+    model: ArmModel,
     x: parameters.Parameters,
     hang: Callable[[bool], None],
 ) -> Weighing:
@@ -90,7 +90,7 @@ def weigh(
     Args:
         pilot: On the worn machine.
         controller: The arm's; it drives afterwards, and carries the whole arm.
-        machine: As calibrated.
+        model: Of this arm in the machine as calibrated.
         x: The arm as identified.
         hang: Puts the weight into the hand, or takes it out: the wearer's part.
 
@@ -107,10 +107,10 @@ def weigh(
         settle = motion.hold(path.q[0], 0.5, pilot.rig.period_s)
         text = f"Weighing {'with' if loaded else 'without'} the weight"
         pilot.run(controller, motion.joined([approach, settle]), text)
-        scale = _Scale(controller, machine, x, pilot.rig.period_s)
+        scale = _Scale(model, x, pilot.rig.period_s)
         pilot.run(controller, path, text, scale)
         passes.append(scale.result())
-    return _difference(passes[0], passes[1], controller, machine)
+    return _difference(passes[0], passes[1], controller, model.machine)
 
 
 def weighing_motion(controller: ArmController, dt: float) -> Trajectory:
