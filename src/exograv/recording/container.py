@@ -23,6 +23,11 @@ RECORD_HEAD = struct.Struct("<BQ")
 MESSAGE_HEAD = struct.Struct("<HIQQ")
 """Channel, sequence, log time and publish time [ns] before the data of a message."""
 
+MESSAGE = np.dtype(
+    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("times_ns", "<u8", (2,))]
+)
+"""`RECORD_HEAD` and `MESSAGE_HEAD` in one, for messages in rows."""
+
 INDEX_ENTRY = np.dtype([("time_ns", "<u8"), ("offset", "<u8")])
 """Where in its uncompressed chunk a message is."""
 

@@ -21,9 +21,9 @@ from mcap.writer import MCAP0_MAGIC
 
 from exograv.errors import RecordingError
 
-from .container import MESSAGE_HEAD, RECORD_HEAD
+from .container import MESSAGE, MESSAGE_HEAD, RECORD_HEAD
 from .encoding import tick_dtype
-from .schema import CHANNELS, SCHEMA_VERSION
+from .schema import CHANNELS, SCHEMA_VERSION, TICK
 
 DAMAGE = (McapError, CRCValidationError, zstandard.ZstdError, struct.error)
 
@@ -118,19 +118,43 @@ def _messages_by_topic(content: bytes) -> tuple[defaultdict[str, list[bytes]], b
 
 def _read_chunk(body: bytes, topics: dict[int, str], found: defaultdict[str, list[bytes]]) -> None:
     stream, length = get_chunk_data_stream(Chunk.read(ReadDataStream(BytesIO(body))), validate_crc=True)
-    for opcode, record in _records(stream.read(length)):
+    content, start = stream.read(length), 0
+    while record := _record_at(content, start):
+        opcode, data = record
+        following = start + RECORD_HEAD.size + len(data)
         if opcode == Opcode.MESSAGE:
-            channel = MESSAGE_HEAD.unpack_from(record)[0]
-            found[topics[channel]].append(record[MESSAGE_HEAD.size :])
+            topic = topics[MESSAGE_HEAD.unpack_from(data)[0]]
+            if topic == TICK.topic:
+                ticks = _equal_messages(content, start, following - start)
+                found[topic].append(ticks["data"].tobytes())
+                following = start + ticks.nbytes
+            else:
+                found[topic].append(data[MESSAGE_HEAD.size :])
+        start = following
+
+
+def _equal_messages(content: bytes, start: int, size: int) -> np.ndarray:
+    """The message at `start` and those like it that follow at once: ticks, thousands of them in a row."""
+    count = (len(content) - start) // size
+    like = np.dtype([("head", MESSAGE), ("data", f"V{size - MESSAGE.itemsize}")])
+    rows = np.frombuffer(content, like, count, start)
+    kinds = rows["head"][["opcode", "length", "channel"]]
+    others = np.flatnonzero(kinds != kinds[0])
+    return rows[: others[0]] if len(others) else rows
 
 
 def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
     """The whole records in these bytes; one that is cut ends them."""
     start = 0
-    while start + RECORD_HEAD.size <= len(content):
-        opcode, length = RECORD_HEAD.unpack_from(content, start)
-        start += RECORD_HEAD.size
-        if start + length > len(content):
-            return
-        yield opcode, content[start : start + length]
-        start += length
+    while record := _record_at(content, start):
+        yield record
+        start += RECORD_HEAD.size + len(record[1])
+
+
+def _record_at(content: bytes, start: int) -> tuple[int, bytes] | None:
+    """Operation code and data of the whole record that begins here; None at the end, and where it is cut."""
+    if start + RECORD_HEAD.size > len(content):
+        return None
+    opcode, length = RECORD_HEAD.unpack_from(content, start)
+    first = start + RECORD_HEAD.size
+    return (opcode, content[first : first + length]) if first + length <= len(content) else None

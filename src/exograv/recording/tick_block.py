@@ -6,14 +6,9 @@ from typing import Any
 import numpy as np
 from mcap.opcode import Opcode
 
-from .container import INDEX_ENTRY, MESSAGE_HEAD
+from .container import INDEX_ENTRY, MESSAGE, MESSAGE_HEAD
 from .encoding import CDR_HEADER, tick_dtype
 from .schema import TICK
-
-HEAD = np.dtype(
-    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("times_ns", "<u8", (2,))]
-)
-"""`RECORD_HEAD` and `MESSAGE_HEAD` of `container` in one; both times are the tick's."""
 
 
 class TickBlock:
@@ -21,7 +16,7 @@ class TickBlock:
 
     def __init__(self, channel: int, n_joints: int, size_bytes: int):
         tick = tick_dtype(n_joints)
-        self._rows = np.zeros(size_bytes // (HEAD.itemsize + tick.itemsize), [("head", HEAD), ("tick", tick)])
+        self._rows = np.zeros(size_bytes // (MESSAGE.itemsize + tick.itemsize), [("head", MESSAGE), ("tick", tick)])
         self._rows["head"]["opcode"] = Opcode.MESSAGE
         self._rows["head"]["length"] = MESSAGE_HEAD.size + tick.itemsize
         self._rows["head"]["channel"] = channel
