@@ -1,6 +1,7 @@
 """The kernel as machine code of this processor: a call from Python costs as much as calling any built-in function."""
 
 import ctypes
+import logging
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -47,6 +48,9 @@ def _bound(program: Program, made: "MachineCode", bindings: Mapping[str, np.ndar
     )
 
 
+_log = logging.getLogger(__name__)
+
+
 @dataclass(frozen=True)
 class MachineCode:
     """A program, ready to run."""
@@ -70,8 +74,16 @@ def machine_code(program: Program, layout: Layout) -> MachineCode:
     if code is None:
         code = object_code(module_text(program, layout))
         cache.write(name, code)
-    loaded = load(code)
-    return MachineCode(loaded, len(code), time.perf_counter() - start, from_cache)
+    made = MachineCode(load(code), len(code), time.perf_counter() - start, from_cache)
+    _log.info(
+        "%s: %d instructions, %d bytes of code, %s in %.2f s.",
+        program.name,
+        len(program.instructions),
+        made.n_bytes,
+        "found" if from_cache else "compiled",
+        made.build_s,
+    )
+    return made
 
 
 class _MethodDefinition(ctypes.Structure):

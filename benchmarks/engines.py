@@ -1,0 +1,125 @@
+"""What native code changed for each part of exograv that calls a kernel: the same work on both engines.
+
+    python benchmarks/engines.py
+
+Each engine has a process of its own; the two take turns, so that noise of the machine hits both alike.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import timeit
+from collections.abc import Callable
+
+import numpy as np
+
+from exograv.control.observer import Observer
+from exograv.control.resting import RestingTorque
+from exograv.control.tick import Tick
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.interface import Estimate, Sample
+from exograv.identification.left_over import LeftOverPrediction
+from exograv.identification.prior import prior
+from exograv.kernel.compilation import ENGINE_VARIABLE
+from exograv.model.anthropometry import Body
+from exograv.model.description import load_rig
+from exograv.model.support import assemble, sample_postures
+from exograv.session.doubt import doubt
+from exograv.session.identify import build_method, table_guess
+from exograv.session.nominal import nominal_machine
+from exograv.signals import Reference
+
+ENGINES = {"native": "", "virtual machine": "virtual-machine"}
+HELD_OUT = 200
+UPDATE_S = 0.08
+
+
+def tasks() -> dict[str, tuple[Callable[[], object], int]]:
+    """What is timed, and how many calls make one measurement."""
+    description = load_rig("recupera_like")
+    assembly = assemble(description, Body(1.75, 75.0, "male"))
+    machine = nominal_machine(description, assembly.exo.phi)
+    x, still = table_guess(assembly, machine), np.zeros(assembly.n)
+    q = description.donning_posture
+    reference = Reference(q, still, still)
+    tick, observer, model = Tick(assembly, machine), Observer(assembly.n, 1e-3), ArmModel(assembly, machine)
+    mean, covariance = prior(assembly, machine)
+    resting = RestingTorque(assembly, machine)
+    postures = sample_postures(description, 256)[:HELD_OUT]
+    arms, z = np.tile(x, (HELD_OUT, 1)), resting.cold_start(postures, x)
+    estimate = Estimate(0.0, mean, 0.05 * covariance, 0.0, 1.0)
+    sample = Sample(0.0, q, still, still, still)
+    rows = {
+        "tick (kernel and its buffers)": (lambda: tick.step(q, still, reference, x), 200),
+        "observer": (lambda: observer.update(q), 200),
+        "torque and derivative by all parameters": (lambda: model.linearise(sample, x), 20),
+        "stop rule's prediction (33 postures)": (lambda: LeftOverPrediction(model, mean), 1),
+        f"held-out check ({HELD_OUT} postures)": (lambda: resting(postures, arms, z), 1),
+        "uncertainty (512 arms, 33 postures)": (lambda: doubt(resting, assembly, estimate), 1),
+    }
+    for name in ("recursive", "gradient"):
+        rows[f"one update of '{name}'"] = (_updates(build_method(name, assembly, machine), sample), 10)
+    return rows
+
+
+def _updates(method: object, sample: Sample) -> Callable[[], None]:
+    t = 0.0
+
+    def update() -> None:
+        nonlocal t
+        # Before 2 s, when all samples would be linearised anew: that is a worker's task.
+        t = t + UPDATE_S if t < 1.8 else t
+        method.update(Sample(t, sample.q, sample.v, sample.a, sample.tau))  # pyright: ignore[reportAttributeAccessIssue] - a Method
+
+    return update
+
+
+def measure() -> None:
+    """In a process of one engine: answer each line of input with a round of measurements [µs]."""
+    rows = tasks()
+    for action, _ in rows.values():
+        action()
+    for _ in sys.stdin:
+        row = {name: 1e6 * timeit.timeit(action, number=count) / count for name, (action, count) in rows.items()}
+        print(json.dumps(row), flush=True)
+
+
+def main() -> None:
+    """Print one line a task: medians on both engines, and their ratio."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--measure", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.measure:
+        measure()
+        return
+    workers = {
+        engine: subprocess.Popen(
+            [sys.executable, __file__, "--measure"],
+            env={**os.environ, ENGINE_VARIABLE: value},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for engine, value in ENGINES.items()
+    }
+    rounds: dict[str, list[dict[str, float]]] = {engine: [] for engine in ENGINES}
+    for _ in range(options.rounds):
+        for engine, worker in workers.items():
+            if worker.stdin is None or worker.stdout is None:
+                raise SystemExit("a worker has no pipes")
+            worker.stdin.write("\n")
+            worker.stdin.flush()
+            rounds[engine].append(json.loads(worker.stdout.readline()))
+    for worker in workers.values():
+        worker.communicate()
+    print(f"{'medians, µs':42s}{'native':>10s}{'virtual machine':>17s}{'ratio':>8s}")
+    for name in rounds["native"][0]:
+        native, virtual = (float(np.median([row[name] for row in rounds[engine]])) for engine in ENGINES)
+        print(f"{name:42s}{native:10.1f}{virtual:17.1f}{virtual / native:8.1f}")
+
+
+if __name__ == "__main__":
+    main()
