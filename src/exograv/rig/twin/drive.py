@@ -33,6 +33,8 @@ FRICTION_FLOOR = 0.1
 DRIVE_STATES = ("bristle", "theta", "omega", "tau_motor")
 """Bristle deflection [rad]; position [rad] and speed [rad/s] of a rotor behind its gear; motor torque [N·m]."""
 
+THETA, OMEGA, TAU_MOTOR = (DRIVE_STATES.index(name) for name in ("theta", "omega", "tau_motor"))
+
 
 @dataclass(frozen=True)
 class Rubbing:

@@ -8,7 +8,8 @@ import numpy as np
 from exograv import kernel
 
 from .cuffs import Kinematics, cuff_wrenches
-from .drive import DRIVE_STATES, DriveInput, drive_step
+from .delays import Delays, passed
+from .drive import DRIVE_STATES, TAU_MOTOR, DriveInput, drive_step
 from .machine import Machine
 from .passive import elastic_torque, passive_torque, shift_forces, shoulder_shift
 from .scene import TIMESTEP, Scene
@@ -16,75 +17,125 @@ from .wearer import Wearer
 
 
 @dataclass(frozen=True)
-class StepForces:
-    """The forces of one step.
+class StepInput:
+    """What a step starts from, as symbols; the step's kernel has its memory under the same names."""
 
-    Call `kernel.evaluate` between `mj_step1` and `mj_step2`.
+    qpos: ca.SX
+    """Of MuJoCo [rad, m]."""
+
+    qvel: ca.SX
+    """Of MuJoCo [rad/s, m/s]."""
+
+    current: ca.SX
+    """Of the newest command (joint,) [A]."""
+
+    valid_until: ca.SX
+    """Of that command [s]."""
+
+    tau_muscle: ca.SX
+    """Of the wearer's unrest (arm,) [N·m]."""
+
+    tau_voluntary: ca.SX
+    """Of the wearer's will (arm,) [N·m]."""
+
+    warmth: ca.SX
+    """0 cold, 1 warmed up [-]."""
+
+    start: ca.SX
+    """Time of the first step [s]."""
+
+    steps: ca.SX
+    """Done so far; this and all below is carried from step to step [-]."""
+
+    drives: ca.SX
+    """(drive state, joint), in the order of `DRIVE_STATES`."""
+
+    hysteresis: ca.SX
+    """Of the arm's joints (arm,) [rad]."""
+
+    commands: ca.SX
+    """On their way to the motors (torque of each joint [N·m] and valid until [s], step)."""
+
+    measurements: ca.SX
+    """On their way to the computer (position [rad] and motor torque [N·m] of each joint, step)."""
+
+    @classmethod
+    def of(cls, scene: Scene, delays: Delays) -> "StepInput":
+        """Fresh symbols."""
+        n, n_arm = len(scene.exo), len(scene.arm)
+        sizes = {
+            "qpos": (scene.model.nq,), "qvel": (scene.model.nv,), "current": (n,), "valid_until": (),
+            "tau_muscle": (n_arm,), "tau_voluntary": (n_arm,), "warmth": (), "start": (), "steps": (),
+            "drives": (len(DRIVE_STATES), n), "hysteresis": (n_arm,),
+            "commands": (n + 1, delays.to_motors), "measurements": (2 * n, delays.to_computer),
+        }  # fmt: skip
+        return cls(**{name: ca.SX.sym(name, *size) for name, size in sizes.items()})
+
+
+def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel.Kernel:
+    """Delays, drives, cuffs, passive joints and muscles, for one step of the scene; memory as in `StepInput`.
+
+    Evaluate it between `mj_step1` and `mj_step2`.
     """
-
-    kernel: kernel.Kernel
-    state: np.ndarray
-    """Drives joint by joint in the order of `DRIVE_STATES`, then the hysteresis of the arm's joints; carried on."""
-
-    tau_asked: np.ndarray
-    """What the currents ask of the motors, as torque at the joint (joint,) [N·m]."""
-
-    tau_muscle: np.ndarray
-    """At the wearer's joints (arm,) [N·m]."""
-
-    warmth: np.ndarray
-    """0 cold, 1 warmed up (1,) [-]."""
-
-    drives: np.ndarray
-    """View of `state`: (joint, drive state)."""
-
-    hysteresis: np.ndarray
-    """View of `state`: (arm,)."""
-
-
-def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> StepForces:
-    """Drives, cuffs, passive joints and muscles, for one step of the scene."""
-    n, n_arm, n_states = len(scene.exo), len(scene.arm), len(DRIVE_STATES)
-    kinematics = Kinematics.of(scene.model.nbody)
-    qpos, qvel = ca.SX.sym("qpos", scene.model.nq), ca.SX.sym("qvel", scene.model.nv)
-    state = ca.SX.sym("state", n * n_states + n_arm)
-    tau_asked, tau_muscle = ca.SX.sym("tau_asked", n), ca.SX.sym("tau_muscle", n_arm)
-    warmth = ca.SX.sym("warmth")
-    qfrc = ca.SX.zeros(scene.model.nv)
-    next_states = []
-    for joint, dof in enumerate(scene.exo.tolist()):
-        own = state[joint * n_states : (joint + 1) * n_states]
-        step = drive_step(machine, joint, own, DriveInput(tau_asked[joint], qpos[dof], qvel[dof], warmth), TIMESTEP)
-        qfrc[dof] += step.tau_joint
-        next_states.append(step.state_next)
+    kinematics, now = Kinematics.of(scene.model.nbody), StepInput.of(scene, Delays.of(machine.sensors.delay))
+    carried: dict[str, ca.SX] = {"steps": now.steps + 1}
+    tau_asked, carried["commands"] = _arriving_torque(machine, now)
+    at_joints = ca.vertcat(now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T)
+    carried["measurements"] = passed(now.measurements, at_joints)[1]
+    qfrc, carried["drives"] = _drive_forces(scene, machine, now, tau_asked)
     xfrc = ca.SX.zeros(6, scene.model.nbody)
     if wearer is not None:
-        arm = scene.arm.tolist()
         xfrc = cuff_wrenches(scene, wearer.cuffs, kinematics)
-        passive = passive_torque(wearer.passive, qpos[arm], qvel[arm], state[n * n_states :], TIMESTEP)
-        share = wearer.glenohumeral_share
-        force, reaction = shift_forces(qpos[arm], qvel[arm], qpos[scene.shift], qvel[scene.shift], share)
-        qfrc[arm] += passive.tau + reaction + tau_muscle
-        qfrc[scene.shift] += force
-        next_states.append(passive.hysteresis_next)
+        arm_forces, carried["hysteresis"] = _arm_forces(scene, wearer, now)
+        qfrc += arm_forces
+    inputs, results = vars(kinematics) | vars(now), {"xfrc_applied": xfrc, "qfrc_applied": qfrc}
+    results |= {f"{name}_next": value for name, value in carried.items()}
     function = ca.Function(
-        "twin_step_forces",
-        [*vars(kinematics).values(), qpos, qvel, state, tau_asked, tau_muscle, warmth],
-        [xfrc, qfrc, ca.vertcat(*next_states)],
-        [*vars(kinematics), "qpos", "qvel", "state", "tau_asked", "tau_muscle", "warmth"],
-        ["xfrc_applied", "qfrc_applied", "state_next"],
+        "twin_step_forces", list(inputs.values()), list(results.values()), list(inputs), list(results)
     )
-    compiled = kernel.compile(function, _bindings(scene, kinematics), carry={"state": "state_next"})
-    memory = compiled.inputs["state"]
-    return StepForces(
-        compiled,
-        memory,
-        compiled.inputs["tau_asked"],
-        compiled.inputs["tau_muscle"],
-        compiled.inputs["warmth"],
-        drives=memory[: n * n_states].reshape(n, n_states),
-        hysteresis=memory[n * n_states :],
-    )
+    return kernel.compile(function, _bindings(scene, kinematics), carry={name: f"{name}_next" for name in carried})
+
+
+def _arriving_torque(machine: Machine, now: StepInput) -> tuple[ca.SX, ca.SX]:
+    """What reaches the motors in this step (joint,) [N·m], and the commands behind it."""
+    drives = machine.drives
+    torque_max = ca.DM(drives.torque_max)
+    tau = ca.fmin(ca.fmax(ca.DM(drives.gain) * now.current, -torque_max), torque_max)
+    oldest, behind = passed(now.commands, ca.vertcat(tau, now.valid_until))
+    return ca.if_else(oldest[-1] >= now.start + now.steps * TIMESTEP, oldest[:-1], 0.0), behind
+
+
+def _drive_forces(scene: Scene, machine: Machine, now: StepInput, tau_asked: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Of all drives (dof,) [N·m], and their next states."""
+    qfrc, next_states = ca.SX.zeros(scene.model.nv), []
+    for joint, dof in enumerate(scene.exo.tolist()):
+        seen = DriveInput(tau_asked[joint], now.qpos[dof], now.qvel[dof], now.warmth)
+        step = drive_step(machine, joint, now.drives[:, joint], seen, TIMESTEP)
+        qfrc[dof] += step.tau_joint
+        next_states.append(step.state_next)
+    return qfrc, ca.horzcat(*next_states)
+
+
+def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput) -> tuple[ca.SX, ca.SX]:
+    """Of the wearer's joints and shoulder (dof,) [N·m, N], and the next hysteresis."""
+    arm, qfrc = scene.arm.tolist(), ca.SX.zeros(scene.model.nv)
+    q, v = now.qpos[arm], now.qvel[arm]
+    passive = passive_torque(wearer.passive, q, v, now.hysteresis, TIMESTEP)
+    force, reaction = shift_forces(q, v, now.qpos[scene.shift], now.qvel[scene.shift], wearer.glenohumeral_share)
+    qfrc[arm] = passive.tau + reaction + (now.tau_muscle + now.tau_voluntary)
+    qfrc[scene.shift] = force
+    return qfrc, passive.hysteresis_next
+
+
+def measured_truth(scene: Scene, machine: Machine) -> ca.Function:
+    """Position [rad] and motor torque [N·m] at the joints that are measured now, from memory as in `StepInput`."""
+    n, delays = len(scene.exo), Delays.of(machine.sensors.delay)
+    now = StepInput.of(scene, delays)
+    if delays.to_computer == 0:
+        at_joints = [now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T]
+        return ca.Function("twin_now", [now.qpos, now.drives], at_joints, ["qpos", "drives"], ["q", "tau_motor"])
+    oldest = ca.vertsplit(now.measurements[:, 0], n)
+    return ca.Function("twin_late", [now.measurements], oldest, ["measurements"], ["q", "tau_motor"])
 
 
 def static_forces(scene: Scene, wearer: Wearer, with_passive: bool) -> kernel.Kernel:

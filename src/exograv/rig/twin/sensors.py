@@ -1,11 +1,14 @@
 """What the twin's machine tells of itself: late, quantised encoders and noisy motor currents."""
 
-from collections import deque
+from collections.abc import Mapping
 
+import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
-from .machine import TrueDrives, TrueSensors
+from exograv import kernel
+
+from .machine import Machine
 from .streams import stream
 
 BLOCK = 4096
@@ -15,40 +18,38 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class Sensors:
-    """Encoders and current sensors of all joints, behind a delay of whole steps."""
+    """Encoders and current sensors of all joints, on the memory where the truth stands."""
 
-    def __init__(self, sensors: TrueSensors, drives: TrueDrives, seed: int, delay_steps: int) -> None:
-        self._offset = sensors.encoder_offset
-        self._step = sensors.encoder_step
-        self._is_quantised = sensors.encoder_step > 0.0
-        self._divisor = np.where(self._is_quantised, sensors.encoder_step, 1.0)
-        self._torque_to_current = 1.0 / drives.gain
-        self._noise_sd = sensors.current_noise / np.abs(drives.gain)  # [A]
+    def __init__(self, machine: Machine, seed: int, truth: ca.Function, memory: Mapping[str, np.ndarray]) -> None:
+        """`truth` gives position and motor torque at the joint, as late as they are measured, from `memory`."""
+        self._kernel = kernel.compile(_measurement(machine, truth), memory)
+        self._q, self._current = self._kernel.outputs["q_measured"], self._kernel.outputs["current"]
+        self._noise_sd = machine.sensors.current_noise / np.abs(machine.drives.gain)  # [A]
         self._stream = stream(seed, "run", "current_noise")
-        self._past: deque[tuple[Joints, Joints]] = deque(maxlen=delay_steps + 1)  # newest last
         self._noise = self._draw_noise()
         self._reading = 0
 
-    def fill(self, q: Joints, tau_motor: Joints) -> None:
-        """Begin as if the machine had stood still for long."""
-        self._past.extend([(q.copy(), tau_motor.copy())] * (self._past.maxlen or 1))
-
-    def note(self, q: Joints, tau_motor: Joints) -> None:
-        """Keep the true positions [rad] and motor torques at the joint [N·m] of one step: the arrays themselves."""
-        self._past.append((q, tau_motor))
-
     def measure(self) -> tuple[Joints, Joints]:
         """Positions [rad] and currents [A] as measured now."""
-        q, tau_motor = self._past[0]
-        q_measured = q + self._offset
-        np.copyto(q_measured, np.rint(q_measured / self._divisor) * self._step, where=self._is_quantised)
-        return q_measured, tau_motor * self._torque_to_current + self._next_noise()
-
-    def _next_noise(self) -> Joints:
         if self._reading == BLOCK:
             self._noise, self._reading = self._draw_noise(), 0
+        self._kernel.inputs["noise"][:] = self._noise[self._reading]
         self._reading += 1
-        return self._noise[self._reading - 1]
+        self._kernel.evaluate()
+        return self._q.copy(), self._current.copy()
 
     def _draw_noise(self) -> Float[np.ndarray, "reading joint"]:
-        return self._noise_sd * self._stream.standard_normal((BLOCK, len(self._offset)))
+        return self._noise_sd * self._stream.standard_normal((BLOCK, len(self._noise_sd)))
+
+
+def _measurement(machine: Machine, truth: ca.Function) -> ca.Function:
+    arguments = truth.sx_in()
+    q, tau_motor = truth.call(arguments)
+    noise = ca.SX.sym("noise", q.numel())  # [A]
+    q_measured = q + ca.DM(machine.sensors.encoder_offset)
+    for joint, step in enumerate(machine.sensors.encoder_step.tolist()):
+        if step > 0.0:
+            q_measured[joint] = ca.floor(q_measured[joint] / step + 0.5) * step
+    current = tau_motor * ca.DM(1.0 / machine.drives.gain) + noise
+    names = [*truth.name_in(), "noise"]
+    return ca.Function("twin_sensors", [*arguments, noise], [q_measured, current], names, ["q_measured", "current"])

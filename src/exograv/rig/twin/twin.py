@@ -1,7 +1,6 @@
 """The virtual machine with its virtual wearer: measures what a real one measures, and knows what a real one hides."""
 
 import math
-from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import TracebackType
@@ -14,8 +13,8 @@ from exograv.errors import RigError
 from exograv.model.description import RigDescription
 from exograv.signals import Command, JointState, TorqueSource
 
-from .drive import DRIVE_STATES
-from .forces import step_forces
+from .drive import OMEGA, TAU_MOTOR, THETA
+from .forces import measured_truth, step_forces
 from .machine import Machine
 from .muscles import Muscles
 from .scene import TIMESTEP, build_scene
@@ -29,8 +28,6 @@ PERIOD = SUBSTEPS * TIMESTEP
 
 # Friction falls most of the way within 30 min of running: three time constants.
 WARM_UP_TIME = 600.0
-
-THETA, OMEGA, TAU_MOTOR = (DRIVE_STATES.index(name) for name in ("theta", "omega", "tau_motor"))
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -90,19 +87,16 @@ class Twin:
         self._description, self._machine, self._wearer = description, machine, wearer
         self._scene = build_scene(description, machine, wearer, lengths)
         self._forces = step_forces(self._scene, machine, wearer)
-        self._evaluate = self._forces.kernel.evaluate
-        self._tau_motor = self._forces.drives[:, TAU_MOTOR]
+        self._memory = self._forces.inputs
         self._muscles = None if wearer is None else Muscles(wearer.unrest, seed, PERIOD)
-        steps = round(machine.sensors.delay / TIMESTEP)
-        self._sensors = Sensors(machine.sensors, machine.drives, seed, steps // 2)
-        self._steps_to_motors = steps - steps // 2
-        self._underway: deque[tuple[Joints, float]] = deque()  # torque asked at the joint [N·m], valid until [s]
+        truth = measured_truth(self._scene, machine)
+        self._sensors = Sensors(machine, seed, truth, {name: self._memory[name] for name in truth.name_in()})
         self._no_torque = np.full(len(self.joints), np.nan)
         self._no_torque.flags.writeable = False  # every measurement shares it
         self._t0, self._steps = t0, 0
         self._measured: JointState | None = None
-        self.tau_voluntary = np.zeros(len(self._scene.arm))
-        """Muscle torque of a wearer who wants to move, at the arm's joints; examiners may write it [N·m]."""
+        self.tau_voluntary = self._memory["tau_voluntary"]
+        """Muscle torque of a wearer who wants to move, at the arm's joints; examiners may write into it [N·m]."""
         self._start(description.donning_posture if start_posture is None else np.asarray(start_posture, dtype=float))
 
     @property
@@ -152,17 +146,20 @@ class Twin:
                 f"Command {command.sequence} asks {', '.join(joints)} for a current that is not finite; the drives "
                 "refuse it. The envelope must stop such a command before it is written."
             )
-        drives = self._machine.drives
-        tau_asked = np.minimum(drives.gain * command.current, drives.torque_max)
-        np.maximum(tau_asked, -drives.torque_max, out=tau_asked)
+        memory = self._memory
+        memory["current"][:] = command.current
+        memory["valid_until"][0] = command.valid_until
         if self._muscles is not None:
-            np.add(self._muscles.next_torque(), self.tau_voluntary, out=self._forces.tau_muscle)
-        self._forces.warmth[0] = 1.0 - np.exp(-self.t / WARM_UP_TIME)
+            memory["tau_muscle"][:] = self._muscles.next_torque()
+        memory["warmth"][0] = 1.0 - np.exp(-self.t / WARM_UP_TIME)
+        model, data, evaluate = self._scene.model, self._scene.data, self._forces.evaluate
         for _ in range(SUBSTEPS):
-            self._underway.append((tau_asked, command.valid_until))
-            self._advance()
+            mujoco.mj_step1(model, data)
+            evaluate()
+            mujoco.mj_step2(model, data)
+        self._steps += SUBSTEPS
         self._measured = None
-        if not all(map(math.isfinite, self._scene.data.qvel.tolist())):
+        if not all(map(math.isfinite, data.qvel.tolist())):
             raise RigError(
                 f"The twin diverged before {self.t:.3f} s: a velocity is not finite. A command outside every limit "
                 "does that; look at the commands before this time."
@@ -187,27 +184,19 @@ class Twin:
             v=data.qvel[scene.exo],
             q_arm=data.qpos[scene.arm],
             v_arm=data.qvel[scene.arm],
-            tau_motor=self._tau_motor.copy(),
-            tau_muscle=self._forces.tau_muscle.copy(),
+            tau_motor=self._memory["drives"][TAU_MOTOR].copy(),
+            tau_muscle=self._memory["tau_muscle"] + self.tau_voluntary,
         )
 
     def _start(self, q: Joints) -> None:
         q_arm, tau = Statics(self._scene, self._wearer, with_passive=True).settle(q)
-        drives = self._forces.drives
-        drives[:, TAU_MOTOR] = tau
-        drives[:, THETA] = q + tau / self._machine.drives.gear_stiffness
-        drives[:, OMEGA] = 0.0
-        self._forces.hysteresis[:] = q_arm
-        self._underway.extend([(tau, math.inf)] * self._steps_to_motors)
-        self._sensors.fill(q, tau)
-
-    def _advance(self) -> None:
-        """One step of MuJoCo with the twin's forces in its middle."""
-        scene = self._scene
-        tau_asked, valid_until = self._underway.popleft()
-        self._forces.tau_asked[:] = tau_asked if valid_until >= self.t else 0.0
-        mujoco.mj_step1(scene.model, scene.data)
-        self._evaluate()
-        mujoco.mj_step2(scene.model, scene.data)
-        self._steps += 1
-        self._sensors.note(scene.data.qpos[scene.exo], self._tau_motor.copy())
+        memory = self._memory
+        memory["start"][0] = self._t0
+        drives = memory["drives"]
+        drives[TAU_MOTOR] = tau
+        drives[THETA] = q + tau / self._machine.drives.gear_stiffness
+        drives[OMEGA] = 0.0
+        memory["hysteresis"][:] = q_arm
+        # As if the machine had stood still for long; transposed, a delay of one step looks like all others.
+        np.atleast_2d(memory["commands"].T)[:] = [*tau, math.inf]
+        np.atleast_2d(memory["measurements"].T)[:] = [*q, *tau]
