@@ -4,34 +4,12 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from exograv.model.assembly import FREEDOMS, Assembly
-from exograv.model.loops import FIT, cuff_residuals, scaled_stiffness
 from exograv.spatial import solve_symmetric
 
+from .cuff_energy import CuffEnergy as CuffEnergy
+from .cuff_energy import cuff_energy as cuff_energy
+
 PIVOT_MIN = 0.05  # N·m/rad: a freedom held more softly than this is treated as near singular and damped
-
-
-@dataclass(frozen=True)
-class CuffEnergy:
-    """The cuffs' elastic energy and its derivatives, on expressions of y (joint,), z (4,) and fit (7,)."""
-
-    y: ca.SX
-    z: ca.SX
-    fit: ca.SX
-    energy: ca.SX
-    """[J]"""
-
-    slope: ca.SX
-    """∂E/∂z (4,) [N·m]."""
-
-    strain: ca.SX
-    """∂E/∂y (joint,) [N·m] at fixed z."""
-
-    H: ca.SX
-    """∂²E/∂z² (4, 4) [N·m/rad], in full: JᵀKJ alone is wrong by up to 0.3 per entry of G where shoulders differ."""
-
-    H_zy: ca.SX
-    """∂²E/∂z∂y (4, joint) [N·m/rad]."""
 
 
 @dataclass(frozen=True)
@@ -68,16 +46,6 @@ class Closure:
     """Full Hessian (4, 4) of cuffs and load at the posture [N·m/rad]."""
 
 
-def cuff_energy(assembly: Assembly) -> CuffEnergy:
-    """E = ½ Σ k r² over all cuffs, differentiated once and for all."""
-    y, z = ca.SX.sym("y", assembly.n), ca.SX.sym("z", len(FREEDOMS))
-    fit = ca.SX.sym("fit", len(FIT))
-    residual = cuff_residuals(assembly, y, z, fit)
-    energy = 0.5 * ca.dot(scaled_stiffness(assembly, fit) * residual, residual)
-    slope = ca.gradient(energy, z)
-    return CuffEnergy(y, z, fit, energy, slope, ca.gradient(energy, y), ca.jacobian(slope, z), ca.jacobian(slope, y))
-
-
 def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None) -> ca.SX:
     """One full Newton step from z (4,) towards the closed posture at y: after the predictor one is enough at 1 kHz.
 
@@ -105,12 +73,10 @@ def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad 
 def velocity_bias(cuffs: CuffEnergy, closed: Closure, y: ca.SX, fit: ca.SX, v: ca.SX) -> ca.SX:
     """Acceleration (4,) of the arm's freedoms at constant velocity `v` (joint,) of the exoskeleton: Ġ v [rad/s²].
 
-    −H⁻¹ · (second directional derivative of ∂E/∂z along (v, G v)): exact, and half the size of differentiating G.
+    −H⁻¹ · (second derivative of ∂E/∂z by time at the velocity (v, G v)): exact, and less than half the size of
+    differentiating G.
     """
-    along = ca.SX.sym("along", v.numel() + cuffs.z.numel())
-    point = ca.vertcat(cuffs.y, cuffs.z)
-    second = ca.jtimes(ca.jtimes(cuffs.slope, point, along), point, along)
-    evaluate = ca.Function("second", [cuffs.y, cuffs.z, cuffs.fit, along], [second])
+    evaluate = ca.Function("bent", [cuffs.y, cuffs.z, cuffs.fit, cuffs.along], [cuffs.slope_bent])
     bias, _ = solve_symmetric(closed.H, evaluate(y, closed.z, fit, ca.vertcat(v, closed.G @ v)), PIVOT_MIN)
     return -bias
 

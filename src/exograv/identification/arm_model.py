@@ -9,12 +9,13 @@ from jaxtyping import Float
 
 from exograv import kernel
 from exograv.dynamics import parameters
-from exograv.dynamics.closure import closure, cuff_energy, newton_step
+from exograv.dynamics.closure import PIVOT_MIN, closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque, static_load
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.assembly import FREEDOMS, Assembly
 from exograv.model.loops import LoopSolver
+from exograv.spatial import solve_symmetric
 
 from .interface import Joints, Parameters, Sample
 
@@ -112,8 +113,7 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     arm = ArmExpression(
         x[parameters.PHI], fit, x[parameters.STIFFNESS], x[parameters.SPRING_OFFSET], x[parameters.DAMPING]
     )
-    # One Newton step from a closed posture: next to nothing in value, but it carries the posture's derivatives.
-    z = newton_step(cuffs, q, z_before, fit, static_load(assembly, arm, z_before, machine.gravity))
+    z = ca.SX.sym("z", len(FREEDOMS))
     closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, machine.gravity))
     load = arm_load(assembly, arm, cuffs, closed, (q, v, a), machine.gravity)
     carried = (
@@ -123,10 +123,12 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     )
     friction = replace(machine.friction, coulomb=x[parameters.coulomb(n)], viscous=x[parameters.viscous(n)])
     tau = carried + friction_torque(friction, v, carried)
-    return ca.Function(
-        "torque_and_derivative",
-        [q, v, a, z_before, x],
-        [tau, ca.jacobian(tau, x), closed.z, closed.G, closed.slope],
-        ["q", "v", "a", "z_before", "x"],
-        ["tau", "derivative", "z", "G", "slope"],
-    )
+    # The posture moves with the parameters so that its slope stays zero; cheaper than to differentiate Newton's step.
+    z_by_x, _ = solve_symmetric(closed.H, -ca.jacobian(closed.slope, x), PIVOT_MIN)
+    by_both = ca.jacobian(tau, ca.vertcat(x, z))
+    derivative = by_both[:, : x.numel()] + by_both[:, x.numel() :] @ z_by_x
+    at = ca.Function("at", [q, v, a, z, x], [tau, derivative, closed.z, closed.G, closed.slope])
+    # One Newton step from a posture that is nearly closed leaves nothing worth another.
+    z_closed = newton_step(cuffs, q, z_before, fit, static_load(assembly, arm, z_before, machine.gravity))
+    names = ["q", "v", "a", "z_before", "x"], ["tau", "derivative", "z", "G", "slope"]
+    return ca.Function("torque_and_derivative", [q, v, a, z_before, x], at.call([q, v, a, z_closed, x]), *names)

@@ -1,5 +1,7 @@
 """The kinematic loops between exoskeleton and arm: what stretches each cuff, and the posture that stretches least."""
 
+from dataclasses import dataclass
+
 import casadi as ca
 import numpy as np
 from jaxtyping import Float
@@ -63,24 +65,55 @@ def arm_base(assembly: Assembly, fit: ca.SX) -> Transform:
     return Transform(ca.SX.eye(3), ca.DM(frame.p_body_frame) + fit[:3])
 
 
-def cuff_residuals(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX) -> ca.SX:
-    """Stretch and twist of all cuffs (6 · cuff,) in the exoskeleton's cuff frames: [m] (3,), then [-] (3,) each.
+@dataclass(frozen=True)
+class CuffPair:
+    """The two frames that one cuff holds together; they coincide where it was fastened."""
 
-    Zero where the cuffs were fastened: both trees in the donning posture.
+    T_world_exo: Transform
+    T_world_arm: Transform
+    exo_body: int
+    """The body of the machine's tree that carries the first."""
+
+    arm_body: int
+    """The body of the arm's tree that carries the second."""
+
+    @property
+    def T_exo_arm(self) -> Transform:
+        """The arm's frame as the machine's sees it: no displacement where the cuff was fastened."""
+        return self.T_world_exo.inverse() @ self.T_world_arm
+
+
+def cuff_pairs(assembly: Assembly, exo: list[Transform], arm: list[Transform], fit: ca.SX) -> list[CuffPair]:
+    """All cuffs where the bodies of machine and arm are at `exo` and `arm`.
+
+    Fastened: both trees in the donning posture.
     """
     y_donning = ca.DM(assembly.description.donning_posture)
-    exo, exo_donning = body_poses(assembly.exo, y), body_poses(assembly.exo, ca.SX(y_donning))
-    base = arm_base(assembly, fit)
-    tree = assembly.arm.tree
-    arm = body_poses(tree, arm_positions(z, fit), base)
+    exo_donning = body_poses(assembly.exo, ca.SX(y_donning))
+    base, tree = arm_base(assembly, fit), assembly.arm.tree
     arm_donning = body_poses(tree, arm_positions(ca.SX(y_donning), fit), base)
-    rows = []
+    pairs = []
     for cuff in assembly.cuffs:
-        T_world_exo = frame_pose(assembly.exo, exo, cuff.exo_frame)
         T_world_fastened = frame_pose(assembly.exo, exo_donning, cuff.exo_frame)
         T_segment_cuff = frame_pose(tree, arm_donning, cuff.segment, base).inverse() @ T_world_fastened
-        T_exo_arm = T_world_exo.inverse() @ frame_pose(tree, arm, cuff.segment, base) @ T_segment_cuff
-        rows += [T_exo_arm.p, rotation_residual(T_exo_arm.R)]
+        pairs.append(
+            CuffPair(
+                frame_pose(assembly.exo, exo, cuff.exo_frame),
+                frame_pose(tree, arm, cuff.segment, base) @ T_segment_cuff,
+                assembly.exo.frame(cuff.exo_frame).body,
+                tree.frame(cuff.segment).body,
+            )
+        )
+    return pairs
+
+
+def cuff_residuals(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX) -> ca.SX:
+    """Stretch and twist of all cuffs (6 · cuff,) in the exoskeleton's cuff frames: [m] (3,), then [-] (3,) each."""
+    exo = body_poses(assembly.exo, y)
+    arm = body_poses(assembly.arm.tree, arm_positions(z, fit), arm_base(assembly, fit))
+    rows = []
+    for pair in cuff_pairs(assembly, exo, arm, fit):
+        rows += [pair.T_exo_arm.p, rotation_residual(pair.T_exo_arm.R)]
     return ca.vertcat(*rows)
 
 

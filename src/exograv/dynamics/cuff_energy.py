@@ -1,0 +1,236 @@
+"""The cuffs' elastic energy and its first two derivatives, by the geometry of the chain from cuff to cuff.
+
+One cuff sees a serial chain: from its exoskeleton frame down the machine to the base and up the arm to its arm frame.
+With all vectors in the exoskeleton's cuff frame, joint j turns the chain's end by w_j and moves it by l_j; joints of
+the machine count negatively. A joint k nearer to the beginning carries the later ones along, ∂w_j/∂x_k = w_k × w_j and
+∂l_j/∂x_k = w_k × l_j, so that
+
+    ∂E/∂x_j       = f·l_j + m·w_j
+    ∂²E/∂x_j∂x_k  = l_j·K l_k + w_j·M w_k + w_k·(l_j × f + w_j × m)
+
+with f the cuff's force, m its moment and M the moment's derivative by a rotation. Differentiating the energy's program
+gives the same to rounding, with twice as many instructions.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+
+from exograv.model.assembly import FREEDOMS, Assembly
+from exograv.model.kinematics import body_poses
+from exograv.model.loops import FIT, CuffPair, arm_base, arm_positions, cuff_pairs, scaled_stiffness
+from exograv.model.tree import Tree
+from exograv.spatial import Transform, rotation_residual, skew
+
+
+@dataclass(frozen=True)
+class CuffEnergy:
+    """The cuffs' elastic energy and its derivatives, on expressions of y (joint,), z (4,) and fit (7,)."""
+
+    y: ca.SX
+    z: ca.SX
+    fit: ca.SX
+    energy: ca.SX
+    """[J]"""
+
+    slope: ca.SX
+    """∂E/∂z (4,) [N·m]."""
+
+    strain: ca.SX
+    """∂E/∂y (joint,) [N·m] at fixed z."""
+
+    H: ca.SX
+    """∂²E/∂z² (4, 4) [N·m/rad], in full: JᵀKJ alone is wrong by up to 0.3 per entry of G where shoulders differ."""
+
+    H_zy: ca.SX
+    """∂²E/∂z∂y (4, joint) [N·m/rad]."""
+
+    along: ca.SX
+    """Velocity of y, then of z (joint + 4,) [rad/s]."""
+
+    slope_bent: ca.SX
+    """Second derivative of ∂E/∂z by time (4,) [N·m/s²], at the constant velocity `along`."""
+
+
+@dataclass(frozen=True)
+class _Link:
+    """One joint of a cuff's chain, in the exoskeleton's cuff frame."""
+
+    index: int
+    """Of the joint in its tree."""
+
+    turn: ca.SX
+    """w_j: how it turns the chain's end (3,) [rad/rad]; zero for a sliding joint."""
+
+    move: ca.SX
+    """l_j: how it moves the chain's end (3,) [m/rad or m/m]."""
+
+
+@dataclass(frozen=True)
+class _CuffLoad:
+    """What one cuff does at the chain's end, in the exoskeleton's cuff frame."""
+
+    P: ca.SX
+    """Displacement (3,) [m]."""
+
+    Q: ca.SX
+    """Rotation (3, 3)."""
+
+    k: ca.SX
+    """Stiffness against displacement (3,) [N/m]."""
+
+    k_rotation: ca.SX
+    """Stiffness against rotation (3,) [N·m]."""
+
+    @cached_property
+    def energy(self) -> ca.SX:
+        """Elastic energy [J]."""
+        return 0.5 * (ca.dot(self.f, self.P) + ca.dot(self.kappa, self.rho))
+
+    @cached_property
+    def f(self) -> ca.SX:
+        """Derivative of the energy by a displacement (3,) [N]."""
+        return self.k * self.P
+
+    @cached_property
+    def rho(self) -> ca.SX:
+        """Residual of the rotation (3,) [-]."""
+        return rotation_residual(self.Q)
+
+    @cached_property
+    def kappa(self) -> ca.SX:
+        """Derivative of the energy by the residual (3,) [N·m]."""
+        return self.k_rotation * self.rho
+
+    @cached_property
+    def B(self) -> ca.SX:
+        """Derivative of the residual by a rotation (3, 3): a rotation w changes Q by w × Q."""
+        return 0.5 * (ca.trace(self.Q) * ca.SX.eye(3) - self.Q)
+
+    @cached_property
+    def m(self) -> ca.SX:
+        """Derivative of the energy by a rotation (3,) [N·m]."""
+        return self.B.T @ self.kappa
+
+    @cached_property
+    def M(self) -> ca.SX:
+        """Derivative of m by a rotation (3, 3) [N·m]."""
+        stretched = self.B.T @ ca.diag(self.k_rotation) @ self.B
+        return stretched - self.kappa @ self.rho.T - 0.5 * self.Q.T @ skew(self.kappa)
+
+    def slope(self, link: _Link) -> ca.SX:
+        """∂E/∂x of a joint."""
+        return ca.dot(self.f, link.move) + ca.dot(self.m, link.turn)
+
+    def curvature(self, link: _Link, before: _Link) -> ca.SX:
+        """∂²E/∂x∂x of a joint and one before it in the chain, or the same."""
+        carried = ca.cross(link.move, self.f) + ca.cross(link.turn, self.m)
+        stretched = ca.dot(link.move, self.k * before.move) + ca.dot(link.turn, self.M @ before.turn)
+        return stretched + ca.dot(before.turn, carried)
+
+    def moment_rates(self, turning: ca.SX, turning_rate: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """First and second derivative of m by time, where the end turns at this rate [rad/s] and [rad/s²]."""
+        Q_rate = skew(turning) @ self.Q
+        B_rate = 0.5 * (ca.trace(Q_rate) * ca.SX.eye(3) - Q_rate)
+        rho_rate = self.B @ turning
+        kappa_rate = self.k_rotation * rho_rate
+        M_rate_turned = (
+            B_rate.T @ kappa_rate
+            + self.B.T @ (self.k_rotation * (B_rate @ turning))
+            - kappa_rate * ca.dot(self.rho, turning)
+            - self.kappa * ca.dot(rho_rate, turning)
+            - 0.5 * (Q_rate.T @ ca.cross(self.kappa, turning) + self.Q.T @ ca.cross(kappa_rate, turning))
+        )
+        return self.M @ turning, M_rate_turned + self.M @ turning_rate
+
+
+def cuff_energy(assembly: Assembly) -> CuffEnergy:
+    """E = ½ Σ k r² over all cuffs, differentiated once and for all."""
+    n, tree = assembly.n, assembly.arm.tree
+    y, z, fit = ca.SX.sym("y", n), ca.SX.sym("z", len(FREEDOMS)), ca.SX.sym("fit", len(FIT))
+    along = ca.SX.sym("along", n + len(FREEDOMS))
+    x = arm_positions(z, fit)
+    J = ca.jacobian(x, z)
+    u_y, u_z = along[:n], along[n:]
+    u_x = J @ u_z
+    exo, arm = body_poses(assembly.exo, y), body_poses(tree, x, arm_base(assembly, fit))
+    stiffness = ca.reshape(scaled_stiffness(assembly, fit), 6, -1)
+    energy, g_y, g_x, g_bent = ca.SX(0), ca.SX.zeros(n), ca.SX.zeros(x.numel()), ca.SX.zeros(x.numel())
+    H_xx, H_xy = ca.SX.zeros(x.numel(), x.numel()), ca.SX.zeros(x.numel(), n)
+    for i, pair in enumerate(cuff_pairs(assembly, exo, arm, fit)):
+        cuff = _CuffLoad(pair.T_exo_arm.p, pair.T_exo_arm.R, stiffness[:3, i], stiffness[3:, i])
+        # From the chain's beginning: the machine from the cuff to the base, then the arm from the base to the cuff.
+        machine = _links(assembly.exo, exo, pair, pair.exo_body, turned=-1.0)[::-1]
+        limb = _links(tree, arm, pair, pair.arm_body, turned=1.0)
+        energy += cuff.energy
+        for link in machine:
+            g_y[link.index] += cuff.slope(link)
+        for j, link in enumerate(limb):
+            g_x[link.index] += cuff.slope(link)
+            for before in machine:
+                H_xy[link.index, before.index] += cuff.curvature(link, before)
+            for before in limb[: j + 1]:
+                H_xx[link.index, before.index] += cuff.curvature(link, before)
+        speeds = [*(u_y[link.index] for link in machine), *(u_x[link.index] for link in limb)]
+        for link, bent in zip(limb, _bent_slopes(cuff, machine + limb, speeds)[len(machine) :], strict=True):
+            g_bent[link.index] += bent
+    H_xx = ca.tril2symm(ca.tril(H_xx))
+    # The shoulder's shift bends with the arm's posture: that counts where the cuffs pull along it.
+    pull = ca.SX.sym("pull", x.numel())
+    shift_slope = ca.gradient(ca.dot(pull, x), z)
+    shift_turn, shift_bent = ca.jtimes(shift_slope, z, u_z), ca.jtimes(ca.jtimes(shift_slope, z, u_z), z, u_z)
+    g_turn = H_xx @ u_x + H_xy @ u_y
+    a_x = ca.jtimes(u_x, z, u_z)
+    slope_bent = ca.substitute(shift_bent, pull, g_x) + 2 * ca.substitute(shift_turn, pull, g_turn)
+    slope_bent += J.T @ (g_bent + H_xx @ a_x)
+    H = J.T @ H_xx @ J + ca.substitute(ca.jacobian(shift_slope, z), pull, g_x)
+    return CuffEnergy(y, z, fit, energy, J.T @ g_x, g_y, H, J.T @ H_xy, along, slope_bent)
+
+
+def _bent_slopes(cuff: _CuffLoad, chain: list[_Link], speeds: list[ca.SX]) -> list[ca.SX]:
+    """Second derivative by time of every joint's slope at constant joint speeds.
+
+    As inverse dynamics goes: outwards for what the earlier joints do to a link, back for what the later ones do to the
+    chain's end.
+    """
+    zero = ca.SX.zeros(3)
+    turning, turning_rate, w_rates, w_bents = [zero], [zero], [], []
+    for link, u in zip(chain, speeds, strict=True):
+        # Angular velocity up to here, and its rate; ẇ_j = Ω × w_j.
+        w_rates.append(ca.cross(turning[-1], link.turn))
+        w_bents.append(ca.cross(turning_rate[-1], link.turn) + ca.cross(turning[-1], w_rates[-1]))
+        turning.append(turning[-1] + u * link.turn)
+        turning_rate.append(turning_rate[-1] + u * w_rates[-1])
+    moving, moving_rate, l_rates, l_bents = zero, zero, [], []
+    for j in reversed(range(len(chain))):
+        w, move = chain[j].turn, chain[j].move
+        # Carried by the earlier joints and this one, and its lever changed by the later ones.
+        l_rate = ca.cross(turning[j + 1], move) + ca.cross(w, moving)
+        l_bent = ca.cross(turning_rate[j + 1], move) + ca.cross(turning[j + 1], l_rate)
+        l_bent += ca.cross(w_rates[j], moving) + ca.cross(w, moving_rate)
+        l_rates.insert(0, l_rate)
+        l_bents.insert(0, l_bent)
+        moving, moving_rate = moving + speeds[j] * move, moving_rate + speeds[j] * l_rate
+    f_rate, f_bent = cuff.k * moving, cuff.k * moving_rate
+    m_rate, m_bent = cuff.moment_rates(turning[-1], turning_rate[-1])
+    return [
+        ca.dot(f_bent, link.move) + 2 * ca.dot(f_rate, l_rates[j]) + ca.dot(cuff.f, l_bents[j])
+        + ca.dot(m_bent, link.turn) + 2 * ca.dot(m_rate, w_rates[j]) + ca.dot(cuff.m, w_bents[j])
+        for j, link in enumerate(chain)
+    ]  # fmt: skip
+
+
+def _links(tree: Tree, poses: list[Transform], pair: CuffPair, body: int, turned: float) -> list[_Link]:
+    """Joints between the base and a body, from the base on; `turned` −1 if the chain runs through them backwards."""
+    R, p_end = pair.T_world_exo.R.T, pair.T_world_arm.p
+    links = []
+    while body >= 0:
+        joint, pose = tree.joints[body], poses[body]
+        axis = turned * (R @ (pose.R @ ca.DM(joint.axis)))
+        if joint.kind == "revolute":
+            links.append(_Link(body, axis, ca.cross(axis, R @ (p_end - pose.p))))
+        else:
+            links.append(_Link(body, ca.SX.zeros(3), axis))
+        body = joint.parent
+    return links[::-1]
