@@ -1,8 +1,11 @@
 """Positions and torques through the same filter: velocity and acceleration without differentiating noise."""
 
+import casadi as ca
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import expm
+
+from exograv import kernel
 
 from .interface import Sample
 
@@ -17,31 +20,25 @@ class SampleFilter:
     """
 
     def __init__(self, joints: int, dt: float, delay_s: float = 0.04):
-        w = 1.0 / delay_s
-        # 15 w³ / (s³ + 6 w s² + 15 w² s + 15 w³)
-        continuous = np.zeros((4, 4))
-        continuous[:3] = [[0, 1, 0, 0], [0, 0, 1, 0], [-15 * w**3, -15 * w**2, -6 * w, 15 * w**3]]
-        self._step: Float[np.ndarray, "3 4"] = np.ascontiguousarray(expm(continuous * dt)[:3])
-        self._rows = np.zeros((4, 2 * joints))  # value and two derivatives, then the input that is held over the tick
-        self._state, self._next = self._rows[:3], np.zeros((3, 2 * joints))
-        self._q_in, self._tau_in = self._rows[3, :joints], self._rows[3, joints:]
+        self._kernel = kernel.compile(_filter_function(joints, dt, delay_s), carry={"state": "state_next"})
+        self._q_in, self._tau_in = self._kernel.inputs["q"], self._kernel.inputs["tau"]
+        self._state: Float[np.ndarray, "input 3"] = self._kernel.inputs["state"]
         self._dt = dt
         self._t = 0.0
         self._warm_up = round(6 * delay_s / dt)
         self.settled = False
         """Whether the start's transient has died out."""
-        n = joints
-        self.sample = Sample(0.0, self._state[0, :n], self._state[1, :n], self._state[2, :n], self._state[0, n:])
+        value, rate, second = self._state.T
+        self.sample = Sample(0.0, value[:joints], rate[:joints], second[:joints], value[joints:])
         """The newest filtered sample; its arrays are overwritten by `update`."""
 
     def update(self, q: Joints, tau: Joints) -> Sample:
         """Take position [rad] and torque [N·m] of one tick."""
         self._q_in[:] = q
         self._tau_in[:] = tau
-        if self._warm_up > 0 and not self._state[0].any():
-            self._state[0] = self._rows[3]
-        np.dot(self._step, self._rows, out=self._next)
-        self._state[:] = self._next
+        if self._warm_up > 0 and not self._state[:, 0].any():
+            self._state[:, 0] = [*q, *tau]
+        self._kernel.evaluate()
         if self._warm_up > 0:
             self._warm_up -= 1
         else:
@@ -49,3 +46,15 @@ class SampleFilter:
             self._t += self._dt
         self.sample.t = self._t
         return self.sample
+
+
+def _filter_function(joints: int, dt: float, delay_s: float) -> ca.Function:
+    """One tick: value and two derivatives of each position and torque, from them and the input held over the tick."""
+    w = 1.0 / delay_s
+    # 15 w³ / (s³ + 6 w s² + 15 w² s + 15 w³)
+    continuous = np.zeros((4, 4))
+    continuous[:3] = [[0, 1, 0, 0], [0, 0, 1, 0], [-15 * w**3, -15 * w**2, -6 * w, 15 * w**3]]
+    step = ca.DM(np.asarray(expm(continuous * dt))[:3])
+    q, tau, state = ca.SX.sym("q", joints), ca.SX.sym("tau", joints), ca.SX.sym("state", 2 * joints, 3)
+    state_next = ca.horzcat(state, ca.vertcat(q, tau)) @ step.T
+    return ca.Function("sample_filter", [q, tau, state], [state_next], ["q", "tau", "state"], ["state_next"])
