@@ -7,7 +7,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 LOCKED := install --quiet --require-hashes --only-binary :all:
 EDITABLE := install --quiet --no-deps --no-build-isolation --editable .
 
-.PHONY: help demo setup setup-dev test test-slow check format lock clean
+.PHONY: help demo setup setup-dev test test-slow check format bench bench-setup lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -15,6 +15,8 @@ help:
 	@echo "make test       tests, without the slow ones (make test-slow: all of them)"
 	@echo "make check      style, types and the direction of imports"
 	@echo "make format     put the code into the common form"
+	@echo "make bench      time our kernels beside every opponent, write benchmarks/README.md (half an hour)"
+	@echo "make bench-setup  install the opponents of make bench"
 	@echo "make setup      only the environment of make demo, in $(VENV)"
 	@echo "make lock       resolve the dependencies anew"
 	@echo "make clean      remove what these commands made"
@@ -37,6 +39,13 @@ check: setup-dev
 format: setup-dev
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+
+# Opponents that are not installed are reported as missing.
+bench: setup
+	$(BIN)/exograv bench --save benchmarks/results.json
+	$(BIN)/python benchmarks/publish.py benchmarks/results.json
+
+bench-setup: $(VENV)/installed-bench
 
 setup: $(VENV)/installed
 
@@ -61,13 +70,19 @@ $(VENV)/installed-dev: requirements-dev.lock | $(VENV)/installed
 	@$(PIP) $(LOCKED) --requirement requirements-dev.lock
 	@touch $@
 
-# One resolution for Python 3.11 and newer on every platform; the second file keeps to the versions of the first.
+$(VENV)/installed-bench: requirements-bench.lock | $(VENV)/installed
+	@echo "Installing the opponents of make bench (2 GB); this takes some minutes, once."
+	@$(PIP) $(LOCKED) --requirement requirements-bench.lock
+	@touch $@
+
+# One resolution for Python 3.11 and newer on every platform; later files keep to the versions of earlier ones.
 COMPILE = $(BIN)/uv pip compile --quiet --no-config --universal --python-version 3.11 --generate-hashes \
   --no-annotate --custom-compile-command "make lock" --upgrade --extra all pyproject.toml
 
 lock: setup-dev
 	$(COMPILE) --group build --output-file requirements.lock
 	$(COMPILE) --group dev --constraints requirements.lock --output-file requirements-dev.lock
+	$(COMPILE) --group bench --constraints requirements-dev.lock --output-file requirements-bench.lock
 
 clean:
 	rm -rf $(VENV) out dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache

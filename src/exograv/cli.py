@@ -118,6 +118,20 @@ class Doctor(Common):
     """Also run the live loop for so long [s], half of it with real-time rights: may a worn machine hang on it?"""
 
 
+@dataclass(frozen=True)
+class Bench(Common):
+    """Time our kernels beside every opponent that is installed (`make bench-setup` installs them)."""
+
+    quick: bool = False
+    """A minute in place of half an hour: fewer and shorter rows, and JAX only where it compiles fast."""
+
+    save: Path | None = None
+    """Keep the run in this file."""
+
+    compare: Path | None = None
+    """Show what became faster or slower since the run in this file."""
+
+
 Command = (
     Annotated[Demo, tyro.conf.subcommand("demo")]
     | Annotated[Identify, tyro.conf.subcommand("identify")]
@@ -125,6 +139,7 @@ Command = (
     | Annotated[Report, tyro.conf.subcommand("report")]
     | Annotated[Rigs, tyro.conf.subcommand("rigs")]
     | Annotated[Doctor, tyro.conf.subcommand("doctor")]
+    | Annotated[Bench, tyro.conf.subcommand("bench")]
 )
 
 
@@ -161,23 +176,24 @@ def run(command: Common) -> dict[str, Any]:
         Report: _report,
         Rigs: _rigs,
         Doctor: _doctor,
+        Bench: _bench,
     }
     return actions[type(command)](command)
 
 
-def refuse_unwritable(path: Path) -> None:
+def refuse_unwritable(path: Path, option: str = "--json") -> None:
     """Try the file for the figures before a long run, and leave no trace of the trial.
 
     Raises:
         RecordingError: The file cannot be written.
     """
     is_new = not path.exists()
-    _with_file(path, lambda: path.open("a").close())
+    _with_file(path, lambda: path.open("a").close(), option)
     if is_new:
         path.unlink()
 
 
-def write_json(path: Path, result: dict[str, Any]) -> None:
+def write_json(path: Path, result: dict[str, Any], option: str = "--json") -> None:
     """Write the figures.
 
     Raises:
@@ -190,15 +206,15 @@ def write_json(path: Path, result: dict[str, Any]) -> None:
             f"{path} is not written: a figure is infinite or not a number ({error}). The method diverged; "
             "the recording shows when."
         ) from error
-    _with_file(path, lambda: path.write_text(text, encoding="utf-8"))
+    _with_file(path, lambda: path.write_text(text, encoding="utf-8"), option)
 
 
-def _with_file(path: Path, act: Callable[[], object]) -> None:
+def _with_file(path: Path, act: Callable[[], object], option: str) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         act()
     except OSError as error:
-        raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another path with --json.") from error
+        raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another path with {option}.") from error
 
 
 def _demo(command: Demo) -> dict[str, Any]:
@@ -292,6 +308,25 @@ def _doctor(command: Doctor) -> dict[str, Any]:
         with bars() as progress:
             result["loop"] = loop_test(command.loop, progress)
         show_loop(result["loop"])
+    return result
+
+
+def _bench(command: Bench) -> dict[str, Any]:
+    from exograv.bench.compare import read_run, show_changes
+    from exograv.bench.run import run_bench
+    from exograv.bench.table import show_bench
+    from exograv.terminal import bars
+
+    before = None if command.compare is None else read_run(command.compare)
+    if command.save is not None:
+        refuse_unwritable(command.save, "--save")
+    with bars() as progress:
+        result = run_bench(command.quick, progress)
+    show_bench(result)
+    if command.save is not None:
+        write_json(command.save, result, "--save")
+    if before is not None and command.compare is not None:
+        show_changes(before, result, command.compare.name)
     return result
 
 

@@ -1,0 +1,137 @@
+"""The definition of each thing that is timed, as one CasADi function: the truth that every opponent is held to."""
+
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv.control.friction_share import friction_share_torque
+from exograv.control.tick import FRICTION_SHARE
+from exograv.dynamics.friction import Friction, friction_torque
+from exograv.dynamics.loop_torque import GRAVITY
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.dynamics.passive import passive_torque
+from exograv.dynamics.regressor import tree_regressor
+from exograv.dynamics.rnea import rnea
+from exograv.model.assembly import Assembly
+from exograv.model.tree import Tree
+
+ROTOR, COULOMB, VISCOUS = 0, 1, 2
+"""Order of what is known of each joint, behind the bodies' inertial parameters."""
+
+
+def rnea_function(tree: Tree) -> ca.Function:
+    """Torque of the bare tree; masses are constants, as every opponent has them."""
+    q, v, a = _motion(tree)
+    return ca.Function("rnea", [q, v, a], [rnea(tree, q, v, a, ca.SX(ca.DM(tree.phi.T)), _gravity())], *_names("tau"))
+
+
+def derivatives_function(tree: Tree) -> ca.Function:
+    """Derivatives of that torque with respect to position, velocity and acceleration."""
+    q, v, a = _motion(tree)
+    tau = rnea(tree, q, v, a, ca.SX(ca.DM(tree.phi.T)), _gravity())
+    outputs = [ca.jacobian(tau, x) for x in (q, v, a)]
+    return ca.Function("rnea_derivatives", [q, v, a], outputs, *_names("dtau_dq", "dtau_dv", "dtau_da"))
+
+
+def regressor_function(tree: Tree) -> ca.Function:
+    """Matrix (joint, 10 · joint) of the torque's dependence on all inertial parameters."""
+    q, v, a = _motion(tree)
+    return ca.Function("regressor", [q, v, a], [tree_regressor(tree, q, v, a, _gravity())], *_names("Y"))
+
+
+def torque_gradient_function(tree: Tree, friction: Friction) -> ca.Function:
+    """Torque with rotors and friction, and the gradient of half its squared error with respect to all parameters.
+
+    13 a joint, 91 for seven: ten inertial ones of each body, then rotor inertia, Coulomb and viscous friction of all.
+    """
+    n = len(tree.joints)
+    q, v, a = _motion(tree)
+    x, tau_measured = ca.SX.sym("x", 13 * n), ca.SX.sym("tau_measured", n)
+    of_joint = [x[(10 + i) * n : (11 + i) * n] for i in (ROTOR, COULOMB, VISCOUS)]
+    load = rnea(tree, q, v, a, ca.reshape(x[: 10 * n], 10, n), _gravity()) + of_joint[ROTOR] * a
+    learned = replace(friction, coulomb=of_joint[COULOMB], viscous=of_joint[VISCOUS])
+    tau = load + friction_torque(learned, v, load)
+    gradient = ca.gradient(0.5 * ca.sumsqr(tau - tau_measured), x)
+    names = ["q", "v", "a", "x", "tau_measured"], ["tau", "gradient"]
+    return ca.Function("torque_gradient", [q, v, a, x, tau_measured], [tau, gradient], *names)
+
+
+@dataclass(frozen=True)
+class AlignedTick:
+    """Two trees that move as one: the loops are exactly determined and the shoulder centres coincide.
+
+    Then the arm's joints move as the machine's (G is the unit matrix), no cuff is strained, and nothing is solved.
+    """
+
+    assembly: Assembly
+    arm: Tree
+    """With as many joints as the machine."""
+
+    machine: CalibratedMachine
+
+    @property
+    def heavy(self) -> list[int]:
+        """The arm's bodies that have mass."""
+        return [i for i, phi in enumerate(self.arm.phi) if phi[0] > 0.0]
+
+    @property
+    def x(self) -> Float[np.ndarray, " parameter"]:
+        """The table's arm with some elasticity, in the machine, in the order of `aligned_tick_function`."""
+        n, friction = len(self.arm.joints), self.machine.friction
+        passive = [np.full(n, 1.5), np.full(n, 0.4), np.full(n, 0.3)]  # N·m/rad, N·m, N·m·s/rad; size as in docs/arm.md
+        joints = [self.machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous)]
+        return np.concatenate([*self.arm.phi[self.heavy], *passive, *joints])
+
+    @property
+    def feedback(self) -> tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]]:
+        """Weak PD [N·m/rad], [N·m·s/rad]."""
+        description = self.assembly.description
+        return description.per_actuator("weak_kp_Nm_per_rad"), description.per_actuator("weak_kd_Nms_per_rad")
+
+
+def aligned_tick_function(tick: AlignedTick) -> ca.Function:
+    """The control law of `control.tick` for it.
+
+    The parameters: ten of each of the arm's bodies with mass, then stiffness, spring offset, damping, rotor inertia,
+    Coulomb and viscous friction of every joint.
+    """
+    arm, machine, heavy = tick.arm, tick.machine, tick.heavy
+    n = len(arm.joints)
+    q, v, q_reference, v_reference, a_reference = (
+        ca.SX.sym(s, n) for s in ("q", "v", "q_reference", "v_reference", "a_reference")
+    )
+    x, mode = ca.SX.sym("x", 10 * len(heavy) + 6 * n), ca.SX.sym("mode", 3)
+    drive, gravity_level, arm_share = mode[0], mode[1], mode[2]
+    phi = ca.SX.zeros(10, n)
+    for k, body in enumerate(heavy):
+        phi[:, body] = arm_share * x[10 * k : 10 * (k + 1)]
+    first = 10 * len(heavy)
+    stiffness, offset, damping, rotor, coulomb, viscous = (x[first + i * n : first + (i + 1) * n] for i in range(6))
+    motion = (q, drive * v_reference, drive * a_reference)
+    tau_arm = rnea(arm, *motion, phi, (1 - gravity_level) * _gravity())
+    tau_arm += drive * passive_torque(stiffness, offset, damping, q, motion[1])
+    load = rnea(tick.assembly.exo, *motion, ca.SX(ca.DM(machine.phi.T)), _gravity()) + rotor * motion[2] + tau_arm
+    friction = replace(machine.friction, coulomb=coulomb, viscous=viscous)
+    returned = FRICTION_SHARE * friction_share_torque(coulomb, viscous, v)
+    feedforward = load + drive * friction_torque(friction, v_reference, load) + (1 - drive) * returned
+    kp, kd = (ca.DM(gain) for gain in tick.feedback)
+    desired = feedforward + drive * (kp * (q_reference - q) + kd * (v_reference - v))
+    names = ["q", "v", "q_reference", "v_reference", "a_reference", "x", "mode"]
+    inputs = [q, v, q_reference, v_reference, a_reference, x, mode]
+    outputs = {"tau_desired": desired, "tau_feedforward": feedforward, "tau_arm": tau_arm}
+    return ca.Function("aligned_tick", inputs, list(outputs.values()), names, list(outputs))
+
+
+def _motion(tree: Tree) -> tuple[ca.SX, ca.SX, ca.SX]:
+    n = len(tree.joints)
+    return ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n)
+
+
+def _gravity() -> ca.SX:
+    return ca.SX(ca.DM(GRAVITY))
+
+
+def _names(*outputs: str) -> tuple[list[str], list[str]]:
+    return ["q", "v", "a"], list(outputs)
