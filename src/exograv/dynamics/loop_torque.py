@@ -8,11 +8,13 @@ from jaxtyping import Float
 
 from exograv.model.arm import SEGMENT_BODY
 from exograv.model.assembly import Assembly
-from exograv.model.loops import FIT, arm_positions
+from exograv.model.kinematics import body_poses
+from exograv.model.loops import FIT, arm_base, arm_positions
 
 from .closure import Closure, CuffEnergy, StaticLoad, velocity_bias
 from .passive import passive_torque
 from .rnea import rnea
+from .weight import weight
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 """In the base frame, z up [m/s²]."""
@@ -78,15 +80,19 @@ def static_load(
     passive_share: ca.SX | float = 1.0,
 ) -> StaticLoad:
     """What the arm's freedoms need at rest at z (4,): the same as `arm_load` without motion, with its derivative."""
-    at = ca.SX.sym("at", z.numel())
+    tree, stretched = assembly.arm.tree, arm_positions(z, arm.fit)
+    poses = body_poses(tree, stretched, arm_base(assembly, arm.fit))
+    torque, stiffness = weight(tree, poses, _tree_parameters(assembly, arm), _expression(gravity))
+    # By the freedoms: the shoulder's shift and its bend follow them.
+    at, pull = ca.SX.sym("at", z.numel()), ca.SX.sym("pull", stretched.numel())
     x = arm_positions(at, arm.fit)
-    tree = assembly.arm.tree
-    still = ca.SX.zeros(len(tree.joints))
-    weight = ca.jacobian(x, at).T @ rnea(tree, x, still, still, _tree_parameters(assembly, arm), _expression(gravity))
-    elasticity = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, at, ca.SX.zeros(z.numel()))
-    torque = weight + passive_share * elasticity
-    at_z = ca.substitute([torque, ca.jacobian(torque, at)], [at], [z])
-    return StaticLoad(*at_z)
+    bend, slope = ca.hessian(ca.dot(pull, x), at)
+    J, slope, bend = ca.substitute([ca.jacobian(x, at), slope, bend], [at, pull], [z, torque])
+    elasticity = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, z, ca.SX.zeros(z.numel()))
+    return StaticLoad(
+        slope + passive_share * elasticity,
+        J.T @ stiffness @ J + bend + passive_share * ca.diag(arm.stiffness),
+    )
 
 
 def arm_load(

@@ -1,0 +1,45 @@
+"""The weight of a tree: what its joints need to carry it at rest, and how that changes with their positions.
+
+With M_j the mass from joint j on, h_j its first moment about the joint's origin, a_j the joint's axis and g gravity,
+
+    ∂U/∂q_j      = −g·(a_j × h_j)              (sliding joint: −M_j g·a_j)
+    ∂²U/∂q_j∂q_k = −g·(a_k × (a_j × h_j))      for a turning joint k before j, or j itself; all else follows by symmetry
+"""
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from exograv.model.tree import Tree
+from exograv.spatial import Transform
+
+
+def weight(tree: Tree, poses: Sequence[Transform], phi: ca.SX, gravity: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Torque (joint,) [N·m or N] that holds the bodies still, and its derivative (joint, joint) by the positions.
+
+    Args:
+        tree: Its joints.
+        poses: Of its bodies in the frame of `gravity`.
+        phi: Inertial parameters (10, body).
+        gravity: (3,) [m/s²].
+    """
+    n = len(tree.joints)
+    torque, stiffness = ca.SX.zeros(n), ca.SX.zeros(n, n)
+    mass = [phi[0, i] for i in range(n)]
+    # Of the whole subtree, about its own joint's origin once its children have been added.
+    moment = [poses[i].R @ phi[1:4, i] for i in range(n)]
+    for j in reversed(range(n)):
+        joint, axis = tree.joints[j], poses[j].R @ ca.DM(tree.joints[j].axis)
+        swing = ca.cross(axis, moment[j]) if joint.kind == "revolute" else mass[j] * axis
+        torque[j] = -ca.dot(gravity, swing)
+        pull = ca.cross(gravity, swing)
+        k = j
+        while k >= 0:
+            if tree.joints[k].kind == "revolute":
+                # −g·(a_k × s) = a_k·(g × s)
+                stiffness[j, k] = stiffness[k, j] = ca.dot(poses[k].R @ ca.DM(tree.joints[k].axis), pull)
+            k = tree.joints[k].parent
+        if joint.parent >= 0:
+            moment[joint.parent] += moment[j] + mass[j] * (poses[j].p - poses[joint.parent].p)
+            mass[joint.parent] += mass[j]
+    return torque, stiffness
