@@ -1,4 +1,4 @@
-"""A tree's weight is inverse dynamics at rest, and its stiffness the derivative of that, symmetric as of a potential."""
+"""A tree's weight is inverse dynamics at rest; its stiffness is the derivative of that, symmetric as a potential's."""
 
 import casadi as ca
 import numpy as np
