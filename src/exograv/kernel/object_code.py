@@ -39,7 +39,7 @@ def llvm() -> Any:
         binding.check_jit_execution()
     except (ImportError, OSError, RuntimeError) as error:
         raise KernelError(
-            f"No native code on this computer: {error}. The virtual machine gives the same figures, slower; "
+            f"No native code on this computer: {error}. The virtual machine runs the same programs, slower; "
             "pip install llvmlite where there is a wheel for it."
         ) from error
     _add_symbols(binding)
