@@ -89,7 +89,7 @@ def test_help_waits_for_no_engine():
     program = (
         "import sys\nfrom exograv import cli\nsys.argv = ['exograv', '--help']\n"
         "try:\n    cli.main()\nexcept SystemExit:\n    pass\n"
-        "print(*({'casadi', 'mujoco', 'scipy', 'matplotlib', 'numpy'} & set(sys.modules)), file=sys.stderr)"
+        "print(*({'casadi', 'mujoco', 'scipy', 'matplotlib', 'numpy', 'llvmlite'} & set(sys.modules)), file=sys.stderr)"
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert result.stderr.split() == []

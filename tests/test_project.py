@@ -30,9 +30,21 @@ def pinned(lock: str) -> dict[str, str]:
     return {name + marker: version for name, version, marker in found}
 
 
-def test_importing_exograv_imports_neither_casadi_nor_mujoco():
-    program = "import sys, exograv; print(*({'casadi', 'mujoco'} & set(sys.modules)))"
-    assert run_python(program).stdout.split() == []
+def modules_after(statement: str) -> set[str]:
+    """Names of all modules that a fresh interpreter has imported after this, but for those it begins with."""
+    program = f"import sys\nbefore = set(sys.modules)\n{statement}\nprint(*(set(sys.modules) - before))"
+    return set(run_python(program).stdout.split())
+
+
+def test_importing_exograv_imports_nothing_else():
+    assert modules_after("import exograv") == {"exograv"}
+
+
+def test_the_first_tick_of_a_demo_waits_neither_for_drawing_nor_for_statistics():
+    late = {"matplotlib", "scipy.stats", "scipy.optimize", "scipy.signal"}
+    modules = modules_after("import exograv.session.demo")
+    assert {"mujoco", "casadi"} <= modules
+    assert modules & late == set()
 
 
 def test_the_study_tools_run_without_casadi_mujoco_and_scipy():

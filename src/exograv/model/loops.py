@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import least_squares
 
 from exograv import kernel
 from exograv.spatial import Transform, rotation_residual
@@ -166,6 +165,8 @@ class LoopSolver:
         self, y: Float[np.ndarray, " joint"], z_start: Float[np.ndarray, " 4"], fit: Float[np.ndarray, " 7"]
     ) -> tuple[Float[np.ndarray, " 4"], float]:
         """The rest downhill of `z_start`; Levenberg–Marquardt does not diverge where a full Newton step would."""
+        from scipy.optimize import least_squares  # 0.1 s that an empty machine does not have to wait for
+
         result = least_squares(
             lambda z: self._kernel.of(y, z, fit)[0],
             z_start,

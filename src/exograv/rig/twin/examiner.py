@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping
 import mujoco
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import qmc
 
 from exograv.model.description import RigDescription
 
@@ -28,6 +27,8 @@ CurrentsOf = Callable[[Postures], Postures]
 
 def held_out_postures(description: RigDescription) -> Postures:
     """Quasi-random true postures in the task workspace [rad]."""
+    from scipy.stats import qmc  # 0.3 s that no tick has to wait for
+
     lower, upper = description.workspace
     sobol = qmc.Sobol(d=len(lower), scramble=True, rng=np.random.default_rng(HELD_OUT_SEED))
     # Sobol points keep their balance in powers of two; the first 200 of 256 are as good as any.

@@ -2,7 +2,6 @@
 
 import numpy as np
 from jaxtyping import Float
-from scipy.signal import lfilter
 
 from .streams import stream
 from .wearer import ARM_JOINTS, Unrest
@@ -45,6 +44,8 @@ class Muscles:
 
     def _draw_bias(self) -> Float[np.ndarray, "tick 4"]:
         """An Ornstein–Uhlenbeck process per joint, exact at the ticks."""
+        from scipy.signal import lfilter  # 0.1 s that an empty machine does not have to wait for
+
         bias = np.empty((BLOCK, len(ARM_JOINTS)))
         kicks = self._bias_stream.standard_normal(bias.shape) * self._unrest.bias_rms * np.sqrt(1.0 - self._decay**2)
         for joint, decay in enumerate(self._decay):
