@@ -35,7 +35,7 @@ def sweeps(exo) -> Sweeps:
     theta[:4], theta[4:8] = 1.0 / GAIN_SHARE, COULOMB
     noise = np.random.default_rng(0)
     columns: list[list[np.ndarray]] = [[], [], [], []]
-    weights = []
+    weights: list[np.ndarray] = []
     for plan in description.settings.calibration.sweeps:
         joint = description.joints.index(plan.joint)
         start = np.deg2rad(plan.posture_deg)
@@ -43,14 +43,14 @@ def sweeps(exo) -> Sweeps:
         goal = float(np.deg2rad(plan.to_deg))
         path = joined([sweep(start, joint, goal, speed, SAMPLE_PERIOD_S) for speed in (0.3, 0.6)])
         for weight in (0.0, 1.5, 3.0):
-            for k in range(len(path)):
-                tau = problem._kernel.of(path.q[k], path.v[k], path.a[k], weight, theta)[0]
-                current = (tau + noise.normal(0.0, NOISE_SD, 4)) / description.nominal_gain
-                for column, value in zip(columns, (path.q[k], path.v[k], path.a[k], current), strict=True):
-                    column.append(value)
-                weights.append(weight)
-    q, v, a, measured = (np.array(column) for column in columns)
-    return Sweeps(q, v, a, measured, np.array(weights))
+            hung = np.full((1, len(path)), weight)
+            tau = problem._batch.of(path.q.T, path.v.T, path.a.T, hung, theta)[0].T
+            current = (tau + noise.normal(0.0, NOISE_SD, tau.shape)) / description.nominal_gain
+            for column, value in zip(columns, (path.q, path.v, path.a, current), strict=True):
+                column.append(value)
+            weights.append(hung[0])
+    q, v, a, measured = (np.concatenate(column) for column in columns)
+    return Sweeps(q, v, a, measured, np.concatenate(weights))
 
 
 def test_gains_and_friction_are_found_within_their_intervals(exo, sweeps: Sweeps):

@@ -126,21 +126,24 @@ class _Problem:
         self._covariance: Float[np.ndarray, "unknown unknown"] = np.asarray(
             block_diag(np.diag(np.concatenate(sds) ** 2), *links)
         )
-        self._kernel = kernel.compile(self._function())
+        self._batch = kernel.compile(self._function(), lanes=0, shared=("theta",))
 
     def fit(self, theta: Float[np.ndarray, " unknown"], sweeps: Sweeps, tau_nominal: Samples, weight: Samples) -> _Fit:
         """Gauss–Newton from `theta` to the optimum; each sample and joint with its weight [1/(N·m)]."""
-        rows = list(zip(sweeps.q, sweeps.v, sweeps.a, sweeps.weight, strict=True))
+        samples = self._batch.bind(len(sweeps.q))
+        for name in ("q", "v", "a", "weight"):
+            samples.inputs[name][...] = getattr(sweeps, name).T
         covariance, residual = self._covariance, np.empty_like(tau_nominal)
         for _ in range(ITERATIONS):
+            samples.inputs["theta"][:] = theta
+            tau, derivative = samples().values()
+            residual = tau_nominal - tau.T
             information = np.linalg.inv(self._covariance)
             slope = information @ (self.mean - theta)
-            for i, row in enumerate(rows):
-                tau, derivative = self._kernel.of(*row, theta)
-                residual[i] = tau_nominal[i] - tau
-                weighted = weight[i][:, None] * derivative
-                information += weighted.T @ weighted
-                slope += weighted.T @ (weight[i] * residual[i])
+            for of_joint, error, w in zip(derivative, residual.T, weight.T, strict=True):
+                weighted = w * of_joint
+                information += weighted @ weighted.T
+                slope += weighted @ (w * error)
             covariance = np.linalg.inv(information)
             step = covariance @ slope
             theta = theta + step
