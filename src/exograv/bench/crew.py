@@ -93,14 +93,13 @@ def _run_process(order: dict[str, Any], listener: _Listener) -> str | None:
     """Listen to one process to its end; what it died of, if it did."""
     command = [sys.executable, "-m", "exograv.bench.process", json.dumps(order)]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
-        try:
-            while line := _next_line(process):
-                listener.hear(json.loads(line))
-            code = process.wait()
-        finally:
-            process.kill()
-            process.wait()
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True) as process:
+            try:
+                while line := _next_line(process):
+                    listener.hear(json.loads(line))
+                code = process.wait()
+            finally:
+                process.kill()
         return None if code == 0 else _ended(code, errors)
 
 

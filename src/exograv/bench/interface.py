@@ -4,7 +4,7 @@ import importlib
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import casadi as ca
 import numpy as np
@@ -85,6 +85,7 @@ class Missing(Exception):  # noqa: N818 - not an error: an opponent that cannot 
     """An opponent cannot compute this here; the message is the reason that is reported."""
 
 
+@runtime_checkable
 class Opponent(Protocol):
     """An implementation."""
 

@@ -28,7 +28,11 @@ DIVIDER = ("div", "sqrt")
 
 
 def limits_of(task: Task, peaks: Peaks) -> dict[str, Any]:
-    """Counts of a program, and the shortest times [µs] of a single call and of a state in a batch."""
+    """Counts of a program, and the shortest times [µs] of a single call and of a state in a batch.
+
+    `long_code_us` is no limit of the core but of a program that runs once from end to end: what its operations take
+    where they have to be fetched from a farther cache.
+    """
     program = straight_line(task.function)
     counts = operation_counts(program)
     path = critical_path_ns(program, peaks)
@@ -39,6 +43,7 @@ def limits_of(task: Task, peaks: Peaks) -> dict[str, Any]:
         "instructions": len(program.instructions),
         "critical_path_us": _microseconds(path),
         "throughput_us": _microseconds(single),
+        "long_code_us": _microseconds(arithmetic_count(counts) * peaks.long_ns),
         "best_us": _microseconds(max(path, single)),
         "best_batch_us": _microseconds(batch),
         "call_us": _microseconds(peaks.call_ns),
@@ -70,9 +75,13 @@ def critical_path_ns(program: Program, peaks: Peaks) -> float:
 
 def throughput_ns(counts: Counter[str], cost: dict[str, float]) -> float:
     """Time of the busiest unit if no operation ever had to wait for another."""
+    return max(arithmetic_count(counts) * cost["muladd"], sum(counts[kind] * cost[kind] for kind in DIVIDER))
+
+
+def arithmetic_count(counts: Counter[str]) -> int:
+    """Additions and multiplications, those within functions too."""
     within = sum(counts[kind] * least for kind, least in LEAST_ARITHMETIC.items())
-    arithmetic = (counts["add"] + counts["mul"] + within) * cost["muladd"]
-    return max(arithmetic, sum(counts[kind] * cost[kind] for kind in DIVIDER))
+    return counts["add"] + counts["mul"] + within
 
 
 def _latency(instruction: Instruction, peaks: Peaks) -> float:

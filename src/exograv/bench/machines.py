@@ -99,7 +99,7 @@ def chain(n: int) -> Tree:
     axes = np.eye(3)
     joints = tuple(
         Joint(
-            f"joint_{i}", "revolute", i - 1, _turned(0.3 + 0.1 * i), np.array([0.02, -0.03, 0.15]), axes[2 - i % 3],
+            f"joint_{i}", "revolute", i - 1, _turned(0.3 + 0.03 * i), np.array([0.02, -0.03, 0.15]), axes[2 - i % 3],
             -3.0, 3.0, 50.0, 5.0,
         )
         for i in range(n)

@@ -1,5 +1,6 @@
 """Measurements of exograv itself: identification updates, and how near its kernels come to what a core can do."""
 
+from dataclasses import asdict
 from typing import Any
 
 from .contest import Report
@@ -23,11 +24,12 @@ def own_section(order: dict[str, Any], report: Report) -> None:
     report({"share": 0.5, "text": "what this core can do"})
     report({"at": ["limits", None]})
     peaks = measure_peaks()
-    report({"peaks": {"latency_ns": _short(peaks.latency_ns), "single_ns": _short(peaks.single_ns),
-                      "batch_ns": _short(peaks.batch_ns), "call_ns": round(peaks.call_ns, 1)}})  # fmt: skip
+    report({"peaks": {name: _short(value) for name, value in asdict(peaks).items()}})
     for name in LIMITED:
         report({"limit": limits_of(task(name), peaks)})
 
 
-def _short(values: dict[str, float]) -> dict[str, float]:
-    return {kind: float(f"{value:.3g}") for kind, value in values.items()}
+def _short(value: float | dict[str, float]) -> float | dict[str, float]:
+    if isinstance(value, dict):
+        return {kind: float(f"{each:.3g}") for kind, each in value.items()}
+    return float(f"{value:.3g}")

@@ -21,6 +21,9 @@ SINGLE_SHAPES = ((128, 2), (256, 2), (128, 4))
 BATCH_SHAPES, BATCH_STATES = ((16, 4), (32, 4), (16, 8)), 128
 """The same of a batch that stays in the nearest cache."""
 
+LONG_SHAPE = (256, 16)
+"""Of a program like a general tick: longer than the nearest instruction cache."""
+
 CALLS, TRIALS = 100, 9
 
 STEPS: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {
@@ -59,6 +62,9 @@ class Peaks:
     batch_ns: dict[str, float]
     """The same, a state of a batch."""
 
+    long_ns: float
+    """Of `muladd` in one state, in a program so long that it has to be fetched from a farther cache at every call."""
+
 
 def measure_peaks() -> Peaks:
     """In a few seconds."""
@@ -73,7 +79,8 @@ def measure_peaks() -> Peaks:
         functions = [_wide(step, *shape) for shape in BATCH_SHAPES]
         rounds = [(_batch_ns(function) - batch_call) / _operations(function) for function in functions]
         batch[kind] = min(rounds) / BATCH_STATES
-    return Peaks(call, latency, single, batch)
+    long = _wide(SIDE_BY_SIDE["muladd"], *LONG_SHAPE)
+    return Peaks(call, latency, single, batch, (_single_ns(long) - call) / _operations(long))
 
 
 def _chain(step: Callable[[ca.SX, ca.SX], ca.SX]) -> ca.Function:

@@ -32,7 +32,7 @@ IN_CHAIN = (Native.name, VirtualMachine.name, GeneratedC.name, Pinocchio.name, M
 """Who is in the plot of cost against joints."""
 
 SINGLE_FULL, SINGLE_QUICK = Effort(40, 0.03), Effort(10, 0.005)
-BATCH_FULL, BATCH_QUICK = Effort(15, 0.06), Effort(4, 0.01)
+BATCH_FULL, BATCH_QUICK = Effort(12, 0.03), Effort(4, 0.01)
 
 QUICK = "left out of --quick: "
 SLOW_JAX = "JAX compiles it for half a minute; a full run does"

@@ -11,12 +11,12 @@ from jaxtyping import Float
 
 from .interface import Call, State
 
-CALLS_MIN = 3
-"""A turn, however slow the implementation is."""
-
 CALLS_MAX = 400
+"""A turn, however fast the implementation is."""
+
 WARM_UP = 2
-"""Calls of each turn that are not counted: the one before has left its own data in the caches."""
+"""Calls of each turn that are not counted: the one before has left its own data in the caches. Where a single call
+fills a turn it outlasts that, and is counted."""
 
 CLOCK_READINGS = 2000
 
@@ -58,8 +58,8 @@ def timed(
                 name = names[(turn + k) % len(names)]
                 call = calls[name]
                 call.load(state)
-                for _ in range(WARM_UP):
-                    call.run()
+                if counts[name] > 1:
+                    _times(call.run, WARM_UP)
                 times[name] += _times(call.run, counts[name])
     return {name: np.array(values, float) - own for name, values in times.items()}
 
@@ -85,5 +85,5 @@ def _times(run: Callable[[], object], count: int) -> list[int]:
 def _calls_a_turn(call: Call, state: State, effort: Effort) -> int:
     call.load(state)
     call.run()
-    typical = float(np.median(_times(call.run, CALLS_MIN))) * 1e-9
-    return int(np.clip(effort.seconds_per_turn / max(typical, 1e-9), CALLS_MIN, CALLS_MAX))
+    typical = min(_times(call.run, WARM_UP)) * 1e-9
+    return int(np.clip(effort.seconds_per_turn / max(typical, 1e-9), 1, CALLS_MAX))

@@ -1,0 +1,37 @@
+"""What fused multiply-add is worth: CasADi's generated C with and without it, beside our native code.
+
+    python benchmarks/fused.py
+
+Medians of interleaved calls from Python, µs. Our code rounds after every operation, as the virtual machine does.
+"""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from exograv.bench.opponents.generated_c import shared_library, single_call
+from exograv.bench.opponents.native import Native
+from exograv.bench.plan import task
+from exograv.bench.rounds import Effort, timed
+from exograv.kernel.program import straight_line
+
+ROWS = ("rnea_7", "rnea_chain_12", "rnea_chain_20", "rnea_derivatives_7", "tick_general_4")
+EFFORT = Effort(40, 0.005)
+
+
+def main() -> None:
+    """One line a row."""
+    for name in ROWS:
+        asked = task(name)
+        function = straight_line(asked.function).function
+        calls = {"exograv native": Native().build(asked, None)}
+        for label, flags in (("C, fused", ()), ("C, not fused", ("-ffp-contract=off",))):
+            with tempfile.TemporaryDirectory() as folder:
+                calls[label] = single_call(function, shared_library(function, Path(folder), "double", "", *flags))
+        times = timed(calls, lambda turn: asked.states[turn % len(asked.states)], EFFORT)  # noqa: B023 - used at once
+        print(name, ", ".join(f"{label} {np.median(values) / 1e3:.3f}" for label, values in times.items()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+"""Plots of a benchmark run: single calls, cost against the number of joints, batches against their size."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+
+from exograv.bench.opponents import OPPONENTS, Native
+
+COLOURS = {each.name: f"C{i}" if i < 10 else "black" for i, each in enumerate(OPPONENTS)}
+BARS = ("rnea_7", "torque_gradient_7", "tick_aligned_7", "tick_general_4")
+BATCHES = ("rnea_7", "torque_gradient_7", "tick_aligned_7", "tick_general_4")
+# The same file from the same run: no date, no random names.
+plt.rcParams.update({"svg.hashsalt": "exograv", "font.size": 9})
+
+
+def draw_single(result: dict[str, Any], path: Path) -> None:
+    """Median time of a call, a panel a task."""
+    figure, panels = plt.subplots(1, len(BARS), figsize=(11, 3), sharey=False)
+    for panel, name in zip(panels, BARS, strict=True):
+        rows = sorted((row for row in result["rows"] if row["name"] == name), key=lambda row: -row["p50"])
+        names = [row["implementation"] for row in rows]
+        panel.barh(names, [row["p50"] for row in rows], color=[COLOURS[who] for who in names])
+        panel.set_xscale("log")
+        panel.set_title(name)
+        panel.set_xlabel("µs a call, median")
+        panel.tick_params(axis="y", labelsize=7)
+    _save(figure, path)
+
+
+def draw_joints(result: dict[str, Any], path: Path) -> None:
+    """Time of inverse dynamics of a chain against its joints."""
+    figure, panel = plt.subplots(figsize=(6, 4))
+    found: dict[str, list[tuple[int, float]]] = {}
+    for row in result["rows"]:
+        if match := re.fullmatch(r"rnea_chain_(\d+)", row["name"]):
+            found.setdefault(row["implementation"], []).append((int(match[1]), row["p50"]))
+    _lines(panel, found)
+    panel.set_yscale("log")
+    panel.set_xlabel("joints")
+    panel.set_ylabel("inverse dynamics of a chain, µs a call, median")
+    _save(figure, path)
+
+
+def draw_batch(result: dict[str, Any], path: Path) -> None:
+    """Evaluations a second on one core against the size of the batch, a panel a task."""
+    figure, panels = plt.subplots(1, len(BATCHES), figsize=(11, 3))
+    for panel, task in zip(panels, BATCHES, strict=True):
+        found: dict[str, list[tuple[int, float]]] = {}
+        for row in result["rows"]:
+            if match := re.fullmatch(rf"batch_{task}_(\d+)_f64_one_core", row["name"]):
+                found.setdefault(row["implementation"], []).append((int(match[1]), row["p50"]))
+        _lines(panel, found)
+        panel.set_xscale("log", base=2)
+        panel.set_yscale("log")
+        panel.set_title(task)
+        panel.set_xlabel("states")
+    panels[0].set_ylabel("evaluations a second, one core")
+    _save(figure, path)
+
+
+def _lines(panel: Axes, found: dict[str, list[tuple[int, float]]]) -> None:
+    for who, points in found.items():
+        width = 2.5 if who == Native.name else 1.2
+        panel.plot(
+            *zip(*sorted(points), strict=True), "o-", label=who, color=COLOURS[who], linewidth=width, markersize=3
+        )
+    panel.grid(visible=True, which="both", alpha=0.2)
+    panel.legend(fontsize=6)
+
+
+def _save(figure: Any, path: Path) -> None:
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+
+
+ALL: dict[str, Callable[[dict[str, Any], Path], None]] = {
+    "single": draw_single,
+    "joints": draw_joints,
+    "batch": draw_batch,
+}
