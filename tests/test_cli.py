@@ -97,6 +97,19 @@ def test_help_waits_for_no_engine():
         assert command in result.stdout
 
 
+@pytest.mark.parametrize(("chosen", "used"), [(None, "1"), ("2", "2")])
+def test_a_command_keeps_linear_algebra_to_one_thread_unless_told_otherwise(chosen: str | None, used: str):
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    environment |= {} if chosen is None else {"OPENBLAS_NUM_THREADS": chosen}
+    program = (
+        "import os, sys\nfrom exograv import cli\nassert 'numpy' not in sys.modules\n"
+        "sys.argv = ['exograv', 'rigs']\ncli.main()\nprint(os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    command = [sys.executable, "-c", program]
+    result = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    assert result.stdout.split()[-1] == used
+
+
 @pytest.mark.parametrize("columns", [20, 40, 200])
 def test_help_and_lists_fit_any_terminal(columns: int, tmp_path: Path):
     assert exograv("--help", folder=tmp_path, columns=columns).returncode == 0

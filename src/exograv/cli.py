@@ -1,6 +1,7 @@
 """One command per session. Heavy rooms are imported by the command that needs them: `--help` must not wait for them."""
 
 import json
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -145,6 +146,9 @@ Command = (
 
 def main() -> None:
     """Entry point of the `exograv` command."""
+    # Our matrices are small: on a busy computer the threads of OpenBLAS wait milliseconds for each other, and a demo
+    # takes twice as long. Read when NumPy is imported, so it has to be said here.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     command = tyro.cli(
         Command,  # pyright: ignore[reportArgumentType] - tyro takes unions
         prog="exograv",
