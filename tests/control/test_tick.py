@@ -173,3 +173,13 @@ def test_a_position_that_is_no_number_shows_in_the_slope(tick, wearer):
     tick.step(lost, STILL, Reference(lost, STILL, STILL), wearer)
     assert np.isnan(tick.closure_slope)
     assert not tick.is_closed
+
+
+def test_another_tick_has_a_posture_and_a_mode_of_its_own(tick, wearer):
+    expected = at_rest(tick, wearer, Mode())
+    other = tick.again()
+    at_rest(other, wearer, Mode(gravity_level=1.0), Q + 0.2)
+    assert tick.mode.gravity_level == 0.0
+    np.testing.assert_array_equal(tick.tau_desired, expected)
+    tick.step(Q, STILL, Reference(Q, STILL, STILL), wearer)
+    np.testing.assert_allclose(tick.tau_desired, expected, atol=PARITY)

@@ -2,6 +2,7 @@
 
 import os
 import threading
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -120,6 +121,40 @@ def test_the_virtual_machine_stands_in_for_lanes(monkeypatch: pytest.MonkeyPatch
     for got, desired in zip(compiled.of(*values), expected, strict=True):
         # Sine and cosine of the C library may differ in the last bit.
         np.testing.assert_allclose(got, desired, rtol=1e-14, atol=1e-15)
+
+
+def test_the_virtual_machine_shares_arguments_too(monkeypatch: pytest.MonkeyPatch):
+    A, x, s = states(5)
+    expected = kernel.compile(small_function(), lanes=0, shared=["A"]).of(A[..., 0], x, s)
+    monkeypatch.setattr(compilation, "native_is_possible", lambda: False)
+    for got, desired in zip(
+        kernel.compile(small_function(), lanes=0, shared=["A"]).of(A[..., 0], x, s), expected, strict=True
+    ):
+        np.testing.assert_allclose(got, desired, rtol=1e-14, atol=1e-15)
+
+
+def test_single_precision_has_twice_the_lanes():
+    wide, single = (kernel.compile(small_function(), lanes=0, dtype=dtype) for dtype in (np.float64, np.float32))
+    assert single.lanes == 2 * wide.lanes
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="reads the time of each thread from Linux")
+def test_the_pools_threads_do_work():
+    bound = kernel.compile(small_function(), lanes=8).bind(50_000, threads=2)
+    bound()
+    workers = [thread for thread in threading.enumerate() if thread.name.startswith("exograv batch")]
+
+    def worked() -> int:
+        """Clock ticks of all workers; the 12th field after the name is time in user mode."""
+        fields = [Path(f"/proc/self/task/{w.native_id}/stat").read_text().rpartition(")")[2].split() for w in workers]
+        return sum(int(field[11]) for field in fields)
+
+    before = worked()
+    for _ in range(20_000):
+        bound()
+        if worked() > before:
+            return
+    raise AssertionError("no worker took a chunk of 20 000 batches")
 
 
 def test_what_a_batch_cannot_be_is_refused():

@@ -42,7 +42,17 @@ def test_the_second_start_compiles_nothing(monkeypatch: pytest.MonkeyPatch):
 def test_another_processor_gets_its_own_code(monkeypatch: pytest.MonkeyPatch):
     native.compile(cube())
     here = object_code.processor()
-    monkeypatch.setattr(native, "processor", lambda: object_code.Processor(here.name + "-next", here.features))
+    for other in (
+        object_code.Processor(here.name + "-next", here.features),
+        object_code.Processor(here.name, here.features + ",-fma"),
+    ):
+        monkeypatch.setattr(native, "processor", lambda other=other: other)
+        assert not native.compile(cube()).from_cache
+
+
+def test_another_compiler_of_ours_makes_its_own_code(monkeypatch: pytest.MonkeyPatch):
+    native.compile(cube())
+    monkeypatch.setattr(cache, "_own_source", lambda: "changed")
     assert not native.compile(cube()).from_cache
 
 

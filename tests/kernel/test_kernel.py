@@ -186,6 +186,15 @@ def test_what_is_carried_is_the_next_calls_argument():
         np.testing.assert_array_equal(compiled()["next"], [calls, 2 * calls])
 
 
+def test_a_whole_matrix_is_carried():
+    A, B = ca.SX.sym("A", 3, 2), np.arange(6.0).reshape(3, 2)
+    compiled = kernel.compile(ca.Function("doubled", [A], [2 * A], ["A"], ["twice"]), carry={"A": "twice"})
+    compiled.inputs["A"][...] = B
+    compiled()
+    np.testing.assert_array_equal(compiled()["twice"], 4 * B)
+    np.testing.assert_array_equal(compiled.inputs["A"], 4 * B)
+
+
 def test_an_argument_can_be_carried_to_another():
     compiled = kernel.compile(counting_function(), carry={"n": "step"})
     compiled.inputs["step"][:] = [5.0, 6.0]

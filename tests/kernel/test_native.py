@@ -73,6 +73,18 @@ def test_random_programs_have_the_same_bits(chain: list[tuple[int, int, int]], x
     assert_same_bits(native.compile(function).of(x)[0], virtual_machine.compile(function).of(x)[0])
 
 
+def test_products_and_sums_are_rounded_one_by_one_and_in_their_order():
+    a, b, c = (ca.SX.sym(name) for name in "abc")
+    function = ca.Function("rounded", [a, b, c], [a * b - c, (a + b) - c, a / b, c + a * b])
+    x = 1.0 + 2.0**-30
+    # A fused multiply-add would leave what the product's rounding lost, 2⁻⁶⁰.
+    got = native.compile(function).of(x, x, x * x)
+    np.testing.assert_array_equal(np.ravel(got), [0.0, (x + x) - x * x, 1.0, x * x + x * x])
+    np.testing.assert_array_equal(native.compile(function).of(1e16, 1.0, 1e16)[1], 0.0)
+    batch = kernel.compile(function, lanes=8).of(*np.array([[[x] * 9], [[x] * 9], [[x * x] * 9]]))
+    np.testing.assert_array_equal(batch[0], 0.0)
+
+
 @pytest.mark.parametrize("length", [1, 2, 3, 7, 50])
 def test_values_survive_from_piece_to_piece(length: int, monkeypatch: pytest.MonkeyPatch):
     rng = np.random.default_rng(1000)

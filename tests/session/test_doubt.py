@@ -53,6 +53,13 @@ def test_doubt_grows_with_the_covariance_and_vanishes_with_it(laboratory):
     np.testing.assert_allclose(doubt_of(laboratory, 0.0).p95, 0.0, atol=1e-9)
 
 
+def test_arms_that_fall_out_of_their_cuffs_are_left_out(laboratory):
+    found = doubt_of(laboratory, 30.0)
+    assert 0 < found.draws < 512
+    assert np.isfinite(found.p95).all()
+    assert (found.p95 > found.median).all()
+
+
 def test_a_method_without_covariance_states_no_doubt(laboratory):
     assembly, _, resting, mean, _ = laboratory
     assert doubt(resting, assembly, Estimate(0.0, mean, None, 0.0, 1.0)) is None
