@@ -6,6 +6,7 @@ import pytest
 from exograv.control.resting import RestingTorque
 from exograv.control.tick import Mode, Tick
 from exograv.dynamics import parameters
+from exograv.model.loops import FIT, TWIST_MAX
 from exograv.model.support import sample_postures
 
 PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
@@ -57,3 +58,23 @@ def test_a_posture_that_is_not_found_is_marked_and_harms_no_other(resting, postu
     np.testing.assert_array_equal(np.flatnonzero(~got.is_closed), [4, 9])
     keep = np.flatnonzero(got.is_closed)
     np.testing.assert_allclose(got.tau_desired[keep], expected.tau_desired[keep], atol=PARITY)
+
+
+def test_an_arm_that_lies_twisted_in_its_cuffs_is_not_closed(resting, postures, wearer):
+    """Newton's method can end in a rest that no arm in these cuffs has: a turn away from the machine."""
+    starts = resting.cold_start(postures, wearer)
+    twisted = 0
+    for turn in (np.array([np.pi, np.pi, np.pi, 0.0]), np.array([0.0, 0.0, 2 * np.pi, 0.0])):
+        got = resting(postures, np.tile(wearer, (POSTURES, 1)), starts + turn)
+        far = np.abs(got.z - postures).max(axis=1) > TWIST_MAX
+        twisted += int(far.sum())
+        assert not got.is_closed[far].any()
+    assert twisted > POSTURES
+
+
+def test_an_arm_in_slack_cuffs_is_not_closed(resting, postures, wearer):
+    slack = wearer.copy()
+    slack[parameters.FIT_OF_ARM][[FIT.index("cuff_log_stiffness"), FIT.index("cuff_log_rotational_stiffness")]] = -14.0
+    slack[parameters.PHI] = 0.0
+    starts = resting.cold_start(postures, wearer)
+    assert not resting(postures, np.tile(slack, (POSTURES, 1)), starts).is_closed.any()

@@ -1,6 +1,8 @@
 """A batch gives every state the bits of a single call, whatever its size, its lanes, its threads and its neighbours."""
 
+import gc
 import os
+import signal
 import threading
 from pathlib import Path
 
@@ -73,15 +75,66 @@ def test_a_pool_serves_thousands_of_jobs_and_two_callers_at_once():
     assert not wrong
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_callable_outlives_its_batch(threads: int):
+    evaluate = kernel.compile(small_function(), lanes=8).bind(100_000, threads).evaluate
+    gc.collect()
+    evaluate()
+
+
+def test_many_first_callers_share_one_pool():
+    compiled, values = kernel.compile(small_function(), lanes=8), states(2000)
+    expected = compiled.of(*values)[0]
+    barrier, right = threading.Barrier(4), []
+
+    def call() -> None:
+        barrier.wait()
+        right.append(np.array_equal(compiled.of(*values, threads=7)[0], expected))
+
+    before = threading.active_count()
+    callers = [threading.Thread(target=call) for _ in range(4)]
+    for caller in callers:
+        caller.start()
+    for caller in callers:
+        caller.join()
+    assert right == [True] * 4
+    assert threading.active_count() - before == 6
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
-def test_a_forked_process_has_its_own_threads():
+def test_a_forked_process_has_its_own_threads_even_for_a_batch_in_use():
     compiled, values = kernel.compile(small_function(), lanes=8), states(2000)
-    expected = compiled.of(*values, threads=2)[0]
+    expected = compiled.of(*values)[0]
+    bound = compiled.bind(2000, threads=2)
+    for buffer, value in zip(bound.inputs.values(), values, strict=True):
+        buffer[...] = value
+    stop = threading.Event()
+
+    def keep_busy() -> None:
+        while not stop.is_set():
+            bound.evaluate()
+
+    busy = threading.Thread(target=keep_busy)
+    busy.start()
+    try:
+        for _ in range(10):
+            assert _answer_of_a_child(bound, expected) == 0
+    finally:
+        stop.set()
+        busy.join()
+
+
+def _answer_of_a_child(bound: kernel.BoundBatch, expected: np.ndarray) -> int:
     child = os.fork()
     if child == 0:
-        os._exit(0 if np.array_equal(compiled.of(*values, threads=2)[0], expected) else 1)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        code = 1
+        try:
+            signal.alarm(20)
+            code = 0 if np.array_equal(bound()["y"], expected) else 2
+        finally:
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
 def test_a_shared_argument_is_the_same_for_every_state():
@@ -162,6 +215,10 @@ def test_what_a_batch_cannot_be_is_refused():
         kernel.compile(small_function(), lanes=3)
     with pytest.raises(ValueError, match="float64 or float32 elements, not int64"):
         kernel.compile(small_function(), lanes=4, dtype=np.int64)
+    with pytest.raises(ValueError, match=r"shared is a list of names; write \[\"x\"\]"):
+        kernel.compile(small_function(), lanes=4, shared="x")
+    with pytest.raises(ValueError, match="belong to batches"):
+        kernel.compile(small_function(), shared=["x"])  # pyright: ignore[reportCallIssue] - what is refused
     with pytest.raises(ValueError, match="no argument z to share"):
         kernel.compile(small_function(), lanes=4, shared=["z"])
     compiled = kernel.compile(small_function(), lanes=4)
@@ -170,7 +227,7 @@ def test_what_a_batch_cannot_be_is_refused():
     with pytest.raises(TypeError, match="takes A, x, s; 1 values were given"):
         compiled.of(np.zeros((2, 3, 4)))
     with pytest.raises(ValueError, match="All arguments of small are shared"):
-        kernel.compile(small_function(), lanes=4, shared="Axs").of(np.zeros((2, 3)), np.zeros(3), np.zeros(1))
+        kernel.compile(small_function(), lanes=4, shared=["A", "x", "s"]).of(np.zeros((2, 3)), np.zeros(3), np.zeros(1))
 
 
 def test_rows_of_a_batch_lie_an_odd_number_of_blocks_apart():

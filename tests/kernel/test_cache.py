@@ -71,6 +71,32 @@ def test_damaged_code_is_not_run(damage, empty_cache: Path, caplog: pytest.LogCa
     check(compiled)
 
 
+def test_code_under_another_name_is_not_run(empty_cache: Path):
+    x = ca.SX.sym("x", 2)
+    native.compile(cube())
+    (first,) = empty_cache.iterdir()
+    native.compile(ca.Function("cube", [x], [x + 0.5], ["x"], ["y"]))
+    (second,) = set(empty_cache.iterdir()) - {first}
+    first.write_bytes(second.read_bytes())
+    check(native.compile(cube()))
+
+
+@pytest.mark.parametrize("variables", [{}, {"XDG_CACHE_HOME": "relative"}], ids=["no home", "relative"])
+def test_a_user_without_a_home_compiles_each_time(variables: dict[str, str], monkeypatch: pytest.MonkeyPatch):
+    def homeless() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(Path, "home", homeless)
+    assert cache.folder() is None
+    for _ in range(2):
+        compiled = native.compile(cube())
+        assert not compiled.from_cache
+        check(compiled)
+
+
 def test_code_from_a_folder_that_others_may_write_is_not_run(empty_cache: Path, caplog: pytest.LogCaptureFixture):
     native.compile(cube())
     empty_cache.chmod(0o777)

@@ -128,8 +128,33 @@ def test_memory_that_must_not_be_written_is_refused_for_results():
 
 
 def test_a_matrix_in_c_order_is_refused_because_its_entries_would_stand_elsewhere():
-    with pytest.raises(ValueError, match=r"A is a matrix \(2, 3\) in C order; bind it in Fortran order"):
+    with pytest.raises(ValueError, match=r"A is a matrix \(2, 3\) in C order; bind \(2, 3\) in Fortran"):
         kernel.compile(product_function(), {"A": np.zeros((2, 3))})
+
+
+@pytest.mark.parametrize(
+    "memory", [np.zeros((2, 2)), np.zeros((1, 4)), np.zeros((1, 4, 1))], ids=["square in C order", "a row", "deeper"]
+)
+def test_a_shape_that_can_be_read_in_two_ways_is_refused(memory: np.ndarray):
+    A = ca.SX.sym("A", 2, 2)
+    with pytest.raises(ValueError, match="order; bind"):
+        kernel.compile(ca.Function("turned", [A], [A.T], ["A"], ["B"]), {"A": memory})
+
+
+def test_a_result_on_an_arguments_memory_is_refused():
+    memory = np.zeros(4)
+    x = ca.SX.sym("x", 3)
+    function = ca.Function("turn", [x], [ca.vertcat(x[1], x[2], x[0])], ["x"], ["y"])
+    with pytest.raises(ValueError, match="y of turn lies on x; carry it"):
+        kernel.compile(function, {"x": memory[:3], "y": memory[1:]})
+
+
+def test_what_is_carried_lies_as_the_binding_lies():
+    A, B = ca.SX.sym("A", 2, 3), np.arange(6.0).reshape(3, 2)
+    bound = B.copy()
+    function = ca.Function("doubled", [A], [2 * A], ["A"], ["twice"])
+    kernel.compile(function, {"A": bound}, carry={"A": "twice"}).evaluate()
+    np.testing.assert_array_equal(bound, 2 * B)
 
 
 def test_a_transposed_matrix_in_c_order_is_taken_as_it_is():

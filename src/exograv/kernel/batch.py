@@ -11,7 +11,7 @@ from . import virtual_machine
 from .emission import Layout
 from .native import MachineCode, machine_code
 from .object_code import processor
-from .pool import pool
+from .pool import Job, runner, threads_can_wait
 from .program import Program, straight_line
 
 ELEMENTS = {"float64": "double", "float32": "float"}
@@ -37,10 +37,7 @@ class BoundBatch:
     """States [-]."""
 
     evaluate: Callable[[], object]
-    """Evaluate all states on what stands in `inputs`."""
-
-    _keep: tuple[object, ...]
-    """What must outlive the callable."""
+    """Evaluate all states on what stands in `inputs`. It keeps alive what it needs."""
 
     def __call__(self) -> Mapping[str, np.ndarray]:
         """Evaluate all states; returns `outputs`."""
@@ -149,21 +146,27 @@ class _NativeBatch:
         row = (n_blocks | 1) * self.lanes
         inputs = {name: self._memory(name, shape, size, row) for name, shape in self.program.arguments.items()}
         outputs = {name: self._memory("", shape, size, row) for name, shape in self.program.results.items()}
-        constants = self.program.constants.astype(self.dtype)
+        with np.errstate(over="ignore"):  # single precision has no 1e300: infinity, as in its arithmetic
+            constants = self.program.constants.astype(self.dtype)
         arrays = (*inputs.values(), *outputs.values(), constants)
         pointers = (ctypes.c_int64 * (len(arrays) + 1))(*(array.ctypes.data for array in arrays), row)
-        evaluate = self._runner(ctypes.addressof(pointers), n_blocks * self.lanes, threads)
-        return BoundBatch(inputs, outputs, size, evaluate, (self, arrays, pointers))
+        alive = (self, arrays, pointers)
+        evaluate = self._runner(ctypes.addressof(pointers), n_blocks * self.lanes, threads, alive)
+        return BoundBatch(inputs, outputs, size, evaluate)
 
-    def _runner(self, arguments: int, end: int, threads: int) -> Callable[[], object]:
+    def _runner(self, arguments: int, end: int, threads: int, alive: object) -> Callable[[], object]:
         run = self.made.loaded.address("run")
         chunk = -(-end // (threads * CHUNKS_PER_THREAD * self.lanes)) * self.lanes
-        if threads > 1 and end > 2 * CHUNK_MIN:
-            return pool(threads).runner(run, arguments, end, max(chunk, CHUNK_MIN))
+        if threads > 1 and end > 2 * CHUNK_MIN and threads_can_wait():
+            return runner(threads, Job(run, arguments, end, max(chunk, CHUNK_MIN)), alive)
         # ctypes gives Python's other threads the interpreter while this one computes.
         function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)(run)
         values = ctypes.c_void_p(arguments), ctypes.c_int64(0), ctypes.c_int64(end)
-        return lambda: function(*values)
+
+        def evaluate(_alive: object = alive) -> None:
+            function(*values)
+
+        return evaluate
 
     def _memory(self, name: str, shape: tuple[int, int], size: int, row: int) -> np.ndarray:
         rows, columns = shape
@@ -196,6 +199,6 @@ def _on_the_virtual_machine(function: ca.Function, program: Program, shared: tup
                 for name, buffer in one().items():
                     outputs[name][..., state] = buffer
 
-        return BoundBatch(inputs, outputs, size, evaluate, (one,))
+        return BoundBatch(inputs, outputs, size, evaluate)
 
     return Batch(program.name, one.engine, 1, dtype, one.n_instructions, 0, one.build_s, False, shared, bind)

@@ -20,10 +20,15 @@ KEPT_BYTES = 300e6
 """Beyond it the files that were not used for longest are removed."""
 
 
-def folder() -> Path:
-    """Where code is kept: of this user, by the XDG rules."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "exograv" / "kernels"
+def folder() -> Path | None:
+    """Where code is kept: of this user, by the XDG rules; nowhere for a user without a home."""
+    base = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if not base.is_absolute():
+        try:
+            base = Path.home() / ".cache"
+        except RuntimeError:
+            return None
+    return base / "exograv" / "kernels" if base.is_absolute() else None
 
 
 def key(*parts: str) -> str:
@@ -33,13 +38,16 @@ def key(*parts: str) -> str:
 
 def read(name: str) -> bytes | None:
     """Code kept under a name, or nothing."""
-    path = folder() / name
+    place = folder()
+    if place is None:
+        return None
+    path = place / name
     try:
         if not _is_ours_alone(path.parent):
             return None
         content = path.read_bytes()
         digest, code = content[:DIGEST_BYTES], content[DIGEST_BYTES:]
-        if blake2b(code, digest_size=DIGEST_BYTES).digest() != digest:
+        if _digest(name, code) != digest:
             _log.warning("%s is damaged; the kernel is compiled anew.", path)
             return None
         os.utime(path)
@@ -54,6 +62,8 @@ def read(name: str) -> bytes | None:
 def write(name: str, code: bytes) -> None:
     """Keep code under a name; a disk that is full or cannot be written to costs the next start its time, no more."""
     place = folder()
+    if place is None:
+        return
     try:
         place.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not _is_ours_alone(place):
@@ -61,7 +71,7 @@ def write(name: str, code: bytes) -> None:
         handle, temporary = tempfile.mkstemp(dir=place, suffix=".part")
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(blake2b(code, digest_size=DIGEST_BYTES).digest() + code)
+                file.write(_digest(name, code) + code)
             Path(temporary).replace(place / name)
         except OSError:
             Path(temporary).unlink(missing_ok=True)
@@ -69,6 +79,11 @@ def write(name: str, code: bytes) -> None:
         _make_room(place)
     except OSError as error:
         _log.info("Kernels are not kept in %s: %s.", place, error.strerror)
+
+
+def _digest(name: str, code: bytes) -> bytes:
+    """Of code and name: under another name it would be another function's."""
+    return blake2b(name.encode() + code, digest_size=DIGEST_BYTES).digest()
 
 
 def _make_room(place: Path) -> None:

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 
+from exograv.errors import KernelError
+
 from .operations import PLACED, TRIGONOMETRIC, Operations
 from .program import Instruction, Program, Value
 from .text import float_type
@@ -13,6 +15,10 @@ from .trigonometry import sincos_name
 PIECE, LONG_PROGRAM, PIECE_OF_LONG = 4000, 20_000, 500
 """Instructions of one function. LLVM's time grows faster than a block's length: 88 000 instructions took it 17 s in one
 block, 4.6 s in blocks of 500, for 7 % more time a call. Short programs are called most and get the long blocks."""
+
+
+WORK_BYTES_MAX = 1_000_000
+"""Of a thread's stack, which is 8 MB as a rule, for values that outlive their piece."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +77,18 @@ class Emission:
 
     @property
     def work(self) -> str:
-        """Line that reserves the memory of all pieces."""
+        """Line that reserves the memory of all pieces, on the stack of whoever calls.
+
+        Raises:
+            KernelError: It is more than a thread's stack can be trusted with.
+        """
+        element_bytes = 8 if self._layout.element == "double" else 4
+        needed = self._n_slots * self._layout.lanes * element_bytes
+        if needed > WORK_BYTES_MAX:
+            raise KernelError(
+                f"{self._program.name} keeps {self._n_slots} values at once, {needed} bytes on {self._layout.lanes} "
+                f"lanes; {WORK_BYTES_MAX} are allowed. Use fewer lanes, or split the function."
+            )
         return f"%work = alloca {self._T}, i64 {max(self._n_slots, 1)}, align 64"
 
     @property

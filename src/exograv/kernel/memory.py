@@ -20,6 +20,10 @@ def bound_memory(
     outputs = {name: _memory(name, size, left) for name, size in program.results.items()}
     if left:
         raise ValueError(f"{program.name} has no argument or result {', '.join(left)}.")
+    for result, written in outputs.items():
+        for argument, read in inputs.items():
+            if np.shares_memory(written, read):
+                raise ValueError(f"{result} of {program.name} lies on {argument}; carry it over the call instead.")
     return inputs, outputs
 
 
@@ -38,8 +42,14 @@ def _memory(name: str, size: tuple[int, int], bindings: dict[str, np.ndarray]) -
                 f"{name} needs {rows * columns} contiguous writable float64, not {array.shape} {array.dtype}."
             )
         # The transposed shape in C order is CasADi's order; the same shape in C order is a matrix read across its rows.
-        if array.shape == (rows, columns) != (columns, rows) and not array.flags.f_contiguous:
-            raise ValueError(f"{name} is a matrix {array.shape} in C order; bind it in Fortran order, or transposed.")
+        in_order = array.shape == size and array.flags.f_contiguous
+        turned = array.shape == size[::-1] != size and array.flags.c_contiguous
+        if not (array.ndim == 1 or in_order or turned):
+            order = "C" if array.flags.c_contiguous else "Fortran"
+            raise ValueError(
+                f"{name} is a matrix {array.shape} in {order} order; "
+                f"bind {size} in Fortran order, or transposed in C order."
+            )
         return array
     return np.zeros(rows) if columns == 1 else np.zeros((rows, columns), order="F")
 

@@ -4,8 +4,9 @@ from .emission import Emission, Layout
 from .program import Program
 from .trigonometry import reduction, sincos
 
-# Without it LLVM splits vectors of 512 bits on processors that it believes to be faster with 256.
-ATTRIBUTES = '"min-legal-vector-width"="512" "prefer-vector-width"="512"'
+# Without the first two LLVM splits vectors of 512 bits on processors that it believes to be faster with 256. Probed, a
+# stack that is too small ends at its guard page, not in another thread's memory.
+ATTRIBUTES = '"probe-stack"="inline-asm" "min-legal-vector-width"="512" "prefer-vector-width"="512"'
 
 
 def module_text(program: Program, layout: Layout) -> str:

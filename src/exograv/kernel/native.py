@@ -97,6 +97,13 @@ class _MethodDefinition(ctypes.Structure):
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Alive:
+    """Hashable, as `inspect` expects of what stands for a module."""
+
+    parts: tuple[object, ...]
+
+
 METH_NOARGS = 0x0004
 """Python's C interface: called with self alone."""
 
@@ -115,5 +122,5 @@ def _python_function(code: Loaded, memories: tuple[np.ndarray, ...]) -> Callable
     capsule = python.PyCapsule_New(ctypes.addressof(pointers), None, None)
     definition = _MethodDefinition(b"evaluate", code.address("call"), METH_NOARGS, None)
     # The function holds its third argument, meant for its module's name, for life: nothing of this may go before it.
-    alive = (code, memories, pointers, definition)
+    alive = _Alive((code, memories, pointers, definition))
     return python.PyCFunction_NewEx(ctypes.addressof(definition), capsule, alive)

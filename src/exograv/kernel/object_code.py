@@ -37,12 +37,14 @@ def llvm() -> Any:
         binding.initialize_native_target()
         binding.initialize_native_asmprinter()
         binding.check_jit_execution()
-    except (ImportError, OSError, RuntimeError) as error:
+        _add_symbols(binding)
+        # Asked here, because here a computer that cannot tell is told apart.
+        binding.get_host_cpu_features()
+    except (ImportError, OSError, RuntimeError, TypeError, AttributeError) as error:
         raise KernelError(
             f"No native code on this computer: {error}. The virtual machine runs the same programs, slower; "
             "pip install llvmlite where there is a wheel for it."
         ) from error
-    _add_symbols(binding)
     return binding
 
 

@@ -4,7 +4,6 @@ import casadi as ca
 
 from exograv.errors import KernelError
 
-from .program import OPERATION_NAMES
 from .text import float_type, splat
 
 ARITHMETIC = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
@@ -39,11 +38,7 @@ class Operations:
         """Functions of others that the lines call, as declarations."""
 
     def lines(self, operation: int, name: str, operands: list[str]) -> list[str]:
-        """IR that gives `name` its value; every operation but sine, cosine and those of memory.
-
-        Raises:
-            KernelError: The operation is not known here.
-        """
+        """IR that gives `name` its value; every known operation but sine, cosine and those of memory."""
         T, a, b = self.T, operands[0] if operands else "", operands[-1] if operands else ""
         if operation in ARITHMETIC:
             return [f"{name} = {ARITHMETIC[operation]} {T} {a}, {b}"]
@@ -95,11 +90,7 @@ class Operations:
                 conditions = [f"{name}.n = fcmp uno {T} {b}, {b}", f"{name}.c = fcmp {word} {T} {a}, {b}"]
                 either = f"{name}.o = or {self._bits} {name}.n, {name}.c"
                 return [*conditions, either, self._select(name, f"{name}.o", a, b)]
-        known = ", ".join(sorted(OPERATION_NAMES[code] for code in known_operations()))
-        raise KernelError(
-            f"The operation {OPERATION_NAMES.get(operation, operation)} cannot be compiled. Known are {known}. "
-            "Write the expression with these."
-        )
+        raise AssertionError(f"{OPERATION_NAMES[operation]} is known, and not written here.")
 
     @property
     def _bits(self) -> str:
@@ -160,3 +151,23 @@ def known_operations() -> set[int]:
     # CasADi also counts what only renames a value; `program` leaves such instructions out.
     tables = (ARITHMETIC, COMPARISONS, INTRINSICS, LIBRARY, LIBRARY_OF_TWO)
     return special.union(*tables, TRIGONOMETRIC, PLACED)
+
+
+def refuse_unknown(operation: int) -> None:
+    """Tell by name what cannot be compiled.
+
+    Raises:
+        KernelError: The operation is not known.
+    """
+    if operation not in KNOWN:
+        known = ", ".join(sorted(OPERATION_NAMES[code] for code in KNOWN))
+        raise KernelError(
+            f"The operation {OPERATION_NAMES.get(operation, operation)} cannot be compiled. Known are {known}. "
+            "Write the expression with these."
+        )
+
+
+OPERATION_NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
+"""CasADi's code to its name."""
+
+KNOWN = known_operations()

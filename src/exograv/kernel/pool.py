@@ -8,7 +8,9 @@ import ctypes
 import os
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cache
+from typing import NamedTuple
 
 from . import cache as disk
 from .object_code import compiler_name, load, object_code, processor
@@ -127,6 +129,15 @@ done:
 """
 
 
+class Job(NamedTuple):
+    """`function(arguments, from, to)` over 0 … `end`, in chunks."""
+
+    function: int
+    arguments: int
+    end: int
+    chunk: int
+
+
 class Pool:
     """Threads for batches; one for the whole process and each number of threads, never ended."""
 
@@ -140,32 +151,78 @@ class Pool:
         raw = ctypes.create_string_buffer(POOL_BYTES + 64)
         self._memory, self._raw = -(-ctypes.addressof(raw) // 64) * 64, raw
         ctypes.c_int64.from_address(self._memory + NEXT).value = CLOSED
-        ctypes.CDLL(None).sem_init(ctypes.c_void_p(self._memory + SEMAPHORE), 0, 0)
+        _semaphore(self._memory + SEMAPHORE)
         self._wake = threads - 1
         self._lock = threading.Lock()
+        self._dispatch = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)(
+            self._code.address("dispatch")
+        )
         worker = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(self._code.address("worker"))
         for i in range(self._wake):
             threading.Thread(target=worker, args=(self._memory,), name=f"exograv batch {i}", daemon=True).start()
 
-    def runner(self, function: int, arguments: int, end: int, chunk: int) -> Callable[[], object]:
-        """A call that runs `function(arguments, from, to)` over 0 … `end` in chunks, on all threads and this one."""
-        job = (ctypes.c_int64 * 5)(-(-end // chunk), chunk, end, function, arguments)
-        address = self._code.address("dispatch")
-        dispatch = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)(address)
-        values = self._memory, ctypes.addressof(job), min(self._wake, job[0] - 1)
-
-        def run(_job: object = job) -> None:
-            with self._lock:
-                dispatch(*values)
-
-        return run
+    def run(self, n_chunks: int, job: int) -> None:
+        """Do a job, given by its address, on all threads and this one."""
+        with self._lock:
+            self._dispatch(self._memory, job, min(self._wake, n_chunks - 1))
 
 
-def pool(threads: int) -> Pool:
-    """The process's pool of as many threads; a forked process makes its own, because threads do not fork."""
-    return _pool(threads, os.getpid())
+def runner(threads: int, job: Job, alive: object) -> Callable[[], object]:
+    """A call that does a job and keeps `alive` what it works on."""
+    n_chunks = -(-job.end // job.chunk)
+    memory = (ctypes.c_int64 * 5)(n_chunks, job.chunk, job.end, job.function, job.arguments)
+    address = ctypes.addressof(memory)
+
+    def run(_alive: object = (memory, alive)) -> None:
+        # Looked up each time: a batch from before a fork must not wait for threads that stayed with the parent.
+        _pool(threads).run(n_chunks, address)
+
+    _pool(threads)
+    return run
 
 
 @cache
-def _pool(threads: int, _process: int) -> Pool:
-    return Pool(threads)
+def threads_can_wait() -> bool:
+    """Whether this platform has semaphores in memory; macOS has not, and there batches run on the calling thread."""
+    memory = ctypes.create_string_buffer(64)
+    try:
+        _semaphore(ctypes.addressof(memory))
+    except (OSError, AttributeError, TypeError):
+        return False
+    return True
+
+
+def _semaphore(address: int) -> None:
+    if ctypes.CDLL(None).sem_init(ctypes.c_void_p(address), 0, 0) != 0:
+        raise OSError("sem_init failed")
+
+
+@dataclass
+class _Process:
+    """This process's pools, by their threads; kept for ever, for their threads never end."""
+
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    pools: dict[int, Pool] = field(default_factory=dict)
+
+
+_process = _Process()
+_parents: list[_Process] = []
+
+
+def _pool(threads: int) -> Pool:
+    found = _process.pools.get(threads)
+    if found is None:
+        with _process.lock:
+            found = _process.pools.get(threads) or Pool(threads)
+            _process.pools[threads] = found
+    return found
+
+
+def _forget_the_parents_threads() -> None:
+    global _process  # noqa: PLW0603 - a forked process begins anew; its lock may be held by a thread that is not here
+    _parents.append(_process)
+    _process = _Process()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_the_parents_threads)

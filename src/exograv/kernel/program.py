@@ -12,6 +12,8 @@ from jaxtyping import Float
 
 from exograv.errors import KernelError
 
+from .operations import refuse_unknown
+
 Value = int
 """Number of the instruction that wrote it."""
 
@@ -52,7 +54,11 @@ class Program:
 
     @property
     def instructions(self) -> list[Instruction]:
-        """In order. CasADi's work vector reuses its slots; here every value has its own number."""
+        """In order. CasADi's work vector reuses its slots; here every value has its own number.
+
+        Raises:
+            KernelError: An operation is not known; it is named.
+        """
         return self._content[0]
 
     @property
@@ -89,6 +95,7 @@ class Program:
             elif operation == ca.OP_OUTPUT:
                 instruction = Instruction(operation, (written[inputs[0]],), (outputs[0], outputs[1]))
             else:
+                refuse_unknown(operation)
                 instruction = Instruction(operation, tuple(written[slot] for slot in inputs))
             if operation != ca.OP_OUTPUT:
                 written[outputs[0]] = len(instructions)
@@ -104,18 +111,14 @@ def straight_line(function: ca.Function) -> Program:
     """
     # Results are made dense: a structural zero would otherwise shift every entry after it.
     arguments = [ca.SX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
+    name_in = [function.name_in(i) for i in range(function.n_in())]
+    name_out = [function.name_out(i) for i in range(function.n_out())]
     try:
         results = [ca.densify(result) for result in function.call(arguments)]
+        return Program(ca.Function(function.name(), arguments, results, name_in, name_out, {"cse": True}))
     except RuntimeError as error:
         reason = str(error).strip().splitlines()[-1]
         raise KernelError(
             f"{function.name()} cannot be written as one line of scalar operations: {reason} "
             "Write it on SX expressions, without calls to solvers or external code."
         ) from error
-    name_in = [function.name_in(i) for i in range(function.n_in())]
-    name_out = [function.name_out(i) for i in range(function.n_out())]
-    return Program(ca.Function(function.name(), arguments, results, name_in, name_out, {"cse": True}))
-
-
-OPERATION_NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
-"""CasADi's code to its name."""

@@ -30,7 +30,11 @@ def compile(
     for i, array in enumerate(outputs.values()):
         buffer.set_res(i, flat(array))  # pyright: ignore[reportCallIssue] - as above
     carried_memory(program, carry)
-    copies = [({**inputs, **outputs}[source], inputs[target]) for target, source in (carry or {}).items()]
+    # As memory lies, whatever shape a binding has.
+    copies = [
+        ({**inputs, **outputs}[source].ravel(order="K"), inputs[target].ravel(order="K"))
+        for target, source in (carry or {}).items()
+    ]
 
     def evaluate_and_carry(_alive: object = (dense, buffer, inputs, outputs)) -> None:
         evaluate()
