@@ -15,6 +15,9 @@ from typing import Any, TextIO
 SINGLE_THREAD = "--xla_cpu_multi_thread_eigen=false --xla_cpu_scheduler_type=CPU_SCHEDULER_TYPE_MEMORY_OPTIMIZED"
 """For JAX on single states and on one core, as frax's authors recommend it."""
 
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Set to 1 they hold an engine to one thread, also where the caller has set them for itself."""
+
 
 def main() -> None:
     """Run the section of the command line."""
@@ -38,9 +41,12 @@ def _prepare(section: str) -> None:
     """Before any engine is imported: each asks for the number of cores when it starts."""
     if section == "one" and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    if section != "all":
+    if section == "all":
+        for variable in ONE_THREAD:
+            os.environ.pop(variable, None)
+    else:
         os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {SINGLE_THREAD}".strip()
-        os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
+        os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     os.environ["JAX_ENABLE_X64"] = "1"
     os.environ["JAX_PLATFORMS"] = "cpu"
 

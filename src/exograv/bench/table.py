@@ -91,7 +91,7 @@ def figure(row: dict[str, Any] | None, key: str) -> str:
         return "–"
     value = row[key]
     if row["unit"] == "us":
-        return f"{value / 1e3:.3g} ms" if value >= 1e4 else f"{value:.3g} µs"
+        return f"{value / 1e3:.3g} ms" if value >= 1e3 else f"{value:.3g} µs"
     return f"{value / 1e6:.3g} M/s" if value >= 1e6 else f"{value / 1e3:.3g} k/s"
 
 

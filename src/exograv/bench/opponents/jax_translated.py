@@ -6,7 +6,7 @@ from typing import Any
 import casadi as ca
 
 from exograv.bench.interface import BatchShape, Call, Missing, Task
-from exograv.kernel.program import OPERATION_NAMES, Program, straight_line
+from exograv.kernel.program import Program, straight_line
 
 from .jax_engine import jax_module, jax_version, jitted
 
@@ -35,7 +35,7 @@ def translated(jnp: Any, program: Program) -> Callable[..., list[Any]]:
     table = _operations(jnp)
     unknown = {instruction.operation for instruction in program.instructions} - set(table) - _PLACED
     if unknown:
-        raise Missing(f"no translation of {', '.join(sorted(OPERATION_NAMES[code] for code in unknown))}")
+        raise Missing(f"no translation of CasADi's operations {', '.join(map(str, sorted(unknown)))}")
     constants = [float(value) for value in program.constants]
 
     def evaluate(*arguments: Any) -> list[Any]:
