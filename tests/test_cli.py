@@ -163,6 +163,7 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
         "joints": ["shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion"],
         "left_over_rms_Nm": {"total": {"exo_only": four, "table": four, "identified": four}},
         "identification": {"motion_s": 5.0, "time_to_target_s": None, "outcome": "The arm is identified."},
+        "possible_left_over_Nm": {"median": four, "p95": four},
         "tick_us": {"p50": 60.0, "p99": 100.0},
         "wall_s": 40.0,
         "report": "out/report.html",
@@ -172,3 +173,4 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
     assert max(len(line) for line in shown.splitlines()) <= 40
     assert "out/report.html" in shown
     assert "never in this run" in " ".join(shown.split())
+    assert "at most 1.00, 2.00, 3.00, 4.00 N·m" in " ".join(shown.split())

@@ -53,7 +53,7 @@ def show_demo(result: dict[str, Any]) -> None:
         "Left over stays within 0.2 N·m (shoulder) and 0.1 N·m (elbow) "
         + ("never in this run." if reached is None else f"from {reached:.0f} s on."),
     ]
-    possible = identification["possible_left_over_Nm"]
+    possible = result["possible_left_over_Nm"]
     if possible is not None:
         limits = ", ".join(f"{value:.2f}" for value in possible["p95"])
         lines.append(f"By the estimate's own uncertainty, 95 % of the possible arms leave over at most {limits} N·m.")

@@ -17,7 +17,7 @@ PROMISED = {
     "simulated_s": float,
     "report": str,
 }
-BEYOND = {"calibration", "recording"}
+BEYOND = {"calibration", "possible_left_over_Nm", "recording"}
 
 
 def test_every_promised_key_is_there_with_its_type_and_nothing_unheard_of(demo):
@@ -42,6 +42,13 @@ def test_the_identification_says_how_long_whether_and_why(demo):
     assert found["time_to_target_s"] is None or 0.0 < found["time_to_target_s"] <= 30.0
     assert found["stop"].endswith(".")
     assert found["outcome"].endswith(".")
+
+
+def test_the_possible_left_over_is_per_joint_and_its_95_percent_lie_above_its_middle(demo):
+    possible = demo.result["possible_left_over_Nm"]
+    assert set(possible) == {"median", "p95"}
+    assert all(0.0 < median < p95 for median, p95 in zip(possible["median"], possible["p95"], strict=True))
+    assert len(possible["median"]) == PER_JOINT
 
 
 def test_every_parameter_has_its_truth_prior_estimate_and_interval(demo):

@@ -207,6 +207,14 @@ RESULT = Channel(
             "left_over_rms_Nm", "object", "N·m", "`total` and `arm`, each by name of a stage, per joint", optional=True
         ),
         Field("identification", "object", "-", "motion_s, time_to_target_s, stop, outcome", optional=True),
+        Field(
+            "possible_left_over_Nm",
+            "object",
+            "N·m",
+            "`median` and `p95` per joint, by the estimate's own uncertainty",
+            optional=True,
+            nullable=True,
+        ),
         Field("parameters", "object", "-", "name, unit, truth, prior, estimate, ci95", LIST, optional=True),
         Field("known_weight", "object", "kg", "true_kg, estimated_kg, ci95_kg", optional=True),
         Field("float", "object", "-", "gravity_level, drift_deg per joint, window_s", optional=True),

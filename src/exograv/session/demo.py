@@ -196,7 +196,10 @@ def _record_identification(
         "time_to_target_s": time_to_target(scores, targets),
         "stop": stop,
         "outcome": found.outcome.value,
-        "possible_left_over_Nm": doubted and {"median": rounded(doubted.median), "p95": rounded(doubted.p95)},
+    }
+    run.result["possible_left_over_Nm"] = doubted and {
+        "median": rounded(doubted.median),
+        "p95": rounded(doubted.p95),
     }
     run.result["parameters"] = parameter_rows(assembly, found.prior, found.last, run.laboratory.wearer)
 
