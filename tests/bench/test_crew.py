@@ -1,5 +1,6 @@
 """An engine that crashes, hangs up or fails is reported; the run goes on without it."""
 
+import json
 import sys
 from typing import Any
 
@@ -74,3 +75,19 @@ def test_a_process_that_dies_before_it_began_is_reported_once(monkeypatch):
     findings = Findings()
     run_section({"section": "own", "quick": True}, findings, lambda _text, _share: None)
     assert [(entry["implementation"], entry["row"]) for entry in findings.missing] == [("all", "own")]
+
+
+@pytest.mark.parametrize("who", ["bad", None])
+def test_a_section_that_dies_of_the_same_again_and_again_ends(monkeypatch, who: str | None):
+    words = json.dumps({"at": ["limits", who]})
+    real, started = crew.subprocess.Popen, []
+
+    def replaced(_command: list[str], **options: Any):
+        started.append(1)
+        return real([sys.executable, "-c", f"print({words!r}); raise SystemExit(2)"], **options)
+
+    monkeypatch.setattr(crew.subprocess, "Popen", replaced)
+    findings = Findings()
+    run_section({"section": "own", "quick": True}, findings, lambda _text, _share: None)
+    assert len(started) <= crew.CRASHES_MAX + 1
+    assert findings.missing

@@ -43,12 +43,13 @@ def run_section(order: dict[str, Any], findings: Findings, progress: Progress) -
             return
         row, who = listener.at
         crashes[who] += 1
-        if row is None or who is None:
-            findings.missing.append({"implementation": "all", "row": row or order["section"], "reason": reason})
-        if row is None:
-            return  # a process that dies with nothing in hand would die again
+        if row is None or (who is None and row in order["done"]) or crashes[who] > CRASHES_MAX:
+            # Dead with nothing in hand, or of what it was told to leave out: it would die again.
+            findings.missing.append({"implementation": who or "all", "row": row or order["section"], "reason": reason})
+            return
         order["done"] += listener.done
         if who is None:
+            findings.missing.append({"implementation": "all", "row": row, "reason": reason})
             order["done"].append(row)
         else:
             order["without"].append([row if crashes[who] < CRASHES_MAX else EVERY_ROW, who, reason])

@@ -3,8 +3,11 @@
 from dataclasses import asdict
 from typing import Any
 
+from exograv.errors import KernelError
+
 from .contest import Report
 from .limit import limits_of
+from .opponents import Native
 from .peaks import measure_peaks
 from .plan import task
 from .updates import time_updates
@@ -23,7 +26,11 @@ def own_section(order: dict[str, Any], report: Report) -> None:
     time_updates(SECONDS_QUICK if order["quick"] else SECONDS, report)
     report({"share": 0.5, "text": "what this core can do"})
     report({"at": ["limits", None]})
-    peaks = measure_peaks()
+    try:
+        peaks = measure_peaks()
+    except KernelError as error:
+        report({"missing": {"implementation": Native.name, "row": "limits", "reason": str(error)}})
+        return
     report({"peaks": {name: _short(value) for name, value in asdict(peaks).items()}})
     for name in LIMITED:
         report({"limit": limits_of(task(name), peaks)})

@@ -36,7 +36,12 @@ def time_updates(seconds: float, report: Report) -> None:
     """Rows `update_<method>` from `seconds` of motion; native and virtual machine take turns at every sample."""
     for name in METHODS:
         report({"at": [f"update_{name}", None]})
-        methods = {Native.name: _method(name, None), VirtualMachine.name: _method(name, "virtual-machine")}
+        methods = {VirtualMachine.name: _method(name, "virtual-machine")}
+        if compilation.native_is_possible():
+            methods = {Native.name: _method(name, None), **methods}
+        else:
+            reason = "no native code on this computer"
+            report({"missing": {"implementation": Native.name, "row": f"update_{name}", "reason": reason}})
         samples = _samples(seconds)
         times = _taken_in_turns(methods, samples)
         found = {who: method.estimate().x for who, method in methods.items()}

@@ -4,6 +4,7 @@ import tempfile
 import warnings
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ class Frax:
 
     def version(self) -> str:
         """Of the package."""
-        imported("frax")
+        _frax()
         return version("frax")
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
@@ -29,10 +30,16 @@ class Frax:
         only(task, "rnea")
         refuse_single_precision(batch)
         jax_module()
-        robot_class = imported("frax").Robot
+        robot_class = _frax().Robot
         with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(action="ignore"):
             path = Path(folder) / "machine.urdf"
             path.write_text(urdf_text(task.tree))
             robot = robot_class(str(path), joint_ordering=list(task.tree.joint_names))
         upwards = np.concatenate([-GRAVITY, np.zeros(3)])
         return jitted(lambda q, v, a: [robot.rnea(q, v, a, upwards, None)], ("tau",), task, batch, axis=0)
+
+
+def _frax() -> Any:
+    # It warns of settings of JAX that `process` makes where they belong.
+    with warnings.catch_warnings(action="ignore"):
+        return imported("frax")
