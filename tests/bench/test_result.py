@@ -100,5 +100,5 @@ def test_a_small_terminal_shows_all_of_it(findings: Findings, monkeypatch, capsy
     shown = capsys.readouterr().out
     assert "was busy before the run" in shown
     assert "7.5 times faster" in " ".join(shown.split())
-    assert "the opponent is missing" in " ".join(shown.split())
+    assert "one of the two is missing" in " ".join(shown.split())
     assert "0 of them changed" in shown

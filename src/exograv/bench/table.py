@@ -36,7 +36,7 @@ def show_bench(result: dict[str, Any]) -> None:
         rows = entry["rows"][0] if len(entry["rows"]) == 1 else f"{len(entry['rows'])} rows"
         console.print(f"missing: {entry['implementation']}, {rows}: {entry['reason']}", highlight=False, soft_wrap=True)
     for name, value in result["ratios"].items():
-        said = "not known, the opponent is missing" if value is None else f"{value:g} times faster"
+        said = "not known: one of the two is missing" if value is None else f"{value:g} times faster"
         console.print(f"{RATIO_WORDS[name]}: {said}", highlight=False)
 
 
