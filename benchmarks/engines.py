@@ -2,7 +2,8 @@
 
     python benchmarks/engines.py
 
-Each engine has a process of its own; the two take turns, so that noise of the machine hits both alike.
+Each engine has a process of its own; the two take turns, so that noise of the machine hits both alike. Updates of the
+identification methods on both engines are rows of `exograv bench`.
 """
 
 import argparse
@@ -27,13 +28,12 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
 from exograv.session.doubt import doubt
-from exograv.session.identify import build_method, table_guess
+from exograv.session.identify import table_guess
 from exograv.session.nominal import nominal_machine
 from exograv.signals import Reference
 
 ENGINES = {"native": "", "virtual machine": "virtual-machine"}
 HELD_OUT = 200
-UPDATE_S = 0.08
 
 
 def tasks() -> dict[str, tuple[Callable[[], object], int]]:
@@ -51,7 +51,7 @@ def tasks() -> dict[str, tuple[Callable[[], object], int]]:
     arms, z = np.tile(x, (HELD_OUT, 1)), resting.cold_start(postures, x)
     estimate = Estimate(0.0, mean, 0.05 * covariance, 0.0, 1.0)
     sample = Sample(0.0, q, still, still, still)
-    rows = {
+    return {
         "tick (kernel and its buffers)": (lambda: tick.step(q, still, reference, x), 200),
         "observer": (lambda: observer.update(q), 200),
         "torque and derivative by all parameters": (lambda: model.linearise(sample, x), 20),
@@ -59,21 +59,6 @@ def tasks() -> dict[str, tuple[Callable[[], object], int]]:
         f"held-out check ({HELD_OUT} postures)": (lambda: resting(postures, arms, z), 1),
         "uncertainty (512 arms, 33 postures)": (lambda: doubt(resting, assembly, estimate), 1),
     }
-    for name in ("recursive", "gradient"):
-        rows[f"one update of '{name}'"] = (_updates(build_method(name, assembly, machine), sample), 10)
-    return rows
-
-
-def _updates(method: object, sample: Sample) -> Callable[[], None]:
-    t = 0.0
-
-    def update() -> None:
-        nonlocal t
-        # Before 2 s, when all samples would be linearised anew: that is a worker's task.
-        t = t + UPDATE_S if t < 1.8 else t
-        method.update(Sample(t, sample.q, sample.v, sample.a, sample.tau))  # pyright: ignore[reportAttributeAccessIssue] - a Method
-
-    return update
 
 
 def measure() -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from exograv.errors import KernelError
 from exograv.model.description import rig_names
 
 from .outcome import percentiles
@@ -27,6 +28,7 @@ def examine_computer(folder: Path) -> dict[str, Any]:
     answer (`doctor_loop`) leaves `ok` alone: most computers run the twin, the study and the report, and no machine.
     """
     checks = [_python(), *(_package(name) for name in PACKAGES), _writable(folder)]
+    checks.append(_kernels())
     checks.append({"name": "machines", "ok": bool(rig_names()), "text": ", ".join(rig_names()) or "none found"})
     tick = percentiles(_tick_times()) if all(check["ok"] for check in checks[1:]) else None
     if tick is not None:
@@ -55,6 +57,18 @@ def _package(name: str) -> dict[str, Any]:
         return {"name": name, "ok": True, "text": version(name)}
     except PackageNotFoundError:
         return {"name": name, "ok": False, "text": "not installed: pip install 'exograv[all]'"}
+
+
+def _kernels() -> dict[str, Any]:
+    """Slower without native code, and as right."""
+    try:
+        from exograv.kernel import object_code
+
+        return {"name": "kernels", "ok": True, "text": f"native code for {object_code.processor().name}"}
+    except ImportError:
+        return {"name": "kernels", "ok": False, "text": "no CasADi: pip install 'exograv[all]'"}
+    except KernelError as error:
+        return {"name": "kernels", "ok": True, "text": f"virtual machine. {error}"}
 
 
 def _writable(folder: Path) -> dict[str, Any]:
