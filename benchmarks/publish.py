@@ -32,7 +32,8 @@ REASONS = (
     (
         GeneratedC.name,
         r"batch_.*_1_f\d\d_.*",
-        "a batch of one state: ours computes a whole vector of states for it; a single call is the way for one",
+        "a batch of one state: ours computes a whole vector of states for it (`python benchmarks/lanes.py`); for one "
+        "state there is the single call",
     ),
     (
         GeneratedC.name,
@@ -135,10 +136,10 @@ def _limits(result: dict[str, Any]) -> Iterator[str]:
         return
     headings = ["program", "instructions", "longest chain, µs", "busiest unit, µs", "measured, µs", "reached"]
     yield from ("### The physical limit of one core", "")
-    yield from table([*headings, "batch at best, M/s", "reached", "as long straight code, µs", "operations"])
+    yield from table([*headings, "batch at best, M/s", "reached", "operations"])
     for limit in result["limits"]:
         operations = ", ".join(f"{count} {kind}" for kind, count in limit["operations"].items())
-        cells = [*limit_cells(limit, result["rows"]), f"{limit['long_code_us']:.3g}", operations]
+        cells = [*limit_cells(limit, result["rows"]), operations]
         yield "| " + " | ".join(cells) + " |"
     yield ""
     yield _core(result["peaks"])
@@ -147,12 +148,11 @@ def _limits(result: dict[str, Any]) -> Iterator[str]:
 
 def _core(peaks: dict[str, Any]) -> str:
     chain = ", ".join(f"{kind} {value:g}" for kind, value in peaks["latency_ns"].items())
-    rates = [1 / peaks["single_ns"]["muladd"], 1 / peaks["batch_ns"]["muladd"], 1 / peaks["long_ns"]]
+    rates = [1 / peaks["single_ns"]["muladd"], 1 / peaks["batch_ns"]["muladd"]]
     return (
         f"This core, measured in the same run: a call from Python {peaks['call_ns']:.0f} ns (taken off above); "
         f"an operation that waits for the one before, ns: {chain}; independent multiplications and additions "
-        f"{rates[0]:.1f} G/s, in a batch {rates[1]:.0f} G/s; in a straight program of 8192 of them, too long for the "
-        f"nearest instruction cache, {rates[2]:.1f} G/s."
+        f"{rates[0]:.1f} G/s, in a batch {rates[1]:.0f} G/s."
     )
 
 

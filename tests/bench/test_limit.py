@@ -13,7 +13,6 @@ PEAKS = Peaks(
     latency_ns=dict.fromkeys(KINDS, 1.0) | {"div": 10.0},
     single_ns={"muladd": 0.5, "div": 4.0, "sqrt": 5.0},
     batch_ns={"muladd": 0.05, "div": 0.4, "sqrt": 0.5},
-    long_ns=1.0,
 )
 
 

@@ -28,11 +28,7 @@ DIVIDER = ("div", "sqrt")
 
 
 def limits_of(task: Task, peaks: Peaks) -> dict[str, Any]:
-    """Counts of a program, and the shortest times [µs] of a single call and of a state in a batch.
-
-    `long_code_us` is no limit of the core but of a program that runs once from end to end: what its operations take
-    where they have to be fetched from a farther cache.
-    """
+    """Counts of a program, and the shortest times [µs] of a single call and of a state in a batch."""
     program = straight_line(task.function)
     counts = operation_counts(program)
     path = critical_path_ns(program, peaks)
@@ -43,7 +39,6 @@ def limits_of(task: Task, peaks: Peaks) -> dict[str, Any]:
         "instructions": len(program.instructions),
         "critical_path_us": _microseconds(path),
         "throughput_us": _microseconds(single),
-        "long_code_us": _microseconds(arithmetic_count(counts) * peaks.long_ns),
         "best_us": _microseconds(max(path, single)),
         "best_batch_us": _microseconds(batch),
         "call_us": _microseconds(peaks.call_ns),

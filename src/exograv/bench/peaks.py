@@ -21,9 +21,6 @@ SINGLE_SHAPES = ((128, 2), (256, 2), (128, 4))
 BATCH_SHAPES, BATCH_STATES = ((16, 4), (32, 4), (16, 8)), 128
 """The same of a batch that stays in the nearest cache."""
 
-LONG_SHAPE = (256, 16)
-"""Of a program like a general tick: longer than the nearest instruction cache."""
-
 CALLS, TRIALS = 100, 9
 
 STEPS: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {
@@ -62,25 +59,21 @@ class Peaks:
     batch_ns: dict[str, float]
     """The same, a state of a batch."""
 
-    long_ns: float
-    """Of `muladd` in one state, in a program so long that it has to be fetched from a farther cache at every call."""
-
 
 def measure_peaks() -> Peaks:
     """In a few seconds."""
     x = ca.SX.sym("x")
     empty = ca.Function("empty", [x], [-x])
-    call, batch_call = _single_ns(empty), _batch_ns(empty)
-    latency = {kind: (_single_ns(_chain(step)) - call) / CHAIN for kind, step in STEPS.items()}
+    call, batch_call = single_ns(empty), _batch_ns(empty)
+    latency = {kind: (single_ns(_chain(step)) - call) / CHAIN for kind, step in STEPS.items()}
     single, batch = {}, {}
     for kind, step in SIDE_BY_SIDE.items():
-        functions = [_wide(step, *shape) for shape in SINGLE_SHAPES]
-        single[kind] = min((_single_ns(function) - call) / _operations(function) for function in functions)
-        functions = [_wide(step, *shape) for shape in BATCH_SHAPES]
-        rounds = [(_batch_ns(function) - batch_call) / _operations(function) for function in functions]
+        functions = [wide(step, *shape) for shape in SINGLE_SHAPES]
+        single[kind] = min((single_ns(function) - call) / operations(function) for function in functions)
+        functions = [wide(step, *shape) for shape in BATCH_SHAPES]
+        rounds = [(_batch_ns(function) - batch_call) / operations(function) for function in functions]
         batch[kind] = min(rounds) / BATCH_STATES
-    long = _wide(SIDE_BY_SIDE["muladd"], *LONG_SHAPE)
-    return Peaks(call, latency, single, batch, (_single_ns(long) - call) / _operations(long))
+    return Peaks(call, latency, single, batch)
 
 
 def _chain(step: Callable[[ca.SX, ca.SX], ca.SX]) -> ca.Function:
@@ -91,7 +84,8 @@ def _chain(step: Callable[[ca.SX, ca.SX], ca.SX]) -> ca.Function:
     return ca.Function("chain", [x, c], [y], ["x", "c"], ["y"])
 
 
-def _wide(step: Callable[[ca.SX, ca.SX], ca.SX], width: int, depth: int) -> ca.Function:
+def wide(step: Callable[[ca.SX, ca.SX], ca.SX], width: int, depth: int) -> ca.Function:
+    """Independent chains of as many steps, one after the other."""
     x, c = ca.SX.sym("x", width), ca.SX.sym("c")
     y = x
     for _ in range(depth):
@@ -99,12 +93,13 @@ def _wide(step: Callable[[ca.SX, ca.SX], ca.SX], width: int, depth: int) -> ca.F
     return ca.Function("wide", [x, c], [y], ["x", "c"], ["y"])
 
 
-def _operations(function: ca.Function) -> int:
+def operations(function: ca.Function) -> int:
     """Those that are left after CasADi's simplifications."""
     return sum(instruction.operation not in PLACED for instruction in straight_line(function).instructions)
 
 
-def _single_ns(function: ca.Function) -> float:
+def single_ns(function: ca.Function) -> float:
+    """Time of a call, one state."""
     compiled = native.compile(function)
     _fill(compiled.inputs.values())
     return _best_ns(compiled.evaluate)
