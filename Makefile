@@ -15,7 +15,7 @@ help:
 	@echo "make test       tests, without the slow ones (make test-slow: all of them)"
 	@echo "make check      style, types and the direction of imports"
 	@echo "make format     put the code into the common form"
-	@echo "make bench      time our kernels beside every opponent, write benchmarks/README.md (half an hour)"
+	@echo "make bench      time our kernels beside every opponent, write benchmarks/README.md (a quarter of an hour)"
 	@echo "make bench-setup  install the opponents of make bench"
 	@echo "make setup      only the environment of make demo, in $(VENV)"
 	@echo "make lock       resolve the dependencies anew"
