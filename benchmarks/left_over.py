@@ -63,6 +63,15 @@ def _show_coverage(runs: list[dict[str, Any]]) -> None:
     if rows:
         inside = sum(row["ci95"][0] <= row["truth"] <= row["ci95"][1] for row in rows)
         print(f"  95 % intervals hold the truth: {inside} of {len(rows)} ({inside / len(rows):.0%})")
+    pairs = [
+        pair
+        for r in runs
+        if r.get("possible_left_over_Nm")
+        for pair in zip(r["left_over_rms_Nm"]["total"]["identified"], r["possible_left_over_Nm"]["p95"], strict=True)
+    ]
+    if pairs:
+        below = sum(left_over <= p95 for left_over, p95 in pairs)
+        print(f"  possible left over (95 %) not exceeded by the true one: {below} of {len(pairs)} joints")
 
 
 def main() -> None:
