@@ -104,6 +104,13 @@ def test_code_from_a_folder_that_others_may_write_is_not_run(empty_cache: Path, 
     assert "chmod 700" in caplog.text
 
 
+def test_code_of_another_user_is_not_run(monkeypatch: pytest.MonkeyPatch):
+    native.compile(cube())
+    someone = os.getuid() + 1
+    monkeypatch.setattr(os, "getuid", lambda: someone)
+    assert not native.compile(cube()).from_cache
+
+
 def test_a_disk_that_cannot_be_written_costs_only_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))

@@ -30,7 +30,8 @@ def both(lanes: int, x: np.ndarray) -> np.ndarray:
 
 def angles() -> np.ndarray:
     rng = np.random.default_rng(1001)
-    near_turns = np.concatenate([(np.arange(-400, 400) * np.pi / 2), np.arange(10**5, 10**5 + 400) * np.pi / 2])
+    near_turns = np.concatenate([(np.arange(-400, 400) * np.pi / 2), np.arange(10**5, 10**5 + 400) * np.pi / 2,
+                                 np.arange(2**21 - 200, 2**21 + 200) * np.pi / 2])  # fmt: skip
     neighbours = [near_turns, np.nextafter(near_turns, np.inf), np.nextafter(near_turns, -np.inf)]
     sizes = np.exp(rng.uniform(np.log(1e-320), np.log(1.7e308), 2000)) * rng.choice([-1.0, 1.0], 2000)
     # The double that comes closest to a multiple of π/2 of all: 6381956970095103 · 2⁷⁹⁷ (Muller, Elementary Functions).

@@ -1,5 +1,7 @@
 """Doubt grows with the covariance, agrees with its linear form where it is small, and is silent without one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -58,6 +60,23 @@ def test_arms_that_fall_out_of_their_cuffs_are_left_out(laboratory):
     assert 0 < found.draws < 512
     assert np.isfinite(found.p95).all()
     assert (found.p95 > found.median).all()
+
+
+def test_arms_that_are_not_closed_do_not_count(laboratory, monkeypatch: pytest.MonkeyPatch):
+    honest = RestingTorque.__call__
+
+    def with_lost_arms(self, q, x, z_start, mode=None):
+        found = honest(self, q, x, z_start, mode)
+        if len(q) < 1000:
+            return found
+        lost = np.arange(len(q)) < len(q) // 4
+        tau = np.where(lost[:, None], 1e6, found.tau_desired)
+        return replace(found, tau_desired=tau, is_closed=found.is_closed & ~lost)
+
+    monkeypatch.setattr(RestingTorque, "__call__", with_lost_arms)
+    found = doubt_of(laboratory, SMALL)
+    assert found.draws == 384
+    assert (found.p95 < 1.0).all()
 
 
 def test_a_method_without_covariance_states_no_doubt(laboratory):
