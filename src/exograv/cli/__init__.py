@@ -1,0 +1,64 @@
+"""One command per session. Heavy rooms are imported by the command that needs them: `--help` must not wait for them."""
+
+import os
+import sys
+from collections.abc import Callable
+from functools import reduce
+from operator import or_
+from typing import Annotated, Any
+
+import tyro
+
+from exograv.errors import ExogravError
+
+from .bench import Bench, run_bench_command
+from .common import Common, refuse_unwritable, write_json
+from .demo import Demo, Identify, run_demo_command
+from .doctor import Doctor, run_doctor
+from .identify_log import IdentifyLog, run_identify_log
+from .report import Report, run_report
+from .rigs import Rigs, run_rigs
+
+COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
+    "demo": (Demo, run_demo_command),
+    "identify": (Identify, run_demo_command),
+    "identify-log": (IdentifyLog, run_identify_log),
+    "report": (Report, run_report),
+    "rigs": (Rigs, run_rigs),
+    "doctor": (Doctor, run_doctor),
+    "bench": (Bench, run_bench_command),
+}
+"""Word on the command line: its options, and what runs them and returns the figures of `--json`."""
+
+
+def main() -> None:
+    """Entry point of the `exograv` command."""
+    # Our matrices are small: on a busy computer the threads of OpenBLAS wait milliseconds for each other, and a demo
+    # takes twice as long. Read when NumPy is imported, so it has to be said here.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    options = (Annotated[kind, tyro.conf.subcommand(name)] for name, (kind, _) in COMMANDS.items())
+    command: Common = tyro.cli(  # pyright: ignore[reportCallIssue] - tyro takes unions
+        reduce(or_, options),
+        prog="exograv",
+        description="Take the weight off an arm inside an exoskeleton. Research software, not a medical device.",
+    )
+    try:
+        if command.json is not None:
+            refuse_unwritable(command.json)
+        result = run(command)
+        if command.json is not None:
+            write_json(command.json, result)
+        # The doctor's verdict: a script must not go on where something is missing.
+        if not result.get("ok", True):
+            sys.exit(1)
+    except ExogravError as error:
+        print(f"exograv: {error}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("\nexograv: stopped by the keyboard; what was recorded so far is kept.", file=sys.stderr)
+        sys.exit(130)
+
+
+def run(command: Common) -> dict[str, Any]:
+    """Run one command and show its result; returns what `--json` writes."""
+    return next(action for kind, action in COMMANDS.values() if kind is type(command))(command)

@@ -1,0 +1,5 @@
+"""`python -m exograv.cli`."""
+
+from exograv.cli import main
+
+main()

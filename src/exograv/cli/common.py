@@ -1,0 +1,73 @@
+"""What every command takes, and how figures get into a file."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from exograv.errors import ConfigError, RecordingError
+
+MethodName = Literal["recursive", "gradient", "anthropometric"]
+
+
+@dataclass(frozen=True)
+class Common:
+    """What every command takes."""
+
+    seed: int = 0
+    """Draws machine, wearer and run; the same seed gives the same figures."""
+
+    json: Path | None = None
+    """Write the figures to this file."""
+
+    out: Path = Path("out")
+    """Folder for recording and report."""
+
+
+def refuse_unwritable(path: Path, option: str = "--json") -> None:
+    """Try the file for the figures before a long run, and leave no trace of the trial.
+
+    Raises:
+        RecordingError: The file cannot be written.
+    """
+    is_new = not path.exists()
+    _with_file(path, lambda: path.open("a").close(), option)
+    if is_new:
+        path.unlink()
+
+
+def write_json(path: Path, result: dict[str, Any], option: str = "--json") -> None:
+    """Write the figures.
+
+    Raises:
+        RecordingError: The file cannot be written, or a figure is not a number.
+    """
+    try:
+        text = json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    except ValueError as error:
+        raise RecordingError(
+            f"{path} is not written: a figure is infinite or not a number ({error}). The method diverged; "
+            "the recording shows when."
+        ) from error
+    _with_file(path, lambda: path.write_text(text, encoding="utf-8"), option)
+
+
+def _with_file(path: Path, act: Callable[[], object], option: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        act()
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another path with {option}.") from error
+
+
+def numbers(text: str, option: str) -> list[float]:
+    """Numbers separated by commas.
+
+    Raises:
+        ConfigError: One of them is not a number.
+    """
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise ConfigError(f"{option} is '{text}'; give numbers separated by commas, without spaces.") from error

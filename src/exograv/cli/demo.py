@@ -1,0 +1,63 @@
+"""`exograv demo` and `exograv identify`."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from .common import Common, MethodName
+
+
+@dataclass(frozen=True)
+class Demo(Common):
+    """Identify a virtual arm in a virtual machine, float it, find a known weight, write a report."""
+
+    rig: str = "recupera_like"
+    """Name of a machine (see `exograv rigs`) or path of its folder."""
+
+    side: Literal["right", "left"] = "right"
+    """Arm."""
+
+    level: int = 2
+    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
+
+    method: MethodName = "recursive"
+    """How the arm is identified: ours, the paper's, or the table alone."""
+
+    gravity_level: float = 0.0
+    """Felt share of the arm's own weight: 0 weightless, 0.165 Moon, 0.378 Mars, 1 Earth."""
+
+    seconds: float = 60.0
+    """Motion that the arm is identified from [s]."""
+
+    torque_source: Literal["current", "commanded"] = "current"
+    """What counts as real torque: motor current, or what was commanded."""
+
+    realtime: bool = False
+    """Show it at the pace of life."""
+
+
+@dataclass(frozen=True)
+class Identify(Demo):
+    """Calibrate the empty machine and identify the arm, nothing more."""
+
+
+def run_demo_command(command: Demo) -> dict[str, Any]:
+    """Run it and show the closing table."""
+    from exograv.session.demo import DemoOptions, run_demo
+    from exograv.terminal import bars, show_demo
+
+    options = DemoOptions(
+        command.rig,
+        command.side,
+        command.level,
+        command.method,
+        command.gravity_level,
+        command.seed,
+        command.seconds,
+        command.torque_source,
+        command.realtime,
+        only_identify=isinstance(command, Identify),
+    )
+    with bars() as progress:
+        result = run_demo(options, command.out, progress)
+    show_demo(result)
+    return result
