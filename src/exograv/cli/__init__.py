@@ -37,8 +37,9 @@ def main() -> None:
     # takes twice as long. Read when NumPy is imported, so it has to be said here.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = (Annotated[kind, tyro.conf.subcommand(name)] for name, (kind, _) in COMMANDS.items())
-    command: Common = tyro.cli(  # pyright: ignore[reportCallIssue] - tyro takes unions
-        reduce(or_, options),
+    union: Any = reduce(or_, options)
+    command: Common = tyro.cli(
+        union,
         prog="exograv",
         description="Take the weight off an arm inside an exoskeleton. Research software, not a medical device.",
     )

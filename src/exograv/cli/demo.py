@@ -13,8 +13,8 @@ class Demo(Common):
     rig: str = "recupera_like"
     """Name of a machine (see `exograv rigs`) or path of its folder."""
 
-    side: Literal["right", "left"] = "right"
-    """Arm."""
+    side: Literal["right", "left", "both"] | None = None
+    """Arm; the machine's first if none is named."""
 
     level: int = 2
     """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""

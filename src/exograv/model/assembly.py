@@ -41,7 +41,8 @@ def read_exoskeleton(description: RigDescription) -> Tree:
             f"{', '.join(description.joints)}. Give every moving joint one actuator, in the URDF's order."
         )
     settings = description.settings
-    for name in [settings.wearer.shoulder_centre, settings.calibration.mount, *(c.exo_frame for c in settings.cuffs)]:
+    centres = [description.shoulder_centre(side) for side in description.arm_sides]
+    for name in [*centres, *settings.calibration.mounts, *(c.exo_frame for c in settings.cuffs)]:
         tree.frame(name)
     for adjustment in settings.adjustments:
         tree.index(adjustment.joint)

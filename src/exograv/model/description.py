@@ -6,179 +6,20 @@ import tomllib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, ValidationError, model_validator
+from pydantic import ValidationError
 
 from exograv.errors import ConfigError
 
-Side = Literal["right", "left"]
-Segment = Literal["upper_arm", "forearm"]
-Degrees = Annotated[list[float], Field(min_length=1)]
-
-
-class Settings(BaseModel):
-    """Read once, never changed, unknown keys refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Urdf(Settings):
-    """One file a side, relative to the folder."""
-
-    right: str
-    left: str
-
-
-class Wearer(Settings):
-    """Where the wearer's shoulder is, as far as the machine knows."""
-
-    shoulder_centre: str
-
-
-class Adjustment(Settings):
-    """A length of the machine, set to the wearer's measured one: the joint's origin moves along z of its parent."""
-
-    joint: str
-    segment: Segment
-    nominal_m: PositiveFloat
-    min_m: PositiveFloat
-    max_m: PositiveFloat
-
-
-class Cuff(Settings):
-    """A soft hold between a frame of the exoskeleton, z along the limb, and a segment of the arm.
-
-    A stiffness of 0 leaves that direction free: no rotational stiffness is a point, none along the limb a sleeve.
-    """
-
-    name: str
-    exo_frame: str
-    segment: Segment
-    along_N_per_mm: NonNegativeFloat
-    across_N_per_mm: NonNegativeFloat
-    about_limb_Nm_per_deg: NonNegativeFloat
-    about_others_Nm_per_deg: NonNegativeFloat
-
-    @property
-    def stiffness(self) -> Float[np.ndarray, " 6"]:
-        """Diagonal stiffness in the cuff's frame, z along the limb: x, y, z [N/m], then about x, y, z [N·m/rad]."""
-        across, along = 1000.0 * self.across_N_per_mm, 1000.0 * self.along_N_per_mm
-        about_others, about_limb = np.rad2deg([self.about_others_Nm_per_deg, self.about_limb_Nm_per_deg])
-        return np.array([across, across, along, about_others, about_others, about_limb])
-
-
-class Donning(Settings):
-    """The posture in which the cuffs are fastened."""
-
-    posture_deg: Degrees
-
-
-class Actuator(Settings):
-    """A drive by its data sheet; what it really does is calibrated (`dynamics.actuator`)."""
-
-    joint: str
-    drive: Literal["harmonic", "quasi_direct"]
-    torque_constant_Nm_per_A: PositiveFloat
-    gear_ratio: PositiveFloat
-    efficiency: Annotated[float, Field(gt=0.0, le=1.0)]
-    torque_max_Nm: PositiveFloat
-    rotor_inertia_kgm2: Annotated[float, Field(ge=0.0)]
-    weak_kp_Nm_per_rad: PositiveFloat
-    weak_kd_Nms_per_rad: PositiveFloat
-
-    @property
-    def nominal_gain(self) -> float:
-        """Joint torque per motor current by the data sheet [N·m/A]."""
-        return self.torque_constant_Nm_per_A * self.gear_ratio * self.efficiency
-
-
-class TaskWorkspace(Settings):
-    """Box of postures in which the arm must be weightless."""
-
-    lower_deg: Degrees
-    upper_deg: Degrees
-
-
-class Sweep(Settings):
-    """One joint moved to and fro while the others stay, with nothing and with each known weight on the mount."""
-
-    joint: str
-    from_deg: float
-    to_deg: float
-    posture_deg: Degrees
-    """Of all joints; that of the moving one is not used."""
-
-
-class Calibration(Settings):
-    """Where and which known weights hang while the empty machine is calibrated, and how it moves."""
-
-    mount: str
-    weights_kg: Annotated[list[PositiveFloat], Field(min_length=2)]
-    sweeps: Annotated[list[Sweep], Field(min_length=1)]
-
-
-class Excitation(Settings):
-    """The motion that identifies the arm: harmonics of one period about a posture, one row a harmonic."""
-
-    period_s: PositiveFloat
-    centre_deg: Degrees
-    sine_deg: Annotated[list[Degrees], Field(min_length=1)]
-    cosine_deg: Annotated[list[Degrees], Field(min_length=1)]
-
-
-class RigSettings(Settings):
-    """The whole `rig.toml`."""
-
-    name: str
-    title: str
-    urdf: Urdf
-    wearer: Wearer
-    adjustments: list[Adjustment] = []
-    cuffs: Annotated[list[Cuff], Field(min_length=1)]
-    donning: Donning
-    actuators: Annotated[list[Actuator], Field(min_length=1)]
-    task_workspace: TaskWorkspace
-    calibration: Calibration
-    excitation: Excitation
-
-    @model_validator(mode="after")
-    def _one_entry_per_actuator(self) -> "RigSettings":
-        n = len(self.actuators)
-        lists = {
-            "donning.posture_deg": self.donning.posture_deg,
-            "task_workspace.lower_deg": self.task_workspace.lower_deg,
-            "task_workspace.upper_deg": self.task_workspace.upper_deg,
-            "excitation.centre_deg": self.excitation.centre_deg,
-            **{f"calibration.sweeps of {sweep.joint}": sweep.posture_deg for sweep in self.calibration.sweeps},
-            **{f"excitation.sine_deg[{k}]": row for k, row in enumerate(self.excitation.sine_deg)},
-            **{f"excitation.cosine_deg[{k}]": row for k, row in enumerate(self.excitation.cosine_deg)},
-        }
-        for name, values in lists.items():
-            if len(values) != n:
-                raise ValueError(f"{name} has {len(values)} entries; it needs one for each of the {n} actuators")
-        return self
-
-    @model_validator(mode="after")
-    def _ranges_and_names_agree(self) -> "RigSettings":
-        joints = [actuator.joint for actuator in self.actuators]
-        for kind, names in (("actuators", joints), ("cuffs", [cuff.name for cuff in self.cuffs])):
-            if len(set(names)) < len(names):
-                raise ValueError(f"{kind} {', '.join(names)}: two share a name")
-        for place in (*self.calibration.sweeps, *self.adjustments):
-            if place.joint not in joints:
-                raise ValueError(f"no actuator moves '{place.joint}'; actuators are at {', '.join(joints)}")
-        for low, high in zip(self.task_workspace.lower_deg, self.task_workspace.upper_deg, strict=True):
-            if low >= high:
-                raise ValueError(f"task_workspace.lower_deg {low} must be below upper_deg {high}")
-        for a in self.adjustments:
-            if not a.min_m <= a.nominal_m <= a.max_m:
-                raise ValueError(f"adjustment of {a.joint}: {a.nominal_m} m must lie between {a.min_m} and {a.max_m} m")
-        if len(self.excitation.sine_deg) != len(self.excitation.cosine_deg):
-            raise ValueError("excitation.sine_deg and cosine_deg need as many rows as each other, one a harmonic")
-        return self
+from .rig_settings import Actuator as Actuator
+from .rig_settings import ArmSide as ArmSide
+from .rig_settings import Cuff as Cuff
+from .rig_settings import Place as Place
+from .rig_settings import RigSettings as RigSettings
+from .rig_settings import Side as Side
+from .rig_settings import Sweep as Sweep
 
 
 @dataclass(frozen=True)
@@ -200,6 +41,26 @@ class RigDescription:
         return tuple(actuator.joint for actuator in self.settings.actuators)
 
     @property
+    def arm_sides(self) -> tuple[ArmSide, ...]:
+        """The arms in this machine."""
+        return ("right", "left") if self.side == "both" else (self.side,)
+
+    def shoulder_centre(self, side: ArmSide) -> str:
+        """Frame of the machine where the shoulder of this arm should be."""
+        centre = self.settings.wearer.shoulder_centre
+        return centre if isinstance(centre, str) else centre[side]
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Where each joint is beside the arm."""
+        return tuple(actuator.place for actuator in self.settings.actuators)
+
+    @property
+    def motorless(self) -> tuple[str, ...]:
+        """Joints without a motor."""
+        return tuple(actuator.joint for actuator in self.settings.actuators if actuator.drive == "passive")
+
+    @property
     def urdf_path(self) -> Path:
         """The URDF of this side."""
         return self.folder / getattr(self.settings.urdf, self.side)
@@ -210,7 +71,7 @@ class RigDescription:
         return np.array([actuator.nominal_gain for actuator in self.settings.actuators])
 
     def per_actuator(self, field: str) -> Float[np.ndarray, " joint"]:
-        """One numeric field of all actuators."""
+        """One numeric field of all actuators; NaN where a joint has no motor."""
         return np.array([getattr(actuator, field) for actuator in self.settings.actuators], dtype=float)
 
     @property
@@ -223,6 +84,12 @@ class RigDescription:
     def donning_posture(self) -> Float[np.ndarray, " joint"]:
         """Posture in which the cuffs are strain-free [rad]."""
         return np.deg2rad(self.settings.donning.posture_deg)
+
+    @property
+    def arm_donning_posture(self) -> Float[np.ndarray, " freedom"]:
+        """Posture of the arm in the fastened cuffs [rad], the right arm first."""
+        donning = self.settings.donning
+        return np.deg2rad(donning.arm_posture_deg or donning.posture_deg)
 
     @cached_property
     def sha256(self) -> str:
@@ -243,8 +110,8 @@ def rig_names() -> list[str]:
     return sorted(path.parent.name for path in robots_folder().glob("*/rig.toml"))
 
 
-def load_rig(rig: str, side: Side = "right") -> RigDescription:
-    """Read a machine by its name, or by the path of its folder.
+def load_rig(rig: str, side: Side | None = None) -> RigDescription:
+    """Read a machine by its name, or by the path of its folder; its first side if none is named.
 
     Raises:
         ConfigError: No such machine, or its `rig.toml` holds something that cannot be used.
@@ -263,7 +130,11 @@ def load_rig(rig: str, side: Side = "right") -> RigDescription:
         raise ConfigError(f"{path} is not valid TOML: {error}. Correct it there.") from error
     except ValidationError as error:
         raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there.") from error
-    description = RigDescription(settings, side, folder)
+    sides = settings.urdf.sides
+    if side is not None and side not in sides:
+        raise ConfigError(f"{settings.name} has no side '{side}'; {path} has a URDF for: {', '.join(sides)}.")
+    description = RigDescription(settings, side or sides[0], folder)
+    side = description.side
     if not description.urdf_path.is_file():
         raise ConfigError(f"{path}: urdf.{side} names '{description.urdf_path.name}', which is not in {folder}.")
     return description

@@ -60,7 +60,8 @@ def arm_positions(z: ca.SX, fit: ca.SX) -> ca.SX:
 
 def arm_base(assembly: Assembly, fit: ca.SX) -> Transform:
     """Pose of the arm's root in the machine's base: the machine's shoulder centre plus the wearer's offset."""
-    frame = assembly.exo.frame(assembly.description.settings.wearer.shoulder_centre)
+    description = assembly.description
+    frame = assembly.exo.frame(description.shoulder_centre(description.arm_sides[0]))
     return Transform(ca.SX.eye(3), ca.DM(frame.p_body_frame) + fit[:3])
 
 

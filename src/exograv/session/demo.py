@@ -20,7 +20,7 @@ from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin
 from exograv.runtime.pace import Pace
 from exograv.safety.envelope import Envelope
-from exograv.study.targets import TARGET_ELBOW_NM, TARGET_SHOULDER_NM
+from exograv.study.targets import TARGET_NM
 
 from .arm_controller import ArmController
 from .calibrate import calibrate_machine
@@ -44,7 +44,7 @@ class DemoOptions:
     """What the demonstration is asked for."""
 
     rig: str = "recupera_like"
-    side: Side = "right"
+    side: Side | None = None
     level: int = 2
     method: MethodName = "recursive"
     gravity_level: float = 0.0
@@ -95,7 +95,7 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     """
     start = time.perf_counter()
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
-    targets = [TARGET_ELBOW_NM if "elbow" in joint else TARGET_SHOULDER_NM for joint in laboratory.description.joints]
+    targets = [TARGET_NM[place] for place in laboratory.description.places]
     path = folder / f"{'identify' if options.only_identify else 'demo'}.mcap"
     settings = provenance(options, laboratory, targets)
     with RecordingWriter(path, laboratory.description.joints, settings) as recording:

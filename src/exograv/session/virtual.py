@@ -11,8 +11,9 @@ from exograv.model.support import assemble
 from exograv.rig.twin import Disturbances, Machine, Wearer, draw_machine, draw_wearer
 from exograv.safety.envelope import Limits
 
-# Soft descent: damping at the shoulder and at the elbow (docs/safety.md, SS1).
-DAMPING_SHOULDER, DAMPING_ELBOW = 10.0, 4.0  # N·m·s/rad
+DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
+"""Of the soft descent [N·m·s/rad] (docs/safety.md, SS1); the wrist's is assumed, by the elbow's and their moments of
+inertia."""
 
 
 @dataclass(frozen=True)
@@ -34,16 +35,16 @@ class VirtualLaboratory:
         return assemble(self.description, self.body)
 
 
-def draw_laboratory(rig: str, side: Side, level: int, seed: int) -> VirtualLaboratory:
+def draw_laboratory(rig: str, side: Side | None, level: int, seed: int) -> VirtualLaboratory:
     """Machine and wearer of this seed, at a disturbance level of 0 to 4."""
     description = load_rig(rig, side)
     disturbances = Disturbances.at_level(level)
     return VirtualLaboratory(
-        description, draw_machine(description, disturbances, seed), draw_wearer(disturbances, seed, side)
+        description, draw_machine(description, disturbances, seed), draw_wearer(disturbances, seed, description.arm_sides[0])
     )
 
 
 def limits(description: RigDescription) -> Limits:
     """The envelope of this machine."""
-    is_elbow = np.array(["elbow" in joint for joint in description.joints])
-    return Limits(description.per_actuator("torque_max_Nm"), np.where(is_elbow, DAMPING_ELBOW, DAMPING_SHOULDER))
+    damping = np.array([DAMPING[place] for place in description.places])
+    return Limits(description.per_actuator("torque_max_Nm"), damping)

@@ -8,6 +8,9 @@ from exograv.recording import Recording
 # proprioceptive scatter; these stay well below it.
 TARGET_SHOULDER_NM = 0.2
 TARGET_ELBOW_NM = 0.1
+TARGET_WRIST_NM = 0.05  # of the hand's 0.3 N·m about the wrist, about what the elbow's target is of the forearm's 2.9
+TARGET_NM = {"shoulder": TARGET_SHOULDER_NM, "elbow": TARGET_ELBOW_NM, "wrist": TARGET_WRIST_NM}
+"""By where a joint is."""
 
 
 def targets(recording: Recording) -> np.ndarray:

@@ -139,9 +139,7 @@ class _Draw:
 
     def by_drive_and_place(self, row: str) -> Joints:
         """A row whose columns are kinds of drive at shoulder or elbow."""
-        actuators = self.description.settings.actuators
-        places = ["elbow" if actuator.joint.startswith("elbow") else "shoulder" for actuator in actuators]
-        return self._each(row, [f"{a.drive}.{place}" for a, place in zip(actuators, places, strict=True)])
+        return self._each(row, [f"{a.drive}.{a.place}" for a in self.description.settings.actuators])
 
     def alike(self, row: str, column: str) -> Joints:
         """A row that does not tell the drives apart."""

@@ -167,7 +167,7 @@ def _shoulder_centre(spec: mujoco.MjSpec, description: RigDescription) -> Float[
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    return data.body(description.settings.wearer.shoulder_centre).xpos.copy()
+    return data.body(description.shoulder_centre(description.arm_sides[0])).xpos.copy()
 
 
 def _add_arm(spec: mujoco.MjSpec, wearer: Wearer, shoulder: Float[np.ndarray, " 3"]) -> None:

@@ -1,0 +1,249 @@
+"""Everything a `rig.toml` may say, checked on load: cuffs, drives, adjustments, known weights, motions."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, model_validator
+
+Side = Literal["right", "left", "both"]
+"""Of a machine; one for both arms is one machine."""
+ArmSide = Literal["right", "left"]
+Place = Literal["shoulder", "elbow", "wrist"]
+"""Where a joint of a machine is beside the arm; forearm roll belongs to the wrist."""
+Segment = Literal["upper_arm", "forearm", "hand"]
+FREEDOMS_OF_ARM = {"shoulder_elbow": 4, "whole": 7}
+"""Freedoms of one arm by the kind of arm a machine moves (`model.arm`)."""
+Degrees = Annotated[list[float], Field(min_length=1)]
+
+
+class Settings(BaseModel):
+    """Read once, never changed, unknown keys refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Urdf(Settings):
+    """One file a side, relative to the folder; a machine for both arms has one for both."""
+
+    right: str | None = None
+    left: str | None = None
+    both: str | None = None
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """Sides that have a file."""
+        sides: tuple[Side, ...] = ("right", "left", "both")
+        return tuple(side for side in sides if getattr(self, side) is not None)
+
+
+class Wearer(Settings):
+    """Where the wearer's shoulder is, as far as the machine knows, and which of the arm's joints it moves."""
+
+    shoulder_centre: str | dict[ArmSide, str]
+    """Frame, or one frame a side in a machine for both arms."""
+
+    arm: Literal["shoulder_elbow", "whole"] = "shoulder_elbow"
+    """Shoulder and elbow, forearm and hand being one body; or forearm roll and wrist too, the hand apart."""
+
+
+class Adjustment(Settings):
+    """A length of the machine, set to the wearer's measured one: the joint's origin moves along z of its parent."""
+
+    joint: str
+    segment: Segment
+    nominal_m: PositiveFloat
+    min_m: PositiveFloat
+    max_m: PositiveFloat
+
+
+class Cuff(Settings):
+    """A soft hold between a frame of the exoskeleton, z along the limb, and a segment of the arm.
+
+    A stiffness of 0 leaves that direction free: no rotational stiffness is a point, none along the limb a sleeve.
+    """
+
+    name: str
+    exo_frame: str
+    segment: Segment
+    side: ArmSide | None = None
+    """Which arm, in a machine for both."""
+    along_N_per_mm: NonNegativeFloat
+    across_N_per_mm: NonNegativeFloat
+    about_limb_Nm_per_deg: NonNegativeFloat
+    about_others_Nm_per_deg: NonNegativeFloat
+
+    @property
+    def stiffness(self) -> Float[np.ndarray, " 6"]:
+        """Diagonal stiffness in the cuff's frame, z along the limb: x, y, z [N/m], then about x, y, z [N·m/rad]."""
+        across, along = 1000.0 * self.across_N_per_mm, 1000.0 * self.along_N_per_mm
+        about_others, about_limb = np.rad2deg([self.about_others_Nm_per_deg, self.about_limb_Nm_per_deg])
+        return np.array([across, across, along, about_others, about_others, about_limb])
+
+
+class Donning(Settings):
+    """The posture in which the cuffs are fastened."""
+
+    posture_deg: Degrees
+    """Of the machine's joints."""
+
+    arm_posture_deg: Degrees | None = None
+    """Of the arm's freedoms (`model.arm`); the machine's own where its joints are the arm's, in the same order."""
+
+
+MOTOR = (
+    "torque_constant_Nm_per_A", "gear_ratio", "efficiency", "torque_max_Nm", "rotor_inertia_kgm2",
+    "weak_kp_Nm_per_rad", "weak_kd_Nms_per_rad",
+)  # fmt: skip
+"""Fields of an actuator that a joint without motor has not."""
+
+
+class Actuator(Settings):
+    """A drive by its data sheet; what it really does is calibrated (`dynamics.actuator`).
+
+    A joint that has an encoder and no motor is "passive"; it has none of the fields of `MOTOR`.
+    """
+
+    joint: str
+    place: Place
+    drive: Literal["harmonic", "quasi_direct", "passive"]
+    torque_constant_Nm_per_A: PositiveFloat | None = None
+    gear_ratio: PositiveFloat | None = None
+    efficiency: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
+    torque_max_Nm: PositiveFloat | None = None
+    rotor_inertia_kgm2: Annotated[float, Field(ge=0.0)] | None = None
+    weak_kp_Nm_per_rad: PositiveFloat | None = None
+    weak_kd_Nms_per_rad: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _motor_or_none(self) -> "Actuator":
+        missing = [field for field in MOTOR if getattr(self, field) is None]
+        if self.drive == "passive" and len(missing) < len(MOTOR):
+            raise ValueError(f"{self.joint} is passive: it has no motor, and none of {', '.join(MOTOR)}")
+        if self.drive != "passive" and missing:
+            raise ValueError(f"{self.joint} has a motor; it needs {', '.join(missing)}")
+        return self
+
+    @property
+    def nominal_gain(self) -> float:
+        """Joint torque per motor current by the data sheet [N·m/A]; zero without a motor."""
+        if self.torque_constant_Nm_per_A is None or self.gear_ratio is None or self.efficiency is None:
+            return 0.0
+        return self.torque_constant_Nm_per_A * self.gear_ratio * self.efficiency
+
+
+class TaskWorkspace(Settings):
+    """Box of postures in which the arm must be weightless."""
+
+    lower_deg: Degrees
+    upper_deg: Degrees
+
+
+class Sweep(Settings):
+    """One joint moved to and fro while the others stay, with nothing and with each known weight on the mount."""
+
+    joint: str
+    from_deg: float
+    to_deg: float
+    posture_deg: Degrees
+    """Of all joints; that of the moving one is not used."""
+    mount: str | None = None
+    """Where the weights hang in this sweep; the calibration's own mount if none is named."""
+
+
+class Calibration(Settings):
+    """Where and which known weights hang while the empty machine is calibrated, and how it moves."""
+
+    mount: str
+    weights_kg: Annotated[list[PositiveFloat], Field(min_length=2)]
+    sweeps: Annotated[list[Sweep], Field(min_length=1)]
+
+    @property
+    def mounts(self) -> tuple[str, ...]:
+        """All frames where weights hang, the calibration's own first."""
+        return tuple(dict.fromkeys([self.mount, *(sweep.mount for sweep in self.sweeps if sweep.mount is not None)]))
+
+
+class Excitation(Settings):
+    """The motion that identifies the arm: harmonics of one period about a posture, one row a harmonic."""
+
+    period_s: PositiveFloat
+    centre_deg: Degrees
+    sine_deg: Annotated[list[Degrees], Field(min_length=1)]
+    cosine_deg: Annotated[list[Degrees], Field(min_length=1)]
+
+
+class RigSettings(Settings):
+    """The whole `rig.toml`."""
+
+    name: str
+    title: str
+    urdf: Urdf
+    wearer: Wearer
+    adjustments: list[Adjustment] = []
+    cuffs: Annotated[list[Cuff], Field(min_length=1)]
+    donning: Donning
+    actuators: Annotated[list[Actuator], Field(min_length=1)]
+    task_workspace: TaskWorkspace
+    calibration: Calibration
+    excitation: Excitation
+
+    @model_validator(mode="after")
+    def _one_entry_per_actuator(self) -> "RigSettings":
+        n = len(self.actuators)
+        lists = {
+            "donning.posture_deg": self.donning.posture_deg,
+            "task_workspace.lower_deg": self.task_workspace.lower_deg,
+            "task_workspace.upper_deg": self.task_workspace.upper_deg,
+            "excitation.centre_deg": self.excitation.centre_deg,
+            **{f"calibration.sweeps of {sweep.joint}": sweep.posture_deg for sweep in self.calibration.sweeps},
+            **{f"excitation.sine_deg[{k}]": row for k, row in enumerate(self.excitation.sine_deg)},
+            **{f"excitation.cosine_deg[{k}]": row for k, row in enumerate(self.excitation.cosine_deg)},
+        }
+        for name, values in lists.items():
+            if len(values) != n:
+                raise ValueError(f"{name} has {len(values)} entries; it needs one for each of the {n} actuators")
+        return self
+
+    @model_validator(mode="after")
+    def _ranges_and_names_agree(self) -> "RigSettings":
+        joints = [actuator.joint for actuator in self.actuators]
+        for kind, names in (("actuators", joints), ("cuffs", [cuff.name for cuff in self.cuffs])):
+            if len(set(names)) < len(names):
+                raise ValueError(f"{kind} {', '.join(names)}: two share a name")
+        for place in (*self.calibration.sweeps, *self.adjustments):
+            if place.joint not in joints:
+                raise ValueError(f"no actuator moves '{place.joint}'; actuators are at {', '.join(joints)}")
+        for low, high in zip(self.task_workspace.lower_deg, self.task_workspace.upper_deg, strict=True):
+            if low >= high:
+                raise ValueError(f"task_workspace.lower_deg {low} must be below upper_deg {high}")
+        for a in self.adjustments:
+            if not a.min_m <= a.nominal_m <= a.max_m:
+                raise ValueError(f"adjustment of {a.joint}: {a.nominal_m} m must lie between {a.min_m} and {a.max_m} m")
+        self._refuse_wrong_sides()
+        if len(self.excitation.sine_deg) != len(self.excitation.cosine_deg):
+            raise ValueError("excitation.sine_deg and cosine_deg need as many rows as each other, one a harmonic")
+        return self
+
+    def _refuse_wrong_sides(self) -> None:
+        """Raises ValueError where arms, cuffs and postures do not belong together."""
+        if not self.urdf.sides:
+            raise ValueError("urdf names no file; give right, left or both")
+        for_both = self.urdf.both is not None
+        if for_both and len(self.urdf.sides) > 1:
+            raise ValueError("urdf.both is one machine for both arms; then urdf.right and urdf.left must go")
+        if for_both != isinstance(self.wearer.shoulder_centre, dict):
+            raise ValueError(
+                "wearer.shoulder_centre must name a frame for right and one for left if, and only if, "
+                "urdf.both is given"
+            )
+        for cuff in self.cuffs:
+            if for_both != (cuff.side is not None):
+                raise ValueError(f"cuff {cuff.name}: a side is needed if, and only if, urdf.both is given")
+            if cuff.segment == "hand" and self.wearer.arm != "whole":
+                raise ValueError(f"cuff {cuff.name} holds the hand; wearer.arm must then be 'whole'")
+        freedoms = FREEDOMS_OF_ARM[self.wearer.arm] * (2 if for_both else 1)
+        posture = self.donning.arm_posture_deg or self.donning.posture_deg
+        if len(posture) != freedoms:
+            name = "arm_posture_deg" if self.donning.arm_posture_deg else "posture_deg, which stands for the arm's too,"
+            raise ValueError(f"donning.{name} has {len(posture)} angles; the arm has {freedoms} freedoms")
