@@ -33,7 +33,7 @@ def refusal(folder: Path, *pairs: tuple[str, str]) -> str:
         ("gear_ratio = 100.0", "gear_ratio = 100.0\nratio = 2", "actuators.0.ratio: Extra inputs are not permitted"),
         ("torque_max_Nm = 60.0", "torque_max_Nm = 0.0", "actuators.0.torque_max_Nm: Input should be greater than 0"),
         ("torque_max_Nm = 60.0", "torque_max_Nm = inf", "actuators.0.torque_max_Nm: Input should be a finite number"),
-        ("torque_max_Nm = 60.0", "", "actuators.0.torque_max_Nm: Field required"),
+        ("torque_max_Nm = 60.0", "", "shoulder_flexion has a motor; it needs torque_max_Nm"),
         ("efficiency = 0.75", "efficiency = 75", "actuators.0.efficiency: Input should be less than or equal to 1"),
         ("along_N_per_mm = 2.1", "along_N_per_mm = -2.1", "cuffs.0.along_N_per_mm"),
         ("along_N_per_mm = 2.1", 'along_N_per_mm = "soft"', "(value 'soft')"),

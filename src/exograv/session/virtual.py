@@ -40,7 +40,9 @@ def draw_laboratory(rig: str, side: Side | None, level: int, seed: int) -> Virtu
     description = load_rig(rig, side)
     disturbances = Disturbances.at_level(level)
     return VirtualLaboratory(
-        description, draw_machine(description, disturbances, seed), draw_wearer(disturbances, seed, description.arm_sides[0])
+        description,
+        draw_machine(description, disturbances, seed),
+        draw_wearer(disturbances, seed, description.arm_sides[0]),
     )
 
 
