@@ -91,7 +91,7 @@ def main() -> None:
     options = parser.parse_args()
     description = load_rig(options.rig)
     design, generator = Design(description), np.random.default_rng(options.seed)
-    excitation = description.settings.excitation
+    excitation = description.excitation
     best = np.zeros((1 + 2 * HARMONICS, 4))
     best[0] = np.deg2rad(excitation.centre_deg)
     for row, values in ((1, excitation.sine_deg), (1 + HARMONICS, excitation.cosine_deg)):

@@ -13,7 +13,7 @@ ENDS = slice(1, -1)  # central differences need a neighbour on both sides
 
 
 def excitation() -> Trajectory:
-    settings = load_rig("recupera_like").settings.excitation
+    settings = load_rig("recupera_like").excitation
     centre, sine, cosine = (np.deg2rad(x) for x in (settings.centre_deg, settings.sine_deg, settings.cosine_deg))
     return fourier(centre, sine, cosine, settings.period_s, 20.0, DT)
 
@@ -103,7 +103,7 @@ def test_an_eased_in_motion_keeps_to_the_path_and_lags_by_half_the_ramp():
 
 
 def test_a_fourier_motion_repeats_after_its_period():
-    settings = load_rig("recupera_like").settings.excitation
+    settings = load_rig("recupera_like").excitation
     centre, sine, cosine = (np.deg2rad(x) for x in (settings.centre_deg, settings.sine_deg, settings.cosine_deg))
     motion = fourier(centre, sine, cosine, settings.period_s, 2 * settings.period_s, DT)
     ticks = round(settings.period_s / DT)

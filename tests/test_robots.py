@@ -101,7 +101,7 @@ def test_every_inertia_could_belong_to_a_body(rig: str, side: Side):
 def frames_named(description: RigDescription) -> set[str]:
     settings = description.settings
     centres = (description.shoulder_centre(side) for side in description.arm_sides)
-    return {*centres, *settings.calibration.mounts, *(cuff.exo_frame for cuff in settings.cuffs)}
+    return {*centres, *description.mounts, *(cuff.exo_frame for cuff in settings.cuffs)}
 
 
 @pytest.mark.parametrize("side", SIDES)

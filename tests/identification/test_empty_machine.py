@@ -36,7 +36,7 @@ def sweeps(exo) -> Sweeps:
     noise = np.random.default_rng(0)
     columns: list[list[np.ndarray]] = [[], [], [], []]
     weights: list[np.ndarray] = []
-    for plan in description.settings.calibration.sweeps:
+    for plan in description.calibration.sweeps:
         joint = description.joints.index(plan.joint)
         start = np.deg2rad(plan.posture_deg)
         start[joint] = np.deg2rad(plan.from_deg)

@@ -33,7 +33,7 @@ def test_position_speed_and_acceleration_belong_together_all_the_way(assembly: A
 
 
 def test_the_way_there_and_back_is_the_excitations_own(assembly: Assembly):
-    settings = assembly.description.settings.excitation
+    settings = assembly.description.excitation
     centre, sine, cosine = (np.deg2rad(x) for x in (settings.centre_deg, settings.sine_deg, settings.cosine_deg))
     whole = motion.fourier(centre, sine, cosine, settings.period_s, 30.0, DT)
     for q in identification_motion(assembly, 30.0, DT).q[::500]:

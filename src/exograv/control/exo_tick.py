@@ -25,7 +25,7 @@ class ExoTick:
         n = len(tree.joints)
         q, v, weight = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("weight")
         q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
-        mount = tree.frame(description.settings.calibration.mount)
+        mount = tree.frame(description.calibration.mount)
         phi = ca.SX(ca.DM(tree.phi.T))
         phi[:, mount.body] += weight * ca.DM(inertial_parameters(1.0, mount.p_body_frame, np.zeros((3, 3))))
         rotor = ca.DM(description.per_actuator("rotor_inertia_kgm2"))

@@ -186,7 +186,7 @@ class _Problem:
             theta[: PER_JOINT * n], n
         )
         tilt, phi = theta[PER_JOINT * n : PER_JOINT * n + 2], ca.reshape(theta[PER_JOINT * n + 2 :], 10, n)
-        mount = self.tree.frame(self.description.settings.calibration.mount)
+        mount = self.tree.frame(self.description.calibration.mount)
         hung = inertial_parameters(1.0, mount.p_body_frame, np.zeros((3, 3)))
         phi[:, mount.body] += weight * ca.DM(hung)
         g = float(np.linalg.norm(GRAVITY))

@@ -13,9 +13,12 @@ from pydantic import ValidationError
 
 from exograv.errors import ConfigError
 
+from .questions import open_questions
 from .rig_settings import Actuator as Actuator
 from .rig_settings import ArmSide as ArmSide
+from .rig_settings import Calibration as Calibration
 from .rig_settings import Cuff as Cuff
+from .rig_settings import Excitation as Excitation
 from .rig_settings import Place as Place
 from .rig_settings import RigSettings as RigSettings
 from .rig_settings import Side as Side
@@ -59,6 +62,36 @@ class RigDescription:
     def motorless(self) -> tuple[str, ...]:
         """Joints without a motor."""
         return tuple(actuator.joint for actuator in self.settings.actuators if actuator.drive == "passive")
+
+    @property
+    def calibration(self) -> Calibration:
+        """How the empty machine is calibrated.
+
+        Raises:
+            ConfigError: It has no motor.
+        """
+        if self.settings.calibration is None:
+            raise ConfigError(self._cannot("be calibrated: no motor's gain or friction is to be found"))
+        return self.settings.calibration
+
+    @property
+    def excitation(self) -> Excitation:
+        """The motion that identifies an arm in it.
+
+        Raises:
+            ConfigError: It has no motor.
+        """
+        if self.settings.excitation is None:
+            raise ConfigError(self._cannot("move an arm by itself, nor carry it"))
+        return self.settings.excitation
+
+    @property
+    def mounts(self) -> tuple[str, ...]:
+        """Frames where known weights can hang on the empty machine, the calibration's own first."""
+        return () if self.settings.calibration is None else self.settings.calibration.mounts
+
+    def _cannot(self, what: str) -> str:
+        return f"{self.name} has no motors: it cannot {what}. Use a machine with motors; see `exograv rigs`."
 
     @property
     def urdf_path(self) -> Path:
@@ -114,22 +147,11 @@ def load_rig(rig: str, side: Side | None = None) -> RigDescription:
     """Read a machine by its name, or by the path of its folder; its first side if none is named.
 
     Raises:
-        ConfigError: No such machine, or its `rig.toml` holds something that cannot be used.
+        ConfigError: No such machine, or its `rig.toml` holds something that cannot be used, or still asks questions.
     """
-    folder = Path(rig) if (Path(rig) / "rig.toml").is_file() else robots_folder() / rig
+    folder = rig_folder(rig)
     path = folder / "rig.toml"
-    if not path.is_file():
-        near = difflib.get_close_matches(rig, rig_names(), n=1)
-        hint = f" Did you mean '{near[0]}'?" if near else ""
-        raise ConfigError(
-            f"No machine '{rig}'.{hint} Known: {', '.join(rig_names())}; or give the path of a folder with a rig.toml."
-        )
-    try:
-        settings = RigSettings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} is not valid TOML: {error}. Correct it there.") from error
-    except ValidationError as error:
-        raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there.") from error
+    settings = _settings(path)
     sides = settings.urdf.sides
     if side is not None and side not in sides:
         raise ConfigError(f"{settings.name} has no side '{side}'; {path} has a URDF for: {', '.join(sides)}.")
@@ -138,6 +160,39 @@ def load_rig(rig: str, side: Side | None = None) -> RigDescription:
     if not description.urdf_path.is_file():
         raise ConfigError(f"{path}: urdf.{side} names '{description.urdf_path.name}', which is not in {folder}.")
     return description
+
+
+def rig_folder(rig: str) -> Path:
+    """Folder of a machine by its name or path.
+
+    Raises:
+        ConfigError: No such machine.
+    """
+    folder = Path(rig) if (Path(rig) / "rig.toml").is_file() else robots_folder() / rig
+    if (folder / "rig.toml").is_file():
+        return folder
+    near = difflib.get_close_matches(rig, rig_names(), n=1)
+    hint = f" Did you mean '{near[0]}'?" if near else ""
+    raise ConfigError(
+        f"No machine '{rig}'.{hint} Known: {', '.join(rig_names())}; or give the path of a folder with a rig.toml."
+    )
+
+
+def _settings(path: Path) -> RigSettings:
+    try:
+        text = path.read_text(encoding="utf-8")
+        if questions := open_questions(text):
+            raise ConfigError(
+                f'{path} still asks {len(questions)} questions; {questions[0].sentence}. Answer each "?" there; '
+                f"`exograv check-rig {path.parent}` lists them all."
+            )
+        return RigSettings.model_validate(tomllib.loads(text))
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be read: {error.strerror}. Check its permissions.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} is not valid TOML: {error}. Correct it there.") from error
+    except ValidationError as error:
+        raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there.") from error
 
 
 def validation_sentences(error: ValidationError) -> str:

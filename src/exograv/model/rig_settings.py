@@ -12,7 +12,8 @@ ArmSide = Literal["right", "left"]
 Place = Literal["shoulder", "elbow", "wrist"]
 """Where a joint of a machine is beside the arm; forearm roll belongs to the wrist."""
 Segment = Literal["upper_arm", "forearm", "hand"]
-FREEDOMS_OF_ARM = {"shoulder_elbow": 4, "whole": 7}
+ArmKind = Literal["shoulder_elbow", "whole"]
+FREEDOMS_OF_ARM: dict[ArmKind, int] = {"shoulder_elbow": 4, "whole": 7}
 """Freedoms of one arm by the kind of arm a machine moves (`model.arm`)."""
 Degrees = Annotated[list[float], Field(min_length=1)]
 
@@ -43,18 +44,23 @@ class Wearer(Settings):
     shoulder_centre: str | dict[ArmSide, str]
     """Frame, or one frame a side in a machine for both arms."""
 
-    arm: Literal["shoulder_elbow", "whole"] = "shoulder_elbow"
+    arm: ArmKind = "shoulder_elbow"
     """Shoulder and elbow, forearm and hand being one body; or forearm roll and wrist too, the hand apart."""
 
 
 class Adjustment(Settings):
-    """A length of the machine, set to the wearer's measured one: the joint's origin moves along z of its parent."""
+    """A length of the machine, set to the wearer's measured one: the joint's origin moves along an axis of its parent.
+
+    It stays on the side of the parent's origin where the URDF has it.
+    """
 
     joint: str
-    segment: Segment
+    segment: Literal["upper_arm", "forearm"]
     nominal_m: PositiveFloat
     min_m: PositiveFloat
     max_m: PositiveFloat
+    axis: Literal["x", "y", "z"] = "z"
+    """Of the parent's frame."""
 
 
 class Cuff(Settings):
@@ -185,8 +191,10 @@ class RigSettings(Settings):
     donning: Donning
     actuators: Annotated[list[Actuator], Field(min_length=1)]
     task_workspace: TaskWorkspace
-    calibration: Calibration
-    excitation: Excitation
+    calibration: Calibration | None = None
+    """None in a machine without any motor: nothing moves it, and nothing needs to be known of its drives."""
+    excitation: Excitation | None = None
+    """None in a machine without any motor."""
 
     @model_validator(mode="after")
     def _one_entry_per_actuator(self) -> "RigSettings":
@@ -195,11 +203,12 @@ class RigSettings(Settings):
             "donning.posture_deg": self.donning.posture_deg,
             "task_workspace.lower_deg": self.task_workspace.lower_deg,
             "task_workspace.upper_deg": self.task_workspace.upper_deg,
-            "excitation.centre_deg": self.excitation.centre_deg,
-            **{f"calibration.sweeps of {sweep.joint}": sweep.posture_deg for sweep in self.calibration.sweeps},
-            **{f"excitation.sine_deg[{k}]": row for k, row in enumerate(self.excitation.sine_deg)},
-            **{f"excitation.cosine_deg[{k}]": row for k, row in enumerate(self.excitation.cosine_deg)},
+            **{f"calibration.sweeps of {sweep.joint}": sweep.posture_deg for sweep in self.sweeps},
         }
+        if self.excitation is not None:
+            lists["excitation.centre_deg"] = self.excitation.centre_deg
+            lists |= {f"excitation.sine_deg[{k}]": row for k, row in enumerate(self.excitation.sine_deg)}
+            lists |= {f"excitation.cosine_deg[{k}]": row for k, row in enumerate(self.excitation.cosine_deg)}
         for name, values in lists.items():
             if len(values) != n:
                 raise ValueError(f"{name} has {len(values)} entries; it needs one for each of the {n} actuators")
@@ -211,7 +220,7 @@ class RigSettings(Settings):
         for kind, names in (("actuators", joints), ("cuffs", [cuff.name for cuff in self.cuffs])):
             if len(set(names)) < len(names):
                 raise ValueError(f"{kind} {', '.join(names)}: two share a name")
-        for place in (*self.calibration.sweeps, *self.adjustments):
+        for place in (*self.sweeps, *self.adjustments):
             if place.joint not in joints:
                 raise ValueError(f"no actuator moves '{place.joint}'; actuators are at {', '.join(joints)}")
         for low, high in zip(self.task_workspace.lower_deg, self.task_workspace.upper_deg, strict=True):
@@ -221,9 +230,23 @@ class RigSettings(Settings):
             if not a.min_m <= a.nominal_m <= a.max_m:
                 raise ValueError(f"adjustment of {a.joint}: {a.nominal_m} m must lie between {a.min_m} and {a.max_m} m")
         self._refuse_wrong_sides()
-        if len(self.excitation.sine_deg) != len(self.excitation.cosine_deg):
-            raise ValueError("excitation.sine_deg and cosine_deg need as many rows as each other, one a harmonic")
+        self._refuse_motors_without_plan()
         return self
+
+    @property
+    def sweeps(self) -> list[Sweep]:
+        """Of the calibration; none where nothing moves the machine."""
+        return [] if self.calibration is None else self.calibration.sweeps
+
+    def _refuse_motors_without_plan(self) -> None:
+        """Raises ValueError where a motor's gain and friction would stay unknown, or the arm in the machine."""
+        motors = [actuator.joint for actuator in self.actuators if actuator.drive != "passive"]
+        missing = [name for name in ("calibration", "excitation") if getattr(self, name) is None]
+        if motors and missing:
+            raise ValueError(f"motors at {', '.join(motors)}: {' and '.join(missing)} must say how they move")
+        plan = self.excitation
+        if plan is not None and len(plan.sine_deg) != len(plan.cosine_deg):
+            raise ValueError("excitation.sine_deg and cosine_deg need as many rows as each other, one a harmonic")
 
     def _refuse_wrong_sides(self) -> None:
         """Raises ValueError where arms, cuffs and postures do not belong together."""

@@ -92,11 +92,22 @@ class Tree:
             raise ModelError(f"No frame '{name}' in {self.name}. Frames there: {', '.join(sorted(self.frames))}.")
         return self.frames[name]
 
-    def with_origin_z(self, joint: str, z: float) -> "Tree":
-        """The same tree with the origin of one joint at another z [m] of its parent."""
-        i = self.index(joint)
+    def with_distance(self, joint: str, axis: Literal["x", "y", "z"], distance: float) -> "Tree":
+        """The same tree with the origin of one joint at another distance [m] along an axis of its parent.
+
+        It stays on the side where it is.
+
+        Raises:
+            ModelError: It is on no side: at zero along that axis.
+        """
+        i, k = self.index(joint), "xyz".index(axis)
         p = self.joints[i].p_parent_joint.copy()
-        p[2] = z
+        if p[k] == 0.0:
+            raise ModelError(
+                f"The origin of joint '{joint}' in {self.name} is at zero along {axis} of its parent; a length cannot "
+                "be set there. Give the adjustment's axis in rig.toml."
+            )
+        p[k] = np.copysign(distance, p[k])
         joints = list(self.joints)
         joints[i] = replace(joints[i], p_parent_joint=p)
         return replace(self, joints=tuple(joints))

@@ -78,7 +78,7 @@ class ArmController:
 def _skeleton_function(assembly: Assembly) -> ca.Function:
     q, z, fit = ca.SX.sym("q", assembly.n), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
     exo = body_poses(assembly.exo, q)
-    mount = assembly.description.settings.calibration.mount
+    mount = assembly.description.calibration.mount
     exo_points = [ca.SX.zeros(3), *(pose.p for pose in exo), frame_pose(assembly.exo, exo, mount).p]
     base = arm_base(assembly, fit)
     tree = assembly.arm.tree

@@ -56,8 +56,8 @@ def calibrate_machine(description: RigDescription, body: Body, pilot: Pilot) -> 
     tree = adjusted(read_exoskeleton(description), description, segment_lengths(body))
     controller = ExoTick(description, tree)
     notes = _Notes(pilot)
-    weights = [0.0, *description.settings.calibration.weights_kg]
-    for i, plan in enumerate(description.settings.calibration.sweeps):
+    weights = [0.0, *description.calibration.weights_kg]
+    for i, plan in enumerate(description.calibration.sweeps):
         text = f"Calibrating the empty machine: {plan.joint}"
         for weight in weights:
             _hang(pilot, controller, weight)

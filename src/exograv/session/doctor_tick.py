@@ -39,7 +39,7 @@ class MovingTick:
     def __init__(self, dt: float):
         self.tick, self._x, assembly = nominal_tick()
         self.tick.mode = Mode(drive=1.0)
-        excitation = assembly.description.settings.excitation
+        excitation = assembly.description.excitation
         centre, sine, cosine = (
             np.deg2rad(x) for x in (excitation.centre_deg, excitation.sine_deg, excitation.cosine_deg)
         )

@@ -82,7 +82,7 @@ def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Pa
 
 def identification_motion(assembly: Assembly, seconds: float, dt: float) -> Trajectory:
     """The machine's excitation, from rest to rest in `seconds`."""
-    excitation = assembly.description.settings.excitation
+    excitation = assembly.description.excitation
     path = motion.fourier(
         np.deg2rad(excitation.centre_deg),
         np.deg2rad(excitation.sine_deg),

@@ -128,7 +128,8 @@ def _machine_spec(description: RigDescription, machine: Machine, lengths: Mappin
     _set_lengths(spec, description, lengths)
     _build_with_errors(spec, machine)
     _fit_joints(spec, description, machine)
-    _add_weight(spec.body(description.settings.calibration.mount), WEIGHTS["calibration"], np.zeros(3))
+    for mount in description.mounts[:1]:
+        _add_weight(spec.body(mount), WEIGHTS["calibration"], np.zeros(3))
     return spec
 
 
@@ -138,7 +139,8 @@ def _set_lengths(spec: mujoco.MjSpec, description: RigDescription, lengths: Mapp
         wanted = lengths.get(adjustment.segment, adjustment.nominal_m)
         length = float(np.clip(wanted, adjustment.min_m, adjustment.max_m))
         body = spec.joint(adjustment.joint).parent
-        body.pos[2] += np.sign(body.pos[2]) * (length - adjustment.nominal_m)
+        k = "xyz".index(adjustment.axis)
+        body.pos[k] = np.copysign(length, body.pos[k])
 
 
 def _build_with_errors(spec: mujoco.MjSpec, machine: Machine) -> None:
