@@ -43,6 +43,11 @@ def rotation_residual(R: ca.SX) -> ca.SX:
     return 0.5 * ca.vertcat(R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1])
 
 
+def cosine_of(R: ca.SX) -> ca.SX:
+    """Cosine of the angle of a rotation R (3, 3)."""
+    return 0.5 * (ca.trace(R) - 1)
+
+
 def inertia_matrix(phi: ca.SX) -> ca.SX:
     """Inertia (3, 3) about the body's origin [kg·m²] from the inertial parameters (10,) of one body.
 

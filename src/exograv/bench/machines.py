@@ -39,6 +39,7 @@ def machine_of_7() -> Assembly:
 def _settings_of_7(settings: RigSettings) -> RigSettings:
     raw = settings.model_dump()
     raw["actuators"] += [raw["actuators"][-1] | {"joint": name} for name in WRIST]
+    raw["donning"]["arm_posture_deg"] = list(raw["donning"]["posture_deg"])
     raw["donning"]["posture_deg"] += [0.0, 0.0, 0.0]
     raw["task_workspace"]["lower_deg"] += [-30.0, -30.0, -15.0]
     raw["task_workspace"]["upper_deg"] += [30.0, 30.0, 15.0]

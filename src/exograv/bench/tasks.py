@@ -7,10 +7,11 @@ import numpy as np
 
 from exograv import kernel
 from exograv.control.tick import SLOPE_MAX, tick_function
-from exograv.dynamics import parameters
 from exograv.dynamics.closure import PIVOT_MIN
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.model.assembly import FREEDOMS, Assembly
+from exograv.dynamics.parameters import Layout
+from exograv.model.assembly import Assembly
+from exograv.model.loops import LoopSolver
 from exograv.model.tree import Tree
 from exograv.session.identify import table_guess
 from exograv.session.nominal import nominal_machine
@@ -79,8 +80,8 @@ def general_tick_task(n: int) -> Task:
     machine, assembly = machine_and_assembly(n)
     function = tick_function(assembly, machine)
     x = table_guess(assembly, machine)
-    x[parameters.FIT_OF_ARM] = FIT_SD * np.random.default_rng(SEED).choice([-1.0, 1.0], len(FIT_SD))
-    closing = _Closing(kernel.compile(function))
+    x[Layout.of(assembly).fit] = FIT_SD * np.random.default_rng(SEED).choice([-1.0, 1.0], len(FIT_SD))
+    closing = _Closing(kernel.compile(function), LoopSolver(assembly))
     states = _draw(lambda generator: closing.closed({**_moment(generator, assembly), "x": x}, generator))
     compared = (*TICK_RESULTS, "z", "G", "pivot")
     return Task(f"tick_general_{n}", "tick_general", function, assembly.exo, states, ("x", "mode"), compared)
@@ -89,8 +90,8 @@ def general_tick_task(n: int) -> Task:
 class _Closing:
     """Gives each state the closed posture of the tick before, as the loop would have it."""
 
-    def __init__(self, tick: kernel.Kernel):
-        self._tick = tick
+    def __init__(self, tick: kernel.Kernel, solver: LoopSolver):
+        self._tick, self._solver = tick, solver
 
     def closed(self, state: dict[str, np.ndarray], generator: Generator) -> State:
         """The state one tick after a closed one; another posture where Newton's steps found none."""
@@ -98,7 +99,7 @@ class _Closing:
         for name, value in state.items():
             inputs[name][...] = value
         inputs["q"][...] = inputs["q_before"][...] = state["q"] - TICK_S * state["v"]
-        inputs["z_before"][...], inputs["G_before"][...] = inputs["q"][: len(FREEDOMS)], 0.0
+        inputs["z_before"][...], inputs["G_before"][...] = self._solver.solve(inputs["q"])[0], 0.0
         for _ in range(CLOSING_STEPS):
             self._tick()
             inputs["z_before"][...] = outputs["z"]

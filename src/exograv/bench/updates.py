@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from exograv.dynamics import parameters
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Method, Sample
 from exograv.identification.prior import prior
@@ -63,9 +62,9 @@ def _method(name: MethodName, engine: str | None) -> Method:
 def _samples(seconds: float) -> list[Sample]:
     """Of the machine's own excitation, as far apart as the filter uses them, with noise."""
     machine, assembly = machine_and_assembly(4)
-    x, _ = prior(assembly, machine)
-    x[parameters.PHI] *= HEAVIER
-    x[parameters.FIT_OF_ARM] += OFFSET
+    layout, (x, _) = Layout.of(assembly), prior(assembly, machine)
+    x[layout.phi] *= HEAVIER
+    x[layout.fit] += OFFSET
     model, noise = ArmModel(assembly, machine), np.random.default_rng(SEED)
     path = identification_motion(assembly, seconds, UPDATE_PERIOD_S)
     samples = []

@@ -1,4 +1,4 @@
-"""The control law of the empty machine: follow a reference with feed-forward and PD, a known weight on its mount."""
+"""The control law of the empty machine: follow a reference with feed-forward and PD, known weights on its mounts."""
 
 import casadi as ca
 import numpy as np
@@ -23,22 +23,22 @@ class ExoTick:
 
     def __init__(self, description: RigDescription, tree: Tree):
         n = len(tree.joints)
-        q, v, weight = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("weight")
+        self._mounts = description.mounts
+        q, v, weights = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("weights", len(self._mounts))
         q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
-        mount = tree.frame(description.calibration.mount)
         phi = ca.SX(ca.DM(tree.phi.T))
-        phi[:, mount.body] += weight * ca.DM(inertial_parameters(1.0, mount.p_body_frame, np.zeros((3, 3))))
+        for mount, weight in zip(self._mounts, ca.vertsplit(weights), strict=True):
+            frame = tree.frame(mount)
+            phi[:, frame.body] += weight * ca.DM(inertial_parameters(1.0, frame.p_body_frame, np.zeros((3, 3))))
         rotor = ca.DM(description.per_actuator("rotor_inertia_kgm2"))
         feedforward = rnea(tree, q, v_reference, a_reference, phi, ca.SX(ca.DM(GRAVITY))) + rotor * a_reference
         kp = STIFFER_KP * ca.DM(description.per_actuator("weak_kp_Nm_per_rad"))
         kd = STIFFER_KD * ca.DM(description.per_actuator("weak_kd_Nms_per_rad"))
         desired = feedforward + kp * (q_reference - q) + kd * (v_reference - v)
-        names = ["q", "v", "q_reference", "v_reference", "a_reference", "weight"]
-        arguments = [q, v, q_reference, v_reference, a_reference, weight]
+        names = ["q", "v", "q_reference", "v_reference", "a_reference", "weights"]
+        arguments = [q, v, q_reference, v_reference, a_reference, weights]
         function = ca.Function("exo_tick", arguments, [desired, feedforward], names, ["tau_desired", "tau_feedforward"])
         self._kernel = kernel.compile(function)
-        self.weight_kg = 0.0
-        """On the mount, known [kg]."""
         self.closure_slope = 0.0
         """There is no loop."""
 
@@ -46,6 +46,10 @@ class ExoTick:
     def tau_feedforward(self) -> Joints:
         """What the model expects the motors to give [N·m]."""
         return self._kernel.outputs["tau_feedforward"]
+
+    def hang(self, mount: str, mass_kg: float) -> None:
+        """Carry a known weight at a mount from now on; zero takes it off."""
+        self._kernel.inputs["weights"][self._mounts.index(mount)] = mass_kg
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
         """Desired torque (joint,) [N·m]; arguments as in `Tick.step`."""
@@ -55,5 +59,4 @@ class ExoTick:
         buffers["q_reference"][:] = reference.q
         buffers["v_reference"][:] = reference.v
         buffers["a_reference"][:] = reference.a
-        buffers["weight"][0] = self.weight_kg
         return self._kernel()["tau_desired"]

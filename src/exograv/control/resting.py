@@ -7,17 +7,17 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from exograv import kernel
-from exograv.dynamics import parameters
 from exograv.dynamics.closure import PIVOT_MIN
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.model.assembly import FREEDOMS, Assembly
-from exograv.model.loops import TWIST_MAX, LoopSolver
+from exograv.dynamics.parameters import Layout, Parameters
+from exograv.model.assembly import Assembly
+from exograv.model.loops import TWIST_COSINE_MIN, LoopSolver
 
 from .tick import NEWTON_STEPS, SETTLED_SLOPE, SLOPE_MAX, Mode, tick_function
 
 Postures = Float[np.ndarray, "state joint"]
 Arms = Float[np.ndarray, "state parameter"]
-Freedoms = Float[np.ndarray, "state 4"]
+Freedoms = Float[np.ndarray, "state freedom"]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class RestingTorque:
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, threads: int = 1):
         self._n, self._threads = assembly.n, threads
         self._batch = kernel.compile(_resting_function(assembly, machine), lanes=0, shared=("mode",))
-        self._solver = LoopSolver(assembly)
+        self._solver, self._layout, self._arm = LoopSolver(assembly), Layout.of(assembly), assembly.arm
         self._bound: dict[int, kernel.BoundBatch] = {}
 
     def __call__(self, q: Postures, x: Arms, z_start: Freedoms, mode: Mode | None = None) -> Resting:
@@ -68,13 +68,13 @@ class RestingTorque:
                 break
         z = outputs["z"].T.copy()
         held = (outputs["slope"][0] < SLOPE_MAX) & (outputs["pivot"][0] > PIVOT_MIN)
-        untwisted = np.abs(z - q[:, : len(FREEDOMS)]).max(axis=1) < TWIST_MAX
+        untwisted = (outputs["cosine"][0] > TWIST_COSINE_MIN) & self._arm.is_reachable(z)
         return Resting(outputs["tau_desired"].T.copy(), outputs["tau_arm"].T.copy(), z, held & untwisted)
 
-    def cold_start(self, q: Postures, x: parameters.Parameters) -> Freedoms:
+    def cold_start(self, q: Postures, x: Parameters) -> Freedoms:
         """Postures of the cuffs alone [rad]: where Newton's method finds the loaded ones from."""
-        fit = x[parameters.FIT_OF_ARM]
-        return np.array([self._solver.solve(posture, posture[: len(FREEDOMS)], fit)[0] for posture in q])
+        fit = x[self._layout.fit]
+        return np.array([self._solver.solve(posture, fit=fit)[0] for posture in q])
 
     def _memory(self, size: int) -> kernel.BoundBatch:
         if size not in self._bound:
@@ -84,13 +84,13 @@ class RestingTorque:
 
 def _resting_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
     """The tick with everything that moves set to zero, so that what it costs falls away."""
-    n = assembly.n
-    q, x, z_before = ca.SX.sym("q", n), ca.SX.sym("x", parameters.count(n)), ca.SX.sym("z_before", len(FREEDOMS))
+    n, freedoms = assembly.n, assembly.n_freedoms
+    q, x, z_before = ca.SX.sym("q", n), ca.SX.sym("x", Layout.of(assembly).count), ca.SX.sym("z_before", freedoms)
     mode, still = ca.SX.sym("mode", 2), ca.SX.zeros(n)
     all_of_mode = ca.vertcat(0, mode)
     tick = tick_function(assembly, machine)
-    arguments = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(len(FREEDOMS), n)]
+    arguments = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(freedoms, n)]
     results = dict(zip(tick.name_out(), tick.call(arguments), strict=True))
-    wanted = ["tau_desired", "tau_arm", "z", "slope", "pivot"]
+    wanted = ["tau_desired", "tau_arm", "z", "slope", "pivot", "cosine"]
     names = ["q", "x", "z_before", "mode"]
     return ca.Function("resting", [q, x, z_before, mode], [results[name] for name in wanted], names, wanted)

@@ -8,18 +8,19 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import kernel
-from exograv.dynamics import parameters
 from exograv.dynamics.closure import PIVOT_MIN, closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, LoopTorque, arm_load, exo_torque, static_load
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.model.assembly import FREEDOMS, Assembly
-from exograv.model.loops import TWIST_MAX, LoopSolver
+from exograv.dynamics.parameters import Layout, Parameters
+from exograv.model.assembly import Assembly
+from exograv.model.loops import TWIST_COSINE_MIN, LoopSolver
 from exograv.signals import Reference
 
 from .friction_share import friction_share_torque
 
 Joints = Float[np.ndarray, " joint"]
+Freedoms = Float[np.ndarray, " freedom"]
 
 FRICTION_SHARE = 0.5
 """Share of the friction that is returned while floating [-]; above 0.8 the arm could be pushed (docs/safety.md)."""
@@ -55,7 +56,7 @@ class Tick:
         self.assembly = assembly
         # The posture of this tick is where the next one starts from.
         carry = {"q_before": "q", "z_before": "z", "G_before": "G"}
-        self._solver = LoopSolver(assembly)
+        self._solver, self._layout = LoopSolver(assembly), Layout.of(assembly)
         self._start(kernel.compile(tick_function(assembly, machine), carry=carry))
         self.n_instructions = self._kernel.n_instructions
 
@@ -82,7 +83,7 @@ class Tick:
         return self._out["tau_feedforward"]
 
     @property
-    def z(self) -> Float[np.ndarray, " 4"]:
+    def z(self) -> Freedoms:
         """Freedoms of the arm [rad]."""
         return self._out["z"]
 
@@ -91,7 +92,7 @@ class Tick:
         """What is left of the cuffs' slope, summed over freedoms [N·m]; above `SLOPE_MAX` the loops are not closed."""
         return self._out["slope"].item()
 
-    def step(self, q: Joints, v: Joints, reference: Reference, x: parameters.Parameters) -> Joints:
+    def step(self, q: Joints, v: Joints, reference: Reference, x: Parameters) -> Joints:
         """Desired torque (joint,) [N·m].
 
         Args:
@@ -116,18 +117,16 @@ class Tick:
         self._evaluate()
         return self._out["tau_desired"]
 
-    def at_rest(
-        self, q: Joints, x: parameters.Parameters, z_start: Float[np.ndarray, " 4"]
-    ) -> tuple[Joints, Joints, Float[np.ndarray, " 4"]]:
+    def at_rest(self, q: Joints, x: Parameters, z_start: Freedoms) -> tuple[Joints, Joints, Freedoms]:
         """What this controller asks for at a posture `q` at rest: to plan and to examine, not in the loop.
 
         Args:
             q: Joint positions as measured (joint,) [rad].
             x: Parameters.
-            z_start: Freedoms of the arm near the closed posture (4,) [rad].
+            z_start: Freedoms of the arm near the closed posture (freedom,) [rad].
 
         Returns:
-            Desired torque, the arm's share of it (both (joint,) [N·m]) and the closed posture (4,) [rad].
+            Desired torque, the arm's share of it (both (joint,) [N·m]) and the closed posture (freedom,) [rad].
         """
         still = np.zeros(len(q))
         self._start_from(q, z_start)
@@ -139,24 +138,25 @@ class Tick:
             self._settle(q, still, reference, x)
         return self._out["tau_desired"].copy(), self._out["tau_arm"].copy(), self._out["z"].copy()
 
-    def _settle(self, q: Joints, v: Joints, reference: Reference, x: parameters.Parameters) -> None:
+    def _settle(self, q: Joints, v: Joints, reference: Reference, x: Parameters) -> None:
         """Newton steps until the posture is at rest."""
         for _ in range(NEWTON_STEPS):
             self.step(q, v, reference, x)
             if self.closure_slope < SETTLED_SLOPE:
                 break
 
-    def close(self, q: Joints, x: parameters.Parameters) -> None:
+    def close(self, q: Joints, x: Parameters) -> None:
         """Find the closed posture from cold, outside the loop: at the start and after a jump of `q`."""
-        self._start_from(q, self._solver.solve(q, q[: len(FREEDOMS)], x[parameters.FIT_OF_ARM])[0])
+        self._start_from(q, self._solver.solve(q, fit=x[self._layout.fit])[0])
 
     @property
     def is_closed(self) -> bool:
         """Whether the arm's posture is the one of least cuff energy, and well held there."""
-        twist = np.abs(self._out["z"] - self._in["q_before"][: len(FREEDOMS)]).max()
-        return bool(self.closure_slope < SLOPE_MAX and self._out["pivot"][0] > PIVOT_MIN and twist < TWIST_MAX)
+        z = self._out["z"]
+        untwisted = self._out["cosine"][0] > TWIST_COSINE_MIN and self.assembly.arm.is_reachable(z)
+        return bool(self.closure_slope < SLOPE_MAX and self._out["pivot"][0] > PIVOT_MIN and untwisted)
 
-    def _start_from(self, q: Joints, z: Float[np.ndarray, " 4"]) -> None:
+    def _start_from(self, q: Joints, z: Freedoms) -> None:
         self._in["q_before"][:] = q
         self._in["z_before"][:] = z
         self._in["G_before"][:] = 0.0
@@ -165,22 +165,22 @@ class Tick:
 
 def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
     """The control law as one CasADi function."""
-    n = assembly.n
+    n, freedoms, layout = assembly.n, assembly.n_freedoms, Layout.of(assembly)
     q, v, q_before = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("q_before", n)
-    z_before, G_before = ca.SX.sym("z_before", len(FREEDOMS)), ca.SX.sym("G_before", len(FREEDOMS), n)
+    z_before, G_before = ca.SX.sym("z_before", freedoms), ca.SX.sym("G_before", freedoms, n)
     q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
-    x, mode = ca.SX.sym("x", parameters.count(n)), ca.SX.sym("mode", 3)
+    x, mode = ca.SX.sym("x", layout.count), ca.SX.sym("mode", 3)
     drive, gravity_level, arm_share = mode[0], mode[1], mode[2]
 
     cuffs = cuff_energy(assembly)
-    fit = x[parameters.FIT_OF_ARM]
+    fit = x[layout.fit]
     predicted = z_before + G_before @ (q - q_before)
     arm = ArmExpression(
-        arm_share * x[parameters.PHI],
+        arm_share * x[layout.phi],
         fit,
-        x[parameters.STIFFNESS],
-        x[parameters.SPRING_OFFSET],
-        x[parameters.DAMPING],
+        x[layout.stiffness],
+        x[layout.spring_offset],
+        x[layout.damping],
     )
     gravity = ca.DM(machine.gravity)
     felt = (1 - gravity_level) * gravity
@@ -189,11 +189,11 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     motion = (q, drive * v_reference, drive * a_reference)
     load = arm_load(assembly, arm, cuffs, closed, motion, felt, passive_share=drive)
     torque = LoopTorque(
-        exo_torque(assembly, machine.phi, x[parameters.rotor(n)], motion, gravity),
+        exo_torque(assembly, machine.phi, x[layout.rotor], motion, gravity),
         closed.G.T @ load,
         arm_share * closed.strain,
     )
-    coulomb, viscous = x[parameters.coulomb(n)], x[parameters.viscous(n)]
+    coulomb, viscous = x[layout.coulomb], x[layout.viscous]
     friction = replace(machine.friction, coulomb=coulomb, viscous=viscous)
     driven_friction = friction_torque(friction, v_reference, torque.total)
     shared_friction = FRICTION_SHARE * friction_share_torque(coulomb, viscous, v)
@@ -213,5 +213,6 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         # Not the largest: CasADi's fmax would hide a NaN.
         "slope": ca.norm_1(closed.slope),
         "pivot": closed.pivot,
+        "cosine": closed.cosine,
     }
     return ca.Function("tick", inputs, list(outputs.values()), names, list(outputs))

@@ -17,10 +17,10 @@ class StaticLoad:
     """What the arm's freedoms need at rest, at one posture z."""
 
     torque: ca.SX
-    """Weight and elasticity (4,) [N·m]."""
+    """Weight and elasticity (freedom,) [N·m]."""
 
     stiffness: ca.SX
-    """Its derivative with respect to z (4, 4) [N·m/rad]."""
+    """Its derivative with respect to z (freedom, freedom) [N·m/rad]."""
 
 
 @dataclass(frozen=True)
@@ -28,26 +28,29 @@ class Closure:
     """The closed posture at one y, as expressions."""
 
     z: ca.SX
-    """Arm freedoms (4,) [rad]."""
+    """Arm freedoms (freedom,) [rad]."""
 
     G: ca.SX
-    """∂z/∂y (4, joint)."""
+    """∂z/∂y (freedom, joint)."""
 
     strain: ca.SX
     """dE/dy along the closed posture (joint,) [N·m]: what the strained cuffs ask of the motors."""
 
     slope: ca.SX
-    """What is left of ∂E/∂z + load (4,) [N·m]; zero where closed. The caller checks it every tick."""
+    """What is left of ∂E/∂z + load (freedom,) [N·m]; zero where closed. The caller checks it every tick."""
 
     pivot: ca.SX
     """Smallest pivot of the Hessian [N·m/rad]; below `PIVOT_MIN` the posture is near singular and G damped."""
 
     H: ca.SX
-    """Full Hessian (4, 4) of cuffs and load at the posture [N·m/rad]."""
+    """Full Hessian (freedom, freedom) of cuffs and load at the posture [N·m/rad]."""
+
+    cosine: ca.SX
+    """Of the most turned cuff's rotation [-]; below `TWIST_COSINE_MIN` the arm lies twisted in its cuffs."""
 
 
 def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None) -> ca.SX:
-    """One full Newton step from z (4,) towards the closed posture at y: after the predictor one is enough at 1 kHz.
+    """One full Newton step from z (freedom,) towards the closed posture at y; after the predictor one is enough.
 
     Under a `load`, taken at z, the arm sags in its cuffs: closed is where cuffs and load balance.
     """
@@ -59,19 +62,20 @@ def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticL
 
 
 def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None) -> Closure:
-    """All that follows from a posture z (4,) that is closed under `load` at y."""
-    H, H_zy, cuff_slope, strain = _at(cuffs, [cuffs.H, cuffs.H_zy, cuffs.slope, cuffs.strain], y, z, fit)
+    """All that follows from a posture z (freedom,) that is closed under `load` at y."""
+    wanted = [cuffs.H, cuffs.H_zy, cuffs.slope, cuffs.strain, cuffs.cosine]
+    H, H_zy, cuff_slope, strain, cosine = _at(cuffs, wanted, y, z, fit)
     slope = cuff_slope
     if load is not None:
         H, slope = H + load.stiffness, slope + load.torque
     minus_G, pivot = solve_symmetric(H, H_zy, PIVOT_MIN)
     G = -minus_G
     # Along the posture's path; where nothing loads the arm ∂E/∂z is zero and the second term too.
-    return Closure(z, G, strain + G.T @ cuff_slope, slope, pivot, H)
+    return Closure(z, G, strain + G.T @ cuff_slope, slope, pivot, H, cosine)
 
 
 def velocity_bias(cuffs: CuffEnergy, closed: Closure, y: ca.SX, fit: ca.SX, v: ca.SX) -> ca.SX:
-    """Acceleration (4,) of the arm's freedoms at constant velocity `v` (joint,) of the exoskeleton: Ġ v [rad/s²].
+    """Acceleration (freedom,) of the arm's freedoms at constant velocity `v` (joint,) of the exoskeleton: Ġ v [rad/s²].
 
     −H⁻¹ · (second derivative of ∂E/∂z by time at the velocity (v, G v)): exact, and less than half the size of
     differentiating G.

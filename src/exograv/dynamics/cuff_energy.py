@@ -17,16 +17,16 @@ from functools import cached_property
 
 import casadi as ca
 
-from exograv.model.assembly import FREEDOMS, Assembly
+from exograv.model.assembly import Assembly
 from exograv.model.kinematics import body_poses
-from exograv.model.loops import FIT, CuffPair, arm_base, arm_positions, cuff_pairs, scaled_stiffness
+from exograv.model.loops import CuffPair, arm_positions, arm_roots, cuff_pairs, fit_names, scaled_stiffness
 from exograv.model.tree import Tree
-from exograv.spatial import Transform, rotation_residual, skew
+from exograv.spatial import Transform, cosine_of, rotation_residual, skew
 
 
 @dataclass(frozen=True)
 class CuffEnergy:
-    """The cuffs' elastic energy and its derivatives, on expressions of y (joint,), z (4,) and fit (7,)."""
+    """The cuffs' elastic energy and its derivatives, on expressions of y (joint,), z (freedom,) and fit (fit,)."""
 
     y: ca.SX
     z: ca.SX
@@ -35,22 +35,25 @@ class CuffEnergy:
     """[J]"""
 
     slope: ca.SX
-    """∂E/∂z (4,) [N·m]."""
+    """∂E/∂z (freedom,) [N·m]."""
 
     strain: ca.SX
     """∂E/∂y (joint,) [N·m] at fixed z."""
 
     H: ca.SX
-    """∂²E/∂z² (4, 4) [N·m/rad], in full: JᵀKJ alone is wrong by up to 0.3 per entry of G where shoulders differ."""
+    """∂²E/∂z² (freedom, freedom) [N·m/rad], in full: JᵀKJ alone makes G wrong by up to 0.3 where shoulders differ."""
 
     H_zy: ca.SX
-    """∂²E/∂z∂y (4, joint) [N·m/rad]."""
+    """∂²E/∂z∂y (freedom, joint) [N·m/rad]."""
 
     along: ca.SX
-    """Velocity of y, then of z (joint + 4,) [rad/s]."""
+    """Velocity of y, then of z (joint + freedom,) [rad/s]."""
 
     slope_bent: ca.SX
-    """Second derivative of ∂E/∂z by time (4,) [N·m/s²], at the constant velocity `along`."""
+    """Second derivative of ∂E/∂z by time (freedom,) [N·m/s²], at the constant velocity `along`."""
+
+    cosine: ca.SX
+    """Of the most turned cuff's rotation [-]: near 1 in a true rest, small where the arm lies twisted in its cuffs."""
 
 
 @dataclass(frozen=True)
@@ -148,15 +151,21 @@ class _CuffLoad:
 def cuff_energy(assembly: Assembly) -> CuffEnergy:
     """E = ½ Σ k r² over all cuffs, differentiated once and for all."""
     n, tree = assembly.n, assembly.arm.tree
-    y, z, fit = ca.SX.sym("y", n), ca.SX.sym("z", len(FREEDOMS)), ca.SX.sym("fit", len(FIT))
-    along = ca.SX.sym("along", n + len(FREEDOMS))
-    x = arm_positions(z, fit)
+    y, z = ca.SX.sym("y", n), ca.SX.sym("z", assembly.n_freedoms)
+    fit, along = ca.SX.sym("fit", len(fit_names(assembly))), ca.SX.sym("along", n + assembly.n_freedoms)
+    x = arm_positions(assembly.arm, z, fit)
     J = ca.jacobian(x, z)
     u_y, u_z = along[:n], along[n:]
     u_x = J @ u_z
-    exo, arm = body_poses(assembly.exo, y), body_poses(tree, x, arm_base(assembly, fit))
+    exo, arm = body_poses(assembly.exo, y), body_poses(tree, x, arm_roots(assembly, fit))
     stiffness = ca.reshape(scaled_stiffness(assembly, fit), 6, -1)
-    energy, g_y, g_x, g_bent = ca.SX(0), ca.SX.zeros(n), ca.SX.zeros(x.numel()), ca.SX.zeros(x.numel())
+    energy, cosine, g_y, g_x, g_bent = (
+        ca.SX(0),
+        ca.SX(1),
+        ca.SX.zeros(n),
+        ca.SX.zeros(x.numel()),
+        ca.SX.zeros(x.numel()),
+    )
     H_xx, H_xy = ca.SX.zeros(x.numel(), x.numel()), ca.SX.zeros(x.numel(), n)
     for i, pair in enumerate(cuff_pairs(assembly, exo, arm, fit)):
         cuff = _CuffLoad(pair.T_exo_arm.p, pair.T_exo_arm.R, stiffness[:3, i], stiffness[3:, i])
@@ -164,6 +173,7 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
         machine = _links(assembly.exo, exo, pair, pair.exo_body, turned=-1.0)[::-1]
         limb = _links(tree, arm, pair, pair.arm_body, turned=1.0)
         energy += cuff.energy
+        cosine = ca.fmin(cosine, cosine_of(cuff.Q))
         for link in machine:
             g_y[link.index] += cuff.slope(link)
         for j, link in enumerate(limb):
@@ -185,7 +195,7 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     slope_bent = ca.substitute(shift_bent, pull, g_x) + 2 * ca.substitute(shift_turn, pull, g_turn)
     slope_bent += J.T @ (g_bent + H_xx @ a_x)
     H = J.T @ H_xx @ J + ca.substitute(ca.jacobian(shift_slope, z), pull, g_x)
-    return CuffEnergy(y, z, fit, energy, J.T @ g_x, g_y, H, J.T @ H_xy, along, slope_bent)
+    return CuffEnergy(y, z, fit, energy, J.T @ g_x, g_y, H, J.T @ H_xy, along, slope_bent, cosine)
 
 
 def _bent_slopes(cuff: _CuffLoad, chain: list[_Link], speeds: list[ca.SX]) -> list[ca.SX]:

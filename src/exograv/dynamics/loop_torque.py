@@ -6,10 +6,9 @@ import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
-from exograv.model.arm import SEGMENT_BODY
 from exograv.model.assembly import Assembly
 from exograv.model.kinematics import body_poses
-from exograv.model.loops import FIT, arm_base, arm_positions
+from exograv.model.loops import arm_positions, arm_roots
 
 from .closure import Closure, CuffEnergy, StaticLoad, velocity_bias
 from .passive import passive_torque
@@ -25,19 +24,19 @@ class ArmExpression:
     """An arm's parameters as expressions."""
 
     phi: ca.SX
-    """Inertial parameters (20,): upper arm, then forearm with hand."""
+    """Inertial parameters (10 · segment,) of its segments in order."""
 
     fit: ca.SX
-    """How the arm sits in the machine (7,), as `model.loops.FIT`."""
+    """How the arm sits in the machine (fit,), as `model.loops.fit_names`."""
 
     stiffness: ca.SX
-    """Passive joint stiffness (4,) [N·m/rad]."""
+    """Passive joint stiffness (freedom,) [N·m/rad]."""
 
     spring_offset: ca.SX
-    """Stiffness times neutral angle (4,) [N·m]."""
+    """Stiffness times neutral angle (freedom,) [N·m]."""
 
     damping: ca.SX
-    """Passive joint damping (4,) [N·m·s/rad]."""
+    """Passive joint damping (freedom,) [N·m·s/rad]."""
 
 
 @dataclass(frozen=True)
@@ -79,13 +78,13 @@ def static_load(
     gravity: ca.SX | ca.DM | np.ndarray,
     passive_share: ca.SX | float = 1.0,
 ) -> StaticLoad:
-    """What the arm's freedoms need at rest at z (4,): the same as `arm_load` without motion, with its derivative."""
-    tree, stretched = assembly.arm.tree, arm_positions(z, arm.fit)
-    poses = body_poses(tree, stretched, arm_base(assembly, arm.fit))
+    """What the arm's freedoms need at rest at z (freedom,): `arm_load` without motion, and its derivative."""
+    tree, stretched = assembly.arm.tree, arm_positions(assembly.arm, z, arm.fit)
+    poses = body_poses(tree, stretched, arm_roots(assembly, arm.fit))
     torque, stiffness = weight(tree, poses, _tree_parameters(assembly, arm), _expression(gravity))
     # By the freedoms: the shoulder's shift and its bend follow them.
     at, pull = ca.SX.sym("at", z.numel()), ca.SX.sym("pull", stretched.numel())
-    x = arm_positions(at, arm.fit)
+    x = arm_positions(assembly.arm, at, arm.fit)
     bend, slope = ca.hessian(ca.dot(pull, x), at)
     J, slope, bend = ca.substitute([ca.jacobian(x, at), slope, bend], [at, pull], [z, torque])
     elasticity = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, z, ca.SX.zeros(z.numel()))
@@ -104,7 +103,7 @@ def arm_load(
     gravity: ca.SX | ca.DM | np.ndarray,
     passive_share: ca.SX | float = 1.0,
 ) -> ca.SX:
-    """Torque (4,) on the arm's own freedoms that moves and carries it, for a motion (y, v, a) of the machine.
+    """Torque (freedom,) on the arm's own freedoms that moves and carries it, for a motion (y, v, a) of the machine.
 
     Gᵀ times it is what the actuated joints must give; the cuffs transmit it, and sag under it.
     """
@@ -112,9 +111,9 @@ def arm_load(
     v_z = closed.G @ v
     a_z = closed.G @ a + velocity_bias(cuffs, closed, y, arm.fit, v)
     z = ca.SX.sym("z", closed.z.numel())
-    fit = ca.SX.sym("fit", len(FIT))
+    fit = ca.SX.sym("fit", arm.fit.numel())
     along = ca.SX.sym("along", z.numel())
-    x = arm_positions(z, fit)
+    x = arm_positions(assembly.arm, z, fit)
     S = ca.jacobian(x, z)
     bias = ca.jtimes(S @ along, z, along)
     x_at, S_at, bias_at = ca.Function("tree", [z, fit, along], [x, S, bias]).call([closed.z, arm.fit, v_z])
@@ -128,7 +127,7 @@ def arm_load(
 def _tree_parameters(assembly: Assembly, arm: ArmExpression) -> ca.SX:
     """Inertial parameters (10, body) of the arm's tree; its auxiliary bodies have no mass."""
     phi = ca.SX.zeros(10, len(assembly.arm.tree.joints))
-    for i, body in enumerate(SEGMENT_BODY.values()):
+    for i, body in enumerate(assembly.arm.bodies):
         phi[:, body] = arm.phi[10 * i : 10 * (i + 1)]
     return phi
 

@@ -4,64 +4,107 @@ Control and identification share it: what one learns, the other uses, without kn
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv.model.arm import SEGMENTS, Arm
-from exograv.model.assembly import FREEDOMS
-from exograv.model.loops import FIT
+from exograv.model.arm import Arm
+from exograv.model.assembly import Assembly
+from exograv.model.loops import FIT, fit_names
 
 Parameters = Float[np.ndarray, " parameter"]
 Joints = Float[np.ndarray, " joint"]
-
-PHI = slice(0, 20)
-"""Inertial parameters: upper arm, forearm with hand."""
-STIFFNESS = slice(20, 24)
-"""Passive stiffness of the arm's joints [N·m/rad]."""
-SPRING_OFFSET = slice(24, 28)
-"""Stiffness times neutral angle [N·m]."""
-DAMPING = slice(28, 32)
-"""Passive damping [N·m·s/rad]."""
-FIT_OF_ARM = slice(32, 32 + len(FIT))
-"""How the arm sits in the machine, as `model.loops.FIT`."""
 
 PHI_NAMES = ("mass", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 FIT_UNITS = ("m", "m", "m", "m/rad", "m", "-", "-")
 PHI_UNITS = ("kg", "kg·m", "kg·m", "kg·m", *["kg·m²"] * 6)
 
 
-def rotor(n: int) -> slice:
-    """Rotor inertias at the joints of a machine with n joints [kg·m²]."""
-    return slice(FIT_OF_ARM.stop, FIT_OF_ARM.stop + n)
+@dataclass(frozen=True)
+class Layout:
+    """Where everything stands in `x`, for arms of this size in a machine of this size."""
+
+    segments: int
+    freedoms: int
+    arms: int
+    joints: int
+    """Of the machine."""
+
+    @classmethod
+    def of(cls, assembly: Assembly) -> "Layout":
+        """For these arms in this machine."""
+        arm = assembly.arm
+        return cls(len(arm.segments), len(arm.freedoms), len(arm.limbs), assembly.n)
+
+    @property
+    def phi(self) -> slice:
+        """Inertial parameters of all segments, (10,) each."""
+        return slice(0, 10 * self.segments)
+
+    @property
+    def bodies(self) -> tuple[slice, ...]:
+        """The same, segment by segment."""
+        return tuple(slice(10 * i, 10 * i + 10) for i in range(self.segments))
+
+    @property
+    def stiffness(self) -> slice:
+        """Passive stiffness of the arm's joints [N·m/rad]."""
+        return self._after(self.phi, self.freedoms)
+
+    @property
+    def spring_offset(self) -> slice:
+        """Stiffness times neutral angle [N·m]."""
+        return self._after(self.stiffness, self.freedoms)
+
+    @property
+    def damping(self) -> slice:
+        """Passive damping [N·m·s/rad]."""
+        return self._after(self.spring_offset, self.freedoms)
+
+    @property
+    def fit(self) -> slice:
+        """How each arm sits in the machine, as `model.loops.FIT`."""
+        return self._after(self.damping, self.arms * len(FIT))
+
+    @property
+    def rotor(self) -> slice:
+        """Rotor inertias at the machine's joints [kg·m²]."""
+        return self._after(self.fit, self.joints)
+
+    @property
+    def coulomb(self) -> slice:
+        """Coulomb friction [N·m]."""
+        return self._after(self.rotor, self.joints)
+
+    @property
+    def viscous(self) -> slice:
+        """Viscous friction [N·m·s/rad]."""
+        return self._after(self.coulomb, self.joints)
+
+    @property
+    def count(self) -> int:
+        """Length of `x`."""
+        return self.viscous.stop
+
+    @staticmethod
+    def _after(block: slice, size: int) -> slice:
+        return slice(block.stop, block.stop + size)
 
 
-def coulomb(n: int) -> slice:
-    """Coulomb friction [N·m]."""
-    return slice(FIT_OF_ARM.stop + n, FIT_OF_ARM.stop + 2 * n)
-
-
-def viscous(n: int) -> slice:
-    """Viscous friction [N·m·s/rad]."""
-    return slice(FIT_OF_ARM.stop + 2 * n, FIT_OF_ARM.stop + 3 * n)
-
-
-def count(n: int) -> int:
-    """Length of `x`."""
-    return FIT_OF_ARM.stop + 3 * n
-
-
-def names_and_units(joints: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+def names_and_units(assembly: Assembly) -> Iterator[tuple[str, str]]:
     """Name and unit of each entry of `x`."""
-    for segment in SEGMENTS:
+    arm, joints = assembly.arm, assembly.description.joints
+    for segment in arm.segments:
         yield from ((f"{segment}.{name}", unit) for name, unit in zip(PHI_NAMES, PHI_UNITS, strict=True))
     for kind, unit in (("stiffness", "N·m/rad"), ("spring_offset", "N·m"), ("damping", "N·m·s/rad")):
-        yield from ((f"{freedom}.{kind}", unit) for freedom in FREEDOMS)
-    yield from zip(FIT, FIT_UNITS, strict=True)
+        yield from ((f"{freedom}.{kind}", unit) for freedom in arm.freedoms)
+    yield from zip(fit_names(assembly), FIT_UNITS * len(arm.limbs), strict=True)
     for kind, unit in (("rotor_inertia", "kg·m²"), ("coulomb", "N·m"), ("viscous", "N·m·s/rad")):
         yield from ((f"{joint}.{kind}", unit) for joint in joints)
 
 
 def table_parameters(arm: Arm, rotor_inertia: Joints, coulomb_Nm: Joints, viscous_Nms: Joints) -> Parameters:
     """What is known before anything moved: the table's arm without elasticity, aligned, in the calibrated machine."""
-    return np.concatenate([arm.phi, np.zeros(12 + len(FIT)), rotor_inertia, coulomb_Nm, viscous_Nms])
+    unknown = np.zeros(3 * len(arm.freedoms) + len(arm.limbs) * len(FIT))
+    return np.concatenate([arm.phi, unknown, rotor_inertia, coulomb_Nm, viscous_Nms])

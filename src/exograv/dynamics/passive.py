@@ -4,7 +4,7 @@ import casadi as ca
 
 
 def passive_torque(stiffness: ca.SX, spring_offset: ca.SX, damping: ca.SX, z: ca.SX, v_z: ca.SX) -> ca.SX:
-    """Torque (4,) [N·m] that moving the arm's freedoms `z` (4,) [rad] at `v_z` (4,) [rad/s] costs beside its weight.
+    """Torque (freedom,) [N·m] that moving the arm's freedoms `z` [rad] at `v_z` [rad/s] costs beside its weight.
 
         tau = stiffness · z − spring_offset + damping · v_z,   spring_offset = stiffness · neutral angle
 

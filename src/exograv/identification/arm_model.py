@@ -8,12 +8,12 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import kernel
-from exograv.dynamics import parameters
 from exograv.dynamics.closure import PIVOT_MIN, closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque, static_load
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.model.assembly import FREEDOMS, Assembly
+from exograv.dynamics.parameters import Layout
+from exograv.model.assembly import Assembly
 from exograv.model.loops import LoopSolver
 from exograv.spatial import solve_symmetric
 
@@ -34,7 +34,8 @@ class ArmModel:
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly, self.machine = assembly, machine
-        self.n_joints, self.n_parameters = assembly.n, parameters.count(assembly.n)
+        self._layout = Layout.of(assembly)
+        self.n_joints, self.n_parameters = assembly.n, self._layout.count
         self._kernel = kernel.compile(_torque_and_derivative(assembly, machine))
         self._solver = LoopSolver(assembly)
         self._forget()
@@ -48,8 +49,8 @@ class ArmModel:
 
     def _forget(self) -> None:
         self._q_before: Joints | None = None
-        self._z = np.zeros(len(FREEDOMS))
-        self._G = np.zeros((len(FREEDOMS), self.n_joints))
+        self._z = np.zeros(self.assembly.n_freedoms)
+        self._G = np.zeros((self.assembly.n_freedoms, self.n_joints))
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Follows the motion: the closed posture is carried on from the sample before."""
@@ -77,18 +78,19 @@ class ArmModel:
     def at_rest(self, q: Joints, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Torque that holds exoskeleton and arm still at `q` (joint,) [rad], friction and passive joints apart."""
         motion = (q, np.zeros(self.n_joints), np.zeros(self.n_joints))
+        springs = slice(self._layout.stiffness.start, self._layout.spring_offset.stop)
         held = x.copy()
-        held[parameters.STIFFNESS] = held[parameters.SPRING_OFFSET] = 0.0
+        held[springs] = 0.0
         self._close(motion, held)
         tau, derivative, _ = self._evaluate(motion, held)
         self.restart()
-        derivative[:, parameters.STIFFNESS] = derivative[:, parameters.SPRING_OFFSET] = 0.0
+        derivative[:, springs] = 0.0
         return tau, derivative
 
     def _close(self, motion: tuple[Joints, Joints, Joints], x: Parameters, sag_steps: int = SAG_STEPS) -> None:
         """The posture under load, from cold."""
         q = motion[0]
-        self._z[:] = self._solver.solve(q, q, x[parameters.FIT_OF_ARM])[0]
+        self._z[:] = self._solver.solve(q, fit=x[self._layout.fit])[0]
         for _ in range(sag_steps):
             self._evaluate(motion, x)
 
@@ -105,23 +107,21 @@ class ArmModel:
 
 
 def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
-    n = assembly.n
+    n, freedoms, layout = assembly.n, assembly.n_freedoms, Layout.of(assembly)
     q, v, a = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n)
-    z_before, x = ca.SX.sym("z_before", len(FREEDOMS)), ca.SX.sym("x", parameters.count(n))
+    z_before, x = ca.SX.sym("z_before", freedoms), ca.SX.sym("x", layout.count)
     cuffs = cuff_energy(assembly)
-    fit = x[parameters.FIT_OF_ARM]
-    arm = ArmExpression(
-        x[parameters.PHI], fit, x[parameters.STIFFNESS], x[parameters.SPRING_OFFSET], x[parameters.DAMPING]
-    )
-    z = ca.SX.sym("z", len(FREEDOMS))
+    fit = x[layout.fit]
+    arm = ArmExpression(x[layout.phi], fit, x[layout.stiffness], x[layout.spring_offset], x[layout.damping])
+    z = ca.SX.sym("z", freedoms)
     closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, machine.gravity))
     load = arm_load(assembly, arm, cuffs, closed, (q, v, a), machine.gravity)
     carried = (
-        exo_torque(assembly, machine.phi, x[parameters.rotor(n)], (q, v, a), machine.gravity)
+        exo_torque(assembly, machine.phi, x[layout.rotor], (q, v, a), machine.gravity)
         + closed.G.T @ load
         + closed.strain
     )
-    friction = replace(machine.friction, coulomb=x[parameters.coulomb(n)], viscous=x[parameters.viscous(n)])
+    friction = replace(machine.friction, coulomb=x[layout.coulomb], viscous=x[layout.viscous])
     tau = carried + friction_torque(friction, v, carried)
     # The posture moves with the parameters so that its slope stays zero; cheaper than to differentiate Newton's step.
     z_by_x, _ = solve_symmetric(closed.H, -ca.jacobian(closed.slope, x), PIVOT_MIN)

@@ -10,13 +10,13 @@ import casadi as ca
 import numpy as np
 
 from exograv import kernel
-from exograv.dynamics import parameters
-from exograv.dynamics.closure import closure, cuff_energy
+from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.model.assembly import FREEDOMS, Assembly
-from exograv.model.loops import FIT
+from exograv.dynamics.parameters import Layout
+from exograv.model.assembly import Assembly
+from exograv.model.loops import LoopSolver
 
 from .interface import Estimate, Parameters, Sample
 from .log_cholesky import phi_from_theta, theta_from_phi
@@ -38,16 +38,21 @@ class Gradient:
     name = "gradient"
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: Parameters, step: float = STEP):
-        self._kernel = kernel.compile(squared_error(assembly, machine))
+        self._kernel = kernel.compile(squared_error(assembly, machine), carry={"z_before": "z"})
+        theta = ca.SX.sym("theta", 10)
+        self._phi = kernel.compile(ca.Function("phi_of_theta", [theta], [phi_from_theta(theta)]))
+        self._solver, self._layout = LoopSolver(assembly), Layout.of(assembly)
         self._step = step
         self._x = x.copy()
-        self._theta = np.concatenate([theta_from_phi(x[:10]), theta_from_phi(x[10:20])])
-        self._t = 0.0
+        self._theta = np.concatenate([theta_from_phi(x[body]) for body in self._layout.bodies])
+        self._t: float | None = None
 
     def update(self, sample: Sample) -> None:
         """One step downhill."""
-        self._t = sample.t
         inputs = self._kernel.inputs
+        if self._t is None:
+            inputs["z_before"][:] = self._solver.solve(sample.q)[0]
+        self._t = sample.t
         inputs["theta"][:] = self._theta
         inputs["q"][:] = sample.q
         inputs["v"][:] = sample.v
@@ -57,8 +62,9 @@ class Gradient:
 
     def estimate(self) -> Estimate:
         """Where the descent is now; possible by its parameters."""
-        self._x[parameters.PHI] = self._kernel.of(self._theta, *np.zeros((4, len(self._kernel.inputs["q"]))))[2]
-        return Estimate(self._t, self._x.copy(), None, 0.0, 1.0)
+        for body, theta in zip(self._layout.bodies, np.split(self._theta, len(self._layout.bodies)), strict=True):
+            self._x[body] = self._phi.of(theta)[0]
+        return Estimate(self._t or 0.0, self._x.copy(), None, 0.0, 1.0)
 
 
 def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
@@ -67,14 +73,14 @@ def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     The measured torque is data: with the commanded torque as source it holds the feed-forward, and a gradient through
     that would cancel the model.
     """
-    n = assembly.n
-    theta = ca.SX.sym("theta", 20)
+    n, layout = assembly.n, Layout.of(assembly)
+    theta, z_before = ca.SX.sym("theta", layout.phi.stop), ca.SX.sym("z_before", layout.freedoms)
     q, v, a, tau_measured = (ca.SX.sym(name, n) for name in ("q", "v", "a", "tau_measured"))
-    phi = ca.vertcat(phi_from_theta(theta[:10]), phi_from_theta(theta[10:]))
-    aligned, none = ca.SX.zeros(len(FIT)), ca.SX.zeros(len(FREEDOMS))
-    # With aligned shoulders the closed posture is the machine's own.
+    phi = ca.vertcat(*(phi_from_theta(theta[body]) for body in layout.bodies))
+    aligned, none = ca.SX.zeros(layout.fit.stop - layout.fit.start), ca.SX.zeros(layout.freedoms)
     cuffs = cuff_energy(assembly)
-    closed = closure(cuffs, q, q, aligned)
+    # With aligned shoulders the cuffs close without strain; at the loop's rate one Newton step follows the motion.
+    closed = closure(cuffs, q, newton_step(cuffs, q, z_before, aligned), aligned)
     motion = (q, v, a)
     arm = ArmExpression(phi, aligned, none, none, none)
     load = exo_torque(assembly, machine.phi, ca.DM(machine.rotor_inertia), motion, machine.gravity)
@@ -89,6 +95,7 @@ def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     )
     tau = load + friction_torque(paper, v, load)
     loss = 0.5 * ca.sumsqr(tau - tau_measured)
-    outputs = [loss, ca.gradient(loss, theta), phi]
-    names = ["theta", "q", "v", "a", "tau_measured"]
-    return ca.Function("squared_error", [theta, q, v, a, tau_measured], outputs, names, ["loss", "gradient", "phi"])
+    outputs = [loss, ca.gradient(loss, theta), closed.z]
+    names = ["theta", "q", "v", "a", "tau_measured", "z_before"]
+    inputs = [theta, q, v, a, tau_measured, z_before]
+    return ca.Function("squared_error", inputs, outputs, names, ["loss", "gradient", "z"])

@@ -1,16 +1,19 @@
 """How much torque will be left over once the arm floats, as far as the estimate itself can tell."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 
-from exograv.dynamics import parameters
+from exograv.dynamics.parameters import Layout
+from exograv.model.rig_settings import Place
 from exograv.model.support import sample_postures
 
 from .arm_model import ArmModel
 from .interface import Covariance, Estimate, Joints, Outcome, Parameters
 
-TARGET_NM = np.array([0.15, 0.15, 0.15, 0.075])
-"""Predicted left over at which identification may stop, shoulder and elbow [N·m]; serves the target 0.2 / 0.1."""
+TARGET_NM = {"shoulder": 0.15, "elbow": 0.075, "wrist": 0.0375}
+"""Predicted left over at which identification may stop, by where a joint is [N·m]: three quarters of the target."""
 
 POSTURES = 32
 LOOK_AHEAD_S = 10.0
@@ -23,7 +26,8 @@ class LeftOverPrediction:
     def __init__(self, model: ArmModel, x: Parameters):
         postures = sample_postures(model.assembly.description, POSTURES)
         relevant = np.zeros(model.n_parameters, dtype=bool)
-        relevant[parameters.PHI] = relevant[parameters.FIT_OF_ARM] = True
+        layout = Layout.of(model.assembly)
+        relevant[layout.phi] = relevant[layout.fit] = True
         rows = [np.where(relevant, model.at_rest(q, x)[1], 0.0) for q in postures]
         self._sensitivity: Float[np.ndarray, "posture joint parameter"] = np.array(rows)
 
@@ -36,8 +40,8 @@ class LeftOverPrediction:
 class StopRule:
     """Says when more motion is not worth its time, and why."""
 
-    def __init__(self, joints: int):
-        self._target = TARGET_NM[:joints]
+    def __init__(self, places: Sequence[Place]):
+        self._target = np.array([TARGET_NM[place] for place in places])
         self._history: list[tuple[float, float]] = []
 
     def judge(self, estimate: Estimate, predicted: Joints) -> Outcome:

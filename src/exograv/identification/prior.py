@@ -1,18 +1,28 @@
 """What is believed about an arm in a machine before it moves: mean and covariance of everything that is learned."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 
-from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
+from exograv.dynamics.parameters import Layout, table_parameters
+from exograv.model.arm import Arm
 from exograv.model.assembly import Assembly
+from exograv.model.rig_settings import Place
 
-# Arm joints: flexion, abduction, rotation, elbow. Elbow after Wiegner & Watts 1986 (0.4-1.8 N·m/rad, neutral
-# 107° ± 10°); shoulder stiffness and all damping after the unverified ranges of docs/arm.md; the shoulder's neutral
-# angles are assumed: mid-range, wide.
-STIFFNESS, STIFFNESS_SD = np.array([1.8, 1.8, 1.8, 1.0]), np.array([1.2, 1.2, 1.2, 0.5])
-NEUTRAL, NEUTRAL_SD = np.deg2rad([25.0, 25.0, 0.0, 107.0]), np.deg2rad([25.0, 25.0, 25.0, 15.0])
-DAMPING, DAMPING_SD = np.array([0.6, 0.6, 0.6, 0.3]), np.array([0.35, 0.35, 0.35, 0.2])
+# Freedom: stiffness [N·m/rad], neutral angle [°], damping [N·m·s/rad], each with its standard deviation. Elbow after
+# Wiegner & Watts 1986 (0.4-1.8 N·m/rad, neutral 107° ± 10°); shoulder stiffness and all damping after the unverified
+# ranges of docs/arm.md; the shoulder's neutral angles are assumed: mid-range, wide; so are forearm and wrist.
+SPRINGS = {
+    "flexion": ((1.8, 1.2), (25.0, 25.0), (0.6, 0.35)),
+    "abduction": ((1.8, 1.2), (25.0, 25.0), (0.6, 0.35)),
+    "rotation": ((1.8, 1.2), (0.0, 25.0), (0.6, 0.35)),
+    "elbow": ((1.0, 0.5), (107.0, 15.0), (0.3, 0.2)),
+    "forearm_roll": ((0.3, 0.25), (0.0, 20.0), (0.05, 0.04)),
+    "wrist_flexion": ((0.6, 0.4), (0.0, 15.0), (0.05, 0.04)),
+    "wrist_deviation": ((1.0, 0.6), (0.0, 10.0), (0.05, 0.04)),
+}
 # Donning error 10-30 mm per axis. The shoulder centre migrates 22 mm/rad with free arms (docs/arm.md); how much of that
 # a seated wearer shows is not known: half of it, give or take all of it.
 SHOULDER_OFFSET_SD = 0.015  # m
@@ -24,51 +34,67 @@ ROTOR_SD = 0.4  # share: a data sheet's reflected inertia against the real one
 COULOMB_DRIFT, VISCOUS_DRIFT = 0.05, 0.10  # share
 
 
+# Slow torque of a wearer who should be relaxed, as assumed before the data weigh multiples of it, by where a joint is
+# [N·m]. 2-5 % of what muscles can do is 0.5-3 N·m for people who do not let go at all; told to relax, a tenth of the
+# upper end (docs/arm.md).
+DISTURBANCE_SD = {"shoulder": 0.3, "elbow": 0.15, "wrist": 0.05}
+
+
 def prior(
     assembly: Assembly, machine: CalibratedMachine
 ) -> tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]:
     """Mean (parameter,) and covariance, in the order of `dynamics.parameters`."""
-    n = assembly.n
-    coulomb, viscous = np.asarray(machine.friction.coulomb), np.asarray(machine.friction.viscous)
-    mean = parameters.table_parameters(assembly.arm, machine.rotor_inertia, coulomb, viscous)
-    mean[parameters.STIFFNESS] = STIFFNESS
-    mean[parameters.SPRING_OFFSET] = STIFFNESS * NEUTRAL
-    mean[parameters.DAMPING] = DAMPING
-    mean[parameters.FIT_OF_ARM] = [0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0]
+    layout, arm = Layout.of(assembly), assembly.arm
+    friction, sd = machine.friction, machine.friction_sd
+    stiffness, neutral, damping = _springs(arm)
+    mean = table_parameters(arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous))
+    mean[layout.stiffness] = stiffness[0]
+    mean[layout.spring_offset] = stiffness[0] * neutral[0]
+    mean[layout.damping] = damping[0]
+    mean[layout.fit] = np.tile([0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0], len(arm.limbs))
     covariance = np.zeros((len(mean), len(mean)))
-    covariance[parameters.PHI, parameters.PHI] = assembly.arm.phi_covariance
-    for block, sd in (
-        (parameters.DAMPING, DAMPING_SD),
-        (parameters.FIT_OF_ARM, _fit_sd(assembly)),
-        (parameters.rotor(n), ROTOR_SD * machine.rotor_inertia),
-        (parameters.coulomb(n), np.hypot(machine.friction_sd.coulomb, COULOMB_DRIFT * machine.friction.coulomb)),
-        (parameters.viscous(n), np.hypot(machine.friction_sd.viscous, VISCOUS_DRIFT * machine.friction.viscous)),
+    covariance[layout.phi, layout.phi] = arm.phi_covariance
+    for block, spread in (
+        (layout.damping, damping[1]),
+        (layout.fit, np.tile(_fit_sd(arm), len(arm.limbs))),
+        (layout.rotor, ROTOR_SD * machine.rotor_inertia),
+        (layout.coulomb, np.hypot(sd.coulomb, COULOMB_DRIFT * friction.coulomb)),
+        (layout.viscous, np.hypot(sd.viscous, VISCOUS_DRIFT * friction.viscous)),
     ):
-        covariance[block, block] = np.diag(sd**2)
-    _add_springs(covariance)
+        covariance[block, block] = np.diag(spread**2)
+    _add_springs(covariance, layout, stiffness, neutral)
     return mean, covariance
 
 
-def _fit_sd(assembly: Assembly) -> Float[np.ndarray, " 7"]:
-    length = LENGTH_SD * assembly.arm.lengths["upper_arm"]
+def _springs(arm: Arm) -> Float[np.ndarray, "3 2 freedom"]:
+    """Stiffness, neutral angle [rad] and damping; mean and standard deviation of each freedom."""
+    names = (name.removeprefix(limb.prefix) for limb in arm.limbs for name in arm.freedoms[limb.freedoms])
+    table = np.array([SPRINGS[name] for name in names]).transpose(1, 2, 0)
+    table[1] = np.deg2rad(table[1])
+    return table
+
+
+def _fit_sd(arm: Arm) -> Float[np.ndarray, " 7"]:
+    length = LENGTH_SD * arm.lengths["upper_arm"]
     return np.array(
         [*[SHOULDER_OFFSET_SD] * 3, GLENOHUMERAL_SLOPE_SD, length, CUFF_LOG_STIFFNESS_SD, CUFF_LOG_STIFFNESS_SD]
     )
 
 
-def _add_springs(covariance: Float[np.ndarray, "parameter parameter"]) -> None:
+def _add_springs(
+    covariance: Float[np.ndarray, "parameter parameter"],
+    layout: Layout,
+    stiffness: Float[np.ndarray, "2 freedom"],
+    neutral: Float[np.ndarray, "2 freedom"],
+) -> None:
     """Stiffness and spring offset belong together: offset = stiffness · neutral angle."""
-    K, c = parameters.STIFFNESS, parameters.SPRING_OFFSET
-    covariance[K, K] = np.diag(STIFFNESS_SD**2)
-    covariance[K, c] = covariance[c, K] = np.diag(NEUTRAL * STIFFNESS_SD**2)
-    product = (NEUTRAL * STIFFNESS_SD) ** 2 + (STIFFNESS * NEUTRAL_SD) ** 2 + (STIFFNESS_SD * NEUTRAL_SD) ** 2
-    covariance[c, c] = np.diag(product)
+    K, c = layout.stiffness, layout.spring_offset
+    (k, k_sd), (angle, angle_sd) = stiffness, neutral
+    covariance[K, K] = np.diag(k_sd**2)
+    covariance[K, c] = covariance[c, K] = np.diag(angle * k_sd**2)
+    covariance[c, c] = np.diag((angle * k_sd) ** 2 + (k * angle_sd) ** 2 + (k_sd * angle_sd) ** 2)
 
 
-def disturbance_sd(n: int) -> Float[np.ndarray, " joint"]:
-    """Slow torque of a wearer who should be relaxed, as assumed before the data weigh multiples of it (joint,) [N·m].
-
-    2-5 % of what muscles can do is 0.5-3 N·m for people who do not let go at all; told to relax, a tenth of the upper
-    end (docs/arm.md). Joints: three of the shoulder, then the elbow.
-    """
-    return np.array([0.3, 0.3, 0.3, 0.15])[:n]
+def disturbance_sd(places: Sequence[Place]) -> Float[np.ndarray, " joint"]:
+    """`DISTURBANCE_SD` of a machine's joints (joint,) [N·m]."""
+    return np.array([DISTURBANCE_SD[place] for place in places])

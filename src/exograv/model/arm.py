@@ -1,108 +1,174 @@
-"""The arm beside the exoskeleton: four joints and two bodies, scaled to the person, with the prior's spread."""
+"""The wearer's arms beside the exoskeleton: freedoms and bodies scaled to the person, with the prior's spread.
 
+An arm in a machine for shoulder and elbow has four freedoms and two bodies, the hand straight and part of the forearm;
+in a machine with forearm and wrist seven freedoms and three bodies. Two arms are one tree with two roots.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from .anthropometry import Body, segment_lengths, segment_prior
-from .description import Side
+from .limb import FREEDOMS as FREEDOMS
+from .limb import SEGMENTS as SEGMENTS
+from .limb import Limb as Limb
+from .rig_settings import ArmKind, ArmSide
 from .tree import Frame, Joint, Tree, inertial_parameters
 
-SEGMENTS = ("upper_arm", "forearm")
-ARM_JOINTS = (
-    "glenohumeral_shift",
-    "arm_flexion",
-    "arm_abduction",
-    "arm_rotation",
-    "arm_lengthening",
-    "arm_elbow",
-)
-SEGMENT_BODY = {"upper_arm": 3, "forearm": 5}
-"""Index of the body in the tree that is this segment; the others are massless."""
+LIMITS = {
+    "flexion": (-1.0, 3.0), "abduction": (-0.6, 2.4), "rotation": (-1.6, 1.6), "elbow": (0.0, 2.6),
+    "forearm_roll": (-1.5, 1.5), "wrist_flexion": (-1.2, 1.3), "wrist_deviation": (-0.6, 0.4),
+}  # fmt: skip
+"""Reach of each freedom [rad], assumed: it tells angles from others that mean the same posture, half a turn apart."""
+
+REACH_MARGIN = 0.5  # rad
 
 GRIP_SHARE_OF_HAND = 0.36  # grip centre from the wrist, as the hand's centre of mass in de Leva's table
 
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm's tree with the table's inertial parameters and how far they can be off."""
+    """The wearer's one or two arms: their tree, with the table's inertial parameters and how far they can be off."""
 
     tree: Tree
-    """Root at the shoulder centre, x forward, y left, z up. Two prismatic joints without mass: one shifts the shoulder
-    centre, one sets the upper arm longer than it was measured."""
+    """Each root at a shoulder centre, x forward, y left, z up. Two prismatic joints without mass in each arm: one
+    shifts the shoulder centre, one sets the upper arm longer than it was measured."""
 
-    lengths: dict[str, float]
-    """Upper arm, forearm, hand [m]."""
+    limbs: tuple[Limb, ...]
+    lengths: Mapping[str, float]
+    """Upper arm, forearm, hand, alike on both sides [m]."""
 
-    phi: Float[np.ndarray, " 20"]
-    """Upper arm, then forearm with hand: (10,) each, about the proximal joint centre."""
+    phi: Float[np.ndarray, " phi"]
+    """Of all segments in order: (10,) each, about the proximal joint centre."""
 
-    phi_covariance: Float[np.ndarray, "20 20"]
+    phi_covariance: Float[np.ndarray, "phi phi"]
+
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """Names of the arm's own freedoms z, in order."""
+        return tuple(limb.prefix + name for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms])
+
+    @property
+    def segments(self) -> tuple[str, ...]:
+        """Names of the bodies that have a mass, in order."""
+        return tuple(limb.prefix + name for limb in self.limbs for name in limb.bodies)
+
+    @property
+    def bodies(self) -> tuple[int, ...]:
+        """Index in the tree of each segment."""
+        return tuple(body for limb in self.limbs for body in limb.bodies.values())
+
+    def is_reachable(self, z: Float[np.ndarray, "*state freedom"]) -> Bool[np.ndarray, "*state"]:
+        """Whether angles [rad] lie in the freedoms' reach, with a margin."""
+        lower, upper = np.array([LIMITS[name] for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms]]).T
+        return np.all((z > lower - REACH_MARGIN) & (z < upper + REACH_MARGIN), axis=-1)
+
+    def limb(self, side: ArmSide | None) -> Limb:
+        """The arm of a side; the only one if no side is named."""
+        return self.limbs[0] if side is None else next(limb for limb in self.limbs if limb.side == side)
 
 
-def build_arm(body: Body, side: Side) -> Arm:
-    """The arm of a person by the table: upper arm, and forearm with a straight hand as one body."""
+def build_arm(body: Body, *sides: ArmSide, kind: ArmKind = "shoulder_elbow") -> Arm:
+    """The arm of a person by the table, or both."""
+    limbs = tuple(Limb(side, kind, number, f"{side}_" if len(sides) > 1 else "") for number, side in enumerate(sides))
     lengths = segment_lengths(body)
-    phi_upper, covariance_upper = segment_prior(body, "upper_arm")
-    phi_forearm, covariance_forearm = segment_prior(body, "forearm")
-    phi_hand, covariance_hand = segment_prior(body, "hand")
-    move = translation_of_parameters(-lengths["forearm"])
-    phi = np.concatenate([phi_upper, phi_forearm + move @ phi_hand])
-    covariance = np.zeros((20, 20))
-    covariance[:10, :10] = covariance_upper
-    covariance[10:, 10:] = covariance_forearm + move @ covariance_hand @ move.T
-    return Arm(arm_tree(lengths, side, phi), lengths, phi, covariance)
+    phi, covariance = _prior(body, kind, lengths)
+    return _arm(limbs, lengths, np.tile(phi, len(limbs)), _block_diagonal([covariance] * len(limbs)))
 
 
-def arm_tree(lengths: dict[str, float], side: Side, phi: Float[np.ndarray, " 20"]) -> Tree:
-    """The tree with these lengths [m] and inertial parameters; angles mean the same on both sides.
+def _arm(
+    limbs: tuple[Limb, ...],
+    lengths: Mapping[str, float],
+    phi: Float[np.ndarray, " phi"],
+    covariance: Float[np.ndarray, "phi phi"],
+) -> Arm:
+    joints, bodies, frames = [], [], {}
+    for limb in limbs:
+        joints += _joints(limb, lengths)
+        bodies += limb.bodies.values()
+        frames |= _frames(limb, lengths)
+    masses = np.zeros((len(joints), 10))
+    masses[bodies] = phi.reshape(-1, 10)
+    tree = Tree("arm", tuple(joints), tuple(f"after {joint.name}" for joint in joints), masses, frames)
+    return Arm(tree, limbs, lengths, phi, covariance)
 
-    Positive: flexion forward, abduction outward, rotation inward, elbow flexion. Order after Rajagopal 2016.
-    """
-    outward = 1.0 if side == "right" else -1.0
+
+def _prior(
+    body: Body, kind: ArmKind, lengths: Mapping[str, float]
+) -> tuple[Float[np.ndarray, " phi"], Float[np.ndarray, "phi phi"]]:
+    """Of one arm's segments."""
+    segments = [segment_prior(body, name) for name in SEGMENTS]
+    if kind == "shoulder_elbow":
+        upper_arm, (phi_forearm, covariance_forearm), (phi_hand, covariance_hand) = segments
+        move = translation_of_parameters(-lengths["forearm"])
+        segments = [upper_arm, (phi_forearm + move @ phi_hand, covariance_forearm + move @ covariance_hand @ move.T)]
+    phis, covariances = zip(*segments, strict=True)
+    return np.concatenate(phis), _block_diagonal(covariances)
+
+
+def _block_diagonal(blocks: Sequence[Float[np.ndarray, "..."]]) -> Float[np.ndarray, "..."]:
+    whole = np.zeros((sum(map(len, blocks)),) * 2)
+    start = 0
+    for block in blocks:
+        whole[start : start + len(block), start : start + len(block)] = block
+        start += len(block)
+    return whole
+
+
+def _joints(limb: Limb, lengths: Mapping[str, float]) -> list[Joint]:
+    """A chain; angles mean the same on both sides."""
+    outward = 1.0 if limb.side == "right" else -1.0
+    along, forward = (0.0, 0.0, outward), (0.0, -1.0, 0.0)
     # Shift of the shoulder centre: up and medial in the frontal plane (docs/arm.md; the direction is unverified).
-    axes = [
-        (0.0, outward * np.sqrt(0.5), np.sqrt(0.5)),
-        (0.0, -1.0, 0.0),
-        (-outward, 0.0, 0.0),
-        (0.0, 0.0, outward),
-        (0.0, 0.0, -1.0),
-        (0.0, -1.0, 0.0),
-    ]
-    origins = np.zeros((6, 3))
-    origins[4, 2] = -lengths["upper_arm"]
-    lower = (0.0, -1.0, -0.6, -1.6, -0.05, 0.0)
-    upper = (0.1, 3.0, 2.4, 1.6, 0.05, 2.6)
-    joints = tuple(
-        Joint(
-            name, "prismatic" if i in (0, 4) else "revolute", i - 1, np.eye(3), origins[i], np.array(axes[i]),
-            lower[i], upper[i], np.inf, np.inf,
+    axes = {
+        "shift": (0.0, outward * np.sqrt(0.5), np.sqrt(0.5)),
+        "flexion": forward, "abduction": (-outward, 0.0, 0.0), "rotation": along,
+        "lengthening": (0.0, 0.0, -1.0),
+        "elbow": forward, "forearm_roll": along, "wrist_flexion": (outward, 0.0, 0.0), "wrist_deviation": forward,
+    }  # fmt: skip
+    limits = {"shift": (0.0, 0.1), "lengthening": (-0.05, 0.05), **LIMITS}
+    below = {"lengthening": lengths["upper_arm"], "wrist_flexion": lengths["forearm"]}
+    chain = []
+    for i, name in enumerate(list(axes)[: limb.n_freedoms + 2]):
+        kind = "prismatic" if name in ("shift", "lengthening") else "revolute"
+        origin = np.array([0.0, 0.0, -below.get(name, 0.0)])
+        parent = limb.root + i - 1 if i else -1
+        chain.append(
+            Joint(
+                f"{limb.prefix}arm_{name}",
+                kind,
+                parent,
+                np.eye(3),
+                origin,
+                np.array(axes[name]),
+                *limits[name],
+                np.inf,
+                np.inf,
+            )
         )
-        for i, name in enumerate(ARM_JOINTS)
-    )  # fmt: skip
-    bodies = np.zeros((6, 10))
-    bodies[SEGMENT_BODY["upper_arm"]], bodies[SEGMENT_BODY["forearm"]] = phi[:10], phi[10:]
-    frames = {
-        "upper_arm": Frame(3, np.eye(3), np.zeros(3)),
-        "forearm": Frame(5, np.eye(3), np.zeros(3)),
-        "wrist": Frame(5, np.eye(3), np.array([0.0, 0.0, -lengths["forearm"]])),
-        "hand": Frame(5, np.eye(3), grip(lengths)),
-        "finger_tip": Frame(5, np.eye(3), np.array([0.0, 0.0, -lengths["forearm"] - lengths["hand"]])),
-    }
-    return Tree(
-        f"{side} arm", joints, ("shift", "flexion", "abduction", "upper_arm", "lengthening", "forearm"), bodies, frames
-    )
+    return chain
 
 
-def grip(lengths: dict[str, float]) -> Float[np.ndarray, " 3"]:
-    """Where a held weight is, in the forearm's frame [m]."""
-    return np.array([0.0, 0.0, -lengths["forearm"] - GRIP_SHARE_OF_HAND * lengths["hand"]])
+def _frames(limb: Limb, lengths: Mapping[str, float]) -> dict[str, Frame]:
+    """Segments by name, the wrist, the middle of the grip ("hand") and the finger tip."""
+    forearm, below = limb.bodies["forearm"], lengths["forearm"]
+    last, from_last = (limb.bodies["hand"], 0.0) if "hand" in limb.bodies else (forearm, below)
+    grip = from_last + GRIP_SHARE_OF_HAND * lengths["hand"]
+    places = {
+        "upper_arm": (limb.bodies["upper_arm"], 0.0), "forearm": (forearm, 0.0), "wrist": (forearm, below),
+        "hand": (last, grip), "finger_tip": (last, from_last + lengths["hand"]),
+    }  # fmt: skip
+    return {limb.prefix + name: Frame(body, np.eye(3), np.array([0.0, 0.0, -z])) for name, (body, z) in places.items()}
 
 
-def held_weight(lengths: dict[str, float], mass: float) -> Float[np.ndarray, " 20"]:
-    """What a point mass [kg] in the hand adds to the arm's parameters."""
-    return np.concatenate([np.zeros(10), inertial_parameters(mass, grip(lengths), np.zeros((3, 3)))])
+def held_weight(arm: Arm, mass: float) -> Float[np.ndarray, " phi"]:
+    """What a point mass [kg] in the hand, the right one of two, adds to the arm's parameters."""
+    frame = arm.tree.frame(f"{arm.limbs[0].prefix}hand")
+    added = np.zeros((len(arm.segments), 10))
+    added[arm.bodies.index(frame.body)] = inertial_parameters(mass, frame.p_body_frame, np.zeros((3, 3)))
+    return added.ravel()
 
 
 def translation_of_parameters(z: float) -> Float[np.ndarray, "10 10"]:

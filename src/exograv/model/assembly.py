@@ -1,5 +1,6 @@
 """Exoskeleton and arm side by side: two trees and the cuffs between them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from exograv.errors import ModelError
@@ -8,9 +9,6 @@ from .arm import Arm
 from .description import Cuff, RigDescription
 from .tree import Tree
 from .urdf import read_urdf
-
-FREEDOMS = ("flexion", "abduction", "rotation", "elbow")
-"""The arm's own freedoms z, in order; the shift of its shoulder centre follows from them."""
 
 
 @dataclass(frozen=True)
@@ -24,8 +22,13 @@ class Assembly:
 
     @property
     def n(self) -> int:
-        """Number of actuated joints."""
+        """Number of the machine's joints."""
         return len(self.exo.joints)
+
+    @property
+    def n_freedoms(self) -> int:
+        """Number of the arm's own freedoms, of both arms together."""
+        return len(self.arm.freedoms)
 
 
 def read_exoskeleton(description: RigDescription) -> Tree:
@@ -42,14 +45,14 @@ def read_exoskeleton(description: RigDescription) -> Tree:
         )
     settings = description.settings
     centres = [description.shoulder_centre(side) for side in description.arm_sides]
-    for name in [*centres, *settings.calibration.mounts, *(c.exo_frame for c in settings.cuffs)]:
+    for name in [*centres, *description.mounts, *(c.exo_frame for c in settings.cuffs)]:
         tree.frame(name)
     for adjustment in settings.adjustments:
         tree.index(adjustment.joint)
     return tree
 
 
-def adjusted(tree: Tree, description: RigDescription, lengths: dict[str, float]) -> Tree:
+def adjusted(tree: Tree, description: RigDescription, lengths: Mapping[str, float]) -> Tree:
     """The machine set to the wearer's measured lengths [m].
 
     Raises:
@@ -62,5 +65,5 @@ def adjusted(tree: Tree, description: RigDescription, lengths: dict[str, float])
                 f"{description.name} takes {adjustment.segment} lengths of {adjustment.min_m} to {adjustment.max_m} m; "
                 f"this wearer's is {length:.3f} m. Measure it again or use another machine."
             )
-        tree = tree.with_origin_z(adjustment.joint, -length)
+        tree = tree.with_distance(adjustment.joint, adjustment.axis, length)
     return tree

@@ -1,6 +1,7 @@
 """Where the bodies and frames of a tree are, as CasADi expressions of its joint positions."""
 
 from collections.abc import Sequence
+from itertools import repeat
 
 import casadi as ca
 import numpy as np
@@ -22,19 +23,22 @@ def joint_transforms(tree: Tree, q: ca.SX) -> list[Transform]:
     return transforms
 
 
-def body_poses(tree: Tree, q: ca.SX, T_world_base: Transform | None = None) -> list[Transform]:
-    """Pose of each body in the world, at joint positions `q` (joint,)."""
-    base = T_world_base or identity()
+def body_poses(tree: Tree, q: ca.SX, T_world_root: Sequence[Transform] | None = None) -> list[Transform]:
+    """Pose of each body in the world, at joint positions `q` (joint,).
+
+    `T_world_root`: where the tree's base is for each joint on it, in their order; the world's origin if absent.
+    """
+    roots = iter(T_world_root) if T_world_root is not None else repeat(identity())
     poses: list[Transform] = []
     for joint, T_parent_body in zip(tree.joints, joint_transforms(tree, q), strict=True):
-        poses.append((poses[joint.parent] if joint.parent >= 0 else base) @ T_parent_body)
+        poses.append((poses[joint.parent] if joint.parent >= 0 else next(roots)) @ T_parent_body)
     return poses
 
 
-def frame_pose(tree: Tree, poses: Sequence[Transform], name: str, T_world_base: Transform | None = None) -> Transform:
-    """Pose of a named frame in the world."""
+def frame_pose(tree: Tree, poses: Sequence[Transform], name: str) -> Transform:
+    """Pose of a named frame in the world; the base of its tree is the world's origin."""
     frame = tree.frame(name)
-    body = poses[frame.body] if frame.body >= 0 else T_world_base or identity()
+    body = poses[frame.body] if frame.body >= 0 else identity()
     return body @ constant(frame.R_body_frame, frame.p_body_frame)
 
 

@@ -1,14 +1,16 @@
 """The kinematic loops between exoskeleton and arm: what stretches each cuff, and the posture that stretches least."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
 from exograv import kernel
-from exograv.spatial import Transform, rotation_residual
+from exograv.spatial import Transform, cosine_of, rotation_residual
 
+from .arm import Arm, Limb
 from .assembly import Assembly
 from .kinematics import body_poses, frame_pose
 
@@ -21,14 +23,19 @@ FIT = (
     "cuff_log_stiffness",
     "cuff_log_rotational_stiffness",
 )
-"""How the arm sits in the machine; zero is as the machine's description and the tape measure have it. Centre of the
+"""How one arm sits in the machine; zero is as the machine's description and the tape measure have it. Centre of the
 wearer's shoulder minus the machine's (base axes) [m]; its migration along up-and-medial per elevation, mean over the
 first 90° [m/rad]; upper
 arm longer than measured [m]; logarithm of the cuffs' stiffness over `rig.toml`'s, in translation and rotation [-]."""
 
-TWIST_MAX = 1.0
-"""Arm and machine differ by at most 0.8 rad in a true rest with 30 mm of offset, by 1.8 rad and more in a false one,
-where the arm lies twisted in its cuffs (1600 random starts). Between the two [rad]."""
+TWIST_COSINE_MIN = 0.3
+"""Least cosine of a cuff's rotation in a true rest: there it is 0.86 and more with 30 mm of offset, in a false one,
+where the arm lies twisted in its cuffs, -0.7 and less (1500 random starts). Between the two [-]."""
+
+DIFFERENCE = 1e-3  # rad: for a first guess
+
+Posture = Float[np.ndarray, " joint"]
+Freedoms = Float[np.ndarray, " freedom"]
 
 STAGE = (
     0.1  # rad: of the way from the donning posture; short enough that every start lies in the basin of the next rest
@@ -37,14 +44,24 @@ STAGE = (
 ELEVATION_ROUNDING = 0.05  # rad: the elevation of a hanging arm has no direction; rounded so that it has a gradient
 
 
+def fit_names(assembly: Assembly) -> tuple[str, ...]:
+    """Of all entries of `fit`, arm after arm."""
+    return tuple(limb.prefix + name for limb in assembly.arm.limbs for name in FIT)
+
+
+def fit_of(limb: Limb, fit: ca.SX) -> ca.SX:
+    """The part (7,) of `fit` that belongs to one arm."""
+    return fit[limb.number * len(FIT) : (limb.number + 1) * len(FIT)]
+
+
 def elevation(z: ca.SX) -> ca.SX:
-    """Angle between the upper arm and hanging [rad] at arm freedoms z (4,), rounded near zero."""
+    """Angle between the upper arm and hanging [rad] at one arm's freedoms z, rounded near zero."""
     cosine = ca.cos(z[0]) * ca.cos(z[1])
     return ca.atan2(ca.sqrt(1 - cosine**2 + ELEVATION_ROUNDING**2), cosine)
 
 
 def shift_shape(z: ca.SX) -> ca.SX:
-    """How far the shoulder centre has shifted at z (4,), in units of its mean slope over the first 90° [rad].
+    """How far the shoulder centre has shifted at one arm's z, in units of its mean slope over the first 90° [rad].
 
     Source: 12, 25, 39 and 54 mm at 30°, 60°, 90° and 120° are 22.0 θ + 1.83 θ² mm within 0.2 mm (docs/arm.md).
     """
@@ -53,16 +70,22 @@ def shift_shape(z: ca.SX) -> ca.SX:
     return theta * (1 + curvature * theta) / (1 + curvature * np.pi / 2)
 
 
-def arm_positions(z: ca.SX, fit: ca.SX) -> ca.SX:
-    """All joint positions of the arm's tree (6,) from its freedoms z (4,): shift and lengthening follow."""
-    return ca.vertcat(fit[3] * shift_shape(z), z[:3], fit[4], z[3])
+def arm_positions(arm: Arm, z: ca.SX, fit: ca.SX) -> ca.SX:
+    """All joint positions (arm joint,) of the arm's tree from its freedoms z: shift and lengthening follow."""
+    positions = []
+    for limb in arm.limbs:
+        z_limb, fit_limb = z[limb.freedoms], fit_of(limb, fit)
+        positions += [fit_limb[3] * shift_shape(z_limb), z_limb[:3], fit_limb[4], z_limb[3:]]
+    return ca.vertcat(*positions)
 
 
-def arm_base(assembly: Assembly, fit: ca.SX) -> Transform:
-    """Pose of the arm's root in the machine's base: the machine's shoulder centre plus the wearer's offset."""
-    description = assembly.description
-    frame = assembly.exo.frame(description.shoulder_centre(description.arm_sides[0]))
-    return Transform(ca.SX.eye(3), ca.DM(frame.p_body_frame) + fit[:3])
+def arm_roots(assembly: Assembly, fit: ca.SX) -> list[Transform]:
+    """Pose of each arm's base: the machine's shoulder centre plus the wearer's offset."""
+    roots = []
+    for limb in assembly.arm.limbs:
+        frame = assembly.exo.frame(assembly.description.shoulder_centre(limb.side))
+        roots.append(Transform(ca.SX.eye(3), ca.DM(frame.p_body_frame) + fit_of(limb, fit)[:3]))
+    return roots
 
 
 @dataclass(frozen=True)
@@ -86,35 +109,42 @@ class CuffPair:
 def cuff_pairs(assembly: Assembly, exo: list[Transform], arm: list[Transform], fit: ca.SX) -> list[CuffPair]:
     """All cuffs where the bodies of machine and arm are at `exo` and `arm`.
 
-    Fastened: both trees in the donning posture.
+    Fastened: machine and arm each in its donning posture.
     """
-    y_donning = ca.DM(assembly.description.donning_posture)
-    exo_donning = body_poses(assembly.exo, ca.SX(y_donning))
-    base, tree = arm_base(assembly, fit), assembly.arm.tree
-    arm_donning = body_poses(tree, arm_positions(ca.SX(y_donning), fit), base)
+    description, tree = assembly.description, assembly.arm.tree
+    exo_donning = body_poses(assembly.exo, ca.SX(ca.DM(description.donning_posture)))
+    z_donning = ca.SX(ca.DM(description.arm_donning_posture))
+    arm_donning = body_poses(tree, arm_positions(assembly.arm, z_donning, fit), arm_roots(assembly, fit))
     pairs = []
     for cuff in assembly.cuffs:
+        segment = assembly.arm.limb(cuff.side).prefix + cuff.segment
         T_world_fastened = frame_pose(assembly.exo, exo_donning, cuff.exo_frame)
-        T_segment_cuff = frame_pose(tree, arm_donning, cuff.segment, base).inverse() @ T_world_fastened
+        T_segment_cuff = frame_pose(tree, arm_donning, segment).inverse() @ T_world_fastened
         pairs.append(
             CuffPair(
                 frame_pose(assembly.exo, exo, cuff.exo_frame),
-                frame_pose(tree, arm, cuff.segment, base) @ T_segment_cuff,
+                frame_pose(tree, arm, segment) @ T_segment_cuff,
                 assembly.exo.frame(cuff.exo_frame).body,
-                tree.frame(cuff.segment).body,
+                tree.frame(segment).body,
             )
         )
     return pairs
 
 
-def cuff_residuals(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX) -> ca.SX:
-    """Stretch and twist of all cuffs (6 · cuff,) in the exoskeleton's cuff frames: [m] (3,), then [-] (3,) each."""
+def cuff_residuals(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """What the cuffs are strained by at one posture.
+
+    Returns:
+        Stretch and twist of all cuffs (6 · cuff,) in the exoskeleton's cuff frames, [m] (3,), then [-] (3,) each; and
+        the cosine of each cuff's rotation (cuff,).
+    """
     exo = body_poses(assembly.exo, y)
-    arm = body_poses(assembly.arm.tree, arm_positions(z, fit), arm_base(assembly, fit))
-    rows = []
+    arm = body_poses(assembly.arm.tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
+    rows, cosines = [], []
     for pair in cuff_pairs(assembly, exo, arm, fit):
         rows += [pair.T_exo_arm.p, rotation_residual(pair.T_exo_arm.R)]
-    return ca.vertcat(*rows)
+        cosines.append(cosine_of(pair.T_exo_arm.R))
+    return ca.vertcat(*rows), ca.vertcat(*cosines)
 
 
 def cuff_stiffness(assembly: Assembly) -> Float[np.ndarray, " row"]:
@@ -123,9 +153,12 @@ def cuff_stiffness(assembly: Assembly) -> Float[np.ndarray, " row"]:
 
 
 def scaled_stiffness(assembly: Assembly, fit: ca.SX) -> ca.SX:
-    """The same as learned (row,): translation and rotation each scaled by its factor in `fit`."""
-    factors = ca.vertcat(*[ca.exp(fit[5])] * 3, *[ca.exp(fit[6])] * 3)
-    return ca.DM(cuff_stiffness(assembly)) * ca.repmat(factors, len(assembly.cuffs), 1)
+    """The same as learned (row,): translation and rotation each scaled by their arm's factor in `fit`."""
+    factors = []
+    for cuff in assembly.cuffs:
+        fit_limb = fit_of(assembly.arm.limb(cuff.side), fit)
+        factors += [*[ca.exp(fit_limb[5])] * 3, *[ca.exp(fit_limb[6])] * 3]
+    return ca.DM(cuff_stiffness(assembly)) * ca.vertcat(*factors)
 
 
 class LoopSolver:
@@ -133,38 +166,49 @@ class LoopSolver:
 
     def __init__(self, assembly: Assembly):
         self._donning = assembly.description.donning_posture
-        y, z, fit = ca.SX.sym("y", assembly.n), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
-        weighted = ca.sqrt(scaled_stiffness(assembly, fit)) * cuff_residuals(assembly, y, z, fit)
-        function = ca.Function(
-            "loops", [y, z, fit], [weighted, ca.jacobian(weighted, z)], ["y", "z", "fit"], ["residual", "jacobian"]
-        )
+        self._arm, self._arm_donning = assembly.arm, assembly.description.arm_donning_posture
+        names = fit_names(assembly)
+        y, z, fit = ca.SX.sym("y", assembly.n), ca.SX.sym("z", assembly.n_freedoms), ca.SX.sym("fit", len(names))
+        residuals, cosines = cuff_residuals(assembly, y, z, fit)
+        weighted = ca.sqrt(scaled_stiffness(assembly, fit)) * residuals
+        results = {"residual": weighted, "jacobian": ca.jacobian(weighted, z), "cosines": cosines}
+        function = ca.Function("loops", [y, z, fit], list(results.values()), ["y", "z", "fit"], list(results))
         self._kernel = kernel.compile(function)
+        self._nominal_fit = np.zeros(len(names))
 
     def solve(
-        self,
-        y: Float[np.ndarray, " joint"],
-        z_start: Float[np.ndarray, " 4"],
-        fit: Float[np.ndarray, " 7"] | None = None,
-    ) -> tuple[Float[np.ndarray, " 4"], float]:
-        """Freedoms z (4,) [rad] of least cuff energy at y (joint,) [rad], and the energy's remaining slope [N·m].
+        self, y: Posture, z_start: Freedoms | None = None, fit: Float[np.ndarray, " fit"] | None = None
+    ) -> tuple[Freedoms, float]:
+        """Freedoms z [rad] of least cuff energy at y [rad], and the energy's remaining slope [N·m].
 
-        The cuffs have other rests, with the arm twisted in them. The one meant is that which the arm reaches when the
-        machine moves there from the donning posture; a search from `z_start` that ends in another is done again along
-        that way, in 5 ms instead of 0.5.
+        The cuffs have other rests, with the arm twisted in them, and a posture has more than one set of angles. Meant
+        are those which the arm reaches when the machine moves there from the donning posture; a search from `z_start`,
+        or from a guess, that ends elsewhere is done again along that way, in 5 ms instead of 0.5.
         """
-        fit = np.zeros(len(FIT)) if fit is None else fit
-        z, slope = self._descend(y, z_start, fit)
-        if np.abs(z - y).max() <= TWIST_MAX:
+        fit = self._nominal_fit if fit is None else fit
+        z, slope = self._descend(y, self._guess(y) if z_start is None else z_start, fit)
+        if self._kernel.of(y, z, fit)[2].min() > TWIST_COSINE_MIN and self._arm.is_reachable(z):
             return z, slope
         way = y - self._donning
-        z = self._donning
+        z = self._arm_donning
         for share in np.linspace(0.0, 1.0, 1 + int(np.ceil(np.abs(way).max() / STAGE))):
             z, slope = self._descend(self._donning + share * way, z, fit)
         return z, slope
 
-    def _descend(
-        self, y: Float[np.ndarray, " joint"], z_start: Float[np.ndarray, " 4"], fit: Float[np.ndarray, " 7"]
-    ) -> tuple[Float[np.ndarray, " 4"], float]:
+    def _guess(self, y: Posture) -> Freedoms:
+        """As if the arm turned on from where it was fastened as it begins to."""
+        return self._arm_donning + self._beginning @ (y - self._donning)
+
+    @cached_property
+    def _beginning(self) -> Float[np.ndarray, "freedom joint"]:
+        """How the arm's freedoms follow the machine's joints at the donning posture."""
+        turned = [
+            self._descend(self._donning + DIFFERENCE * way, self._arm_donning, self._nominal_fit)[0]
+            for way in np.eye(len(self._donning))
+        ]
+        return (np.array(turned) - self._arm_donning).T / DIFFERENCE
+
+    def _descend(self, y: Posture, z_start: Freedoms, fit: Float[np.ndarray, " fit"]) -> tuple[Freedoms, float]:
         """The rest downhill of `z_start`; Levenberg–Marquardt does not diverge where a full Newton step would."""
         from scipy.optimize import least_squares  # 0.1 s that an empty machine does not have to wait for
 
@@ -180,11 +224,8 @@ class LoopSolver:
         return result.x, float(np.abs(result.grad).max())
 
     def gauss_newton_hessian(
-        self,
-        y: Float[np.ndarray, " joint"],
-        z: Float[np.ndarray, " 4"],
-        fit: Float[np.ndarray, " 7"] | None = None,
-    ) -> Float[np.ndarray, "4 4"]:
+        self, y: Posture, z: Freedoms, fit: Float[np.ndarray, " fit"] | None = None
+    ) -> Float[np.ndarray, "freedom freedom"]:
         """Stiffness with which the cuffs hold the arm's freedoms [N·m/rad]."""
-        _, jacobian = self._kernel.of(y, z, np.zeros(len(FIT)) if fit is None else fit)
+        jacobian = self._kernel.of(y, z, self._nominal_fit if fit is None else fit)[1]
         return jacobian.T @ jacobian

@@ -7,7 +7,7 @@ from exograv.errors import ModelError
 
 from .anthropometry import Body
 from .arm import build_arm
-from .assembly import FREEDOMS, Assembly, adjusted, read_exoskeleton
+from .assembly import Assembly, adjusted, read_exoskeleton
 from .description import RigDescription
 from .loops import LoopSolver
 
@@ -22,13 +22,8 @@ def assemble(description: RigDescription, body: Body) -> Assembly:
         ModelError: The machine's files disagree, it does not fit the person, or its cuffs leave a freedom of the arm
             unsupported.
     """
-    arm = build_arm(body, description.side)
+    arm = build_arm(body, *description.arm_sides, kind=description.settings.wearer.arm)
     exo = adjusted(read_exoskeleton(description), description, arm.lengths)
-    if len(exo.joints) != len(FREEDOMS):
-        raise ModelError(
-            f"{description.name} has {len(exo.joints)} joints; the arm model has {len(FREEDOMS)} "
-            f"({', '.join(FREEDOMS)}) and needs a joint for each."
-        )
     assembly = Assembly(description, exo, arm, tuple(description.settings.cuffs))
     refuse_unsupported(assembly)
     return assembly
@@ -48,11 +43,11 @@ def unsupported_freedoms(assembly: Assembly) -> dict[str, int]:
     solver = LoopSolver(assembly)
     found: dict[str, int] = {}
     for y in sample_postures(assembly.description, POSTURES):
-        z, _ = solver.solve(y, z_start=y)
+        z, _ = solver.solve(y)
         stiffness, directions = np.linalg.eigh(solver.gauss_newton_hessian(y, z))
         for value, direction in zip(stiffness, directions.T, strict=True):
             if value < STIFFNESS_RATIO_MIN * stiffness[-1]:
-                name = FREEDOMS[int(np.argmax(np.abs(direction)))]
+                name = assembly.arm.freedoms[int(np.argmax(np.abs(direction)))]
                 found[name] = found.get(name, 0) + 1
     return found
 

@@ -11,8 +11,10 @@ from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.assembly import Assembly
 from exograv.model.kinematics import body_poses, frame_pose
-from exograv.model.loops import FIT, arm_base, arm_positions
+from exograv.model.loops import arm_positions, arm_roots
+from exograv.model.tree import Tree
 from exograv.signals import Reference
+from exograv.spatial import Transform
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -25,6 +27,7 @@ class ArmController:
         self._tick = Tick(assembly, machine)
         self._trial = self._tick.again()
         self._handover = Handover(x, dt)
+        self._fit = parameters.Layout.of(assembly).fit
         self._skeleton = kernel.compile(_skeleton_function(assembly))
 
     @property
@@ -71,19 +74,43 @@ class ArmController:
 
     def skeleton(self, q: Joints) -> tuple[list[list[float]], list[list[float]]]:
         """Points to draw in the base frame [m]: along the exoskeleton, and along the arm as the controller sees it."""
-        exo, arm = self._skeleton.of(q, self._tick.z, self.x[parameters.FIT_OF_ARM])
+        exo, arm = self._skeleton.of(q, self._tick.z, self.x[self._fit])
         return exo.T.round(5).tolist(), arm.T.round(5).tolist()
 
 
 def _skeleton_function(assembly: Assembly) -> ca.Function:
-    q, z, fit = ca.SX.sym("q", assembly.n), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
+    layout = parameters.Layout.of(assembly)
+    q, z = ca.SX.sym("q", assembly.n), ca.SX.sym("z", layout.freedoms)
+    fit = ca.SX.sym("fit", layout.fit.stop - layout.fit.start)
     exo = body_poses(assembly.exo, q)
-    mount = assembly.description.calibration.mount
-    exo_points = [ca.SX.zeros(3), *(pose.p for pose in exo), frame_pose(assembly.exo, exo, mount).p]
-    base = arm_base(assembly, fit)
     tree = assembly.arm.tree
-    arm = body_poses(tree, arm_positions(z, fit), base)
-    arm_points = [frame_pose(tree, arm, name, base).p for name in ("upper_arm", "forearm", "wrist", "finger_tip")]
+    arm = body_poses(tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
+    chains = [_exo_chain(assembly, exo, leaf) for leaf in _leaves(assembly.exo)]
+    # Back along each chain but the last, so that one line draws a machine with branches.
+    exo_points = [point for chain in chains[:-1] for point in (*chain, *reversed(chain))] + chains[-1]
+    limbs = [
+        [frame_pose(tree, arm, limb.prefix + name).p for name in ("upper_arm", "forearm", "wrist", "finger_tip")]
+        for limb in assembly.arm.limbs
+    ]
+    # Two arms: from one hand over the shoulders to the other.
+    arm_points = limbs[0] if len(limbs) == 1 else [*reversed(limbs[0]), *limbs[1]]
     return ca.Function(
         "skeleton", [q, z, fit], [ca.horzcat(*exo_points), ca.horzcat(*arm_points)], ["q", "z", "fit"], ["exo", "arm"]
     )
+
+
+def _leaves(tree: Tree) -> list[int]:
+    parents = {joint.parent for joint in tree.joints}
+    return [body for body in range(len(tree.joints)) if body not in parents]
+
+
+def _exo_chain(assembly: Assembly, poses: list[Transform], leaf: int) -> list[ca.SX]:
+    """Points from the base to the end of one chain, with the cuff or mount that is farthest out on its last body."""
+    joints, chain, body = assembly.exo.joints, [], leaf
+    while body >= 0:
+        chain.insert(0, poses[body].p)
+        body = joints[body].parent
+    calibration = assembly.description.settings.calibration
+    named = [*(calibration.mounts if calibration else ()), *(cuff.exo_frame for cuff in assembly.cuffs)]
+    on_leaf = [name for name in named if assembly.exo.frame(name).body == leaf]
+    return [ca.SX.zeros(3), *chain, *(frame_pose(assembly.exo, poses, name).p for name in on_leaf[:1])]

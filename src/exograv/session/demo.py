@@ -230,7 +230,8 @@ def _float_and_weigh(
 
     weighing: Weighing = weigh(pilot, controller, model, found.last.x, hang)
     with_weight = found.last.x.copy()
-    with_weight[parameters.PHI] += held_weight(controller.assembly.arm.lengths, weighing.mass)
+    assembly = controller.assembly
+    with_weight[parameters.Layout.of(assembly).phi] += held_weight(assembly.arm, weighing.mass)
     controller.publish(with_weight, pilot.q)
     run.result["known_weight"] = {
         "true_kg": round(mass, 4),

@@ -32,7 +32,6 @@ SKELETON_TICKS = 50
 CLOSURE_ERROR_NM = 0.05  # of the soft loops, as tests/agreement holds them to
 POSTURE_LENGTH_RAD = 0.5  # over which an error of the model changes: half a joint's range
 FEATURES = 16
-BODIES = slice(0, 10), slice(10, 20)  # whose estimates have to be possible: upper arm, forearm with hand
 
 
 @dataclass
@@ -62,10 +61,12 @@ def build_method(
     """An identification method for this arm in this machine, on a `model` of the two if there is one already."""
     mean, covariance = prior(assembly, machine)
     if name == "recursive":
-        noise = Noise(machine.residual_sd, machine.correlation_s, disturbance_sd(assembly.n))
+        noise = Noise(machine.residual_sd, machine.correlation_s, disturbance_sd(assembly.description.places))
         # What stage 0 could not explain may be a function of posture as well as noise.
         errors = Discrepancy(np.hypot(CLOSURE_ERROR_NM, machine.residual_sd), POSTURE_LENGTH_RAD, FEATURES)
-        return Recursive(model or ArmModel(assembly, machine), mean, covariance, noise, BODIES, errors)
+        return Recursive(
+            model or ArmModel(assembly, machine), mean, covariance, noise, parameters.Layout.of(assembly).bodies, errors
+        )
     table = table_guess(assembly, machine)
     if name == "gradient":
         return Gradient(assembly, machine, table)
@@ -115,7 +116,7 @@ class Identifier:
         method = build_method(name, assembly, machine, self.model.again())
         self.result = Identification(method, method.estimate().x)
         self._left_over = LeftOverPrediction(self.model, mean)
-        self._rule = StopRule(assembly.n)
+        self._rule = StopRule(assembly.description.places)
         self._filter = SampleFilter(assembly.n, pilot.rig.period_s)
         self._ticks = 0
         self._published = self._noted = 0.0

@@ -8,6 +8,7 @@ import numpy as np
 from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.interface import Estimate
+from exograv.model.arm import Arm, Limb
 from exograv.model.assembly import Assembly
 from exograv.rig.twin import Machine, Wearer
 from exograv.rig.twin.parameters import parameter_truth
@@ -26,18 +27,26 @@ def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, we
     """Name, unit, truth, prior, estimate and 95 % interval of everything about the arm that slow motion can show."""
     truth = parameter_truth(wearer)
     rows = []
-    names = parameters.names_and_units(assembly.description.joints)
-    for i, (name, unit) in enumerate(names):
+    layout, arm = parameters.Layout.of(assembly), assembly.arm
+    for i, (name, unit) in enumerate(parameters.names_and_units(assembly)):
         # Moments of inertia stay the table's: slow motion does not show them.
         if name not in truth or ".I" in name:
             continue
-        learned = i < parameters.PHI.stop or (estimate.covariance is not None and estimate.sd[i] > 0.0)
+        learned = i < layout.phi.stop or (estimate.covariance is not None and estimate.sd[i] > 0.0)
         if learned:
             rows.append(_row(name, unit, truth[name], float(prior[i]), estimate, np.eye(len(prior))[i]))
+    return [*(_mass_row(limb, layout, arm, truth, prior, estimate) for limb in arm.limbs), *rows]
+
+
+def _mass_row(
+    limb: Limb, layout: parameters.Layout, arm: Arm, truth: Mapping[str, float], prior: np.ndarray, estimate: Estimate
+) -> dict[str, Any]:
+    """Of a whole arm."""
+    segments = [limb.prefix + name for name in limb.bodies]
     masses = np.zeros(len(prior))
-    masses[[0, 10]] = 1.0
-    total = truth["upper_arm.mass"] + truth["forearm.mass"]
-    return [_row("arm.mass", "kg", total, float(masses @ prior), estimate, masses), *rows]
+    masses[[layout.bodies[arm.segments.index(name)].start for name in segments]] = 1.0
+    total = sum(truth[f"{name}.mass"] for name in segments)
+    return _row(f"{limb.prefix}arm.mass", "kg", total, float(masses @ prior), estimate, masses)
 
 
 def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, weights: np.ndarray) -> dict[str, Any]:

@@ -56,7 +56,7 @@ class _Scale:
     def __init__(self, model: ArmModel, x: parameters.Parameters, dt: float):
         assembly = model.assembly
         self._model, self._x, self._machine = model.again(), x.copy(), model.machine
-        self._held = held_weight(assembly.arm.lengths, 1.0)
+        self._held, self._phi = held_weight(assembly.arm, 1.0), parameters.Layout.of(assembly).phi
         self._filter = SampleFilter(assembly.n, dt)
         self._every = round(SAMPLE_S / dt)
         self._ticks = 0
@@ -72,7 +72,9 @@ class _Scale:
         )
         repeats = np.maximum(self._machine.correlation_s / SAMPLE_S, 1.0)
         noise = np.hypot(self._machine.residual_sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
-        self._rows.append((sample.tau - tau, derivative[:, parameters.PHI] @ self._held, noise))
+        self._rows.append(
+            (sample.tau - tau, derivative[:, self._phi] @ self._held, noise)
+        )
 
     def result(self) -> _Pass:
         return _Pass(*(np.array(column) for column in zip(*self._rows, strict=True)))
@@ -125,7 +127,8 @@ def weighing_motion(controller: ArmController, dt: float) -> Trajectory:
 def _difference(empty: _Pass, loaded: _Pass, controller: ArmController, machine: CalibratedMachine) -> Weighing:
     """One unknown, the weight; the wearer's restlessness of both passes as slow disturbance."""
     n = len(machine.residual_sd)
-    disturbance = np.sqrt(2.0) * DISTURBANCE_SCALES[:, None] * disturbance_sd(n)
+    usual = disturbance_sd(controller.assembly.description.places)
+    disturbance = np.sqrt(2.0) * DISTURBANCE_SCALES[:, None] * usual
     bank = FilterBank(1, disturbance, CORRELATION_S, considered=n)
     # What stage 0 could not explain may differ between the passes, because the weight bends the posture.
     errors = np.diag(machine.residual_sd)

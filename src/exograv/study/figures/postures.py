@@ -47,9 +47,10 @@ def explain(recording: Recording) -> str:
 def plot_posture(ax: Axes, frame: dict[str, Any], side: str, alpha: float = 1.0, body: bool = True) -> None:
     """One posture in oblique view."""
     exo, arm = np.array(frame["exo"]), np.array(frame["arm"])
-    outward = -1.0 if side == "right" else 1.0
+    outward = 1.0 if side == "left" else -1.0
     if body:
-        _plot_body(ax, arm[0], outward)
+        # A line over two arms runs from hand to hand; the right shoulder is in its first half.
+        _plot_body(ax, arm[len(arm) // 2 - 1 if side == "both" else 0], outward)
     ax.plot(*projected(exo, outward).T, "-o", color=BLUE, lw=2.6, ms=4.5, alpha=alpha, label="exoskeleton", zorder=3)
     ax.plot(
         *projected(arm, outward).T,
