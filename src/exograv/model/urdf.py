@@ -97,24 +97,27 @@ class _Builder:
         self.frames: dict[str, Frame] = {}
 
     def tree(self, name: str, root: str) -> Tree:
-        pending = [(root, -1, np.eye(3), np.zeros(3))]
-        visited = 0
+        self.frames[root] = Frame(-1, np.eye(3), np.zeros(3))
+        pending = self._joints_of(root)
+        # Depth first, in the file's order: a machine for both arms has one arm after the other.
         while pending:
-            link, body, R, p = pending.pop()
-            visited += 1
-            self.frames[link] = Frame(body, R, p)
-            for joint_name, joint in reversed(self.children.get(link, [])):
-                pending.append(self._child(joint_name, joint, body, R, p))
-        if visited != len(self.links):
+            parent, joint_name, joint = pending.pop()
+            link, frame = self._child(joint_name, joint, self.frames[parent])
+            self.frames[link] = frame
+            pending += self._joints_of(link)
+        if len(self.frames) != len(self.links):
             lost = ", ".join(link for link in self.links if link not in self.frames)
             raise ModelError(f"{self.where} is not a tree: '{lost}' cannot be reached from '{root}'. Cut the ring.")
         if not self.joints:
             raise ModelError(f"{self.where} has no moving joint; it needs at least one. Check the joint types.")
         return self._checked(Tree(name, tuple(self.joints), tuple(self.bodies), np.array(self.phi), self.frames))
 
-    def _child(
-        self, name: str, joint: ElementTree.Element, body: int, R: Matrix, p: Vector
-    ) -> tuple[str, int, Matrix, Vector]:
+    def _joints_of(self, link: str) -> list[tuple[str, str, ElementTree.Element]]:
+        """What a link carries, the first at the end."""
+        return [(link, *entry) for entry in reversed(self.children.get(link, []))]
+
+    def _child(self, name: str, joint: ElementTree.Element, parent: Frame) -> tuple[str, Frame]:
+        body, R, p = parent.body, parent.R_body_frame, parent.p_body_frame
         child = _end(joint, "child", name, self.where)
         R_link_joint, p_link_joint = _origin(joint, f"joint '{name}'", self.where)
         R_body_joint, p_body_joint = R @ R_link_joint, p + R @ p_link_joint
@@ -123,7 +126,7 @@ class _Builder:
             own = self._inertial(child, required=False)
             if own is not None and body >= 0:
                 self.phi[body] = self.phi[body] + _moved(own, R_body_joint, p_body_joint)
-            return child, body, R_body_joint, p_body_joint
+            return child, Frame(body, R_body_joint, p_body_joint)
         if kind not in MOVING:
             raise ModelError(
                 f"{self.where}: joint '{name}' is of type '{kind}'; allowed: fixed, {', '.join(MOVING)}. Change it."
@@ -141,7 +144,7 @@ class _Builder:
         self.bodies.append(child)
         inertial = self._inertial(child, required=True)
         self.phi.append(inertial if inertial is not None else np.zeros(10))
-        return child, len(self.joints) - 1, np.eye(3), np.zeros(3)
+        return child, Frame(len(self.joints) - 1, np.eye(3), np.zeros(3))
 
     def _inertial(self, link: str, *, required: bool) -> Float[np.ndarray, " 10"] | None:
         inertial = self.links[link].find("inertial")
