@@ -1,6 +1,6 @@
 """A wearer who acts: muscles take the arm along a wanted movement by anticipation, elasticity and late reflexes.
 
-    tau = lag(tau_anticipated(t) + reflex(t − delay) + hold) + stiffness · (q_wanted − q) + damping · (v_wanted − v)
+    tau = lag(anticipated(t) + reflex(t − delay) + hold) + stiffness · (q_wanted − q) + damping · (v_wanted − v)
 
 It knows where its own arm is and what it wants, never what the machine does. What it anticipates is learned by practice
 (`practice`) or comes from a model of the own arm (`own_arm`); either may be wrong.
@@ -31,26 +31,26 @@ class Physiology:
     """[N·m]"""
 
     reflex_share: float = 0.5
-    """Reflex over elastic torque at the same error [-]. Assumed: below 1 the delayed loop is stable whatever it holds."""
+    """Reflex over elastic torque at the same error [-]. Assumed; below 1 the delay cannot make it unstable."""
 
     delay: float = 0.06
-    """Of the reflex [s]. Source: long-latency responses of shoulder, elbow and wrist come 50–100 ms after a perturbation,
-    https://ir.lib.uwo.ca/brainpub/781/ (abstract)."""
+    """Of the reflex [s]. Source: long-latency responses of shoulder, elbow and wrist come 50–100 ms after a
+    perturbation, https://ir.lib.uwo.ca/brainpub/781/ (abstract)."""
 
     muscle_lag: float = 0.04
-    """From command to torque, time constant [s]. Unverified: arm models use 30–60 ms."""
+    """From command to torque, time constant [s]. Unverified: models of the arm use 30–60 ms."""
 
     hold_rate: float = 1.0
     """How quickly a lasting error makes the arm hold against it, of `stiffness` [1/s]. Assumed; that the torque which
     holds a posture is an integral: Albert et al. (2020), eLife 9:e52507."""
 
-    hold_threshold: float = np.deg2rad(0.8)
+    hold_threshold: float = float(np.deg2rad(0.8))
     """Smaller errors are not felt and change no holding torque [rad]. Source: joint-angle SD of proprioception
     0.6–1.1°, van Beers et al. (1998)."""
 
 
-# Stiffness of shoulder and elbow in posture and reaching is some 10–30 N·m/rad and grows with torque (Gomi & Osu 1998, J
-# Neurosci 18:8965, abstract; the numbers are unverified). Rotation, roll and wrist: assumed, by their moments of inertia.
+# Stiffness of shoulder and elbow in posture and reaching: some 10–30 N·m/rad, growing with torque (Gomi & Osu 1998, J
+# Neurosci 18:8965, abstract; the numbers are unverified). Rotation, roll and wrist are assumed, by moment of inertia.
 # Strength: static flexion 69–90 N·m in men, half of it in women ("Dynamic shoulder flexion strength for use in
 # occupational risk analysis", abstract); elbow and shoulder 40–60 N·m, unverified; the others assumed.
 USUAL = {
@@ -66,19 +66,17 @@ USUAL = {
 
 
 def usual_physiology(freedoms: int) -> Physiology:
-    """Of an arm with this many freedoms: the first of `USUAL`, twice over for two arms of them."""
-    for arms in (1, 2):
-        of_one, rest = divmod(freedoms, arms)
-        if rest == 0 and of_one in (4, len(USUAL)):
-            return Physiology(*np.array(list(USUAL.values())[:of_one] * arms).T)
-    raise ValueError(f"No arm has {freedoms} freedoms.")
+    """Of an arm with the first 4 or all 7 freedoms of `USUAL`, or of two such arms."""
+    of_one = freedoms if freedoms in (4, len(USUAL)) else freedoms // 2
+    stiffness, damping, torque_max = np.array(list(USUAL.values())[:of_one] * (freedoms // of_one)).T
+    return Physiology(stiffness, damping, torque_max)
 
 
 class ActingWearer:
-    """Wants a movement and makes the torque for it; one `step` a period."""
+    """Wants a movement and makes the torque for it, one `step` a period; it goes into `Twin.tau_voluntary`."""
 
     def __init__(self, physiology: Physiology, period_s: float):
-        """At rest, wanting nothing: without a movement it gives no torque but what it holds."""
+        """Relaxed: it wants nothing yet and gives no torque."""
         n = len(physiology.stiffness)
         self.physiology, self._period = physiology, period_s
         self._wanted: Trajectory | None = None
@@ -86,54 +84,46 @@ class ActingWearer:
         self._begin = 0.0
         self._late = np.zeros((max(1, round(physiology.delay / period_s)), 2, n))
         self._ticks = 0
-        self._hold, self._command = np.zeros(n), np.zeros(n)
         self._follow = 1.0 - np.exp(-period_s / physiology.muscle_lag)
+        self._active = np.zeros(n)
+        self.hold = np.zeros(n)
+        """What it has come to hold against (arm,) [N·m]."""
         self.error = np.zeros(n)
         """Wanted minus true position at the last step (arm,) [rad]."""
 
     def want(self, movement: Trajectory, anticipated: Table, t: float) -> None:
-        """Begin a movement at time `t` [s]; its last posture is held after its end.
+        """Begin a movement at time `t`; its last posture is kept after its end.
 
         Args:
             movement: Of the arm's freedoms, tabled at the wearer's period.
-            anticipated: Torque that the wearer expects it to need (tick, arm), or (1, arm) for all of it [N·m].
+            anticipated: Torque that the wearer expects it to need (tick, arm), or one row for all of it [N·m].
             t: On the clock of `step` [s].
         """
         self._wanted, self._anticipated, self._begin = movement, anticipated, t
 
-    @property
-    def hold(self) -> PerFreedom:
-        """What it has learned to hold against [N·m]."""
-        return self._hold
-
     def step(self, t: float, q_arm: PerFreedom, v_arm: PerFreedom) -> PerFreedom:
-        """Muscle torque (arm,) [N·m] at time `t` [s], for the arm's present position [rad] and velocity [rad/s]."""
-        body = self.physiology
+        """Muscle torque (arm,) [N·m] at time `t` [s] with the arm at `q_arm` [rad], moving with `v_arm` [rad/s]."""
         if self._wanted is None:
-            return self._muscle(self._hold)
-        k = min(max(round((t - self._begin) / self._period), 0), len(self._wanted) - 1)
-        has_ended = k == len(self._wanted) - 1
-        self.error = self._wanted.q[k] - q_arm
-        slip = (0.0 if has_ended else self._wanted.v[k]) - v_arm
-        late_error, late_slip = self._delayed(self.error, slip)
+            return np.zeros_like(q_arm)
+        body, tick = self.physiology, max(round((t - self._begin) / self._period), 0)
+        anticipated = self._anticipated[min(tick, len(self._anticipated) - 1)]
+        v_wanted = self._wanted.v[tick] if tick < len(self._wanted) else 0.0
+        self.error = self._wanted.q[min(tick, len(self._wanted) - 1)] - q_arm
+        elastic = body.stiffness * self.error + body.damping * (v_wanted - v_arm)
+        late_error, late_elastic = self._delayed(self.error, elastic)
         felt = late_error - np.clip(late_error, -body.hold_threshold, body.hold_threshold)
-        self._hold = np.clip(
-            self._hold + self._period * body.hold_rate * body.stiffness * felt, -body.torque_max, body.torque_max
-        )
-        reflex = body.reflex_share * (body.stiffness * late_error + body.damping * late_slip)
-        anticipated = self._anticipated[min(k, len(self._anticipated) - 1)]
-        elastic = body.stiffness * self.error + body.damping * slip
-        return np.clip(self._muscle(anticipated + reflex + self._hold) + elastic, -body.torque_max, body.torque_max)
+        self.hold = self._within_strength(self.hold + self._period * body.hold_rate * body.stiffness * felt)
+        command = self._within_strength(anticipated + body.reflex_share * late_elastic + self.hold)
+        self._active += self._follow * (command - self._active)
+        return self._within_strength(self._active + elastic)
 
-    def _muscle(self, command: PerFreedom) -> PerFreedom:
-        limit = self.physiology.torque_max
-        self._command += self._follow * (np.clip(command, -limit, limit) - self._command)
-        return self._command.copy()
-
-    def _delayed(self, error: PerFreedom, slip: PerFreedom) -> tuple[PerFreedom, PerFreedom]:
-        """What the nerves report now: errors of position and velocity one delay ago, against what was wanted then."""
+    def _delayed(self, error: PerFreedom, elastic: PerFreedom) -> tuple[PerFreedom, PerFreedom]:
+        """What the nerves report now: both as they were one delay ago, against what was wanted then."""
         place = self._late[self._ticks % len(self._late)]
         late = place.copy()
-        place[0], place[1] = error, slip
+        place[0], place[1] = error, elastic
         self._ticks += 1
         return late[0], late[1]
+
+    def _within_strength(self, tau: PerFreedom) -> PerFreedom:
+        return np.clip(tau, -self.physiology.torque_max, self.physiology.torque_max)

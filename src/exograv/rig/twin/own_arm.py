@@ -1,4 +1,6 @@
-"""What a person knows about the own arm: the torque that a movement of it needs, at a gravity that is felt or believed."""
+"""What a person knows of the own arm: the torque that a movement needs, at a gravity that is felt or believed."""
+
+from dataclasses import replace
 
 import casadi as ca
 import mujoco
@@ -11,7 +13,7 @@ from exograv.motion import Trajectory
 from .machine import Machine
 from .passive import elastic_torque, shoulder_shift
 from .scene import build_scene
-from .wearer import Wearer
+from .wearer import Cuffs, Wearer
 
 PerFreedom = Float[np.ndarray, " arm"]
 
@@ -20,31 +22,44 @@ class OwnArm:
     """Inverse dynamics of the arm alone, by the twin's engine: nothing of the machine is in it."""
 
     def __init__(self, description: RigDescription, machine: Machine, wearer: Wearer):
-        """The machine only gives the arm its place and the direction of gravity."""
-        self._scene, self._wearer = build_scene(description, machine, wearer), wearer
-        self._gravity = machine.gravity
+        """The machine only gives the arm its place, and gravity its direction."""
+        self._scene, self._wearer, self._gravity = build_scene(description, machine, wearer), wearer, machine.gravity
         q = ca.SX.sym("q", len(self._scene.arm))
         shift = shoulder_shift(q, wearer.glenohumeral_share)
-        self._by_posture = ca.Function(
-            "own_arm", [q], [shift, ca.gradient(shift, q), elastic_torque(wearer.passive, q)]
-        )
+        results = [shift, ca.gradient(shift, q), elastic_torque(wearer.passive, q)]
+        self._at_posture = ca.Function("own_arm", [q], results)
 
     def torque(self, q: PerFreedom, v: PerFreedom, a: PerFreedom, gravity_level: float = 1.0) -> PerFreedom:
         """Muscle torque [N·m] for position [rad], velocity [rad/s] and acceleration [rad/s²] of the arm's freedoms.
 
-        The shoulder's own path is followed to first order, hysteresis is left out.
+        The shoulder's own path is followed to first order; hysteresis is left out.
         """
         scene, model, data = self._scene, self._scene.model, self._scene.data
-        shift, slope, elastic = (np.asarray(value).ravel() for value in self._by_posture(q))
-        data.qvel[:] = data.qacc[:] = 0.0
+        shift, slope, elastic = (np.asarray(value).ravel() for value in self._at_posture(q))
+        model.opt.gravity = gravity_level * self._gravity
         data.qpos[scene.arm], data.qvel[scene.arm], data.qacc[scene.arm] = q, v, a
         data.qpos[scene.shift], data.qvel[scene.shift], data.qacc[scene.shift] = shift[0], slope @ v, slope @ a
-        model.opt.gravity = gravity_level * self._gravity
         mujoco.mj_inverse(model, data)
-        needed = data.qfrc_inverse[scene.arm] + slope * data.qfrc_inverse[scene.shift]
-        return needed - elastic + self._wearer.passive.damping * v
+        load = data.qfrc_inverse
+        return load[scene.arm] + slope * load[scene.shift] - elastic + self._wearer.passive.damping * v
 
     def torques(self, movement: Trajectory, gravity_level: float = 1.0) -> Float[np.ndarray, "tick arm"]:
-        """The same along a movement."""
+        """The same along a movement of the arm's freedoms."""
         rows = zip(movement.q, movement.v, movement.a, strict=True)
         return np.array([self.torque(q, v, a, gravity_level) for q, v, a in rows])
+
+    def inertia(self, q: PerFreedom) -> Float[np.ndarray, "arm arm"]:
+        """Inertia matrix about the arm's freedoms [kg·m²]."""
+        still = np.zeros_like(q)
+        at_rest = self.torque(q, still, still)
+        return np.array([self.torque(q, still, row) - at_rest for row in np.eye(len(q))])
+
+
+def out_of_the_machine(wearer: Wearer) -> Wearer:
+    """The same person with open cuffs: machine and arm share the room and do not touch."""
+    return replace(wearer, cuffs=Cuffs(np.zeros(6), 0.0, 0.0))
+
+
+def weightless(machine: Machine) -> Machine:
+    """The same machine in an aircraft on a parabola."""
+    return replace(machine, gravity=np.zeros(3))
