@@ -111,7 +111,7 @@ def test_the_arms_torque_is_what_pinocchios_frame_jacobians_map(
     generator = np.random.default_rng(0)
     lower, upper = ours.description.workspace
     for y in generator.uniform(lower + 0.1, upper, (8, 4)):
-        z, _ = solver.solve(y, y, OFFSET)
+        z, _ = solver.solve(y, fit=OFFSET)
         for _ in range(3):
             z = function.of(y, z, OFFSET)[0]
         z, G, strain, torque = function.of(y, z, OFFSET)

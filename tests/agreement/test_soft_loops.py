@@ -23,6 +23,7 @@ from exograv.dynamics.loop_torque import (
 )
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.anthropometry import Body
+from exograv.model.arm import build_arm
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.loops import FIT, LoopSolver, arm_positions
@@ -79,7 +80,8 @@ class Energies:
 
 def _arm_joints() -> ca.Function:
     z, fit = ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
-    return ca.Function("arm_joints", [z, fit], [arm_positions(z, fit)])
+    arm = build_arm(Body(1.75, 75.0, "male"), "right")
+    return ca.Function("arm_joints", [z, fit], [arm_positions(arm, z, fit)])
 
 
 ARM_JOINTS = _arm_joints()
@@ -120,7 +122,7 @@ def test_the_posture_has_least_energy(either_assembly, make_pinocchio, write_urd
     lower, upper = either_assembly.description.workspace
     for y in generator.uniform(lower, upper, (5, 4)):
         energy_of = energies.total if sags else energies.of_cuffs
-        z, _ = closed_posture(function, y, solver.solve(y, y, FIT_OF_WEARER)[0])
+        z, _ = closed_posture(function, y, solver.solve(y, fit=FIT_OF_WEARER)[0])
         around = [energy_of(y, z + 1e-3 * generator.normal(size=4)) for _ in range(20)]
         assert min(around) > energy_of(y, z)
 
@@ -132,7 +134,7 @@ def test_the_torque_at_rest_is_the_slope_of_the_total_energy(either_assembly, ma
     generator = np.random.default_rng(1)
     lower, upper = either_assembly.description.workspace
     for y in generator.uniform(lower, upper, (5, 4)):
-        z, torque = closed_posture(function, y, solver.solve(y, y, FIT_OF_WEARER)[0])
+        z, torque = closed_posture(function, y, solver.solve(y, fit=FIT_OF_WEARER)[0])
         slope = np.zeros(4)
         for i, direction in enumerate(np.eye(4)):
             for k, weight in ((1, 45.0), (2, -9.0), (3, 1.0)):
@@ -169,8 +171,8 @@ def left_over_of_truth(seed: int) -> np.ndarray:
     assembly = with_true_cuffs(assemble(description, body), wearer)
     tick = Tick(assembly, exact_machine(description, machine.drives.gain, assembly.exo.phi))
     truth = parameter_truth(wearer)
-    x = np.array([truth.get(name, 0.0) for name, _ in parameters.names_and_units(description.joints)])
-    x[parameters.FIT_OF_ARM][FIT.index("upper_arm_lengthening")] = (
+    x = np.array([truth.get(name, 0.0) for name, _ in parameters.names_and_units(assembly)])
+    x[parameters.Layout.of(assembly).fit][FIT.index("upper_arm_lengthening")] = (
         wearer.segments["upper_arm"].length - wearer.lengths_given["upper_arm"]
     )
     still = np.zeros(4)

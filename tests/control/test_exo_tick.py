@@ -18,7 +18,7 @@ def tick(assembly) -> ExoTick:
 def test_a_known_weight_on_the_mount_adds_its_weight_times_its_lever(tick, assembly):
     held = Reference(Q, STILL, STILL)
     bare = tick.step(Q, STILL, held).copy()
-    tick.weight_kg = 3.0
+    tick.hang("calibration_mount", 3.0)
     loaded = tick.step(Q, STILL, held).copy()
     lever = -assembly.exo.frame("calibration_mount").p_body_frame[2]
     np.testing.assert_allclose((loaded - bare)[[0, 3]], 3.0 * 9.81 * lever, atol=PARITY)

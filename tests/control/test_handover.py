@@ -67,9 +67,7 @@ def test_nothing_published_leaves_everything_in_force():
 def test_every_mixture_of_two_arms_is_an_arm(part: slice):
     light = build_arm(Body(1.55, 50.0, "female"), "right")
     heavy = build_arm(Body(1.9, 95.0, "male"), "right")
-    start, goal = (
-        np.concatenate([phi, np.zeros(24)]) for phi in (light.phi, heavy.phi + held_weight(heavy.lengths, 1.0))
-    )
+    start, goal = (np.concatenate([phi, np.zeros(24)]) for phi in (light.phi, heavy.phi + held_weight(heavy, 1.0)))
     handover = Handover(start, DT)
     handover.publish(goal, 5.0)
     assert all(is_physical(x[part]) for x in ramp(handover, 1.1))

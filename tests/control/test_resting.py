@@ -6,11 +6,13 @@ import pytest
 from exograv.control.resting import RestingTorque
 from exograv.control.tick import Mode, Tick
 from exograv.dynamics import parameters
-from exograv.model.loops import FIT, TWIST_MAX
+from exograv.model.loops import FIT
 from exograv.model.support import sample_postures
 
 PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
 POSTURES = 31
+FAR = 1.0  # rad: arm and machine differ by 0.8 at most in a true rest
+LAYOUT = parameters.Layout(segments=2, freedoms=4, arms=1, joints=4)
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +40,8 @@ def test_it_asks_for_what_the_tick_asks_for(resting, postures, assembly, machine
 def test_every_state_has_its_own_arm(resting, postures, wearer):
     z_start = resting.cold_start(postures[:1], wearer)
     arms = np.tile(wearer, (3, 1))
-    arms[1, parameters.PHI] *= 1.2
-    arms[2, parameters.FIT_OF_ARM] = 0.0
+    arms[1, LAYOUT.phi] *= 1.2
+    arms[2, LAYOUT.fit] = 0.0
     states = np.repeat(postures[:1], 3, axis=0)
     together = resting(states, arms, np.repeat(z_start, 3, axis=0))
     for i in range(3):
@@ -66,7 +68,7 @@ def test_an_arm_that_lies_twisted_in_its_cuffs_is_not_closed(resting, postures, 
     twisted = 0
     for turn in (np.array([np.pi, np.pi, np.pi, 0.0]), np.array([0.0, 0.0, 2 * np.pi, 0.0])):
         got = resting(postures, np.tile(wearer, (POSTURES, 1)), starts + turn)
-        far = np.abs(got.z - postures).max(axis=1) > TWIST_MAX
+        far = np.abs(got.z - postures).max(axis=1) > FAR
         twisted += int(far.sum())
         assert not got.is_closed[far].any()
     assert twisted > POSTURES
@@ -74,7 +76,7 @@ def test_an_arm_that_lies_twisted_in_its_cuffs_is_not_closed(resting, postures, 
 
 def test_an_arm_in_slack_cuffs_is_not_closed(resting, postures, wearer):
     slack = wearer.copy()
-    slack[parameters.FIT_OF_ARM][[FIT.index("cuff_log_stiffness"), FIT.index("cuff_log_rotational_stiffness")]] = -14.0
-    slack[parameters.PHI] = 0.0
+    slack[LAYOUT.fit][[FIT.index("cuff_log_stiffness"), FIT.index("cuff_log_rotational_stiffness")]] = -14.0
+    slack[LAYOUT.phi] = 0.0
     starts = resting.cold_start(postures, wearer)
     assert not resting(postures, np.tile(slack, (POSTURES, 1)), starts).is_closed.any()

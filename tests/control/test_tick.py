@@ -15,6 +15,7 @@ PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
 Q = np.array([0.8, 0.3, -0.2, 1.3])
 STILL = np.zeros(4)
 DT = 1e-3
+LAYOUT = parameters.Layout(segments=2, freedoms=4, arms=1, joints=4)
 SETTLING = 12  # ticks; the sag under the arm's weight settles by a factor of ten a tick
 SAG_Nm = 0.1  # the arm hangs up to 2° deeper in its cuffs under 1.8 times its weight, which changes its levers
 SLOPE_OF_CUFFS_Nm = 1e-8  # predictor and one Newton step leave no more
@@ -43,7 +44,7 @@ def changed(x: np.ndarray, block: slice, value: float) -> np.ndarray:
 
 def test_level_one_leaves_the_arm_its_own_weight(tick, wearer):
     weightless, earth = (at_rest(tick, wearer, Mode(gravity_level=level)) for level in (0.0, 1.0))
-    without_arm = at_rest(tick, changed(wearer, parameters.PHI, 0.0), Mode())
+    without_arm = at_rest(tick, changed(wearer, LAYOUT.phi, 0.0), Mode())
     # On Earth the motors carry what they carry for an arm without mass: the machine and the strained cuffs.
     np.testing.assert_allclose(earth, without_arm, atol=PARITY)
     assert np.abs(weightless - earth).max() > 2.0
@@ -56,8 +57,8 @@ def test_torque_is_linear_in_the_gravity_level(tick, wearer, level: float):
 
 
 def test_the_strain_is_the_same_at_every_gravity_level(tick, wearer):
-    massless, aligned = changed(wearer, parameters.PHI, 0.0), changed(wearer, parameters.PHI, 0.0)
-    aligned[parameters.FIT_OF_ARM] = 0.0
+    massless, aligned = changed(wearer, LAYOUT.phi, 0.0), changed(wearer, LAYOUT.phi, 0.0)
+    aligned[LAYOUT.fit] = 0.0
     modes = [Mode(gravity_level=level) for level in (0.0, 1.0, 1.8)]
     strains = [at_rest(tick, massless, mode) - at_rest(tick, aligned, mode) for mode in modes]
     assert np.abs(strains[0]).max() > 0.02
@@ -65,7 +66,7 @@ def test_the_strain_is_the_same_at_every_gravity_level(tick, wearer):
         np.testing.assert_array_equal(strain, strains[0])
 
 
-@pytest.mark.parametrize("block", [parameters.STIFFNESS, parameters.SPRING_OFFSET, parameters.DAMPING])
+@pytest.mark.parametrize("block", [LAYOUT.stiffness, LAYOUT.spring_offset, LAYOUT.damping])
 @pytest.mark.parametrize("level", [0.0, 1.0])
 def test_the_elasticity_of_the_wearers_joints_is_never_compensated(tick, wearer, block: slice, level: float):
     v = np.array([0.5, -0.4, 0.3, 1.0])
@@ -76,7 +77,7 @@ def test_the_elasticity_of_the_wearers_joints_is_never_compensated(tick, wearer,
 
 
 def test_no_inertia_is_compensated_while_floating(tick, wearer):
-    light, heavy = (at_rest(tick, changed(wearer, parameters.rotor(4), r), Mode()) for r in (0.0, 5.0))
+    light, heavy = (at_rest(tick, changed(wearer, LAYOUT.rotor, r), Mode()) for r in (0.0, 5.0))
     np.testing.assert_array_equal(light, heavy)
     tick.step(Q, STILL, Reference(Q + 0.3, STILL + 2.0, STILL + 9.0), wearer)
     np.testing.assert_allclose(tick.tau_desired, at_rest(tick, wearer, Mode()), atol=PARITY)
@@ -84,7 +85,7 @@ def test_no_inertia_is_compensated_while_floating(tick, wearer):
 
 def test_without_a_known_arm_the_machine_alone_is_carried(tick, assembly, wearer):
     machine_alone = at_rest(tick, wearer, Mode(arm_share=0.0))
-    massless = changed(changed(wearer, parameters.PHI, 0.0), parameters.FIT_OF_ARM, 0.0)
+    massless = changed(changed(wearer, LAYOUT.phi, 0.0), LAYOUT.fit, 0.0)
     np.testing.assert_allclose(machine_alone, at_rest(tick, massless, Mode()), atol=PARITY)
 
 
@@ -135,7 +136,7 @@ def test_the_loops_stay_closed_at_three_radians_per_second(tick, assembly, weare
     t = np.arange(1500)[:, None] * DT
     path = centre + reach * np.sin(3.0 / reach * t + [0.0, 1.0, 2.0, 3.0])
     slopes, x = [], wearer.copy()
-    x[parameters.PHI] *= arm
+    x[LAYOUT.phi] *= arm
     for before, q in pairwise(path):
         tick.step(q, (q - before) / DT, Reference(q, STILL, STILL), x)
         slopes.append(tick.closure_slope)

@@ -50,7 +50,7 @@ def postures(assembly, count: int) -> np.ndarray:
 def test_G_is_the_derivative_of_the_posture(assembly, fit, step):
     solver, v = LoopSolver(assembly), np.zeros(4)
     for y in postures(assembly, 6):
-        z = solver.solve(y, y, fit)[0]
+        z = solver.solve(y, fit=fit)[0]
         G = closed_at(step, y, z, fit, v)[1]
         moved = [derivative(lambda d, y=y, z=z: closed_at(step, y + d, z, fit, v)[0], e) for e in np.eye(4)]
         np.testing.assert_allclose(G, np.column_stack(moved), atol=DERIVATIVE_TOLERANCE)
@@ -60,7 +60,7 @@ def test_the_velocity_bias_is_the_rate_of_G_times_velocity(assembly, fit, step):
     solver, generator = LoopSolver(assembly), np.random.default_rng(1)
     for y in postures(assembly, 6):
         v = generator.uniform(-3.0, 3.0, 4)
-        z = solver.solve(y, y, fit)[0]
+        z = solver.solve(y, fit=fit)[0]
         bias = closed_at(step, y, z, fit, v)[4]
         rate = derivative(lambda d, y=y, z=z, v=v: closed_at(step, y + d, z, fit, v)[1] @ v, v)
         np.testing.assert_allclose(bias, rate, atol=BIAS_TOLERANCE)
@@ -71,7 +71,7 @@ def test_the_strain_is_the_derivative_of_the_least_energy(assembly, fit, step):
     energy = ca.Function("energy", [cuffs.y, cuffs.z, cuffs.fit], [cuffs.energy])
     solver, v = LoopSolver(assembly), np.zeros(4)
     for y in postures(assembly, 4):
-        z = solver.solve(y, y, fit)[0]
+        z = solver.solve(y, fit=fit)[0]
 
         def least(d: np.ndarray, y: np.ndarray = y, z: np.ndarray = z) -> np.ndarray:
             return np.array([float(energy(y + d, closed_at(step, y + d, z, fit, v)[0], fit))])
@@ -86,7 +86,7 @@ def test_predictor_and_one_newton_step_keep_the_loops_closed_at_three_radians_pe
     t = np.arange(3000)[:, None] * DT
     path = centre + reach * np.sin(3.0 / reach * t + [0.0, 1.0, 2.0, 3.0])
     none = np.zeros(4)
-    z, G = LoopSolver(assembly).solve(path[0], path[0], fit)[0], np.zeros((4, 4))
+    z, G = LoopSolver(assembly).solve(path[0], fit=fit)[0], np.zeros((4, 4))
     z, G = closed_at(step, path[0], z, fit, none)[:2]
     worst = 0.0
     for before, y in pairwise(path):
@@ -118,7 +118,7 @@ def test_the_gauss_newton_hessian_would_be_wrong(assembly, fit, step):
     # It is not the full one as soon as cuffs are strained; G by it was wrong by up to 0.3 per entry.
     solver, worst = LoopSolver(assembly), 0.0
     for y in postures(assembly, 20):
-        z, G, *_, H = closed_at(step, y, solver.solve(y, y, fit)[0], fit, np.zeros(4))
+        z, G, *_, H = closed_at(step, y, solver.solve(y, fit=fit)[0], fit, np.zeros(4))
         G_gauss_newton = np.linalg.solve(solver.gauss_newton_hessian(y, z, fit), H @ G)
         worst = max(worst, float(np.abs(G_gauss_newton - G).max()))
     assert worst > 0.05

@@ -18,7 +18,7 @@ def compared(assembly: Assembly) -> kernel.Kernel:
     """Every derivative by geometry, then by differentiating ½ Σ k r²."""
     cuffs: CuffEnergy = cuff_energy(assembly)
     y, z, fit, along = cuffs.y, cuffs.z, cuffs.fit, cuffs.along
-    residual = cuff_residuals(assembly, y, z, fit)
+    residual, _ = cuff_residuals(assembly, y, z, fit)
     energy = 0.5 * ca.dot(scaled_stiffness(assembly, fit) * residual, residual)
     slope, both = ca.gradient(energy, z), ca.vertcat(y, z)
     bent = ca.jtimes(ca.jtimes(slope, both, along), both, along)

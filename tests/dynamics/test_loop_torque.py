@@ -53,7 +53,7 @@ def torque(assembly, fit) -> Callable[..., list[np.ndarray]]:
     compiled, solver = torque_kernel(assembly), LoopSolver(assembly)
 
     def at(y, v, a, phi=assembly.arm.phi, gravity=GRAVITY, fit=fit) -> list[np.ndarray]:
-        z = solver.solve(y, y, fit)[0]
+        z = solver.solve(y, fit=fit)[0]
         return settled(compiled, y, z, fit, v, a, phi, gravity)
 
     return at
@@ -124,7 +124,7 @@ def test_the_strain_knows_neither_gravity_nor_mass(torque):
 def test_a_weight_in_the_hand_of_an_aligned_arm_adds_its_weight_times_its_lever(assembly, torque):
     y, none = np.array([0.0, 0.0, 0.0, np.pi / 2]), np.zeros(4)
     aligned = np.zeros(len(FIT))
-    weight = held_weight(assembly.arm.lengths, 1.0)
+    weight = held_weight(assembly.arm, 1.0)
     added = torque(y, none, none, phi=weight, fit=aligned)[2]
     lever = assembly.arm.lengths["forearm"] + 0.36 * assembly.arm.lengths["hand"]
     np.testing.assert_allclose(added, [9.81 * lever, 0.0, 0.0, 9.81 * lever], atol=PARITY)
@@ -147,6 +147,6 @@ def test_left_and_right_cost_the_same(fit):
     for side, own_fit in sides:
         assembly = assemble(load_rig("recupera_like", side), Body(1.75, 75.0, "male"))
         compiled, (y, v, a) = torque_kernel(assembly, PASSIVE), motion(0.6)
-        z = LoopSolver(assembly).solve(y, y, own_fit)[0]
+        z = LoopSolver(assembly).solve(y, fit=own_fit)[0]
         totals.append(settled(compiled, y, z, own_fit, v, a, assembly.arm.phi, GRAVITY)[4])
     np.testing.assert_allclose(*totals, atol=PARITY)

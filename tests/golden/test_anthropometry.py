@@ -73,7 +73,7 @@ def test_a_man_of_the_tables_stature_has_the_tables_lengths():
 
 def test_one_kilogram_in_the_hand_adds_its_lever():
     arm = build_arm(MEAN_MAN, "right")
-    added = level_torque(held_weight(arm.lengths, 1.0))
+    added = level_torque(held_weight(arm, 1.0))
     lever = 0.2689 + 0.36 * 0.1879  # m, from the elbow
     assert added["arm_elbow"] == pytest.approx(9.81 * lever, abs=LAST_DIGIT)
     assert added["arm_flexion"] == pytest.approx(9.81 * (lever + 0.2817), abs=LAST_DIGIT)

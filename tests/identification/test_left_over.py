@@ -5,6 +5,10 @@ import pytest
 
 from exograv.identification.interface import Estimate, Outcome
 from exograv.identification.left_over import TARGET_NM, StopRule
+from exograv.model.rig_settings import Place
+
+PLACES: tuple[Place, ...] = ("shoulder", "shoulder", "elbow", "wrist")
+TARGETS = np.array([TARGET_NM[place] for place in PLACES])
 
 
 def estimate(t: float, rejected_share: float = 0.0) -> Estimate:
@@ -13,8 +17,8 @@ def estimate(t: float, rejected_share: float = 0.0) -> Estimate:
 
 def judged(ratio_at, seconds: int = 60, rejected_share: float = 0.0) -> list[Outcome]:
     """One verdict a second for a predicted left over of this multiple of the target."""
-    rule = StopRule(4)
-    return [rule.judge(estimate(float(t), rejected_share), ratio_at(t) * TARGET_NM) for t in range(1, seconds + 1)]
+    rule = StopRule(PLACES)
+    return [rule.judge(estimate(float(t), rejected_share), ratio_at(t) * TARGETS) for t in range(1, seconds + 1)]
 
 
 def test_at_the_target_the_arm_is_identified_at_once():
@@ -23,9 +27,9 @@ def test_at_the_target_the_arm_is_identified_at_once():
 
 @pytest.mark.parametrize("joint", range(4))
 def test_one_joint_beyond_its_target_is_enough_to_go_on(joint: int):
-    predicted = 0.5 * TARGET_NM
-    predicted[joint] = 1.01 * TARGET_NM[joint]
-    assert StopRule(4).judge(estimate(1.0), predicted) is Outcome.RUNNING
+    predicted = 0.5 * TARGETS
+    predicted[joint] = 1.01 * TARGETS[joint]
+    assert StopRule(PLACES).judge(estimate(1.0), predicted) is Outcome.RUNNING
 
 
 def test_a_prediction_that_keeps_improving_runs_until_its_target():

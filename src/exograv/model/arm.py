@@ -63,7 +63,7 @@ class Arm:
     def is_reachable(self, z: Float[np.ndarray, "*state freedom"]) -> Bool[np.ndarray, "*state"]:
         """Whether angles [rad] lie in the freedoms' reach, with a margin."""
         lower, upper = np.array([LIMITS[name] for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms]]).T
-        return np.all((z > lower - REACH_MARGIN) & (z < upper + REACH_MARGIN), axis=-1)
+        return np.asarray(np.all((z > lower - REACH_MARGIN) & (z < upper + REACH_MARGIN), axis=-1))
 
     def limb(self, side: ArmSide | None) -> Limb:
         """The arm of a side; the only one if no side is named."""
