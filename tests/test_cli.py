@@ -27,7 +27,7 @@ def exograv(*words: str, folder: Path, columns: int = 80) -> subprocess.Complete
 
 
 REFUSED = {
-    "an unknown machine": (("demo", "--rig", "nobody"), "No machine 'nobody'. Known: recupera_like"),
+    "an unknown machine": (("demo", "--rig", "nobody"), "No machine 'nobody'. Known: agree_like, nesm_like, recup"),
     "a level that does not exist": (("demo", "--level", "7"), "--level is 7; allowed: 0"),
     "more than the weight of the arm": (("demo", "--gravity-level", "2"), "--gravity-level is 2.0; allowed: 0"),
     "a gravity level that is no number": (("demo", "--gravity-level", "nan"), "--gravity-level is nan"),
@@ -118,9 +118,16 @@ def test_help_and_lists_fit_any_terminal(columns: int, tmp_path: Path):
 
 def test_the_machines_are_listed_for_scripts_too(tmp_path: Path):
     assert exograv("rigs", "--json", "new/rigs.json", folder=tmp_path).returncode == 0
-    (rig,) = json.loads((tmp_path / "new" / "rigs.json").read_text())["rigs"]
-    assert rig["name"] == "recupera_like"
-    assert len(rig["joints"]) == 4
+    rigs = {rig["name"]: rig for rig in json.loads((tmp_path / "new" / "rigs.json").read_text())["rigs"]}
+    assert {name: (len(rig["joints"]), rig["sides"]) for name, rig in rigs.items()} == {
+        "agree_like": (4, ["right"]),
+        "nesm_like": (4, ["right"]),
+        "recupera_like": (4, ["right", "left"]),
+        "recupera_like_7": (7, ["right", "left"]),
+        "recupera_like_dual": (8, ["both"]),
+        "recupera_like_passive": (4, ["right", "left"]),
+        "recupera_like_qdd": (4, ["right", "left"]),
+    }
 
 
 def test_the_doctor_says_what_is_wrong_and_so_does_its_exit_status(tmp_path: Path):

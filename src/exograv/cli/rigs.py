@@ -18,6 +18,9 @@ def run_rigs(_command: Rigs) -> dict[str, Any]:
     rows = []
     for name in rig_names():
         description = load_rig(name)
-        rows.append({"name": name, "title": description.settings.title, "joints": list(description.joints)})
-        print(f"{name}: {description.settings.title} ({len(description.joints)} joints, right or left)")
+        sides = description.settings.urdf.sides
+        title, joints = description.settings.title, description.joints
+        rows.append({"name": name, "title": title, "joints": list(joints), "sides": list(sides)})
+        arms = "both arms" if sides == ("both",) else " or ".join(sides)
+        print(f"{name}: {title} ({len(joints)} joints, {arms})")
     return {"rigs": rows}

@@ -171,7 +171,12 @@ class LoopSolver:
         y, z, fit = ca.SX.sym("y", assembly.n), ca.SX.sym("z", assembly.n_freedoms), ca.SX.sym("fit", len(names))
         residuals, cosines = cuff_residuals(assembly, y, z, fit)
         weighted = ca.sqrt(scaled_stiffness(assembly, fit)) * residuals
-        results = {"residual": weighted, "jacobian": ca.jacobian(weighted, z), "cosines": cosines}
+        results = {
+            "residual": weighted,
+            "jacobian": ca.jacobian(weighted, z),
+            "cosines": cosines,
+            "strain": residuals,
+        }
         function = ca.Function("loops", [y, z, fit], list(results.values()), ["y", "z", "fit"], list(results))
         self._kernel = kernel.compile(function)
         self._nominal_fit = np.zeros(len(names))
@@ -229,3 +234,9 @@ class LoopSolver:
         """Stiffness with which the cuffs hold the arm's freedoms [N·m/rad]."""
         jacobian = self._kernel.of(y, z, self._nominal_fit if fit is None else fit)[1]
         return jacobian.T @ jacobian
+
+    def strain(self, y: Posture, z: Freedoms) -> tuple[float, float]:
+        """Largest stretch [m] and largest turn [rad] of any cuff."""
+        _, _, cosines, residuals = self._kernel.of(y, z, self._nominal_fit)
+        stretch = np.linalg.norm(residuals.reshape(-1, 6)[:, :3], axis=1)
+        return float(stretch.max()), float(np.arccos(np.clip(cosines.min(), -1.0, 1.0)))
