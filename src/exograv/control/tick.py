@@ -35,6 +35,11 @@ SLOPE_MAX = 1e-6
 """Remaining slope of the cuffs' energy up to which the loops at rest count as closed [N·m]."""
 
 
+SINGULAR_FROM, SINGULAR_TO = 3.0, 5.0
+"""Swing (`Tick.swing`) over which the wearer's passive torque fades out of the drive: near a singular posture of the
+arm its angles spin while it hardly moves, and springs and damping of angles mean nothing [-]."""
+
+
 @dataclass
 class Mode:
     """What the tick is for; changed between ticks."""
@@ -91,6 +96,15 @@ class Tick:
     def closure_slope(self) -> float:
         """What is left of the cuffs' slope, summed over freedoms [N·m]; above `SLOPE_MAX` the loops are not closed."""
         return self._out["slope"].item()
+
+    @property
+    def swing(self) -> float:
+        """How far from a singular posture of the arm: mean square of how fast its angles turn for the machine's.
+
+        About 1 where the two are aligned [-]; from `SINGULAR_FROM` on the posture counts as near singular.
+        """
+        G = self._out["G"]
+        return float(np.vdot(G, G)) / len(G)
 
     def step(self, q: Joints, v: Joints, reference: Reference, x: Parameters) -> Joints:
         """Desired torque (joint,) [N·m].
@@ -184,10 +198,11 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     )
     gravity = ca.DM(machine.gravity)
     felt = (1 - gravity_level) * gravity
-    z = newton_step(cuffs, q, predicted, fit, static_load(assembly, arm, predicted, felt, drive))
-    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, felt, drive))
+    # The wearer's springs do not bend the posture here: by a degree at most, and near a singular posture by any amount.
+    z = newton_step(cuffs, q, predicted, fit, static_load(assembly, arm, predicted, felt, 0.0))
+    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, felt, 0.0))
     motion = (q, drive * v_reference, drive * a_reference)
-    load = arm_load(assembly, arm, cuffs, closed, motion, felt, passive_share=drive)
+    load = arm_load(assembly, arm, cuffs, closed, motion, felt, drive * away_from_singular(closed.G))
     torque = LoopTorque(
         exo_torque(assembly, machine.phi, x[layout.rotor], motion, gravity),
         closed.G.T @ load,
@@ -216,3 +231,10 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         "cosine": closed.cosine,
     }
     return ca.Function("tick", inputs, list(outputs.values()), names, list(outputs))
+
+
+def away_from_singular(G: ca.SX) -> ca.SX:
+    """1 far from the arm's singular postures, 0 close to one, with a smooth step; G (freedom, joint)."""
+    s = (ca.sumsqr(G) / G.size1() - SINGULAR_FROM) / (SINGULAR_TO - SINGULAR_FROM)
+    s = ca.fmin(ca.fmax(s, 0), 1)
+    return 1 - 3 * s**2 + 2 * s**3

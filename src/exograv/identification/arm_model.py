@@ -25,6 +25,13 @@ SLOW_V = 0.1
 SAG_STEPS = 5
 """Newton steps from the posture of the cuffs alone to that under load; quadratic convergence."""
 
+SINGULAR_SWING = 4.0
+"""Mean square of how fast the arm's angles turn for the machine's beyond which a sample says nothing: near a singular
+posture of the arm its angles spin, and their springs and damping mean nothing [-]."""
+
+SINGULAR_SD = 1e3
+"""Of such a sample [N·m]."""
+
 SLOPE_MAX = 0.01
 """Remaining slope of the cuffs' energy beyond which the posture is lost and closed from cold [N·m]."""
 
@@ -102,8 +109,12 @@ class ArmModel:
         return tau, derivative, float(np.abs(slope).max())
 
     def direction_uncertainty(self, v: Joints) -> Joints:
-        """Standard deviation [N·m]: all of the Coulomb torque at rest, none of it in clear motion."""
-        return np.asarray(self.machine.friction.coulomb) / np.cosh(v / SLOW_V) ** 2
+        """Standard deviation [N·m]: all of the Coulomb torque at rest, none of it in clear motion.
+
+        Beyond all torque where the sample linearised last was near a singular posture.
+        """
+        singular = float(np.vdot(self._G, self._G)) / len(self._G) > SINGULAR_SWING
+        return np.asarray(self.machine.friction.coulomb) / np.cosh(v / SLOW_V) ** 2 + singular * SINGULAR_SD
 
 
 def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:

@@ -1,0 +1,57 @@
+"""Through postures in which the arm's angles are singular the torque stays smooth, and the posture is recognised."""
+
+import numpy as np
+import pytest
+
+from exograv.control.tick import SINGULAR_FROM, Mode, Tick
+from exograv.dynamics import parameters
+from exograv.signals import Reference
+
+DT = 1e-3
+TORQUE_STEP_MAX_Nm = {0.0: 0.15, 1.0: 0.5}
+"""A tick, floating and driven. Floating: what the envelope's rate of 150 N·m/s lets through; driven the wearer's
+damping, which fades, is worth three times as much [N·m]."""
+SPEED = 1.0  # rad/s
+UPRIGHT = np.pi / 2
+"""Abduction at which flexion and rotation turn the arm about one axis."""
+
+
+@pytest.fixture(scope="module")
+def tick(assembly, machine) -> Tick:
+    return Tick(assembly, machine)
+
+
+def path_through(generator: np.random.Generator) -> np.ndarray:
+    """Joint angles (tick, 4), straight through the singular posture or near it, 0.35 rad to either side."""
+    middle = np.array([generator.uniform(0.0, 1.5), UPRIGHT, generator.uniform(-0.6, 0.6), generator.uniform(0.5, 1.8)])
+    way = np.array([*generator.uniform(-0.3, 0.3, 1), 0.35, *generator.uniform(-0.3, 0.3, 2)])
+    ticks = round(2 * 0.35 / SPEED / DT)
+    return middle + way * np.linspace(-1.0, 1.0, ticks)[:, None]
+
+
+@pytest.mark.parametrize("drive", [0.0, 1.0])
+@pytest.mark.parametrize("seed", range(6))
+def test_no_torque_jumps_on_a_random_path_through_a_singular_posture(tick: Tick, wearer, seed: int, drive: float):
+    generator = np.random.default_rng(seed)
+    path, x = path_through(generator), wearer.copy()
+    x[parameters.Layout.of(tick.assembly).fit][:3] = generator.uniform(-0.03, 0.03, 3) * (seed > 0)
+    flown = tick.again()
+    flown.mode = Mode(drive=drive)
+    v = np.asarray(np.gradient(path, DT, axis=0))
+    still, torques, swings = np.zeros(4), [], []
+    for q, v_now in zip(path, v, strict=True):
+        flown.step(q, v_now, Reference(q, v_now, still), x)
+        torques.append(flown.tau_feedforward.copy())
+        swings.append(flown.swing)
+    assert np.isfinite(torques).all()
+    assert max(swings) > SINGULAR_FROM
+    assert np.abs(np.diff(torques, axis=0)).max() < TORQUE_STEP_MAX_Nm[drive]
+
+
+def test_no_posture_of_the_task_workspace_is_near_singular(tick: Tick, wearer):
+    flown, still = tick.again(), np.zeros(4)
+    lower, upper = tick.assembly.description.workspace
+    for q in np.random.default_rng(0).uniform(lower, upper, (50, 4)):
+        flown.close(q, wearer)
+        flown.step(q, still, Reference(q, still, still), wearer)
+        assert flown.swing < SINGULAR_FROM / 2
