@@ -35,8 +35,8 @@ class Learner:
     tolerance: float = float(np.deg2rad(0.5))
     """Error below which torque is not missed [rad]: half of what a transparency test allows."""
 
-    bandwidth_Hz: float = 5.0
-    """Of what is learned; faster errors do not come back alike [Hz]."""
+    bandwidth_Hz: float = 3.0
+    """Of what is anticipated [Hz]. Faster, arm and machine move apart in their cuffs, and practice would teach a tremor."""
 
 
 class Practice:
@@ -63,13 +63,15 @@ class Practice:
         missed = a @ self._inertia.T + (1.0 + body.reflex_share) * (v * body.damping + q * body.stiffness)
         missed = np.roll(missed, -round(body.muscle_lag / self._dt), axis=0)
         share = learner.let_go * np.clip(1.0 - np.abs(q) / learner.tolerance, 0.0, 1.0)
-        self.anticipated = (1.0 - share) * self.anticipated + learner.rate * missed
+        learned = (1.0 - share) * self.anticipated + learner.rate * missed
+        self.anticipated = smooth_derivatives(learned, self._dt, learner.bandwidth_Hz)[0]
 
 
 def smooth_derivatives(values: Table, dt: float, bandwidth_Hz: float) -> tuple[Table, Table, Table]:
-    """Periodic values (tick, arm), their first and second derivative, without lag and what is faster than that."""
+    """Periodic values (tick, arm), their first and second derivative, without lag and without what is faster."""
     frequency = np.fft.rfftfreq(len(values), dt)[:, None]
-    smooth = np.fft.rfft(values, axis=0) * np.exp(-0.5 * (frequency / bandwidth_Hz) ** 2)
+    # Flat up to the edge: what is smoothed again at every repetition must not fade.
+    smooth = np.fft.rfft(values, axis=0) / (1.0 + (frequency / bandwidth_Hz) ** 8)
     first, second = 2j * np.pi * frequency, -((2.0 * np.pi * frequency) ** 2)
     q, v, a = (np.fft.irfft(factor * smooth, len(values), axis=0) for factor in (np.ones_like(first), first, second))
     return q, v, a
