@@ -71,7 +71,7 @@ def test_a_weight_in_the_hand_adds_its_weight_times_its_lever(rig):
     examiner = Examiner(rig, draw_machine(rig, stiff, 0), wearer)
     q = np.array([0.0, 0.0, 0.0, np.pi / 2.0])  # forearm forward and level
     added = examiner.lock_torque(q, payload_kg=1.0) - examiner.lock_torque(q)
-    lever = -wearer.grip[2]
+    lever = -wearer.arms[0].skeleton.grip[1][2]
     # Even the stiffest cuffs sag a little: 1 kg turns the forearm by less than 1°, which changes levers by 1 %.
     np.testing.assert_allclose(added[[0, 3]], GRAVITY * lever, rtol=0.01)
     np.testing.assert_allclose(added[[1, 2]], 0.0, atol=0.05)

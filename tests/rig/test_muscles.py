@@ -10,13 +10,13 @@ PERIOD = 0.001
 
 
 def torques(disturbances: Disturbances, seconds: float, seed: int = 0) -> np.ndarray:
-    muscles = Muscles(draw_wearer(disturbances, 0).unrest, seed, PERIOD)
+    muscles = Muscles(draw_wearer(disturbances, 0).arms[0].unrest, seed, PERIOD)
     n = round(seconds / PERIOD)
     return np.concatenate([muscles.next_block() for _ in range(-(-n // BLOCK))])[:n]
 
 
 def test_torque_comes_tick_by_tick_as_it_was_drawn_block_by_block():
-    unrest = draw_wearer(Disturbances.at_level(4), 0).unrest
+    unrest = draw_wearer(Disturbances.at_level(4), 0).arms[0].unrest
     by_tick, by_block = (Muscles(unrest, 0, PERIOD) for _ in range(2))
     first = by_tick.next_torque().copy()
     for _ in range(BLOCK - 1):
@@ -31,7 +31,7 @@ def test_a_relaxed_wearer_does_nothing():
 
 def test_the_slow_bias_has_the_stated_strength_and_correlation():
     calm = Disturbances.at_level(2).without("bursts")
-    unrest = draw_wearer(calm, 0).unrest
+    unrest = draw_wearer(calm, 0).arms[0].unrest
     runs = [torques(calm, 200.0, seed) for seed in range(3)]
     rms = np.sqrt(np.mean(np.square(runs), axis=(0, 1)))
     # 600 s hold some 100 independent values: the RMS is known to about 7 %.

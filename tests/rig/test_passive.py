@@ -11,7 +11,8 @@ from exograv.rig.twin.passive import elastic_torque, passive_torque, shift_force
 DT = 0.0005
 Q = ca.SX.sym("q", 4)
 V = ca.SX.sym("v", 4)
-JOINTS = draw_wearer(Disturbances.at_level(4), 0).passive
+WEARER = draw_wearer(Disturbances.at_level(4), 0)
+JOINTS, SKELETON = WEARER.passive, WEARER.arms[0].skeleton
 
 
 @pytest.mark.parametrize(("elevation_deg", "shift_mm"), [(0, 0), (30, 12), (60, 25), (90, 39), (120, 54), (150, 70)])
@@ -19,19 +20,21 @@ JOINTS = draw_wearer(Disturbances.at_level(4), 0).passive
 def test_the_shoulder_centre_rises_with_elevation_in_any_plane(elevation_deg: float, shift_mm: float, plane: int):
     q = np.zeros(4)
     q[plane] = np.deg2rad(elevation_deg)
-    assert 1e3 * float(ca.Function("shift", [Q], [shoulder_shift(Q, 1.0)])(q)) == pytest.approx(shift_mm, abs=1e-9)
+    assert 1e3 * float(ca.Function("shift", [Q], [shoulder_shift(SKELETON, Q, 1.0)])(q)) == pytest.approx(
+        shift_mm, abs=1e-9
+    )
 
 
 def test_the_shoulder_never_sinks_on_the_way_up():
-    shift = ca.Function("shift", [Q], [shoulder_shift(Q, 1.0)])
+    shift = ca.Function("shift", [Q], [shoulder_shift(SKELETON, Q, 1.0)])
     path = [float(shift([angle, 0.0, 0.0, 0.0])) for angle in np.linspace(0.0, 2.6, 200)]
     assert (np.diff(path) > 0.0).all()
 
 
 def test_what_the_shoulders_path_takes_it_gives_back_at_the_joints():
     x, v_x = ca.SX.sym("x"), ca.SX.sym("v_x")
-    forces = ca.Function("forces", [Q, V, x, v_x], list(shift_forces(Q, V, x, v_x, 1.0)))
-    shift = ca.Function("shift", [Q], [shoulder_shift(Q, 1.0)])
+    forces = ca.Function("forces", [Q, V, x, v_x], list(shift_forces(shoulder_shift(SKELETON, Q, 1.0), Q, V, x, v_x)))
+    shift = ca.Function("shift", [Q], [shoulder_shift(SKELETON, Q, 1.0)])
     q, dq = np.array([0.8, 0.5, 0.2, 1.0]), np.array([1e-6, -2e-6, 1e-6, 0.0])
     along = float(shift(q + dq) - shift(q - dq))  # the shoulder led exactly along its path
     force, reaction = forces(q, np.zeros(4), float(shift(q)) + 1e-4, 0.0)

@@ -30,7 +30,7 @@ def total_energy(scene, wearer, q: np.ndarray, q_arm: np.ndarray) -> float:
     """Cuffs and gravity [J]."""
     model, data = scene.model, scene.data
     data.qpos[scene.exo], data.qpos[scene.arm] = q, q_arm
-    data.qpos[scene.shift] = shift_from_table(q_arm, wearer.glenohumeral_share)
+    data.qpos[scene.followers[0]] = shift_from_table(q_arm, wearer.glenohumeral_share)
     mujoco.mj_kinematics(model, data)
     energy = -float(model.body_mass @ (data.xipos @ model.opt.gravity))
     for place in scene.cuffs:

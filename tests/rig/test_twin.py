@@ -72,7 +72,7 @@ def energy(twin: Twin) -> float:
     data.qpos[:], data.qvel[:] = scene.data.qpos, scene.data.qvel
     mujoco.mj_forward(model, data)
     # At level 0 the shoulder's path is a point.
-    total = float(data.energy.sum()) + 0.5e6 * float(data.qpos[scene.shift]) ** 2
+    total = float(data.energy.sum()) + 0.5e6 * float(data.qpos[scene.followers[0]]) ** 2
     for place in scene.cuffs:
         R_exo, R_arm = (data.xmat[body].reshape(3, 3) for body in (place.exo_body, place.arm_body))
         e_p = R_exo.T @ (data.xpos[place.arm_body] + R_arm @ place.p_arm - data.xpos[place.exo_body])

@@ -42,7 +42,7 @@ def draw_laboratory(rig: str, side: Side | None, level: int, seed: int) -> Virtu
     return VirtualLaboratory(
         description,
         draw_machine(description, disturbances, seed),
-        draw_wearer(disturbances, seed, description.arm_sides[0]),
+        draw_wearer(disturbances, seed, description.side, kind=description.settings.wearer.arm),
     )
 
 

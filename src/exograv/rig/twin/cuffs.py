@@ -6,6 +6,8 @@ E = ½ e_pᵀ K_p e_p + ½ e_rᵀ K_r e_r,   e_p = R_exoᵀ (p_arm − p_exo),  
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
+from jaxtyping import Float
 
 from .scene import CuffPlace, Scene
 from .wearer import Cuffs
@@ -75,13 +77,21 @@ def _on_arm(scene: Scene, place: CuffPlace, cuffs: Cuffs, kinematics: Kinematics
     e_r = 0.5 * ca.vertcat(Q[2, 1] - Q[1, 2], Q[0, 2] - Q[2, 0], Q[1, 0] - Q[0, 1])
     # de_r = ½ (tr(Q) 1 − Q) dφ for a small turn dφ of the arm; without its transpose the moment has no energy.
     turn = 0.5 * (ca.trace(Q) * ca.SX.eye(3) - Q)
-    force = -R_exo @ (cuffs.stiffness[:3] * e_p)
-    moment = -R_exo @ (turn.T @ (cuffs.stiffness[3:] * e_r))
+    stiffness = place.holds * cuffs.stiffness
+    force = -R_exo @ (stiffness[:3] * e_p)
+    moment = -R_exo @ (turn.T @ (stiffness[3:] * e_r))
     roots = scene.model.body_rootid
     omega_arm, v_arm = kinematics.velocity(place.arm_body, int(roots[place.arm_body]), point)
     omega_exo, v_exo = kinematics.velocity(place.exo_body, int(roots[place.exo_body]), point)
     return (
         point,
-        force - cuffs.damping * (v_arm - v_exo),
-        moment - cuffs.damping_rotation * (omega_arm - omega_exo),
+        force - cuffs.damping * _held(place.holds[:3], R_exo, v_arm - v_exo),
+        moment - cuffs.damping_rotation * _held(place.holds[3:], R_exo, omega_arm - omega_exo),
     )
+
+
+def _held(holds: Float[np.ndarray, " 3"], R_exo: ca.SX, motion: ca.SX) -> ca.SX:
+    """The part of a relative motion (3,) that a cuff resists."""
+    if holds.all():
+        return motion
+    return R_exo @ (ca.DM(holds) * (R_exo.T @ motion))

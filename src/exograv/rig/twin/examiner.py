@@ -106,8 +106,8 @@ def rms(left_over: Postures) -> Joints:
 
 def _take_arm_mass(scene: Scene) -> None:
     model = scene.model
-    for body in range(model.nbody):
-        if model.body(body).name.startswith("arm_"):
+    for arm in scene.arms:
+        for body in arm.bodies:
             model.body_mass[body] = 0.0
             model.body_inertia[body] = 0.0
     # Statics needs no accelerations, but MuJoCo divides by the mass matrix on the way.

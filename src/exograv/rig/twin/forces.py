@@ -11,7 +11,7 @@ from .cuffs import Kinematics, cuff_wrenches
 from .delays import Delays, passed
 from .drive import DRIVE_STATES, TAU_MOTOR, DriveInput, drive_step
 from .machine import Machine
-from .passive import elastic_torque, passive_torque, shift_forces, shoulder_shift
+from .passive import elastic_torque, follower_paths, passive_torque, shift_forces, shoulder_shift
 from .scene import TIMESTEP, Scene
 from .wearer import Wearer
 
@@ -117,13 +117,20 @@ def _drive_forces(scene: Scene, machine: Machine, now: StepInput, tau_asked: ca.
 
 
 def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput) -> tuple[ca.SX, ca.SX]:
-    """Of the wearer's joints and shoulder (dof,) [N·m, N], and the next hysteresis."""
+    """Of the wearer's joints and shoulders (dof,) [N·m, N], and the next hysteresis."""
     arm, qfrc = scene.arm.tolist(), ca.SX.zeros(scene.model.nv)
-    q, v = now.qpos[arm], now.qvel[arm]
-    passive = passive_torque(wearer.passive, q, v, now.hysteresis, TIMESTEP)
-    force, reaction = shift_forces(q, v, now.qpos[scene.shift], now.qvel[scene.shift], wearer.glenohumeral_share)
-    qfrc[arm] = passive.tau + reaction + (now.tau_muscle + now.tau_voluntary)
-    qfrc[scene.shift] = force
+    passive = passive_torque(wearer.passive, now.qpos[arm], now.qvel[arm], now.hysteresis, TIMESTEP)
+    reactions = []
+    for place in scene.arms:
+        q, v = now.qpos[place.freedoms.tolist()], now.qvel[place.freedoms.tolist()]
+        if place.shift < 0:
+            reactions.append(ca.SX.zeros(len(place.freedoms)))
+            continue
+        shift = shoulder_shift(place.skeleton, q, wearer.glenohumeral_share)
+        force, reaction = shift_forces(shift, q, v, now.qpos[place.shift], now.qvel[place.shift])
+        qfrc[place.shift] = force
+        reactions.append(reaction)
+    qfrc[arm] = passive.tau + ca.vertcat(*reactions) + (now.tau_muscle + now.tau_voluntary)
     return qfrc, passive.hysteresis_next
 
 
@@ -141,7 +148,7 @@ def measured_truth(scene: Scene, machine: Machine) -> ca.Function:
 def static_forces(scene: Scene, wearer: Wearer, with_passive: bool) -> kernel.Kernel:
     """Cuffs at rest, and the passive joints if asked.
 
-    Also the shoulder's path: `shift` [m] and its `slope` (arm,) [m/rad].
+    Also what follows the arms: `led` (follower,) [m, rad] and its `slope` (follower, arm).
     """
     kinematics = Kinematics.of(scene.model.nbody)
     qpos = ca.SX.sym("qpos", scene.model.nq)
@@ -150,17 +157,18 @@ def static_forces(scene: Scene, wearer: Wearer, with_passive: bool) -> kernel.Ke
     qfrc = ca.SX.zeros(scene.model.nv)
     if with_passive:
         qfrc[arm] += elastic_torque(wearer.passive, qpos[arm])
-    shift = shoulder_shift(q_arm, wearer.glenohumeral_share)
+    led = follower_paths(wearer, q_arm)
+    slope = ca.vertcat(*(ca.gradient(path, q_arm).T for path in ca.vertsplit(led)))
     function = ca.Function(
         "twin_static_forces",
         [*vars(kinematics).values(), qpos],
         [
             cuff_wrenches(scene, wearer.cuffs, kinematics),
             qfrc,
-            *(ca.substitute(e, q_arm, qpos[arm]) for e in (shift, ca.gradient(shift, q_arm))),
+            *(ca.substitute(e, q_arm, qpos[arm]) for e in (led, slope)),
         ],
         [*vars(kinematics), "qpos"],
-        ["xfrc_applied", "qfrc_applied", "shift", "slope"],
+        ["xfrc_applied", "qfrc_applied", "led", "slope"],
     )
     return kernel.compile(
         function, {name: array for name, array in _bindings(scene, kinematics).items() if name != "qvel"}

@@ -16,6 +16,9 @@ Value = float | tuple[float, float]
 NONE = float("inf")
 """A stiffness, bandwidth or resolution without limit: the effect does not exist."""
 
+ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0)
+"""What a joint without motor does not have, at every level."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -41,6 +44,10 @@ WEARER: Mapping[str, Row] = MappingProxyType(
             off={"share": 0.0},
         ),
         "between_study": Row("factor on segment mass, SD of its logarithm", {"sd": (0.0, 0.04, 0.08, 0.12, 0.20)}),
+        "between_arms": Row(
+            "second arm of a person against the first: factor on segment mass, SD of its logarithm",
+            {"sd": (0.0, 0.01, 0.02, 0.03, 0.05)},
+        ),
         "centre_off_axis": Row(
             "centre of mass off the bone axis, SD per axis [mm]", {"sd_mm": (0.0, 3.0, 8.0, 12.0, 15.0)}
         ),
@@ -67,6 +74,7 @@ WEARER: Mapping[str, Row] = MappingProxyType(
             {
                 "shoulder": (0.0, 1.0, (1.0, 2.5), (1.0, 4.0), (2.0, 4.0)),
                 "elbow": (0.0, 0.4, (0.4, 1.2), (0.4, 1.8), (1.0, 1.8)),
+                "wrist": (0.0, 0.3, (0.3, 1.0), (0.3, 1.5), (0.5, 2.0)),
             },
         ),
         "end_stops": Row("exponential end stops in the last 15° (1: present)", {"present": (0.0, 0.0, 1.0, 1.0, 1.0)}),
@@ -76,17 +84,24 @@ WEARER: Mapping[str, Row] = MappingProxyType(
             {
                 "shoulder": (0.3, 0.3, (0.3, 0.7), (0.3, 1.0), (0.3, 1.0)),
                 "elbow": (0.1, 0.1, (0.1, 0.4), (0.1, 0.75), (0.1, 0.75)),
+                "wrist": (0.01, 0.01, (0.01, 0.03), (0.01, 0.05), (0.01, 0.05)),
             },
-            off={"shoulder": 0.0, "elbow": 0.0},
+            off={"shoulder": 0.0, "elbow": 0.0, "wrist": 0.0},
         ),
         "slow_bias": Row(
             "not relaxed: slow muscle torque, RMS [N·m]",
-            {"shoulder": (0.0, 0.1, 0.3, 0.8, 2.0), "elbow": (0.0, 0.05, 0.15, 0.4, 1.0)},
+            {
+                "shoulder": (0.0, 0.1, 0.3, 0.8, 2.0),
+                "elbow": (0.0, 0.05, 0.15, 0.4, 1.0),
+                "wrist": (0.0, 0.01, 0.03, 0.08, 0.2),
+            },
         ),
         "bursts": Row("not relaxed: bursts of 2-6 N·m for 0.3-1 s, per minute", {"rate": (0.0, 0.0, 0.5, 3.0, 6.0)}),
     }
 )
 
+# Drives at the wrist are small: about a tenth of the shoulder's where harmonic, a fifth where quasi-direct. A row without
+# such a column takes the drive's own. A joint without motor ("passive") has a bearing, and nothing else of a drive.
 MACHINE: Mapping[str, Row] = MappingProxyType(
     {
         "coulomb": Row(
@@ -96,9 +111,23 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
                 "harmonic.elbow": (1.0, (1.0, 2.0), (1.5, 2.8), (2.0, 3.0), (2.5, 3.5)),
                 "quasi_direct.shoulder": (0.1, (0.1, 0.2), (0.15, 0.4), (0.2, 0.5), (0.3, 0.6)),
                 "quasi_direct.elbow": (0.1, (0.1, 0.2), (0.15, 0.4), (0.2, 0.5), (0.3, 0.6)),
+                "harmonic.wrist": (0.1, (0.1, 0.2), (0.15, 0.35), (0.2, 0.4), (0.3, 0.5)),
+                "quasi_direct.wrist": (0.02, (0.02, 0.04), (0.03, 0.08), (0.04, 0.1), (0.06, 0.12)),
+                "passive": (0.02, (0.02, 0.05), (0.03, 0.1), (0.05, 0.15), (0.05, 0.2)),
+                "passive.wrist": (0.005, (0.005, 0.01), (0.005, 0.02), (0.01, 0.03), (0.01, 0.05)),
             },
             off=dict.fromkeys(
-                ("harmonic.shoulder", "harmonic.elbow", "quasi_direct.shoulder", "quasi_direct.elbow"), 0.0
+                (
+                    "harmonic.shoulder",
+                    "harmonic.elbow",
+                    "quasi_direct.shoulder",
+                    "quasi_direct.elbow",
+                    "harmonic.wrist",
+                    "quasi_direct.wrist",
+                    "passive",
+                    "passive.wrist",
+                ),
+                0.0,
             ),
         ),
         "breakaway": Row("breakaway over Coulomb friction", {"ratio": (1.0, 1.1, 1.3, 1.5, 1.8)}),
@@ -110,15 +139,31 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
             {
                 "harmonic": (0.5, (0.5, 1.0), (0.8, 2.0), (1.0, 3.0), (1.0, 6.0)),
                 "quasi_direct": (0.05, 0.05, (0.03, 0.1), (0.05, 0.15), (0.05, 0.2)),
+                "harmonic.wrist": (0.05, (0.05, 0.1), (0.08, 0.2), (0.1, 0.3), (0.1, 0.6)),
+                "quasi_direct.wrist": (0.01, 0.01, (0.006, 0.02), (0.01, 0.03), (0.01, 0.04)),
+                "passive": (0.01, (0.01, 0.02), (0.01, 0.04), (0.02, 0.06), (0.02, 0.1)),
             },
-            off={"harmonic": 0.0, "quasi_direct": 0.0},
+            off=dict.fromkeys(("harmonic", "quasi_direct", "harmonic.wrist", "quasi_direct.wrist", "passive"), 0.0),
         ),
         "load_friction": Row(
             "load-dependent friction, share of the load",
-            {"harmonic": (0.0, 0.02, 0.06, 0.09, 0.12), "quasi_direct": (0.0, 0.0, 0.01, 0.02, 0.03)},
+            {
+                "harmonic": (0.0, 0.02, 0.06, 0.09, 0.12),
+                "quasi_direct": (0.0, 0.0, 0.01, 0.02, 0.03),
+                "passive": ABSENT,
+            },
         ),
         "asymmetry": Row("asymmetry of friction between directions, share", {"share": (0.0, 0.03, 0.08, 0.15, 0.2)}),
-        "friction_ripple": Row("over one joint turn of the motor side [N·m]", {"value": (0.0, 0.03, 0.1, 0.2, 0.4)}),
+        "friction_ripple": Row(
+            "over one joint turn of the motor side [N·m]",
+            {
+                "harmonic": (0.0, 0.03, 0.1, 0.2, 0.4),
+                "quasi_direct": (0.0, 0.03, 0.1, 0.2, 0.4),
+                "harmonic.wrist": (0.0, 0.003, 0.01, 0.02, 0.04),
+                "quasi_direct.wrist": (0.0, 0.006, 0.02, 0.04, 0.08),
+                "passive": ABSENT,
+            },
+        ),
         "warm_up": Row("viscous and Coulomb friction fall over 30 min, share", {"share": (0.0, 0.03, 0.1, 0.2, 0.3)}),
         "gain_error": Row(
             "torque constant and efficiency before calibration, SD", {"sd": (0.0, 0.02, 0.05, 0.08, 0.1)}
@@ -128,19 +173,37 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
             {
                 "harmonic": (0.1, (0.1, 0.2), (0.1, 0.4), (0.1, 0.4), (0.1, 0.4)),
                 "quasi_direct": (0.01, 0.01, (0.01, 0.03), (0.01, 0.03), (0.01, 0.03)),
+                "harmonic.wrist": (0.01, (0.01, 0.02), (0.01, 0.04), (0.01, 0.04), (0.01, 0.04)),
+                "quasi_direct.wrist": (0.002, 0.002, (0.002, 0.006), (0.002, 0.006), (0.002, 0.006)),
+                "passive": ABSENT,
             },
         ),
         "gear_stiffness": Row(
             "torsional [kN·m/rad]",
-            {"harmonic": (NONE, 30.0, 15.0, 8.0, 8.0), "quasi_direct": (NONE, NONE, NONE, NONE, NONE)},
+            {
+                "harmonic": (NONE, 30.0, 15.0, 8.0, 8.0),
+                "quasi_direct": (NONE, NONE, NONE, NONE, NONE),
+                "harmonic.wrist": (NONE, 3.0, 1.5, 0.8, 0.8),
+                "passive": (NONE, NONE, NONE, NONE, NONE),
+            },
         ),
         "torque_bandwidth": Row(
             "[Hz]",
-            {"harmonic": (NONE, 40.0, 25.0, 15.0, 10.0), "quasi_direct": (NONE, 80.0, 60.0, 40.0, 30.0)},
+            {
+                "harmonic": (NONE, 40.0, 25.0, 15.0, 10.0),
+                "quasi_direct": (NONE, 80.0, 60.0, 40.0, 30.0),
+                "passive": (NONE, NONE, NONE, NONE, NONE),
+            },
         ),
         "current_noise": Row(
             "at the joint, SD at 1 kHz [N·m]",
-            {"harmonic": (0.0, 0.1, 0.4, 0.8, 1.5), "quasi_direct": (0.0, 0.05, 0.15, 0.3, 0.5)},
+            {
+                "harmonic": (0.0, 0.1, 0.4, 0.8, 1.5),
+                "quasi_direct": (0.0, 0.05, 0.15, 0.3, 0.5),
+                "harmonic.wrist": (0.0, 0.01, 0.04, 0.08, 0.15),
+                "quasi_direct.wrist": (0.0, 0.01, 0.03, 0.06, 0.1),
+                "passive": ABSENT,
+            },
         ),
         "encoder": Row(
             "bits per joint turn; offset, SD [°]",

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from exograv.model.description import RigDescription
 
-from .levels import Disturbances
+from .levels import ROWS, Disturbances
 from .streams import stream, uniform
 
 GRAVITY = 9.81
@@ -53,7 +53,7 @@ class TrueDrives:
     """Motors and gears, one entry per joint."""
 
     gain: Joints
-    """Torque at the joint per motor current [N·m/A]."""
+    """Torque at the joint per motor current; zero without a motor [N·m/A]."""
 
     torque_max: Joints
     """[N·m]"""
@@ -134,12 +134,10 @@ class _Draw:
     seed: int
 
     def by_drive(self, row: str) -> Joints:
-        """A row whose columns are kinds of drive."""
-        return self._each(row, [actuator.drive for actuator in self.description.settings.actuators])
-
-    def by_drive_and_place(self, row: str) -> Joints:
-        """A row whose columns are kinds of drive at shoulder or elbow."""
-        return self._each(row, [f"{a.drive}.{a.place}" for a in self.description.settings.actuators])
+        """A row whose columns are kinds of drive, or kinds of drive at shoulder, elbow or wrist."""
+        columns = ROWS[row].columns
+        kinds = [(a.drive, f"{a.drive}.{a.place}") for a in self.description.settings.actuators]
+        return self._each(row, [at_place if at_place in columns else drive for drive, at_place in kinds])
 
     def alike(self, row: str, column: str) -> Joints:
         """A row that does not tell the drives apart."""
@@ -165,13 +163,13 @@ class _Draw:
 def _draw_friction(draw: _Draw) -> TrueFriction:
     n = len(draw.description.joints)
     return TrueFriction(
-        coulomb=draw.by_drive_and_place("coulomb"),
+        coulomb=draw.by_drive("coulomb"),
         breakaway=draw.alike("breakaway", "ratio"),
         stribeck_velocity=draw.alike("stribeck_velocity", "value"),
         viscous=draw.by_drive("viscous"),
         load_share=draw.by_drive("load_friction"),
         asymmetry=draw.alike("asymmetry", "share") * draw.signs("asymmetry"),
-        ripple=draw.alike("friction_ripple", "value"),
+        ripple=draw.by_drive("friction_ripple"),
         ripple_phase=stream(draw.seed, "machine", "ripple phase").uniform(-np.pi, np.pi, n),
         warm_up=draw.alike("warm_up", "share"),
     )
@@ -181,8 +179,9 @@ def _draw_drives(draw: _Draw) -> TrueDrives:
     description = draw.description
     return TrueDrives(
         gain=description.nominal_gain * (1.0 + draw.alike("gain_error", "sd") * draw.normal("gain_error")),
-        torque_max=description.per_actuator("torque_max_Nm"),
-        gear_ratio=description.per_actuator("gear_ratio"),
+        # Without a motor there is neither torque nor gear.
+        torque_max=np.nan_to_num(description.per_actuator("torque_max_Nm"), nan=0.0),
+        gear_ratio=np.nan_to_num(description.per_actuator("gear_ratio"), nan=1.0),
         rotor_inertia=draw.by_drive("rotor_inertia"),
         gear_stiffness=1e3 * draw.by_drive("gear_stiffness"),
         bandwidth=draw.by_drive("torque_bandwidth"),

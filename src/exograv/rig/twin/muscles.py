@@ -4,67 +4,67 @@ import numpy as np
 from jaxtyping import Float
 
 from .streams import stream
-from .wearer import ARM_JOINTS, Unrest
+from .wearer import Unrest
 
 BLOCK = 4096
 """Ticks that are drawn at once."""
 
 BURST_TORQUE = (2.0, 6.0)
-"""[N·m]"""
+"""At shoulder and elbow [N·m]."""
 
 BURST_DURATION = (0.3, 1.0)
 """[s]"""
 
 
 class Muscles:
-    """Muscle torque tick by tick; the same seed gives the same torques."""
+    """Muscle torque of one arm tick by tick; the same seed and owner give the same torques."""
 
-    def __init__(self, unrest: Unrest, seed: int, period_s: float) -> None:
-        self._unrest = unrest
+    def __init__(self, unrest: Unrest, seed: int, period_s: float, owner: str = "run") -> None:
+        self._unrest, self._n = unrest, len(unrest.bias_rms)
         self._period = period_s
-        self._bias_stream = stream(seed, "run", "slow_bias")
-        self._burst_stream = stream(seed, "run", "bursts")
+        self._bias_stream = stream(seed, owner, "slow_bias")
+        self._burst_stream = stream(seed, owner, "bursts")
         self._decay = np.exp(-period_s / unrest.bias_correlation)
-        self._bias = unrest.bias_rms * self._bias_stream.standard_normal(len(ARM_JOINTS))
+        self._bias = unrest.bias_rms * self._bias_stream.standard_normal(self._n)
         self._next_burst = self._pause()
-        self._overhang = np.zeros((0, len(ARM_JOINTS)))
+        self._overhang = np.zeros((0, self._n))
         self._block = self.next_block()
         self._tick = 0
 
-    def next_torque(self) -> Float[np.ndarray, " 4"]:
+    def next_torque(self) -> Float[np.ndarray, " freedom"]:
         """Torque at the arm's joints for the next period [N·m]; a view, valid until the next call."""
         if self._tick == BLOCK:
             self._block, self._tick = self.next_block(), 0
         self._tick += 1
         return self._block[self._tick - 1]
 
-    def next_block(self) -> Float[np.ndarray, "tick 4"]:
+    def next_block(self) -> Float[np.ndarray, "tick freedom"]:
         """Torque at the arm's joints for the next `BLOCK` periods [N·m]."""
         return self._draw_bias() + self._draw_bursts()
 
-    def _draw_bias(self) -> Float[np.ndarray, "tick 4"]:
+    def _draw_bias(self) -> Float[np.ndarray, "tick freedom"]:
         """An Ornstein–Uhlenbeck process per joint, exact at the ticks."""
         from scipy.signal import lfilter  # 0.1 s that an empty machine does not have to wait for
 
-        bias = np.empty((BLOCK, len(ARM_JOINTS)))
+        bias = np.empty((BLOCK, self._n))
         kicks = self._bias_stream.standard_normal(bias.shape) * self._unrest.bias_rms * np.sqrt(1.0 - self._decay**2)
         for joint, decay in enumerate(self._decay):
             bias[:, joint], _ = lfilter([1.0], [1.0, -decay], kicks[:, joint], zi=[decay * self._bias[joint]])
         self._bias = bias[-1].copy()
         return bias
 
-    def _draw_bursts(self) -> Float[np.ndarray, "tick 4"]:
+    def _draw_bursts(self) -> Float[np.ndarray, "tick freedom"]:
         """Half waves at one joint, either way, that begin at random.
 
         What reaches beyond the block is kept for the next.
         """
-        torque = np.zeros((2 * BLOCK, len(ARM_JOINTS)))
+        torque = np.zeros((2 * BLOCK, self._n))
         torque[: len(self._overhang)] = self._overhang
         while self._next_burst < BLOCK:
             size = self._burst_stream.uniform(*BURST_TORQUE) * self._burst_stream.choice([-1.0, 1.0])
             ticks = int(self._burst_stream.uniform(*BURST_DURATION) / self._period)
-            joint = self._burst_stream.integers(len(ARM_JOINTS))
-            wave = size * np.sin(np.pi * (np.arange(ticks) + 0.5) / ticks)
+            joint = self._burst_stream.integers(self._n)
+            wave = size * self._unrest.burst_share[joint] * np.sin(np.pi * (np.arange(ticks) + 0.5) / ticks)
             begin = int(self._next_burst)
             torque[begin : begin + ticks, joint] += wave
             self._next_burst += self._pause()

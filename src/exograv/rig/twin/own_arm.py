@@ -11,7 +11,7 @@ from exograv.model.description import RigDescription
 from exograv.motion import Trajectory
 
 from .machine import Machine
-from .passive import elastic_torque, shoulder_shift
+from .passive import elastic_torque, follower_paths
 from .scene import build_scene
 from .wearer import Cuffs, Wearer
 
@@ -25,8 +25,8 @@ class OwnArm:
         """The machine only gives the arm its place, and gravity its direction."""
         self._scene, self._wearer, self._gravity = build_scene(description, machine, wearer), wearer, machine.gravity
         q = ca.SX.sym("q", len(self._scene.arm))
-        shift = shoulder_shift(q, wearer.glenohumeral_share)
-        results = [shift, ca.gradient(shift, q), elastic_torque(wearer.passive, q)]
+        led = follower_paths(wearer, q)
+        results = [led, ca.densify(ca.jacobian(led, q)), elastic_torque(wearer.passive, q)]
         self._at_posture = ca.Function("own_arm", [q], results)
 
     def torque(self, q: PerFreedom, v: PerFreedom, a: PerFreedom, gravity_level: float = 1.0) -> PerFreedom:
@@ -35,13 +35,14 @@ class OwnArm:
         The shoulder's own path is followed to first order; hysteresis is left out.
         """
         scene, model, data = self._scene, self._scene.model, self._scene.data
-        shift, slope, elastic = (np.asarray(value).ravel() for value in self._at_posture(q))
+        led, slope, elastic = (np.asarray(value) for value in self._at_posture(q))
         model.opt.gravity = gravity_level * self._gravity
         data.qpos[scene.arm], data.qvel[scene.arm], data.qacc[scene.arm] = q, v, a
-        data.qpos[scene.shift], data.qvel[scene.shift], data.qacc[scene.shift] = shift[0], slope @ v, slope @ a
+        followers = scene.followers
+        data.qpos[followers], data.qvel[followers], data.qacc[followers] = led.ravel(), slope @ v, slope @ a
         mujoco.mj_inverse(model, data)
         load = data.qfrc_inverse
-        return load[scene.arm] + slope * load[scene.shift] - elastic + self._wearer.passive.damping * v
+        return load[scene.arm] + slope.T @ load[followers] - elastic.ravel() + self._wearer.passive.damping * v
 
     def torques(self, movement: Trajectory, gravity_level: float = 1.0) -> Float[np.ndarray, "tick arm"]:
         """The same along a movement of the arm's freedoms."""

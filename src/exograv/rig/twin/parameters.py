@@ -5,10 +5,9 @@ import numpy as np
 from jaxtyping import Float
 
 from .passive import shoulder_shift
-from .segments import Segment
-from .wearer import Wearer
+from .skeleton import Bone
+from .wearer import Wearer, WearerArm
 
-FREEDOMS = ("flexion", "abduction", "rotation", "elbow")
 INERTIA_ENTRIES = {"Ixx": (0, 0), "Ixy": (0, 1), "Iyy": (1, 1), "Ixz": (0, 2), "Iyz": (1, 2), "Izz": (2, 2)}
 AXES = ("x", "y", "z")
 
@@ -16,41 +15,51 @@ AXES = ("x", "y", "z")
 def parameter_truth(wearer: Wearer) -> dict[str, float]:
     """True parameters by name, SI; only examiners and tests may read them.
 
-    Of `upper_arm` and `forearm` (forearm and hand as one body, the hand straight): `.mass` [kg], first moments `.mx` to
-    `.mz` [kg·m] and inertia `.Ixx` to `.Izz` [kg·m²] about the proximal joint centre; x forward, y left, z up while the
-    arm hangs straight. Products of inertia are entries of the inertia matrix, hence negative sums.
+    Of `upper_arm` and `forearm` (forearm and hand as one body, the hand straight), or of `upper_arm`, `forearm` and `hand`
+    where the wrist moves: `.mass` [kg], first moments `.mx` to `.mz` [kg·m] and inertia `.Ixx` to `.Izz` [kg·m²] about
+    the proximal joint centre; x forward, y left, z up while the arm hangs straight. Products of inertia are entries of
+    the inertia matrix, hence negative sums. Bones that form a segment are counted where they are in that posture.
 
     Of each freedom: `.stiffness` [N·m/rad], `.spring_offset` (stiffness times neutral angle) [N·m], `.damping`
     [N·m·s/rad]. Of the shoulder's centre against the machine's, in base axes: `shoulder_offset_x` to `_z` [m] and
-    `glenohumeral_slope`, the shift per elevation over the first 90° [m/rad]; the true path is not quite straight.
+    `glenohumeral_slope`, the shift per elevation over the first 90° [m/rad], where the shoulder does not move by itself;
+    the true path is not quite straight. With two arms every name begins with `right_` or `left_`.
     """
-    upper_arm, forearm, hand = (wearer.segments[name] for name in ("upper_arm", "forearm", "hand"))
-    wrist = np.array([0.0, 0.0, -forearm.length])
-    truth = _inertial("upper_arm", _about_origin(upper_arm, np.zeros(3)))
-    truth |= _inertial("forearm", _about_origin(forearm, np.zeros(3)) + _about_origin(hand, wrist))
-    passive = wearer.passive
+    if len(wearer.arms) == 1:
+        return _of_arm(wearer, wearer.arms[0])
+    return {f"{arm.side}_{name}": value for arm in wearer.arms for name, value in _of_arm(wearer, arm).items()}
+
+
+def _of_arm(wearer: Wearer, arm: WearerArm) -> dict[str, float]:
+    skeleton, truth = arm.skeleton, {}
+    for segment in skeleton.centres:
+        parts = [_about_origin(bone, origin) for bone, origin in skeleton.bones_of(segment)]
+        truth |= _inertial(segment, np.sum(parts, axis=0))
+    passive = arm.passive
     per_joint = {
         "stiffness": passive.stiffness,
         "spring_offset": passive.stiffness * passive.neutral,
         "damping": passive.damping,
     }
     for kind, values in per_joint.items():
-        truth |= {f"{freedom}.{kind}": float(value) for freedom, value in zip(FREEDOMS, values, strict=True)}
-    truth |= {f"shoulder_offset_{axis}": float(x) for axis, x in zip(AXES, wearer.donning_offset, strict=True)}
-    raised = shoulder_shift(ca.SX([np.pi / 2.0, 0.0, 0.0, 0.0]), wearer.glenohumeral_share)
-    truth["glenohumeral_slope"] = float(ca.DM(ca.evalf(raised))) / (np.pi / 2.0)
+        truth |= {f"{freedom}.{kind}": float(value) for freedom, value in zip(skeleton.freedoms, values, strict=True)}
+    truth |= {f"shoulder_offset_{axis}": float(x) for axis, x in zip(AXES, arm.donning_offset, strict=True)}
+    if skeleton.follows_elevation:
+        forward = ca.SX([np.pi / 2.0, *[0.0] * (len(skeleton.freedoms) - 1)])
+        raised = shoulder_shift(skeleton, forward, wearer.glenohumeral_share)
+        truth["glenohumeral_slope"] = float(ca.DM(ca.evalf(raised))) / (np.pi / 2.0)
     return truth
 
 
-def _about_origin(segment: Segment, origin: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
-    """Mass, first moments and inertia about the body's origin, the segment's own frame being at `origin` in it.
+def _about_origin(bone: Bone, origin: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
+    """Mass, first moments and inertia about a segment's origin, the bone's own frame being at `origin` in it.
 
     Laid out as [[inertia, first moment], [first momentᵀ, mass]], so that the parts of a body add.
     """
-    com = origin + segment.com
-    moment = segment.mass * com
-    inertia = segment.inertia + segment.mass * (com @ com * np.eye(3) - np.outer(com, com))
-    return np.block([[inertia, moment[:, None]], [moment[None, :], np.array([[segment.mass]])]])
+    com = origin + bone.com
+    moment = bone.mass * com
+    inertia = bone.inertia + bone.mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return np.block([[inertia, moment[:, None]], [moment[None, :], np.array([[bone.mass]])]])
 
 
 def _inertial(body: str, whole: Float[np.ndarray, "4 4"]) -> dict[str, float]:

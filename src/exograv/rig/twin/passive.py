@@ -5,21 +5,16 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from .wearer import PassiveJoints
+from .skeleton import Skeleton
+from .wearer import PassiveJoints, Wearer
 
 HYSTERESIS_DECAY = 1.0
 """[s] Source: a major part decays within 1 s, MacKay (1986), J Biomech 19:231, abstract."""
 
-# Clinical ranges of healthy adults: flexion 60° back to 180°, abduction 30° across to 180°, rotation 90° out to 70° in,
-# elbow 0 to 150°.
-# The usual textbook figures, unverified; where a model of the arm clamps its joints is something else.
-RANGE_DEG = np.array([[-60.0, 180.0], [-30.0, 180.0], [-90.0, 70.0], [0.0, 150.0]])
-
-# Rises from nothing, 15° before the end, to 15 N·m at the end (10-20 N·m, unverified), four e-folds on the way.
+# Rises from nothing, 15° before the end, to its torque at the end, four e-folds on the way.
 STOP_ZONE = np.deg2rad(15.0)
-STOP_TORQUE = 15.0
 STOP_FOLDS = 4.0
-# Beyond the end the exponential is cut: at six e-folds it is already 110 N·m, more than anyone has.
+# Beyond the end the exponential is cut: at six e-folds it is already seven times as strong, more than anyone is.
 STOP_FOLDS_MAX = 6.0
 
 SHIFT_TABLE = np.array([[30.0, 12.0], [60.0, 25.0], [90.0, 39.0], [120.0, 54.0], [150.0, 70.0]])
@@ -64,15 +59,43 @@ def passive_torque(joints: PassiveJoints, q: ca.SX, v: ca.SX, hysteresis: ca.SX,
 def elastic_torque(joints: PassiveJoints, q: ca.SX) -> ca.SX:
     """What is left of it at rest (arm,) [N·m]."""
     tau = -ca.DM(joints.stiffness) * (q - ca.DM(joints.neutral))
-    if not joints.has_end_stops:
+    if not joints.stop.any():
         return tau
-    low, high = np.deg2rad(RANGE_DEG).T
-    return tau + _stop(ca.DM(low) + STOP_ZONE - q) - _stop(q - (ca.DM(high) - STOP_ZONE))
+    (low, high), stop = joints.range.T, ca.DM(joints.stop)
+    return tau + _stop(stop, ca.DM(low) + STOP_ZONE - q) - _stop(stop, q - (ca.DM(high) - STOP_ZONE))
 
 
-def shoulder_shift(q: ca.SX, share: float) -> ca.SX:
-    """How far the shoulder centre has moved up and inwards at the arm's posture `q` (arm,) [m]."""
-    chord = ca.sqrt(2.0 * (1.0 - ca.cos(q[0]) * ca.cos(q[1])) + CORNER**2) - CORNER
+def follower_paths(wearer: Wearer, q: ca.SX) -> ca.SX:
+    """Where all that follows the arms' posture `q` (arm,) belongs (follower,) [m, rad].
+
+    Of each arm the shift of its shoulder's centre, if it has one, then the joints that its freedoms take along.
+    """
+    paths, start = [], 0
+    for arm in wearer.arms:
+        skeleton = arm.skeleton
+        own = q[start : start + len(skeleton.freedoms)]
+        if skeleton.follows_elevation:
+            paths.append(shoulder_shift(skeleton, own, wearer.glenohumeral_share))
+        for coupling in skeleton.couplings:
+            angle = own[skeleton.freedoms.index(coupling.freedom)]
+            paths.append(ca.polyval(ca.DM(coupling.polynomial[::-1]), angle))
+        start += len(skeleton.freedoms)
+    return ca.vertcat(*paths)
+
+
+def elevation_cosine(skeleton: Skeleton, q: ca.SX) -> ca.SX:
+    """Cosine of the angle between the upper arm and hanging, at the posture `q` (arm,) of one arm."""
+    if skeleton.is_usual:
+        return ca.cos(q[0]) * ca.cos(q[1])
+    along = ca.DM([0.0, 0.0, 1.0])
+    for joint in reversed(skeleton.shoulder_joints):
+        along = _turned(ca.DM(joint.axis), q[skeleton.freedoms.index(joint.name)], along)
+    return along[2]
+
+
+def shoulder_shift(skeleton: Skeleton, q: ca.SX, share: float) -> ca.SX:
+    """How far the shoulder centre has moved up and inwards at the posture `q` (arm,) of one arm [m]."""
+    chord = ca.sqrt(2.0 * (1.0 - elevation_cosine(skeleton, q)) + CORNER**2) - CORNER
     powers = np.arange(1, len(SHIFT_TABLE) + 1)
     # A polynomial without constant through the table; its variable is the chord of the elevation, smooth where the
     # angle is not.
@@ -84,15 +107,28 @@ def shoulder_shift(q: ca.SX, share: float) -> ca.SX:
     return share * shift
 
 
-def shift_forces(q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX, share: float) -> tuple[ca.SX, ca.SX]:
-    """Force along the shoulder's path [N] and its reaction on the arm's joints (arm,) [N·m]."""
-    shift = shoulder_shift(q, share)
+def shift_forces(shift: ca.SX, q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Force along the shoulder's path [N] and its reaction on the arm's joints (arm,) [N·m].
+
+    Args:
+        shift: Where the centre belongs, as an expression of `q` [m].
+        q: Posture of the arm (arm,) [rad].
+        v: Its velocity (arm,) [rad/s].
+        x: Where the centre is [m].
+        v_x: Its velocity [m/s].
+    """
     slope = ca.gradient(shift, q)
     force = -SHIFT_STIFFNESS * (x - shift) - SHIFT_DAMPING * (v_x - ca.dot(slope, v))
     return force, -slope * force
 
 
-def _stop(depth: ca.SX) -> ca.SX:
-    """Torque magnitude [N·m] at a depth [rad] into the zone of an end stop."""
+def _turned(axis: ca.DM, angle: ca.SX, vector: ca.SX) -> ca.SX:
+    """A vector (3,) turned about an axis (3,) by an angle [rad], after Rodrigues."""
+    across = ca.cross(axis, vector)
+    return ca.cos(angle) * vector + ca.sin(angle) * across + (1.0 - ca.cos(angle)) * ca.dot(axis, vector) * axis
+
+
+def _stop(stop: ca.DM, depth: ca.SX) -> ca.SX:
+    """Torque magnitude (arm,) [N·m] at a depth (arm,) [rad] into the zones of end stops."""
     folds = ca.fmin(STOP_FOLDS * ca.fmax(depth, 0.0) / STOP_ZONE, STOP_FOLDS_MAX)
-    return STOP_TORQUE * (ca.exp(folds) - 1.0) / (np.exp(STOP_FOLDS) - 1.0)
+    return stop * (ca.exp(folds) - 1.0) / (np.exp(STOP_FOLDS) - 1.0)

@@ -24,7 +24,7 @@ class Sensors:
         """`truth` gives position and motor torque at the joint, as late as they are measured, from `memory`."""
         self._kernel = kernel.compile(_measurement(machine, truth), memory)
         self._q, self._current = self._kernel.outputs["q_measured"], self._kernel.outputs["current"]
-        self._noise_sd = machine.sensors.current_noise / np.abs(machine.drives.gain)  # [A]
+        self._noise_sd = _per_gain(machine.sensors.current_noise, np.abs(machine.drives.gain))  # [A]
         self._stream = stream(seed, "run", "current_noise")
         self._noise = self._draw_noise()
         self._reading = 0
@@ -42,6 +42,11 @@ class Sensors:
         return self._noise_sd * self._stream.standard_normal((BLOCK, len(self._noise_sd)))
 
 
+def _per_gain(torque: Joints, gain: Joints) -> Joints:
+    """Motor current [A] for a torque at the joint [N·m]; a joint without motor has none."""
+    return np.divide(torque, gain, out=np.zeros_like(gain), where=gain != 0.0)
+
+
 def _measurement(machine: Machine, truth: ca.Function) -> ca.Function:
     arguments = truth.sx_in()
     q, tau_motor = truth.call(arguments)
@@ -50,6 +55,6 @@ def _measurement(machine: Machine, truth: ca.Function) -> ca.Function:
     for joint, step in enumerate(machine.sensors.encoder_step.tolist()):
         if step > 0.0:
             q_measured[joint] = ca.floor(q_measured[joint] / step + 0.5) * step
-    current = tau_motor * ca.DM(1.0 / machine.drives.gain) + noise
+    current = tau_motor * ca.DM(_per_gain(np.ones(len(machine.drives.gain)), machine.drives.gain)) + noise
     names = [*truth.name_in(), "noise"]
     return ca.Function("twin_sensors", [*arguments, noise], [q_measured, current], names, ["q_measured", "current"])

@@ -17,6 +17,12 @@ MAX_STEPS = 50
 DIFFERENCE = 1e-6
 """For the slopes of Newton's method [rad]; they set its pace, not its result."""
 
+TOLERANCE_ON_THE_WAY = 1e-2
+"""The same at postures that are only passed [N·m]."""
+
+STAGE = 0.15
+"""Of the machine's way, largest turn of a joint between two such postures [rad]."""
+
 STEP_MAX = 0.1
 """Largest turn of a joint in one step [rad]; a longer one may leave the basin of the rest posture."""
 
@@ -36,24 +42,47 @@ class Statics:
     def __init__(self, scene: Scene, wearer: Wearer | None, with_passive: bool) -> None:
         self._scene = scene
         self._forces = static_forces(scene, wearer, with_passive) if wearer is not None else None
+        self._arm, self._followers = scene.arm, scene.followers
+        self._last = scene.fastened
+        if self._forces is not None:
+            self._led = self._forces.outputs["led"].reshape(-1)
+            self._slope = self._forces.outputs["slope"].reshape(len(self._led), len(self._arm))
 
     def settle(self, q: Joints, guess: Arm | None = None) -> tuple[Arm, Joints]:
         """Posture of the arm (arm,) [rad] and torque on the locks (joint,) [N·m] with the machine's joints at `q`.
 
-        The torque is what motors must add to hold the machine there. `guess` starts the search; `q` itself where
-        absent.
+        The torque is what motors must add to hold the machine there. `guess` starts the search; where absent, the
+        machine's own angles if they are the arm's, else the posture that the arm reaches on the machine's way.
 
         Raises:
             RigError: The arm finds no rest, which means that the cuffs do not hold it.
         """
         if self._forces is None:
             return np.empty(0), -self._net_torque(q, np.empty(0))[self._scene.exo]
-        q_arm = np.array(q if guess is None else guess, dtype=float)
+        if guess is None:
+            guess = q if self._scene.moves_alike else self._on_the_way(q)
+        settled = self._descend(q, guess, TOLERANCE)
+        self._last = q.copy(), settled[0]
+        return settled
+
+    def _on_the_way(self, q: Joints) -> Arm:
+        """Where the arm is, nearly, when the machine has come to `q` from the last posture, or from the donning posture
+        if that is nearer: its rest there lies in the basin of the search.
+        """
+        starts = sorted((self._last, self._scene.fastened), key=lambda start: float(np.abs(q - start[0]).max()))
+        q_start, q_arm = starts[0]
+        n_stages = int(np.ceil(np.abs(q - q_start).max() / STAGE))
+        for stage in range(n_stages):
+            q_arm, _ = self._descend(q_start + stage / n_stages * (q - q_start), q_arm, TOLERANCE_ON_THE_WAY)
+        return q_arm
+
+    def _descend(self, q: Joints, guess: Arm, tolerance: float) -> tuple[Arm, Joints]:
+        q_arm = np.array(guess, dtype=float)
         worst = np.inf
         for _ in range(MAX_STEPS):
             residual = self._residual(q, q_arm)
             worst = float(np.abs(residual).max())
-            if worst <= TOLERANCE:
+            if worst <= tolerance:
                 # The residual was the last thing evaluated: forces and posture in the scene belong together.
                 return q_arm, -self._scene.data.qfrc_smooth[self._scene.exo]
             q_arm = q_arm + _downhill(self._slopes(q, q_arm, residual), residual)
@@ -66,8 +95,8 @@ class Statics:
         net = self._net_torque(q, q_arm)
         if self._forces is None:
             return np.empty(0)
-        # The shoulder centre is led along its path: what acts on the path acts on the joints through its slope.
-        return net[self._scene.arm] + self._forces.outputs["slope"] * net[self._scene.shift]
+        # Shoulder centres are led along their paths: what acts on a path acts on the joints through its slope.
+        return net[self._arm] + self._slope.T @ net[self._followers]
 
     def _slopes(self, q: Joints, q_arm: Arm, residual: Arm) -> Float[np.ndarray, "arm arm"]:
         turned = q_arm + DIFFERENCE * np.eye(len(q_arm))
@@ -82,9 +111,9 @@ class Statics:
         data.qvel[:] = 0.0
         data.qpos[scene.exo] = q
         if self._forces is not None:
-            data.qpos[scene.arm] = q_arm
-            self._forces.evaluate()  # for the path's shift; its forces belong to the posture before
-            data.qpos[scene.shift] = self._forces.outputs["shift"][0]
+            data.qpos[self._arm] = q_arm
+            self._forces.evaluate()  # for the followers; its forces belong to the posture before
+            data.qpos[self._followers] = self._led
         mujoco.mj_step1(model, data)
         if self._forces is not None:
             self._forces.evaluate()

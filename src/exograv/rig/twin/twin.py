@@ -1,5 +1,6 @@
 """The virtual machine with its virtual wearer: measures what a real one measures, and knows what a real one hides."""
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -45,7 +46,7 @@ class Truth:
     """[rad/s]"""
 
     q_arm: Float[np.ndarray, " arm"]
-    """Of the wearer's joints [rad]."""
+    """Of the freedoms of the wearer's arms, the right one's first [rad]."""
 
     v_arm: Float[np.ndarray, " arm"]
     """[rad/s]"""
@@ -88,7 +89,14 @@ class Twin:
         self._scene = build_scene(description, machine, wearer, lengths)
         self._forces = step_forces(self._scene, machine, wearer)
         self._memory = self._forces.inputs
-        self._muscles = None if wearer is None else Muscles(wearer.unrest, seed, PERIOD)
+        arms = () if wearer is None else wearer.arms
+        # The second arm has draws of its own, or both would stir at once.
+        self._muscles = tuple(
+            Muscles(arm.unrest, seed, PERIOD, owner)
+            for arm, owner in zip(arms, ("run", "run, second arm"), strict=False)
+        )
+        ends = np.cumsum([0, *(len(place.freedoms) for place in self._scene.arms)]).tolist()
+        self._freedoms = [slice(begin, end) for begin, end in itertools.pairwise(ends)]
         truth = measured_truth(self._scene, machine)
         self._sensors = Sensors(machine, seed, truth, {name: self._memory[name] for name in truth.name_in()})
         self._no_torque = np.full(len(self.joints), np.nan)
@@ -96,7 +104,7 @@ class Twin:
         self._t0, self._steps = t0, 0
         self._measured: JointState | None = None
         self.tau_voluntary = self._memory["tau_voluntary"]
-        """Muscle torque of a wearer who wants to move, at the arm's joints; examiners may write into it [N·m]."""
+        """Muscle torque of a wearer who wants to move, as `Truth.q_arm`; examiners may write into it [N·m]."""
         self._start(description.donning_posture if start_posture is None else np.asarray(start_posture, dtype=float))
 
     @property
@@ -149,8 +157,8 @@ class Twin:
         memory = self._memory
         memory["current"][:] = command.current
         memory["valid_until"][0] = command.valid_until
-        if self._muscles is not None:
-            memory["tau_muscle"][:] = self._muscles.next_torque()
+        for muscles, freedoms in zip(self._muscles, self._freedoms, strict=True):
+            memory["tau_muscle"][freedoms] = muscles.next_torque()
         memory["warmth"][0] = 1.0 - np.exp(-self.t / WARM_UP_TIME)
         model, data, evaluate = self._scene.model, self._scene.data, self._forces.evaluate
         for _ in range(SUBSTEPS):
@@ -166,7 +174,10 @@ class Twin:
             )
 
     def hang(self, mount: str, mass_kg: float) -> None:
-        """Hang a known weight at the "calibration" mount of the machine or in the wearer's "hand"; zero takes it off.
+        """Hang a known weight [kg] at a mount; zero takes it off.
+
+        Mounts are the machine's by name, "calibration" for the first of them, the wearer's "right_hand" and "left_hand",
+        and "hand" for the first of those.
 
         Raises:
             RigError: No such mount, no wearer to hold it, or a negative mass.
@@ -193,6 +204,8 @@ class Twin:
         memory = self._memory
         memory["start"][0] = self._t0
         drives = memory["drives"]
+        # A joint without motor is let go at once.
+        tau = np.where(self._machine.drives.gain != 0.0, tau, 0.0)
         drives[TAU_MOTOR] = tau
         drives[THETA] = q + tau / self._machine.drives.gear_stiffness
         drives[OMEGA] = 0.0

@@ -1,39 +1,28 @@
 """The truth about one virtual wearer; nothing of control or identification may read it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 
 from exograv.model.description import Side
+from exograv.model.rig_settings import ArmKind, ArmSide
 
+from .anatomy import ANATOMY
 from .levels import Disturbances
 from .regressions import SEGMENTS
 from .segments import Body, Segment, draw_body, draw_segments
+from .skeleton import Skeleton, drawn_skeleton
 from .streams import stream, uniform
 
-ARM_JOINTS = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
-"""Freedoms of the true arm, in order; internal rotation is positive. Source of the order: Rajagopal et al. (2016)."""
-
-NEUTRAL_DEG = np.array([20.0, 30.0, 0.0, 107.0])
-"""Angles about which the relaxed joints are elastic.
-
-20° forward, 30° of elevation, elbow 107° from straight (sign unverified).
-"""
-
-GRIP_FRACTION = 0.36
-"""Centre of the grip beyond the wrist, as a fraction of the hand's length: where its centre of mass is.
-
-Source: de Leva (1996).
-"""
-
-PerJoint = Float[np.ndarray, " 4"]
+PerFreedom = Float[np.ndarray, " freedom"]
 
 
 @dataclass(frozen=True)
 class Cuffs:
-    """The true cuffs, both alike; z along the limb."""
+    """The true cuffs, all alike; z along the limb. A direction that the machine leaves free is free."""
 
     stiffness: Float[np.ndarray, " 6"]
     """x, y, z [N/m], then about x, y, z [N·m/rad]."""
@@ -47,80 +36,150 @@ class Cuffs:
 
 @dataclass(frozen=True)
 class PassiveJoints:
-    """What the relaxed joints of the arm do by themselves."""
+    """What the relaxed freedoms of an arm, or of both arms, do by themselves."""
 
-    stiffness: PerJoint
+    stiffness: PerFreedom
     """[N·m/rad]"""
 
-    neutral: PerJoint
+    neutral: PerFreedom
     """[rad]"""
 
-    damping: PerJoint
+    damping: PerFreedom
     """[N·m·s/rad]"""
 
-    has_end_stops: bool
+    range: Float[np.ndarray, "freedom 2"]
+    """Where the joints end [rad]."""
+
+    stop: PerFreedom
+    """Torque at the end of the range; zero without end stops [N·m]."""
+
     hysteresis: float
     """Elastic torque that a fast motion adds and that then decays, as a share of the lasting one [-]."""
 
 
 @dataclass(frozen=True)
 class Unrest:
-    """A wearer who was told to relax."""
+    """An arm whose owner was told to relax it."""
 
-    bias_rms: PerJoint
+    bias_rms: PerFreedom
     """Slow muscle torque [N·m]."""
 
-    bias_correlation: PerJoint
+    bias_correlation: PerFreedom
     """How long it lasts [s]."""
 
     bursts_per_minute: float
+    burst_share: PerFreedom
+    """Of a burst's torque at a freedom [-]."""
+
+
+@dataclass(frozen=True)
+class WearerArm:
+    """One arm."""
+
+    skeleton: Skeleton
+    donning_offset: Float[np.ndarray, " 3"]
+    """True shoulder centre with the arm hanging, minus the machine's `shoulder_centre`, base axes [m]."""
+
+    passive: PassiveJoints
+    unrest: Unrest
+
+    @property
+    def side(self) -> ArmSide:
+        """Right or left."""
+        return self.skeleton.side
 
 
 @dataclass(frozen=True)
 class Wearer:
     """One person in the machine, drawn once and never changed."""
 
-    side: Side
     body: Body
-    segments: Mapping[str, Segment]
-    """Upper arm, forearm, hand."""
+    arms: tuple[WearerArm, ...]
+    """As many as the machine has, the right one first."""
 
     lengths_given: Mapping[str, float]
-    """The segments' lengths as somebody measured them, wrongly; all that the software may know [m]."""
-
-    donning_offset: Float[np.ndarray, " 3"]
-    """True shoulder centre with the arm hanging, minus the machine's `shoulder_centre`, base axes [m]."""
+    """Lengths of the first arm as somebody measured them, wrongly; all that the software may know [m]."""
 
     glenohumeral_share: float
     """Share of the shift of the shoulder centre with elevation [-]."""
 
     cuffs: Cuffs
-    passive: PassiveJoints
-    unrest: Unrest
 
-    @property
-    def grip(self) -> Float[np.ndarray, " 3"]:
-        """Where a weight hangs in the hand: in the forearm's frame, on its axis [m]."""
-        return np.array([0.0, 0.0, -(self.segments["forearm"].length + GRIP_FRACTION * self.segments["hand"].length)])
+    @cached_property
+    def passive(self) -> PassiveJoints:
+        """Of all arms' freedoms."""
+        parts = [arm.passive for arm in self.arms]
+        joined = {
+            name: np.concatenate([getattr(part, name) for part in parts])
+            for name in ("stiffness", "neutral", "damping", "range", "stop")
+        }
+        return PassiveJoints(**joined, hysteresis=parts[0].hysteresis)
 
 
-def draw_wearer(disturbances: Disturbances, seed: int, side: Side = "right", body: Body | None = None) -> Wearer:
-    """One wearer of the population, or one of this sex, height and mass."""
+def draw_wearer(
+    disturbances: Disturbances,
+    seed: int,
+    side: Side = "right",
+    body: Body | None = None,
+    kind: ArmKind = "shoulder_elbow",
+    skeleton: Skeleton | None = None,
+) -> Wearer:
+    """One wearer of the population, or one of this sex, height and mass, or one whose arm is given."""
     body = body or draw_body(seed)
-    segments = draw_segments(body, disturbances, seed)
+    skeletons = (skeleton,) if skeleton else _draw_skeletons(disturbances, seed, side, body, kind)
+    lengths = skeletons[0].lengths
     generator = stream(seed, "wearer", "length_error")
     error = 1e-3 * uniform(generator, disturbances.value("length_error", "sd_mm"))
-    offset = 1e-3 * uniform(generator, disturbances.value("donning_offset", "max_mm"))
+    generator.random()  # so that people of earlier recordings stay the same
+    errors = {name: error * float(generator.standard_normal()) for name in SEGMENTS}
     return Wearer(
-        side=side,
         body=body,
-        segments=segments,
-        lengths_given={name: segments[name].length + error * float(generator.standard_normal()) for name in SEGMENTS},
-        donning_offset=offset * stream(seed, "wearer", "donning_offset").uniform(-1.0, 1.0, 3),
+        arms=tuple(
+            _draw_arm(disturbances, seed, owner, one)
+            for owner, one in zip(("wearer", "wearer, second arm"), skeletons, strict=False)
+        ),
+        lengths_given={name: length + errors[name] for name, length in lengths.items()},
         glenohumeral_share=_number(disturbances, "glenohumeral_shift", "share"),
         cuffs=_cuffs(disturbances),
-        passive=_draw_passive(disturbances, seed),
-        unrest=_draw_unrest(disturbances, seed),
+    )
+
+
+def _draw_skeletons(
+    disturbances: Disturbances, seed: int, side: Side, body: Body, kind: ArmKind
+) -> tuple[Skeleton, ...]:
+    segments = draw_segments(body, disturbances, seed)
+    if side != "both":
+        return (drawn_skeleton(segments, side, kind),)
+    return (
+        drawn_skeleton(segments, "right", kind),
+        drawn_skeleton(_other_arm(segments, disturbances, seed), "left", kind),
+    )
+
+
+def _other_arm(segments: Mapping[str, Segment], disturbances: Disturbances, seed: int) -> Mapping[str, Segment]:
+    """A person's other arm: the mirror image, as long, and a little lighter or heavier."""
+    mirror = np.diag([1.0, -1.0, 1.0])
+    generator = stream(seed, "wearer", "between_arms")
+    sd = uniform(generator, disturbances.value("between_arms", "sd"))
+    factors = np.exp(sd * generator.standard_normal(len(segments)))
+    return {
+        name: replace(
+            segment,
+            mass=factor * segment.mass,
+            com=mirror @ segment.com,
+            inertia=factor * mirror @ segment.inertia @ mirror,
+        )
+        for factor, (name, segment) in zip(factors.tolist(), segments.items(), strict=True)
+    }
+
+
+def _draw_arm(disturbances: Disturbances, seed: int, owner: str, skeleton: Skeleton) -> WearerArm:
+    offset = 1e-3 * _number(disturbances, "donning_offset", "max_mm")
+    return WearerArm(
+        skeleton=skeleton,
+        donning_offset=offset * stream(seed, owner, "donning_offset").uniform(-1.0, 1.0, 3),
+        passive=_draw_passive(disturbances, seed, owner, skeleton.freedoms),
+        unrest=_draw_unrest(disturbances, seed, owner, skeleton.freedoms),
     )
 
 
@@ -137,28 +196,32 @@ def _cuffs(disturbances: Disturbances) -> Cuffs:
     return Cuffs(np.array([across, across, along, others, others, limb]), damping, damping * CUFF_RADIUS**2)
 
 
-def _draw_passive(disturbances: Disturbances, seed: int) -> PassiveJoints:
-    neutral = NEUTRAL_DEG + 10.0 * stream(seed, "wearer", "neutral").standard_normal(4)
+def _draw_passive(disturbances: Disturbances, seed: int, owner: str, freedoms: tuple[str, ...]) -> PassiveJoints:
+    anatomy = [ANATOMY[freedom] for freedom in freedoms]
+    spread = 10.0 * stream(seed, owner, "neutral").standard_normal(len(anatomy))
+    has_end_stops = _number(disturbances, "end_stops", "present") > 0.0
     return PassiveJoints(
-        stiffness=_per_joint(disturbances, "passive_stiffness", seed),
-        neutral=np.deg2rad(neutral),
-        damping=_per_joint(disturbances, "passive_damping", seed),
-        has_end_stops=_number(disturbances, "end_stops", "present") > 0.0,
+        stiffness=_per_freedom(disturbances, "passive_stiffness", seed, owner, freedoms),
+        neutral=np.deg2rad(np.array([one.neutral_deg for one in anatomy]) + spread),
+        damping=_per_freedom(disturbances, "passive_damping", seed, owner, freedoms),
+        range=np.deg2rad([one.range_deg for one in anatomy]),
+        stop=has_end_stops * np.array([one.stop_Nm for one in anatomy]),
         hysteresis=_number(disturbances, "hysteresis", "share"),
     )
 
 
-def _draw_unrest(disturbances: Disturbances, seed: int) -> Unrest:
+def _draw_unrest(disturbances: Disturbances, seed: int, owner: str, freedoms: tuple[str, ...]) -> Unrest:
     return Unrest(
-        bias_rms=_per_joint(disturbances, "slow_bias", seed),
-        bias_correlation=stream(seed, "wearer", "bias_correlation").uniform(1.0, 5.0, 4),
+        bias_rms=_per_freedom(disturbances, "slow_bias", seed, owner, freedoms),
+        bias_correlation=stream(seed, owner, "bias_correlation").uniform(1.0, 5.0, len(freedoms)),
         bursts_per_minute=_number(disturbances, "bursts", "rate"),
+        burst_share=np.array([ANATOMY[freedom].burst_share for freedom in freedoms]),
     )
 
 
-def _per_joint(disturbances: Disturbances, row: str, seed: int) -> PerJoint:
-    generator = stream(seed, "wearer", row)
-    columns = ("shoulder", "shoulder", "shoulder", "elbow")
+def _per_freedom(disturbances: Disturbances, row: str, seed: int, owner: str, freedoms: tuple[str, ...]) -> PerFreedom:
+    generator = stream(seed, owner, row)
+    columns = [ANATOMY[freedom].place for freedom in freedoms]
     return np.array([uniform(generator, disturbances.value(row, column)) for column in columns])
 
 

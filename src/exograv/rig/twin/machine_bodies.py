@@ -1,0 +1,92 @@
+"""The machine's bodies in MuJoCo, as built: its URDF, set to the wearer's lengths, with the errors of this one machine."""
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import ModelError
+from exograv.model.description import RigDescription
+
+from .machine import Machine
+
+TIMESTEP = 0.0005
+"""[s]"""
+
+# Hard stops lie 5° beyond the limits that software keeps. As in AGREE.
+HARD_STOP_MARGIN = np.deg2rad(5.0)
+
+# MuJoCo would fuse fixed frames into their parents and lose the cuffs; only the compiler's own tag, read with the file,
+# prevents it.
+COMPILER = '<mujoco><compiler discardvisual="false" fusestatic="false" strippath="false"/></mujoco>'
+
+
+def machine_spec(description: RigDescription, machine: Machine, lengths: Mapping[str, float]) -> mujoco.MjSpec:
+    """The machine, adjusted to these lengths by segment [m]; its weights hang at bodies of `weight_body`.
+
+    Raises:
+        ModelError: MuJoCo cannot read the URDF.
+    """
+    text = description.urdf_path.read_text(encoding="utf-8")
+    head = text.index(">", text.index("<robot")) + 1
+    try:
+        spec = mujoco.MjSpec.from_string(text[:head] + COMPILER + text[head:])
+    except ValueError as error:
+        what = " ".join(str(error).split())
+        raise ModelError(f"MuJoCo cannot read {description.urdf_path.name}: {what}. Correct the URDF.") from error
+    spec.option.timestep = TIMESTEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    spec.option.gravity = machine.gravity
+    _set_lengths(spec, description, lengths)
+    _build_with_errors(spec, machine)
+    _fit_joints(spec, description, machine)
+    for mount in description.mounts:
+        add_weight(spec.body(mount), weight_body(mount), np.zeros(3))
+    return spec
+
+
+def _set_lengths(spec: mujoco.MjSpec, description: RigDescription, lengths: Mapping[str, float]) -> None:
+    for adjustment in description.settings.adjustments:
+        # A machine can only be set as far as it goes; someone taller or smaller gets the end of its range.
+        wanted = lengths.get(adjustment.segment, adjustment.nominal_m)
+        length = float(np.clip(wanted, adjustment.min_m, adjustment.max_m))
+        body = spec.joint(adjustment.joint).parent
+        k = "xyz".index(adjustment.axis)
+        body.pos[k] = np.copysign(length, body.pos[k])
+
+
+def _build_with_errors(spec: mujoco.MjSpec, machine: Machine) -> None:
+    for body in spec.bodies:
+        if body.explicitinertial:
+            factor, shift = machine.link_error(body.name)
+            body.mass *= factor
+            body.fullinertia = factor * np.asarray(body.fullinertia)
+            body.ipos = np.asarray(body.ipos) + shift
+
+
+def _fit_joints(spec: mujoco.MjSpec, description: RigDescription, machine: Machine) -> None:
+    """Friction and gears are the twin's own forces; MuJoCo keeps only the hard stops and the rotors of rigid gears."""
+    drives = machine.drives
+    rigid = dict(zip(description.joints, np.isinf(drives.gear_stiffness), strict=True))
+    rotors = dict(zip(description.joints, drives.rotor_inertia, strict=True))
+    for joint in spec.joints:
+        joint.damping = np.zeros(3)
+        joint.frictionloss = 0.0
+        joint.range = np.asarray(joint.range) + HARD_STOP_MARGIN * np.array([-1.0, 1.0])
+        if rigid.get(joint.name, False):
+            joint.armature = rotors[joint.name]
+
+
+def add_weight(parent: mujoco.MjsBody, name: str, pos: Float[np.ndarray, " 3"]) -> None:
+    """A body without mass where a known weight can hang, at a place of its parent [m]."""
+    body = parent.add_body(name=name, pos=pos)
+    body.explicitinertial = True
+    # The centre must be told: MuJoCo would take the body's place in its parent for it.
+    body.mass, body.ipos = 0.0, np.zeros(3)
+
+
+def weight_body(mount: str) -> str:
+    """Name of the body that stands for a weight at a mount."""
+    return f"weight_at_{mount}"

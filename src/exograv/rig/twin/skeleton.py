@@ -1,0 +1,202 @@
+"""One true arm as bones between joints, as it hangs straight: every frame then has x forward, y left, z up."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.model.limb import FREEDOMS
+from exograv.model.rig_settings import FREEDOMS_OF_ARM, ArmKind, ArmSide
+
+from .segments import Segment
+
+Vector = Float[np.ndarray, " 3"]
+
+GRIP_FRACTION = 0.36
+"""Centre of the grip beyond the wrist, as a fraction of the hand's length: where its centre of mass is.
+
+Source: de Leva (1996).
+"""
+
+
+@dataclass(frozen=True)
+class BoneJoint:
+    """A joint between a bone and its parent, zero as the arm hangs straight."""
+
+    name: str
+    """One of `model.limb.FREEDOMS`, or its own where it follows one."""
+
+    axis: Vector
+    """In the bone's frame, positive as the freedom is."""
+
+    anchor: Vector
+    """A point on the axis, in the bone's frame [m]."""
+
+    is_slide: bool = False
+
+
+@dataclass(frozen=True)
+class Bone:
+    """A rigid part of an arm; its frame is parallel to all others while the arm hangs straight."""
+
+    name: str
+    segment: str
+    """Upper arm, forearm or hand: whose mass it is."""
+
+    parent: str | None
+    """`None`: the trunk."""
+
+    origin: Vector
+    """In the parent's frame, or from the shoulder's centre [m]."""
+
+    mass: float
+    """[kg]"""
+
+    com: Vector
+    """[m]"""
+
+    inertia: Float[np.ndarray, "3 3"]
+    """About the centre of mass [kg·m²]."""
+
+    joints: tuple[BoneJoint, ...]
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A joint that a freedom takes along: joint = polynomial of the freedom's angle, lowest power first, from zero."""
+
+    joint: str
+    freedom: str
+    polynomial: Float[np.ndarray, " 5"]
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """All that is rigid about one arm."""
+
+    side: ArmSide
+    kind: ArmKind
+    bones: tuple[Bone, ...]
+    """A parent before its children."""
+
+    lengths: Mapping[str, float]
+    """Between joint centres; of the hand, wrist to fingertip [m]."""
+
+    held: Mapping[str, str]
+    """Bone that the cuff of a segment holds."""
+
+    centres: Mapping[str, tuple[str, Vector]]
+    """Proximal joint centre of each segment with a mass, in the frame of its first bone [m]."""
+
+    grip: tuple[str, Vector]
+    """Where a weight hangs in the hand [m]."""
+
+    couplings: tuple[Coupling, ...] = ()
+    follows_elevation: bool = True
+    """Whether the shoulder's centre shifts with elevation; one that a girdle of bones moves does so by itself."""
+
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """In order."""
+        return FREEDOMS[: FREEDOMS_OF_ARM[self.kind]]
+
+    @property
+    def shoulder_joints(self) -> tuple[BoneJoint, ...]:
+        """Flexion, abduction and rotation, in the order in which they follow each other on the way to the elbow."""
+        return tuple(joint for bone in self.bones for joint in bone.joints if joint.name in FREEDOMS[:3])
+
+    def bone(self, name: str) -> Bone:
+        """By name."""
+        return next(bone for bone in self.bones if bone.name == name)
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether shoulder angles mean what they usually do: flexion, then abduction, then rotation, at right angles."""
+        return all(
+            joint.name == name and np.array_equal(joint.axis, axis_of(name, self.side))
+            for joint, name in zip(self.shoulder_joints, FREEDOMS[:3], strict=True)
+        )
+
+    def posture_like(self, q: Float[np.ndarray, " freedom"]) -> Float[np.ndarray, " freedom"]:
+        """The posture of this arm whose upper arm points and turns as that of a usual arm at `q` [rad]."""
+        if self.is_usual:
+            return q
+        from scipy.optimize import least_squares  # 0.1 s that no usual arm has to wait for
+
+        asked = _turn([axis_of(name, self.side) for name in FREEDOMS[:3]], q[:3])
+        axes = [joint.axis for joint in self.shoulder_joints]
+        order = [FREEDOMS.index(joint.name) for joint in self.shoulder_joints]
+        found = least_squares(
+            lambda angles: (_turn(axes, angles[order]) - asked).ravel(), q[:3], xtol=1e-14, ftol=1e-14
+        )
+        return np.concatenate([found.x, q[3:]])
+
+    def bones_of(self, segment: str) -> Iterator[tuple[Bone, Vector]]:
+        """Bones that are part of a segment, and where they are from the segment's proximal centre [m]."""
+        first, centre = self.centres[segment]
+        places = {first: -centre}
+        for bone in self.bones:
+            if bone.segment == segment:
+                if bone.name not in places and bone.parent is not None:
+                    places[bone.name] = places[bone.parent] + bone.origin
+                yield bone, places[bone.name]
+
+
+def drawn_skeleton(segments: Mapping[str, Segment], side: ArmSide, kind: ArmKind) -> Skeleton:
+    """An arm of three segments whose joint axes meet in the joints' centres and stand on each other."""
+    upper_arm, forearm, hand = (segments[name] for name in ("upper_arm", "forearm", "hand"))
+    is_whole = kind == "whole"
+    upper, lower, last = FREEDOMS[:3], FREEDOMS[3 : 5 if is_whole else 4], FREEDOMS[5:] if is_whole else ()
+    grip = GRIP_FRACTION * hand.length
+    zero = np.zeros(3)
+    bones = (
+        _bone("upper_arm", "upper_arm", None, zero, upper_arm, _joints(side, upper)),
+        _bone("forearm", "forearm", "upper_arm", _below(upper_arm.length), forearm, _joints(side, lower)),
+        _bone("hand", "hand" if is_whole else "forearm", "forearm", _below(forearm.length), hand, _joints(side, last)),
+    )
+    held = {name: name for name in segments}
+    return Skeleton(
+        side,
+        kind,
+        bones,
+        lengths={name: segment.length for name, segment in segments.items()},
+        held=held,
+        centres={name: (name, zero) for name in dict.fromkeys(bone.segment for bone in bones)},
+        grip=("hand", _below(grip)) if is_whole else ("forearm", _below(forearm.length + grip)),
+    )
+
+
+def axis_of(freedom: str, side: ArmSide) -> Vector:
+    """Axis of a freedom while the arm hangs straight, by the right-hand rule: forward, outward, inward, bending, pronation,
+    towards the palm (which faces the body), towards the thumb.
+    """
+    outward = 1.0 if side == "right" else -1.0
+    axes = {
+        "abduction": (-outward, 0.0, 0.0), "rotation": (0.0, 0.0, outward), "forearm_roll": (0.0, 0.0, outward),
+        "wrist_flexion": (outward, 0.0, 0.0),
+    }  # fmt: skip
+    return np.array(axes.get(freedom, (0.0, -1.0, 0.0)))
+
+
+def _turn(axes: Sequence[Vector], angles: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
+    """Rotation by `angles` [rad] about `axes` one after the other, each carried by those before it."""
+    whole = np.eye(3)
+    for (x, y, z), angle in zip(axes, angles, strict=True):
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        whole = whole @ (np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
+    return whole
+
+
+def _joints(side: ArmSide, freedoms: tuple[str, ...]) -> tuple[BoneJoint, ...]:
+    return tuple(BoneJoint(freedom, axis_of(freedom, side), np.zeros(3)) for freedom in freedoms)
+
+
+def _bone(
+    name: str, segment: str, parent: str | None, origin: Vector, body: Segment, joints: tuple[BoneJoint, ...]
+) -> Bone:
+    return Bone(name, segment, parent, origin, body.mass, body.com, body.inertia, joints)
+
+
+def _below(length: float) -> Vector:
+    return np.array([0.0, 0.0, -length])
