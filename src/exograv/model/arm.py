@@ -163,9 +163,9 @@ def _frames(limb: Limb, lengths: Mapping[str, float]) -> dict[str, Frame]:
     return {limb.prefix + name: Frame(body, np.eye(3), np.array([0.0, 0.0, -z])) for name, (body, z) in places.items()}
 
 
-def held_weight(arm: Arm, mass: float) -> Float[np.ndarray, " phi"]:
-    """What a point mass [kg] in the hand, the right one of two, adds to the arm's parameters."""
-    frame = arm.tree.frame(f"{arm.limbs[0].prefix}hand")
+def held_weight(arm: Arm, mass: float, limb: int = 0) -> Float[np.ndarray, " phi"]:
+    """What a point mass [kg] in the hand, of two in that of this number, adds to the arm's parameters."""
+    frame = arm.tree.frame(f"{arm.limbs[limb].prefix}hand")
     added = np.zeros((len(arm.segments), 10))
     added[arm.bodies.index(frame.body)] = inertial_parameters(mass, frame.p_body_frame, np.zeros((3, 3)))
     return added.ravel()

@@ -1,5 +1,7 @@
 """Can these cuffs carry this arm? The person is put into the machine, or refused, with the freedom nothing holds."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float
 
@@ -22,11 +24,20 @@ def assemble(description: RigDescription, body: Body) -> Assembly:
         ModelError: The machine's files disagree, it does not fit the person, or its cuffs leave a freedom of the arm
             unsupported.
     """
-    arm = build_arm(body, *description.arm_sides, kind=description.settings.wearer.arm)
-    exo = adjusted(read_exoskeleton(description), description, arm.lengths)
-    assembly = Assembly(description, exo, arm, tuple(description.settings.cuffs))
+    assembly = put_together(description, body)
     refuse_unsupported(assembly)
     return assembly
+
+
+def put_together(description: RigDescription, body: Body) -> Assembly:
+    """The same, whatever the cuffs hold: only to find out what they do.
+
+    Raises:
+        ModelError: The machine's files disagree, or it does not fit the person.
+    """
+    arm = build_arm(body, *description.arm_sides, kind=description.settings.wearer.arm)
+    exo = adjusted(read_exoskeleton(description), description, arm.lengths)
+    return Assembly(description, exo, arm, tuple(description.settings.cuffs))
 
 
 def sample_postures(description: RigDescription, count: int) -> Float[np.ndarray, "posture joint"]:
@@ -38,18 +49,43 @@ def sample_postures(description: RigDescription, count: int) -> Float[np.ndarray
     return np.vstack([description.donning_posture, lower + points * (upper - lower)])
 
 
-def unsupported_freedoms(assembly: Assembly) -> dict[str, int]:
-    """Freedoms of the arm that no cuff holds, with the number of sampled postures where that is so."""
-    solver = LoopSolver(assembly)
-    found: dict[str, int] = {}
+@dataclass(frozen=True)
+class Support:
+    """What the cuffs hold of the arm, in the postures of `sample_postures`."""
+
+    rank: int
+    """Freedoms that they hold in every posture; where it is less than the arm has, some weight cannot be carried."""
+
+    unsupported: dict[str, int]
+    """Freedoms that no cuff holds, with the number of postures where that is so."""
+
+    softest: str
+    """The freedom that is held most softly."""
+
+    softest_Nm_per_rad: float
+    """With which stiffness, in the worst posture [N·m/rad]."""
+
+
+def support(assembly: Assembly) -> Support:
+    """How the cuffs hold the arm."""
+    solver, freedoms = LoopSolver(assembly), assembly.arm.freedoms
+    unsupported: dict[str, int] = {}
+    rank, softest = len(freedoms), (np.inf, "")
     for y in sample_postures(assembly.description, POSTURES):
         z, _ = solver.solve(y)
         stiffness, directions = np.linalg.eigh(solver.gauss_newton_hessian(y, z))
-        for value, direction in zip(stiffness, directions.T, strict=True):
-            if value < STIFFNESS_RATIO_MIN * stiffness[-1]:
-                name = assembly.arm.freedoms[int(np.argmax(np.abs(direction)))]
-                found[name] = found.get(name, 0) + 1
-    return found
+        names = [freedoms[i] for i in np.argmax(np.abs(directions), axis=0)]
+        free = stiffness < STIFFNESS_RATIO_MIN * stiffness[-1]
+        for name in (name for name, is_free in zip(names, free, strict=True) if is_free):
+            unsupported[name] = unsupported.get(name, 0) + 1
+        rank = min(rank, int(np.count_nonzero(~free)))
+        softest = min(softest, (float(stiffness[0]), names[0]))
+    return Support(rank, unsupported, softest[1], softest[0])
+
+
+def unsupported_freedoms(assembly: Assembly) -> dict[str, int]:
+    """Freedoms of the arm that no cuff holds, with the number of sampled postures where that is so."""
+    return support(assembly).unsupported
 
 
 def refuse_unsupported(assembly: Assembly) -> None:
