@@ -88,7 +88,8 @@ def test_the_same_seed_is_the_same_person():
     level = Disturbances.at_level(3)
     first, second = draw_wearer(level, 7), draw_wearer(level, 7)
     assert first.body == second.body
-    np.testing.assert_array_equal(*(one.arms[0].skeleton.bone("hand").com for one in (first, second)))
+    hands = [one.arms[0].skeleton.bone("hand") for one in (first, second)]
+    np.testing.assert_array_equal(hands[0].com, hands[1].com)
 
 
 def test_a_body_beyond_the_regressions_is_refused():

@@ -100,8 +100,8 @@ WEARER: Mapping[str, Row] = MappingProxyType(
     }
 )
 
-# Drives at the wrist are small: about a tenth of the shoulder's where harmonic, a fifth where quasi-direct. A row without
-# such a column takes the drive's own. A joint without motor ("passive") has a bearing, and nothing else of a drive.
+# Drives at the wrist are small: about a tenth of the shoulder's where harmonic, a fifth where quasi-direct. A row
+# without such a column takes the drive's own. A joint without motor ("passive") has a bearing and nothing else.
 MACHINE: Mapping[str, Row] = MappingProxyType(
     {
         "coulomb": Row(

@@ -1,4 +1,4 @@
-"""The machine's bodies in MuJoCo, as built: its URDF, set to the wearer's lengths, with the errors of this one machine."""
+"""The machine's bodies in MuJoCo, as built: its URDF, set to the wearer's lengths, with this one machine's errors."""
 
 from collections.abc import Mapping
 

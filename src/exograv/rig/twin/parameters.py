@@ -15,15 +15,16 @@ AXES = ("x", "y", "z")
 def parameter_truth(wearer: Wearer) -> dict[str, float]:
     """True parameters by name, SI; only examiners and tests may read them.
 
-    Of `upper_arm` and `forearm` (forearm and hand as one body, the hand straight), or of `upper_arm`, `forearm` and `hand`
-    where the wrist moves: `.mass` [kg], first moments `.mx` to `.mz` [kg·m] and inertia `.Ixx` to `.Izz` [kg·m²] about
-    the proximal joint centre; x forward, y left, z up while the arm hangs straight. Products of inertia are entries of
-    the inertia matrix, hence negative sums. Bones that form a segment are counted where they are in that posture.
+    Of `upper_arm` and `forearm` (forearm and hand as one body, the hand straight), or of `upper_arm`, `forearm` and
+    `hand` where the wrist moves: `.mass` [kg], first moments `.mx` to `.mz` [kg·m] and inertia `.Ixx` to `.Izz`
+    [kg·m²] about the proximal joint centre; x forward, y left, z up while the arm hangs straight. Products of inertia
+    are entries of the inertia matrix, hence negative sums. Bones that form a segment are counted where they are in
+    that posture.
 
     Of each freedom: `.stiffness` [N·m/rad], `.spring_offset` (stiffness times neutral angle) [N·m], `.damping`
     [N·m·s/rad]. Of the shoulder's centre against the machine's, in base axes: `shoulder_offset_x` to `_z` [m] and
-    `glenohumeral_slope`, the shift per elevation over the first 90° [m/rad], where the shoulder does not move by itself;
-    the true path is not quite straight. With two arms every name begins with `right_` or `left_`.
+    `glenohumeral_slope`, the shift per elevation over the first 90° [m/rad], where the shoulder does not move by
+    itself; the true path is not quite straight. With two arms every name begins with `right_` or `left_`.
     """
     if len(wearer.arms) == 1:
         return _of_arm(wearer, wearer.arms[0])

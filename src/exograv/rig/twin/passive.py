@@ -87,9 +87,9 @@ def elevation_cosine(skeleton: Skeleton, q: ca.SX) -> ca.SX:
     """Cosine of the angle between the upper arm and hanging, at the posture `q` (arm,) of one arm."""
     if skeleton.is_usual:
         return ca.cos(q[0]) * ca.cos(q[1])
-    along = ca.DM([0.0, 0.0, 1.0])
+    along = ca.SX([0.0, 0.0, 1.0])
     for joint in reversed(skeleton.shoulder_joints):
-        along = _turned(ca.DM(joint.axis), q[skeleton.freedoms.index(joint.name)], along)
+        along = _turned(ca.SX(joint.axis), q[skeleton.freedoms.index(joint.name)], along)
     return along[2]
 
 
@@ -122,7 +122,7 @@ def shift_forces(shift: ca.SX, q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX) -> tupl
     return force, -slope * force
 
 
-def _turned(axis: ca.DM, angle: ca.SX, vector: ca.SX) -> ca.SX:
+def _turned(axis: ca.SX, angle: ca.SX, vector: ca.SX) -> ca.SX:
     """A vector (3,) turned about an axis (3,) by an angle [rad], after Rodrigues."""
     across = ca.cross(axis, vector)
     return ca.cos(angle) * vector + ca.sin(angle) * across + (1.0 - ca.cos(angle)) * ca.dot(axis, vector) * axis

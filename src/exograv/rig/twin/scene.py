@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import mujoco
@@ -61,12 +62,12 @@ class Scene:
     mounts: Mapping[str, int]
     """Bodies that stand for weights, by the names under which they hang."""
 
-    @property
+    @cached_property
     def arm(self) -> Int[np.ndarray, " arm"]:
         """Degrees of freedom of all arms' joints; empty without a wearer."""
         return np.array([i for arm in self.arms for i in arm.freedoms], dtype=int)
 
-    @property
+    @cached_property
     def followers(self) -> Int[np.ndarray, " follower"]:
         """Degrees of freedom of all that follows the arms' freedoms, in the order of `passive.follower_paths`."""
         return np.array([i for arm in self.arms for i in arm.followers], dtype=int)
@@ -181,7 +182,8 @@ def _fasten_cuffs(
 
 
 def _mounts(description: RigDescription, model: mujoco.MjModel, arms: tuple[ArmPlace, ...]) -> dict[str, int]:
-    bodies = {"calibration": mount for mount in description.mounts[:1]} | {name: name for name in description.mounts}
+    own = description.mounts
+    bodies = dict(zip(("calibration",), own, strict=False)) | {mount: mount for mount in own}
     hands = [f"{arm.skeleton.side}_hand" for arm in arms]
     bodies |= ({"hand": hands[0]} if hands else {}) | {hand: hand for hand in hands}
     return {name: model.body(weight_body(mount)).id for name, mount in bodies.items()}

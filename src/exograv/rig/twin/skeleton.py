@@ -112,7 +112,7 @@ class Skeleton:
 
     @property
     def is_usual(self) -> bool:
-        """Whether shoulder angles mean what they usually do: flexion, then abduction, then rotation, at right angles."""
+        """Whether shoulder angles are the usual ones: flexion, then abduction, then rotation, at right angles."""
         return all(
             joint.name == name and np.array_equal(joint.axis, axis_of(name, self.side))
             for joint, name in zip(self.shoulder_joints, FREEDOMS[:3], strict=True)
@@ -168,9 +168,7 @@ def drawn_skeleton(segments: Mapping[str, Segment], side: ArmSide, kind: ArmKind
 
 
 def axis_of(freedom: str, side: ArmSide) -> Vector:
-    """Axis of a freedom while the arm hangs straight, by the right-hand rule: forward, outward, inward, bending, pronation,
-    towards the palm (which faces the body), towards the thumb.
-    """
+    """Axis of a freedom while the arm hangs straight and its palm faces the body, by the right-hand rule."""
     outward = 1.0 if side == "right" else -1.0
     axes = {
         "abduction": (-outward, 0.0, 0.0), "rotation": (0.0, 0.0, outward), "forearm_roll": (0.0, 0.0, outward),

@@ -66,8 +66,9 @@ class Statics:
         return settled
 
     def _on_the_way(self, q: Joints) -> Arm:
-        """Where the arm is, nearly, when the machine has come to `q` from the last posture, or from the donning posture
-        if that is nearer: its rest there lies in the basin of the search.
+        """Where the arm nearly is when the machine has come to `q` from where the cuffs were fastened.
+
+        The last posture that was asked for is on the way where it is nearer.
         """
         starts = sorted((self._last, self._scene.fastened), key=lambda start: float(np.abs(q - start[0]).max()))
         q_start, q_arm = starts[0]
