@@ -14,7 +14,7 @@ from exograv.dynamics.loop_torque import ArmExpression, LoopTorque, arm_load, ex
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Layout, Parameters
 from exograv.model.assembly import Assembly
-from exograv.model.loops import TWIST_COSINE_MIN, LoopSolver
+from exograv.model.loops import TWIST_COSINE_MIN, LoopSolver, away_from_singular, clearance
 from exograv.signals import Reference
 
 from .friction_share import friction_share_torque
@@ -33,11 +33,6 @@ SETTLED_SLOPE = 1e-9
 
 SLOPE_MAX = 1e-6
 """Remaining slope of the cuffs' energy up to which the loops at rest count as closed [N·m]."""
-
-
-SINGULAR_FROM, SINGULAR_TO = 3.0, 5.0
-"""Swing (`Tick.swing`) over which the wearer's passive torque fades out of the drive: near a singular posture of the
-arm its angles spin while it hardly moves, and springs and damping of angles mean nothing [-]."""
 
 
 @dataclass
@@ -98,13 +93,9 @@ class Tick:
         return self._out["slope"].item()
 
     @property
-    def swing(self) -> float:
-        """How far from a singular posture of the arm: mean square of how fast its angles turn for the machine's.
-
-        About 1 where the two are aligned [-]; from `SINGULAR_FROM` on the posture counts as near singular.
-        """
-        G = self._out["G"]
-        return float(np.vdot(G, G)) / len(G)
+    def clearance(self) -> float:
+        """How far the arm is from a singular posture, as `model.loops.clearance` [-]; below `NEAR_SINGULAR` near."""
+        return self._out["clearance"].item()
 
     def step(self, q: Joints, v: Joints, reference: Reference, x: Parameters) -> Joints:
         """Desired torque (joint,) [N·m].
@@ -198,11 +189,12 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     )
     gravity = ca.DM(machine.gravity)
     felt = (1 - gravity_level) * gravity
-    # The wearer's springs do not bend the posture here: by a degree at most, and near a singular posture by any amount.
-    z = newton_step(cuffs, q, predicted, fit, static_load(assembly, arm, predicted, felt, 0.0))
-    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, felt, 0.0))
+    clear = clearance(assembly.arm, predicted)
+    passive_share = drive * away_from_singular(clear)
+    z = newton_step(cuffs, q, predicted, fit, static_load(assembly, arm, predicted, felt, passive_share))
+    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, felt, passive_share))
     motion = (q, drive * v_reference, drive * a_reference)
-    load = arm_load(assembly, arm, cuffs, closed, motion, felt, drive * away_from_singular(closed.G))
+    load = arm_load(assembly, arm, cuffs, closed, motion, felt, passive_share)
     torque = LoopTorque(
         exo_torque(assembly, machine.phi, x[layout.rotor], motion, gravity),
         closed.G.T @ load,
@@ -229,12 +221,6 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         "slope": ca.norm_1(closed.slope),
         "pivot": closed.pivot,
         "cosine": closed.cosine,
+        "clearance": clear,
     }
     return ca.Function("tick", inputs, list(outputs.values()), names, list(outputs))
-
-
-def away_from_singular(G: ca.SX) -> ca.SX:
-    """1 far from the arm's singular postures, 0 close to one, with a smooth step; G (freedom, joint)."""
-    s = (ca.sumsqr(G) / G.size1() - SINGULAR_FROM) / (SINGULAR_TO - SINGULAR_FROM)
-    s = ca.fmin(ca.fmax(s, 0), 1)
-    return 1 - 3 * s**2 + 2 * s**3

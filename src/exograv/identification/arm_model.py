@@ -14,7 +14,7 @@ from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque, st
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Layout
 from exograv.model.assembly import Assembly
-from exograv.model.loops import LoopSolver
+from exograv.model.loops import NEAR_SINGULAR, LoopSolver
 from exograv.spatial import solve_symmetric
 
 from .interface import Joints, Parameters, Sample
@@ -25,12 +25,8 @@ SLOW_V = 0.1
 SAG_STEPS = 5
 """Newton steps from the posture of the cuffs alone to that under load; quadratic convergence."""
 
-SINGULAR_SWING = 4.0
-"""Mean square of how fast the arm's angles turn for the machine's beyond which a sample says nothing: near a singular
-posture of the arm its angles spin, and their springs and damping mean nothing [-]."""
-
 SINGULAR_SD = 1e3
-"""Of such a sample [N·m]."""
+"""Of a sample near a singular posture of the arm: its springs and damping mean nothing there [N·m]."""
 
 SLOPE_MAX = 0.01
 """Remaining slope of the cuffs' energy beyond which the posture is lost and closed from cold [N·m]."""
@@ -113,7 +109,8 @@ class ArmModel:
 
         Beyond all torque where the sample linearised last was near a singular posture.
         """
-        singular = float(np.vdot(self._G, self._G)) / len(self._G) > SINGULAR_SWING
+        abductions = self._z[[limb.freedoms.start + 1 for limb in self.assembly.arm.limbs]]
+        singular = float((np.cos(abductions) ** 2).min()) < NEAR_SINGULAR
         return np.asarray(self.machine.friction.coulomb) / np.cosh(v / SLOW_V) ** 2 + singular * SINGULAR_SD
 
 

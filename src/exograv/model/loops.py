@@ -32,6 +32,9 @@ TWIST_COSINE_MIN = 0.3
 """Least cosine of a cuff's rotation in a true rest: there it is 0.86 and more with 30 mm of offset, in a false one,
 where the arm lies twisted in its cuffs, -0.7 and less (1500 random starts). Between the two [-]."""
 
+NEAR_SINGULAR, SINGULAR = 0.17, 0.05
+"""Clearance at 66° and 77° of abduction, beyond a workspace of 50° and what a design of motions adds to it [-]."""
+
 DIFFERENCE = 1e-3  # rad: for a first guess
 
 Posture = Float[np.ndarray, " joint"]
@@ -86,6 +89,27 @@ def arm_roots(assembly: Assembly, fit: ca.SX) -> list[Transform]:
         frame = assembly.exo.frame(assembly.description.shoulder_centre(limb.side))
         roots.append(Transform(ca.SX.eye(3), ca.DM(frame.p_body_frame) + fit_of(limb, fit)[:3]))
     return roots
+
+
+def clearance(arm: Arm, z: ca.SX) -> ca.SX:
+    """How far z is from the postures in which an arm's angles are singular: squared cosine of abduction [-].
+
+    There flexion and rotation turn the arm about one axis, and its angles spin while it hardly moves. Of two arms the
+    nearer one's.
+    """
+    nearest = ca.SX(1)
+    for limb in arm.limbs:
+        nearest = ca.fmin(nearest, ca.cos(z[limb.freedoms][1]) ** 2)
+    return nearest
+
+
+def away_from_singular(clear: ca.SX) -> ca.SX:
+    """1 at a clearance of `NEAR_SINGULAR` and more, 0 at `SINGULAR`, a smooth step between.
+
+    By so much springs and damping of angles still mean something.
+    """
+    s = ca.fmin(ca.fmax((clear - SINGULAR) / (NEAR_SINGULAR - SINGULAR), 0), 1)
+    return 3 * s**2 - 2 * s**3
 
 
 @dataclass(frozen=True)
