@@ -19,7 +19,7 @@ class Faulty:
     def __init__(self, controller: ArmController, good_ticks: int):
         self._controller, self._left = controller, good_ticks
         self.is_broken = False
-        self.closure_slope = 0.0
+        self.closure_slope, self.clearance = 0.0, 1.0
 
     @property
     def tau_feedforward(self) -> np.ndarray:

@@ -46,6 +46,11 @@ class ArmController:
         return self._tick.closure_slope
 
     @property
+    def clearance(self) -> float:
+        """How far the arm is from a singular posture [-]."""
+        return self._tick.clearance
+
+    @property
     def x(self) -> parameters.Parameters:
         """Parameters in force."""
         return self._handover.x

@@ -31,7 +31,7 @@ from .names import MethodName, TorqueSourceName
 from .outcome import calibration_rows, parameter_rows, percentiles, rounded, time_to_target
 from .pilot import Pilot, Progress
 from .provenance import provenance
-from .virtual import VirtualLaboratory, draw_laboratory, limits
+from .virtual import VirtualLaboratory, draw_laboratory, limits, refuse_motorless
 from .weigh import Weighing, weigh
 
 FLOAT_S = 10.0
@@ -95,6 +95,7 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     """
     start = time.perf_counter()
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    refuse_motorless(laboratory.description)
     targets = [TARGET_NM[place] for place in laboratory.description.places]
     path = folder / f"{'identify' if options.only_identify else 'demo'}.mcap"
     settings = provenance(options, laboratory, targets)

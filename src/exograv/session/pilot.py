@@ -11,6 +11,7 @@ from jaxtyping import Float
 from exograv.control.observer import Observer
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import RigError
+from exograv.model.loops import NEAR_SINGULAR
 from exograv.motion import Trajectory
 from exograv.recording import RecordingWriter
 from exograv.rig import Rig
@@ -24,6 +25,9 @@ Progress = Callable[[str, float], None]
 
 COMMAND_LIFE_S = 0.005  # a command that is not replaced for five periods is void (docs/safety.md, SS0)
 PROGRESS_TICKS = 200
+NEAR_SINGULAR_TEXT = (
+    "The arm is near a posture in which its angles mean little (abduction near 90°); it is carried, not learned from."
+)
 CLOSURE_SLOPE_MAX = 0.01  # N·m: a tenth of the smallest target; in good order it is 1e-12
 
 
@@ -39,6 +43,11 @@ class Controller(Protocol):
     @property
     def closure_slope(self) -> float:
         """How far the loops are from closed [N·m]."""
+        ...
+
+    @property
+    def clearance(self) -> float:
+        """How far the arm is from a singular posture, 1 far, 0 at it [-]."""
         ...
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
@@ -78,6 +87,7 @@ class Pilot:
 
     def __post_init__(self):
         self.observer = Observer(len(self.rig.joints), self.rig.period_s)
+        self._near_singular = False
         self.q = self.rig.read().q.copy()
         """Where the joints were at the last tick [rad]."""
 
@@ -124,6 +134,7 @@ class Pilot:
         slope = controller.closure_slope
         if not slope < CLOSURE_SLOPE_MAX:
             self.envelope.trip(StopReason.MODEL_LOST)
+        self._watch_posture(controller.clearance, state.t)
         tau_measured = self.actuators.torque(state.current)
         if self.recording is not None:
             self.recording.tick(
@@ -142,6 +153,13 @@ class Pilot:
         if self.pace is not None:
             self.pace.wait()
         return Moment(state, q, v, tau_measured, tau_commanded, controller.tau_feedforward)
+
+    def _watch_posture(self, clearance: float, t: float) -> None:
+        """Note when the arm comes near a singular posture, once each time."""
+        is_near = clearance < NEAR_SINGULAR
+        if is_near and not self._near_singular and self.recording is not None:
+            self.recording.write("/event", t, {"kind": "near singular", "text": NEAR_SINGULAR_TEXT})
+        self._near_singular = is_near
 
     def _come_down(self, controller: Controller, reference: Reference) -> None:
         """Finish the soft descent, then tell."""

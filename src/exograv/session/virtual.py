@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from exograv.errors import ConfigError
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, Side, load_rig
@@ -44,6 +45,19 @@ def draw_laboratory(rig: str, side: Side | None, level: int, seed: int) -> Virtu
         draw_machine(description, disturbances, seed),
         draw_wearer(disturbances, seed, description.side, kind=description.settings.wearer.arm),
     )
+
+
+def refuse_motorless(description: RigDescription) -> None:
+    """A machine that is to carry an arm needs a motor at every joint.
+
+    Raises:
+        ConfigError: Names the joints without one.
+    """
+    if description.motorless:
+        raise ConfigError(
+            f"{description.name} has no motor at {', '.join(description.motorless)}: it measures how an arm moves and "
+            "cannot carry it. Choose a machine with motors (exograv rigs)."
+        )
 
 
 def limits(description: RigDescription) -> Limits:

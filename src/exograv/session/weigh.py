@@ -16,6 +16,7 @@ from exograv.identification.recursive import DISTURBANCE_SCALES
 from exograv.identification.sample_filter import SampleFilter
 from exograv.identification.square_root import FilterBank
 from exograv.model.arm import held_weight
+from exograv.model.support import sample_postures
 from exograv.motion import Trajectory
 
 from .arm_controller import ArmController
@@ -26,6 +27,7 @@ WEIGHT_SD_KG = 2.0  # of the prior, about nothing in the hand
 SAMPLE_S = 0.08
 SPEED = 0.35  # rad/s
 CYCLES = 3  # some 27 s: a restless wearer averages out over his 3 s
+CANDIDATES = 64  # postures in which the weight might ask most
 GRIP_SD_M = 0.010  # where in the hand the weight is
 CORRELATION_S = 3.0
 
@@ -72,9 +74,7 @@ class _Scale:
         )
         repeats = np.maximum(self._machine.correlation_s / SAMPLE_S, 1.0)
         noise = np.hypot(self._machine.residual_sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
-        self._rows.append(
-            (sample.tau - tau, derivative[:, self._phi] @ self._held, noise)
-        )
+        self._rows.append((sample.tau - tau, derivative[:, self._phi] @ self._held, noise))
 
     def result(self) -> _Pass:
         return _Pass(*(np.array(column) for column in zip(*self._rows, strict=True)))
@@ -99,7 +99,7 @@ def weigh(
     Raises:
         RigError: The envelope stopped the run.
     """
-    path = weighing_motion(controller, pilot.rig.period_s)
+    path = weighing_motion(controller, model, x, pilot.rig.period_s)
     fade(pilot, controller, "drive", 1.0, pilot.q.copy())
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
     passes = []
@@ -115,13 +115,35 @@ def weigh(
     return _difference(passes[0], passes[1], controller, model.machine)
 
 
-def weighing_motion(controller: ArmController, dt: float) -> Trajectory:
+def weighing_motion(controller: ArmController, model: ArmModel, x: parameters.Parameters, dt: float) -> Trajectory:
     """A nearly straight arm up and down, to and fro: friction cancels, and the weight has its longest lever."""
-    lower, upper = controller.assembly.description.workspace
-    low = lower + np.array([0.45, 0.2, 0.5, 0.05]) * (upper - lower)
-    high = lower + np.array([0.95, 0.2, 0.5, 0.40]) * (upper - lower)
+    description = controller.assembly.description
+    lower, upper = description.workspace
+    if description.settings.donning.arm_posture_deg is None:
+        # The machine's joints are the arm's: shoulder and elbow of the first arm, all others in the middle.
+        others = [0.5] * (len(lower) - 4)
+        low = lower + np.array([0.45, 0.2, 0.5, 0.05, *others]) * (upper - lower)
+        high = lower + np.array([0.95, 0.2, 0.5, 0.40, *others]) * (upper - lower)
+    else:
+        low, high = _heaviest_way(model.again(), x)
     up, down = motion.go_to(low, high, SPEED, dt), motion.go_to(high, low, SPEED, dt)
     return motion.joined([up, down] * CYCLES)
+
+
+def _heaviest_way(
+    model: ArmModel, x: parameters.Parameters
+) -> tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]]:
+    """Where in the task workspace a held weight asks most, and a posture half a range of a joint away [rad]."""
+    assembly = model.assembly
+    held, phi = held_weight(assembly.arm, 1.0), parameters.Layout.of(assembly).phi
+    postures = sample_postures(assembly.description, CANDIDATES)[1:]
+    per_kg = np.array([model.at_rest(q, x)[1][:, phi] @ held for q in postures])
+    high = postures[int(np.abs(per_kg).sum(axis=1).argmax())]
+    joint = int(np.abs(per_kg[np.abs(per_kg).sum(axis=1).argmax()]).argmax())
+    lower, upper = assembly.description.workspace
+    low, middle = high.copy(), 0.5 * (lower + upper)[joint]
+    low[joint] += np.sign(middle - high[joint]) * 0.5 * (upper - lower)[joint]
+    return low, high
 
 
 def _difference(empty: _Pass, loaded: _Pass, controller: ArmController, machine: CalibratedMachine) -> Weighing:
