@@ -26,6 +26,10 @@ def point(arm: Arm, x: np.ndarray, frame: str) -> np.ndarray:
     return np.array(ca.evalf(frame_pose(arm.tree, poses, frame).p)).ravel()
 
 
+def whole_arm(*sides: ArmSide) -> Arm:
+    return build_arm(PERSON, *sides, kind="whole")
+
+
 def torque(arm: Arm, x: np.ndarray, v: np.ndarray, a: np.ndarray, phi: np.ndarray) -> np.ndarray:
     bodies = ca.SX(ca.DM.zeros(10, 6))
     for i, body in enumerate(arm.bodies):
@@ -118,3 +122,61 @@ def test_a_held_weight_adds_to_the_forearm_alone():
     added = held_weight(build_arm(PERSON, "right"), 2.0)
     assert not added[:10].any()
     assert added[10] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("freedom", "forward", "inward"), [("wrist_flexion", 0, 1), ("wrist_deviation", 1, 0)], ids=["flexion", "deviation"]
+)
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_the_wrist_bends_towards_the_palm_and_the_thumb(side: ArmSide, freedom: str, forward: int, inward: int):
+    arm = whole_arm(side)
+    x = np.zeros(9)
+    x[arm.limbs[0].joints[arm.freedoms.index(freedom)]] = 0.1
+    moved = (point(arm, x, "finger_tip") - point(arm, np.zeros(9), "finger_tip"))[:2]
+    np.testing.assert_array_equal(np.sign(moved.round(9)), [forward, inward if side == "right" else -inward])
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_pronation_turns_the_thumb_inwards(side: ArmSide):
+    arm = whole_arm(side)
+    limb, x = arm.limbs[0], np.zeros(9)
+    x[limb.joints[arm.freedoms.index("forearm_roll")]] = 0.3
+    thumb = np.array(ca.evalf(body_poses(arm.tree, ca.SX(ca.DM(x)))[limb.bodies["hand"]].R))[:, 0]
+    assert np.sign(thumb[1]) == (1.0 if side == "right" else -1.0)
+
+
+def test_a_whole_arm_with_a_straight_hand_is_the_arm_of_two_bodies():
+    whole, two = whole_arm("right"), build_arm(PERSON, "right")
+    for frame in two.tree.frames:
+        np.testing.assert_allclose(point(whole, np.zeros(9), frame), point(two, np.zeros(6), frame), atol=PARITY)
+    move = translation_of_parameters(-two.lengths["forearm"])
+    np.testing.assert_allclose(whole.phi[10:20] + move @ whole.phi[20:], two.phi[10:], atol=PARITY)
+
+
+def test_two_arms_are_one_tree_with_two_roots_and_names_that_tell_the_sides():
+    both = build_arm(PERSON, "right", "left")
+    assert [joint.parent for joint in both.tree.joints].count(-1) == 2
+    assert both.freedoms[0] == "right_flexion"
+    assert both.freedoms[4] == "left_flexion"
+    assert len(set(both.tree.joint_names)) == 12
+    assert both.limb("left").joints == [7, 8, 9, 11]
+    np.testing.assert_array_equal(both.phi[:20], build_arm(PERSON, "left").phi)
+
+
+@pytest.mark.parametrize("half_turn", [(np.pi, 0.0), (-np.pi, 0.0), (0.0, np.pi)])
+def test_angles_half_a_turn_away_are_out_of_reach(half_turn: tuple[float, float]):
+    arm = build_arm(PERSON, "right")
+    z = np.array([0.8, 0.4, 0.2, 1.2])
+    assert arm.is_reachable(z)
+    # The same posture by other angles, or a twisted one.
+    turned = np.array([z[0] + half_turn[0], np.pi - z[1] if half_turn[0] else z[1], z[2] + np.pi, z[3]])
+    assert not arm.is_reachable(turned)
+
+
+def test_a_weight_in_a_hand_of_its_own_adds_to_that_hand_alone():
+    added = held_weight(whole_arm("right"), 2.0)
+    assert not added[:20].any()
+    assert added[20] == 2.0
+    both = held_weight(build_arm(PERSON, "right", "left"), 2.0)
+    assert both[10] == 2.0
+    assert not both[20:].any()
