@@ -23,8 +23,9 @@ def assembly() -> Assembly:
 def machine(assembly) -> CalibratedMachine:
     none, one = np.zeros(4), np.ones(4)
     friction = Friction(2.0 * one, one, 1.3 * one, 0.06 * one, 0.1 * one, 0.05 * one, 0.02)
+    friction_sd = Friction(0.02 * one, 0.03 * one, 0.03 * one, 0.002 * one, 0.02 * one, 0.005 * one, 0.02)
     gain = ActuatorGain(assembly.description.nominal_gain, none)
-    return CalibratedMachine(gain, friction, friction, assembly.exo.phi, GRAVITY, 0.2 * one, none, none)
+    return CalibratedMachine(gain, friction, friction_sd, assembly.exo.phi, GRAVITY, 0.2 * one, none, none)
 
 
 @pytest.fixture(scope="session")

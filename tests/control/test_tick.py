@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from exograv.control.tick import FRICTION_SHARE, Mode, Tick
+from exograv.control.returned_friction import SHARE, TRAVEL
+from exograv.control.tick import Mode, Tick
 from exograv.dynamics import parameters
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Sample
@@ -16,6 +17,7 @@ Q = np.array([0.8, 0.3, -0.2, 1.3])
 STILL = np.zeros(4)
 DT = 1e-3
 LAYOUT = parameters.Layout(segments=2, freedoms=4, arms=1, joints=4)
+SETTLED_Nm = 1e-4  # one tick after the drive has ended; friction would be 1.5
 SETTLING = 12  # ticks; the sag under the arm's weight settles by a factor of ten a tick
 SAG_Nm = 0.1  # the arm hangs up to 2° deeper in its cuffs under 1.8 times its weight, which changes its levers
 SLOPE_OF_CUFFS_Nm = 1e-8  # predictor and one Newton step leave no more
@@ -94,13 +96,46 @@ def test_the_arms_share_enters_linearly(tick, wearer):
     np.testing.assert_allclose(half, 0.5 * (none + all_of_it), atol=SAG_Nm)
 
 
-def test_floating_returns_half_of_the_friction_along_the_motion_and_none_at_rest(tick, wearer):
-    v = np.array([0.5, -0.5, 0.3, -0.3])
-    returned = at_rest(tick, wearer, Mode(), v=v) - at_rest(tick, wearer, Mode())
-    np.testing.assert_allclose(returned, FRICTION_SHARE * (2.0 * np.sign(v) + 1.0 * v), atol=PARITY)
-    assert FRICTION_SHARE <= 0.8
-    creeping = at_rest(tick, wearer, Mode(), v=np.full(4, 0.049))
-    np.testing.assert_array_equal(creeping, at_rest(tick, wearer, Mode()))
+def moved(tick: Tick, x: np.ndarray, mode: Mode, ways: list[np.ndarray], v: np.ndarray = STILL) -> np.ndarray:
+    """Desired torque after small ways one after another, beside that of a machine that was always there."""
+    q = Q.copy()
+    at_rest(tick, x, mode)
+    for way in ways:
+        q = q + way
+        tick.step(q, v, Reference(q, STILL, STILL), x)
+    returned = tick.tau_desired.copy()
+    return returned - at_rest(tick, x, mode, q)
+
+
+def test_floating_returns_friction_along_the_way_and_none_before_the_first(tick, wearer):
+    assert np.abs(moved(tick, wearer, Mode(), [STILL] * SETTLING)).max() < PARITY
+    forward, backward = (
+        moved(tick, wearer, Mode(), [sign * np.full(4, TRAVEL / 2)] * SETTLING) for sign in (1.0, -1.0)
+    )
+    assert forward.min() > 0.6 * SHARE * 2.0
+    assert backward.max() < -0.6 * SHARE * 2.0
+
+
+def test_floating_never_returns_more_than_the_share_of_friction(tick, machine, wearer):
+    ways, v = [np.full(4, TRAVEL)] * SETTLING, np.full(4, 0.5)
+    returned = moved(tick, wearer, Mode(), ways, v)
+    carried = at_rest(tick, wearer, Mode())
+    friction = machine.friction
+    assert (returned < SHARE * (friction.coulomb + friction.asymmetry + 0.06 * np.abs(carried) + 1.0 * v)).all()
+    assert SHARE <= 0.8
+
+
+def test_an_arm_that_is_let_go_after_a_drive_gets_no_friction_of_the_way_there(tick, wearer):
+    tick.mode = Mode(drive=1.0)
+    tick.close(Q, wearer)
+    q = Q.copy()
+    for _ in range(SETTLING):
+        q = q + TRAVEL
+        tick.step(q, STILL, Reference(q, STILL, STILL), wearer)
+    tick.step(q, STILL, Reference(q, STILL, STILL), wearer)
+    tick.mode = Mode()
+    let_go = tick.step(q, STILL, Reference(q, STILL, STILL), wearer).copy()
+    np.testing.assert_allclose(let_go, at_rest(tick, wearer, Mode(), q), atol=SETTLED_Nm)
 
 
 def test_driving_adds_a_weak_pull_towards_the_reference(tick, assembly, wearer):

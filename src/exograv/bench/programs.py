@@ -6,8 +6,7 @@ import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
-from exograv.control.friction_share import friction_share_torque
-from exograv.control.tick import FRICTION_SHARE
+from exograv.control.returned_friction import returned_friction
 from exograv.dynamics.friction import Friction, friction_torque
 from exograv.dynamics.loop_torque import GRAVITY
 from exograv.dynamics.machine import CalibratedMachine
@@ -103,6 +102,7 @@ def aligned_tick_function(tick: AlignedTick) -> ca.Function:
         ca.SX.sym(s, n) for s in ("q", "v", "q_reference", "v_reference", "a_reference")
     )
     x, mode = ca.SX.sym("x", 10 * len(heavy) + 6 * n), ca.SX.sym("mode", 3)
+    q_before, spring_before = ca.SX.sym("q_before", n), ca.SX.sym("spring_before", n)
     drive, gravity_level, arm_share = mode[0], mode[1], mode[2]
     phi = ca.SX.zeros(10, n)
     for k, body in enumerate(heavy):
@@ -114,13 +114,19 @@ def aligned_tick_function(tick: AlignedTick) -> ca.Function:
     tau_arm += drive * passive_torque(stiffness, offset, damping, q, motion[1])
     load = rnea(tick.assembly.exo, *motion, ca.SX(ca.DM(machine.phi.T)), _gravity()) + rotor * motion[2] + tau_arm
     friction = replace(machine.friction, coulomb=coulomb, viscous=viscous)
-    returned = FRICTION_SHARE * friction_share_torque(coulomb, viscous, v)
-    feedforward = load + drive * friction_torque(friction, v_reference, load) + (1 - drive) * returned
+    spring = (1 - drive) * spring_before
+    returned = returned_friction(friction, machine.friction_sd, load, q - q_before, v, spring)
+    feedforward = load + drive * friction_torque(friction, v_reference, load) + (1 - drive) * returned.tau
     kp, kd = (ca.DM(gain) for gain in tick.feedback)
     desired = feedforward + drive * (kp * (q_reference - q) + kd * (v_reference - v))
-    names = ["q", "v", "q_reference", "v_reference", "a_reference", "x", "mode"]
-    inputs = [q, v, q_reference, v_reference, a_reference, x, mode]
-    outputs = {"tau_desired": desired, "tau_feedforward": feedforward, "tau_arm": tau_arm}
+    names = ["q", "v", "q_reference", "v_reference", "a_reference", "x", "mode", "q_before", "spring_before"]
+    inputs = [q, v, q_reference, v_reference, a_reference, x, mode, q_before, spring_before]
+    outputs = {
+        "tau_desired": desired,
+        "tau_feedforward": feedforward,
+        "tau_arm": tau_arm,
+        "spring": returned.spring,
+    }
     return ca.Function("aligned_tick", inputs, list(outputs.values()), names, list(outputs))
 
 

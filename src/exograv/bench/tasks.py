@@ -127,6 +127,8 @@ def _moment(generator: Generator, assembly: Assembly) -> dict[str, np.ndarray]:
         "v_reference": v + generator.normal(0.0, 0.05, n),
         "a_reference": a,
         "mode": np.array([1.0, 0.165, 1.0]),
+        "q_before": q - TICK_S * v,
+        "spring_before": generator.normal(0.0, 0.5, n),
     }
 
 

@@ -89,7 +89,7 @@ def _resting_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Func
     mode, still = ca.SX.sym("mode", 2), ca.SX.zeros(n)
     all_of_mode = ca.vertcat(0, mode)
     tick = tick_function(assembly, machine)
-    arguments = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(freedoms, n)]
+    arguments = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(freedoms, n), still]
     results = dict(zip(tick.name_out(), tick.call(arguments), strict=True))
     wanted = ["tau_desired", "tau_arm", "z", "slope", "pivot", "cosine"]
     names = ["q", "x", "z_before", "mode"]

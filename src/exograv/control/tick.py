@@ -17,13 +17,10 @@ from exograv.model.assembly import Assembly
 from exograv.model.loops import TWIST_COSINE_MIN, LoopSolver, away_from_singular, clearance
 from exograv.signals import Reference
 
-from .friction_share import friction_share_torque
+from .returned_friction import returned_friction
 
 Joints = Float[np.ndarray, " joint"]
 Freedoms = Float[np.ndarray, " freedom"]
-
-FRICTION_SHARE = 0.5
-"""Share of the friction that is returned while floating [-]; above 0.8 the arm could be pushed (docs/safety.md)."""
 
 NEWTON_STEPS = 5
 """From the posture of the cuffs alone to that under load; quadratic convergence."""
@@ -55,7 +52,7 @@ class Tick:
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly = assembly
         # The posture of this tick is where the next one starts from.
-        carry = {"q_before": "q", "z_before": "z", "G_before": "G"}
+        carry = {"q_before": "q", "z_before": "z", "G_before": "G", "spring_before": "spring"}
         self._solver, self._layout = LoopSolver(assembly), Layout.of(assembly)
         self._start(kernel.compile(tick_function(assembly, machine), carry=carry))
         self.n_instructions = self._kernel.n_instructions
@@ -165,6 +162,7 @@ class Tick:
         self._in["q_before"][:] = q
         self._in["z_before"][:] = z
         self._in["G_before"][:] = 0.0
+        self._in["spring_before"][:] = 0.0
         self._closed = True
 
 
@@ -174,7 +172,7 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     q, v, q_before = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("q_before", n)
     z_before, G_before = ca.SX.sym("z_before", freedoms), ca.SX.sym("G_before", freedoms, n)
     q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
-    x, mode = ca.SX.sym("x", layout.count), ca.SX.sym("mode", 3)
+    x, mode, spring_before = ca.SX.sym("x", layout.count), ca.SX.sym("mode", 3), ca.SX.sym("spring_before", n)
     drive, gravity_level, arm_share = mode[0], mode[1], mode[2]
 
     cuffs = cuff_energy(assembly)
@@ -203,20 +201,23 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     coulomb, viscous = x[layout.coulomb], x[layout.viscous]
     friction = replace(machine.friction, coulomb=coulomb, viscous=viscous)
     driven_friction = friction_torque(friction, v_reference, torque.total)
-    shared_friction = FRICTION_SHARE * friction_share_torque(coulomb, viscous, v)
-    tau_feedforward = torque.total + drive * driven_friction + (1 - drive) * shared_friction
+    # While driven the spring is let go at once: it begins anew when the arm is.
+    spring = (1 - drive) * spring_before
+    returned = returned_friction(friction, machine.friction_sd, torque.total, q - q_before, v, spring)
+    tau_feedforward = torque.total + drive * driven_friction + (1 - drive) * returned.tau
     kp = ca.DM(assembly.description.per_actuator("weak_kp_Nm_per_rad"))
     kd = ca.DM(assembly.description.per_actuator("weak_kd_Nms_per_rad"))
     feedback = drive * (kp * (q_reference - q) + kd * (v_reference - v))
     names = ["q", "v", "q_reference", "v_reference", "a_reference", "x", "mode"]
-    names += ["q_before", "z_before", "G_before"]
-    inputs = [q, v, q_reference, v_reference, a_reference, x, mode, q_before, z_before, G_before]
+    names += ["q_before", "z_before", "G_before", "spring_before"]
+    inputs = [q, v, q_reference, v_reference, a_reference, x, mode, q_before, z_before, G_before, spring_before]
     outputs = {
         "tau_desired": tau_feedforward + feedback,
         "tau_feedforward": tau_feedforward,
         "tau_arm": torque.arm,
         "z": closed.z,
         "G": closed.G,
+        "spring": returned.spring,
         # Not the largest: CasADi's fmax would hide a NaN.
         "slope": ca.norm_1(closed.slope),
         "pivot": closed.pivot,

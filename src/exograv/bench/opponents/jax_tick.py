@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from exograv.bench.programs import AlignedTick
-from exograv.control.friction_share import V_FULL, V_OFF
-from exograv.control.tick import FRICTION_SHARE
+from exograv.control.returned_friction import CERTAINTY, SHARE, TRAVEL, WARMED
 from exograv.dynamics.friction import Friction
 from exograv.dynamics.loop_torque import GRAVITY
 
@@ -20,7 +19,8 @@ def aligned_tick(jnp: Any, tick: AlignedTick) -> Callable[..., list[Any]]:
     n, machine = len(tick.arm.joints), tick.machine
     kp, kd = tick.feedback
 
-    def evaluate(q: Any, v: Any, q_reference: Any, v_reference: Any, a_reference: Any, x: Any, mode: Any) -> list[Any]:
+    def evaluate(*inputs: Any) -> list[Any]:
+        q, v, q_reference, v_reference, a_reference, x, mode, q_before, spring_before = inputs
         drive, gravity_level, arm_share = mode
         bodies = arm_share * x[: 10 * len(heavy)].reshape(-1, 10)
         phi = jnp.zeros((n, 10), q.dtype).at[np.array(heavy)].set(bodies)
@@ -30,10 +30,12 @@ def aligned_tick(jnp: Any, tick: AlignedTick) -> Callable[..., list[Any]]:
         tau_arm += drive * (stiffness * q - offset + damping * v_driven)
         load = exo(q, v_driven, a_driven, machine.phi) + rotor * a_driven + tau_arm
         friction = _friction(jnp, machine.friction, coulomb, viscous, v_reference, load)
-        returned = FRICTION_SHARE * _friction_share(jnp, coulomb, viscous, v)
+        known = machine.friction, machine.friction_sd
+        stretched = (1 - drive) * spring_before + coulomb / TRAVEL * (q - q_before)
+        returned, spring = _returned_friction(jnp, *known, coulomb, viscous, v, load, stretched)
         feedforward = load + drive * friction + (1 - drive) * returned
         feedback = kp.astype(q.dtype) * (q_reference - q) + kd.astype(q.dtype) * (v_reference - v)
-        return [feedforward + drive * feedback, feedforward, tau_arm]
+        return [feedforward + drive * feedback, feedforward, tau_arm, spring]
 
     return evaluate
 
@@ -48,6 +50,15 @@ def _friction(jnp: Any, friction: Friction, coulomb: Any, viscous: Any, v: Any, 
     return (coulomb * stribeck + load_share * jnp.abs(load)) * sign + asymmetry * sign**2 + viscous * v
 
 
-def _friction_share(jnp: Any, coulomb: Any, viscous: Any, v: Any) -> Any:
-    s = jnp.clip((jnp.abs(v) - V_OFF) / (V_FULL - V_OFF), 0, 1)
-    return (3 * s**2 - 2 * s**3) * (coulomb * jnp.sign(v) + viscous * v)
+def _returned_friction(
+    jnp: Any, friction: Friction, sd: Friction, coulomb: Any, viscous: Any, v: Any, load: Any, stretched: Any
+) -> tuple[Any, Any]:
+    def as_array(values: Any) -> Any:
+        return jnp.asarray(values, v.dtype)
+
+    load_share = jnp.maximum(as_array(friction.load_share) - CERTAINTY * as_array(sd.load_share), 0)
+    least = WARMED * coulomb - CERTAINTY * (as_array(sd.coulomb) + as_array(sd.asymmetry)) + load_share * jnp.abs(load)
+    asymmetry = as_array(friction.asymmetry)
+    forward, backward = SHARE * jnp.maximum(least + asymmetry, 0), SHARE * jnp.maximum(least - asymmetry, 0)
+    spring = jnp.clip(stretched, -backward, forward)
+    return spring + SHARE * (WARMED * viscous - CERTAINTY * as_array(sd.viscous)) * v, spring
