@@ -15,7 +15,7 @@ from exograv import motion
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Sample
 from exograv.identification.left_over import TARGET_NM, LeftOverPrediction
-from exograv.identification.prior import prior
+from exograv.identification.prior import disturbance_sd, prior
 from exograv.identification.square_root import FilterBank
 from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
@@ -24,9 +24,9 @@ from exograv.session.nominal import nominal_machine
 
 MOTION_S, STEP_S = 60.0, 0.16
 V_MAX, A_MAX = 1.2, 4.0  # rad/s, rad/s²: gentle for a relaxed arm
-MARGIN = np.deg2rad([12.0, 8.0, 12.0, 12.0])  # beyond the task workspace, to tell elasticity from weight
+MARGIN_DEG = {"shoulder": 12.0, "elbow": 12.0, "wrist": 6.0}  # beyond the workspace, to tell elasticity from weight
+DISCOMFORT = 20.0  # times how far the arm's angles leave their comfortable range on average [1/rad]
 HARMONICS = 5
-DISTURBANCE_SD = np.array([0.3, 0.3, 0.3, 0.15])  # N·m, as the estimator assumes
 RESIDUAL_SD = 0.12  # N·m per sample, as stage 0 leaves it
 
 
@@ -42,11 +42,15 @@ class Design:
         self.left_over = LeftOverPrediction(self.model, self.mean)
         values, vectors = np.linalg.eigh(self.covariance)
         self.unwhiten = vectors * np.sqrt(np.maximum(values, 0.0))
+        places = description.places
+        self.disturbance = disturbance_sd(places)[None, :]
+        self.target = np.array([TARGET_NM[place] for place in places])
+        margin = np.deg2rad([MARGIN_DEG[place] for place in places])
         lower, upper = description.workspace
         joints = self.assembly.exo.joints
         hard = np.deg2rad(8.0)  # off the machine's own limits
-        self.lower = np.maximum(lower - MARGIN, [j.lower + hard for j in joints])
-        self.upper = np.minimum(upper + MARGIN, [j.upper - hard for j in joints])
+        self.lower = np.maximum(lower - margin, [j.lower + hard for j in joints])
+        self.upper = np.minimum(upper + margin, [j.upper - hard for j in joints])
 
     def trajectory(self, coefficients: np.ndarray, period: float) -> motion.Trajectory:
         """Centre, sines, cosines (1 + 2 · harmonic, joint) [rad], squeezed into the box of allowed postures."""
@@ -69,16 +73,17 @@ class Design:
     def score(self, coefficients: np.ndarray, period: float) -> float:
         """Predicted left over against its target, worst joint; with a share of the mean to keep a slope."""
         path = self.trajectory(coefficients, period)
-        bank = FilterBank(len(self.mean), DISTURBANCE_SD[None, :], 3.0)
+        bank, n, discomfort = FilterBank(len(self.mean), self.disturbance, 3.0), self.assembly.n, 0.0
         self.model.restart()
         for k in range(len(path)):
-            sample = Sample(k * STEP_S, path.q[k], path.v[k], path.a[k], np.zeros(4))
+            sample = Sample(k * STEP_S, path.q[k], path.v[k], path.a[k], np.zeros(n))
             _, derivative = self.model.linearise(sample, self.mean)
             noise = np.hypot(RESIDUAL_SD, self.model.direction_uncertainty(sample.v))
-            bank.update(STEP_S, derivative @ self.unwhiten, np.zeros(4), noise)
+            bank.update(STEP_S, derivative @ self.unwhiten, np.zeros(n), noise)
+            discomfort += self.assembly.arm.discomfort(self.model.z) / len(path)
         covariance = self.unwhiten @ bank.covariance() @ self.unwhiten.T
-        ratio = self.left_over.rms(covariance) / TARGET_NM
-        return float(ratio.max() + 0.3 * ratio.mean())
+        ratio = self.left_over.rms(covariance) / self.target
+        return float(ratio.max() + 0.3 * ratio.mean()) + DISCOMFORT * discomfort
 
 
 def main() -> None:
@@ -92,7 +97,7 @@ def main() -> None:
     description = load_rig(options.rig)
     design, generator = Design(description), np.random.default_rng(options.seed)
     excitation = description.excitation
-    best = np.zeros((1 + 2 * HARMONICS, 4))
+    best = np.zeros((1 + 2 * HARMONICS, len(description.joints)))
     best[0] = np.deg2rad(excitation.centre_deg)
     for row, values in ((1, excitation.sine_deg), (1 + HARMONICS, excitation.cosine_deg)):
         best[row : row + len(values)] = np.deg2rad(values)

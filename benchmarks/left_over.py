@@ -20,11 +20,11 @@ from exograv.errors import ExogravError
 COARSE = 2.5  # the coarse target is so many times the fine one: 0.5 and 0.25 N·m
 
 
-def run(level: int, seed: int, method: str, seconds: float) -> dict[str, Any]:
+def run(rig: str, level: int, seed: int, method: str, seconds: float) -> dict[str, Any]:
     """One identification; a run that broke off is a result too."""
     from exograv.session.demo import DemoOptions, run_demo
 
-    options = DemoOptions(level=level, seed=seed, method=method, seconds=seconds, only_identify=True)  # pyright: ignore[reportArgumentType] - checked by the sessions
+    options = DemoOptions(rig=rig, level=level, seed=seed, method=method, seconds=seconds, only_identify=True)  # pyright: ignore[reportArgumentType] - checked by the sessions
     with tempfile.TemporaryDirectory() as folder:
         try:
             return run_demo(options, Path(folder), lambda _text, _share: None)
@@ -50,7 +50,7 @@ def show(results: list[dict[str, Any]]) -> None:
         times = [r["identification"]["time_to_target_s"] for r in done]
         reached = sorted(t for t in times if t is not None)
         median = np.median([np.inf if t is None else t for t in times])
-        print(f"  0.2 / 0.1 N·m reached by {len(reached)} of {len(done)}, median time {median:.0f} s")
+        print(f"  targets reached by {len(reached)} of {len(done)}, median time {median:.0f} s")
         _show_coverage(done)
 
 
@@ -77,6 +77,7 @@ def _show_coverage(runs: list[dict[str, Any]]) -> None:
 def main() -> None:
     """Run or load, then show."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rig", default="recupera_like")
     parser.add_argument("--level", type=int, default=2)
     parser.add_argument("--seeds", default="0-9")
     parser.add_argument("--methods", default="recursive,gradient")
@@ -90,7 +91,7 @@ def main() -> None:
         return
     first, _, last = options.seeds.partition("-")
     seeds = range(int(first), int(last or first) + 1)
-    jobs = [(options.level, seed, method, options.seconds) for method in options.methods.split(",") for seed in seeds]
+    jobs = [(options.rig, options.level, seed, method, options.seconds) for method in options.methods.split(",") for seed in seeds]
     with ProcessPoolExecutor(options.processes) as pool:
         results = list(pool.map(run, *zip(*jobs, strict=True)))
     if options.save:

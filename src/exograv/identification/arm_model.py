@@ -43,6 +43,11 @@ class ArmModel:
         self._solver = LoopSolver(assembly)
         self._forget()
 
+    @property
+    def z(self) -> Float[np.ndarray, " freedom"]:
+        """The arm's angles in the sample linearised last [rad]."""
+        return self._z
+
     def again(self) -> "ArmModel":
         """Another model of the same arm and machine, which follows a motion of its own; nothing is compiled anew."""
         other = copy.copy(self)

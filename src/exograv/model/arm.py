@@ -25,6 +25,13 @@ LIMITS = {
 
 REACH_MARGIN = 0.5  # rad
 
+COMFORT_DEG = {
+    "flexion": (-45.0, 165.0), "abduction": (-15.0, 165.0), "rotation": (-75.0, 55.0), "elbow": (0.0, 135.0),
+    "forearm_roll": (-65.0, 65.0), "wrist_flexion": (-45.0, 55.0), "wrist_deviation": (-20.0, 10.0),
+}  # fmt: skip
+"""Where a relaxed joint is at least 15° from its end: clinical ranges of healthy adults, the usual textbook figures,
+unverified. The elbow may be straight: its end is bone, and the machine's own limit lies before it."""
+
 GRIP_SHARE_OF_HAND = 0.36  # grip centre from the wrist, as the hand's centre of mass in de Leva's table
 
 
@@ -64,6 +71,12 @@ class Arm:
         """Whether angles [rad] lie in the freedoms' reach, with a margin."""
         lower, upper = np.array([LIMITS[name] for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms]]).T
         return np.asarray(np.all((z > lower - REACH_MARGIN) & (z < upper + REACH_MARGIN), axis=-1))
+
+    def discomfort(self, z: Float[np.ndarray, " freedom"]) -> float:
+        """How far angles [rad] leave the freedoms' comfortable range, summed [rad]."""
+        names = [name for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms]]
+        lower, upper = np.deg2rad([COMFORT_DEG[name] for name in names]).T
+        return float(np.sum(np.maximum(lower - z, 0.0) + np.maximum(z - upper, 0.0)))
 
     def limb(self, side: ArmSide | None) -> Limb:
         """The arm of a side; the only one if no side is named."""
