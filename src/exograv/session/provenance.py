@@ -42,10 +42,15 @@ def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: l
             "v_damping_rad_s": envelope.v_damping_rad_s,
             "v_trip_rad_s": envelope.v_trip_rad_s,
         },
-        "hashes": {"rig": description.sha256},
+        "hashes": {"rig": description.sha256, **_wearer_hash(laboratory)},
         "versions": {"exograv": exograv.__version__, "python": platform.python_version(), **_versions()},
         "settings": {"options": asdict(options) | {"realtime": False}, "rig": description.settings.model_dump()},
     }
+
+
+def _wearer_hash(laboratory: VirtualLaboratory) -> dict[str, str]:
+    model = laboratory.wearer_model
+    return {} if model is None else {"wearer_model": model.sha256}
 
 
 def _versions() -> dict[str, str]:

@@ -1,6 +1,7 @@
 """A virtual person in a virtual machine, and what the software is told about both."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -9,7 +10,15 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, Side, load_rig
 from exograv.model.support import assemble
-from exograv.rig.twin import Disturbances, Machine, Wearer, draw_machine, draw_wearer
+from exograv.rig.twin import (
+    Disturbances,
+    Machine,
+    Wearer,
+    WearerModel,
+    draw_machine,
+    draw_wearer,
+    read_wearer_model,
+)
 from exograv.safety.envelope import Limits
 
 DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
@@ -24,6 +33,8 @@ class VirtualLaboratory:
     description: RigDescription
     machine: Machine
     wearer: Wearer
+    wearer_model: WearerModel | None = None
+    """Whose arm it is where a third party's model is the truth."""
 
     @property
     def body(self) -> Body:
@@ -36,15 +47,40 @@ class VirtualLaboratory:
         return assemble(self.description, self.body)
 
 
-def draw_laboratory(rig: str, side: Side | None, level: int, seed: int) -> VirtualLaboratory:
-    """Machine and wearer of this seed, at a disturbance level of 0 to 4."""
+def draw_laboratory(
+    rig: str,
+    side: Side | None,
+    level: int,
+    seed: int,
+    wearer_model: str | None = None,
+    wearer_map: str | None = None,
+) -> VirtualLaboratory:
+    """Machine and wearer of this seed, at a disturbance level of 0 to 4.
+
+    Args:
+        rig: Name or folder of the machine.
+        side: Arm; the machine's first where absent.
+        level: Of all disturbances.
+        seed: Draws machine and wearer.
+        wearer_model: MJCF or URDF of an arm that is the truth in place of a drawn one (docs/wearer_models.md).
+        wearer_map: What its bodies and joints are.
+
+    Raises:
+        ConfigError: A file cannot be read or used, or one of model and map is missing.
+        ModelError: The model is no arm that the machine moves.
+    """
     description = load_rig(rig, side)
     disturbances = Disturbances.at_level(level)
-    return VirtualLaboratory(
-        description,
-        draw_machine(description, disturbances, seed),
-        draw_wearer(disturbances, seed, description.side, kind=description.settings.wearer.arm),
-    )
+    machine = draw_machine(description, disturbances, seed)
+    if wearer_model is None and wearer_map is None:
+        wearer = draw_wearer(disturbances, seed, description.side, kind=description.settings.wearer.arm)
+        return VirtualLaboratory(description, machine, wearer)
+    if wearer_model is None or wearer_map is None:
+        missing = "--wearer-model" if wearer_model is None else "--wearer-map"
+        raise ConfigError(f"{missing} is missing: a wearer's model and its map go together (docs/wearer_models.md).")
+    foreign = read_wearer_model(Path(wearer_model), Path(wearer_map), description)
+    wearer = draw_wearer(disturbances, seed, foreign.skeleton.side, foreign.body, skeleton=foreign.skeleton)
+    return VirtualLaboratory(description, machine, wearer, foreign)
 
 
 def refuse_motorless(description: RigDescription) -> None:

@@ -12,3 +12,5 @@ from .twin import Truth as Truth
 from .twin import Twin as Twin
 from .wearer import Wearer as Wearer
 from .wearer import draw_wearer as draw_wearer
+from .wearer_model import WearerModel as WearerModel
+from .wearer_model import read_wearer_model as read_wearer_model
