@@ -13,9 +13,11 @@ from exograv.signals import Reference
 
 Joints = Float[np.ndarray, " joint"]
 
-# Than the weak PD: nobody is in the machine, and stick-slip would spoil slow sweeps. More damping would meet the
-# drives' bandwidth of 25 Hz and the delays: kd over inertia must stay well below 100 rad/s.
 STIFFER_KP, STIFFER_KD = 2.0, 1.5
+"""Times the weak PD: nobody is in the machine, and stick-slip would spoil slow sweeps."""
+DAMPING_RATE, STIFFNESS_RATE = 50.0, 20.0
+"""But at most so much damping per inertia [1/s], or it meets the delays and the drives' bandwidth of 25 Hz (a light
+machine without an arm in it would shake), and so much stiffness per damping [1/s]."""
 
 
 class ExoTick:
@@ -32,8 +34,7 @@ class ExoTick:
             phi[:, frame.body] += weight * ca.DM(inertial_parameters(1.0, frame.p_body_frame, np.zeros((3, 3))))
         rotor = ca.DM(description.per_actuator("rotor_inertia_kgm2"))
         feedforward = rnea(tree, q, v_reference, a_reference, phi, ca.SX(ca.DM(GRAVITY))) + rotor * a_reference
-        kp = STIFFER_KP * ca.DM(description.per_actuator("weak_kp_Nm_per_rad"))
-        kd = STIFFER_KD * ca.DM(description.per_actuator("weak_kd_Nms_per_rad"))
+        kp, kd = (ca.DM(gains) for gains in empty_gains(description, tree))
         desired = feedforward + kp * (q_reference - q) + kd * (v_reference - v)
         names = ["q", "v", "q_reference", "v_reference", "a_reference", "weights"]
         arguments = [q, v, q_reference, v_reference, a_reference, weights]
@@ -41,6 +42,8 @@ class ExoTick:
         self._kernel = kernel.compile(function)
         self.closure_slope = 0.0
         """There is no loop."""
+        self.clearance = 1.0
+        """And no arm whose angles could be singular."""
 
     @property
     def tau_feedforward(self) -> Joints:
@@ -60,3 +63,22 @@ class ExoTick:
         buffers["v_reference"][:] = reference.v
         buffers["a_reference"][:] = reference.a
         return self._kernel()["tau_desired"]
+
+
+def empty_gains(description: RigDescription, tree: Tree) -> tuple[Joints, Joints]:
+    """Stiffness [N·m/rad] and damping [N·m·s/rad] of each joint of the empty machine."""
+    kd = STIFFER_KD * description.per_actuator("weak_kd_Nms_per_rad")
+    kd = np.minimum(kd, DAMPING_RATE * _least_inertia(description, tree))
+    return np.minimum(STIFFER_KP * description.per_actuator("weak_kp_Nm_per_rad"), STIFFNESS_RATE * kd), kd
+
+
+def _least_inertia(description: RigDescription, tree: Tree) -> Joints:
+    """What each joint accelerates while all others are free, least of the sweeps' postures [kg·m²]."""
+    n = len(tree.joints)
+    q, a = ca.SX.sym("q", n), ca.SX.sym("a", n)
+    tau = rnea(tree, q, ca.SX.zeros(n), a, ca.SX(ca.DM(tree.phi.T)), ca.SX.zeros(3))
+    mass_matrix = ca.Function("mass_matrix", [q], [ca.jacobian(tau, a)])
+    rotors = np.diag(description.per_actuator("rotor_inertia_kgm2"))
+    postures = np.deg2rad([sweep.posture_deg for sweep in description.calibration.sweeps])
+    inverses = [np.linalg.inv(mass_matrix(posture).full() + rotors) for posture in postures]
+    return 1.0 / np.max([np.diag(inverse) for inverse in inverses], axis=0)

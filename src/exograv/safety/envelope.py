@@ -61,6 +61,7 @@ class StopReason(enum.Enum):
     TOO_FAST = "A joint moved faster than allowed."
     NO_MEASUREMENT = "A joint's velocity is not a number."
     MODEL_LOST = "The model of the arm in the machine no longer fits its posture."
+    ASTRAY = "A joint did not follow where it was led."
 
 
 class Envelope:

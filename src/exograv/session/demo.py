@@ -12,7 +12,6 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError
 from exograv.identification.arm_model import ArmModel
-from exograv.identification.empty_machine import GAIN_SD
 from exograv.identification.interface import Estimate, Outcome
 from exograv.model.arm import held_weight
 from exograv.model.description import Side
@@ -23,7 +22,6 @@ from exograv.safety.envelope import Envelope
 from exograv.study.targets import TARGET_NM
 
 from .arm_controller import ArmController
-from .calibrate import calibrate_machine
 from .examine import Examination, Score
 from .float_arm import Drift, float_arm
 from .identify import Identification, Identifier, identify_arm, table_guess
@@ -31,6 +29,7 @@ from .names import MethodName, TorqueSourceName
 from .outcome import calibration_rows, parameter_rows, percentiles, rounded, time_to_target
 from .pilot import Pilot, Progress
 from .provenance import provenance
+from .stage_0 import EmptyTwin
 from .virtual import VirtualLaboratory, draw_laboratory, limits, refuse_motorless
 from .weigh import Weighing, weigh
 
@@ -53,6 +52,9 @@ class DemoOptions:
     torque_source: TorqueSourceName = "current"
     realtime: bool = False
     only_identify: bool = False
+    wearer_model: str | None = None
+    """MJCF or URDF of an arm that is the truth (docs/wearer_models.md)."""
+    wearer_map: str | None = None
 
     def __post_init__(self):
         if not 0 <= self.level <= 4:
@@ -94,7 +96,9 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
         RecordingError: The folder cannot be written.
     """
     start = time.perf_counter()
-    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    laboratory = draw_laboratory(
+        options.rig, options.side, options.level, options.seed, options.wearer_model, options.wearer_map
+    )
     refuse_motorless(laboratory.description)
     targets = [TARGET_NM[place] for place in laboratory.description.places]
     path = folder / f"{'identify' if options.only_identify else 'demo'}.mcap"
@@ -128,8 +132,11 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
         seed=options.seed,
         joints=list(description.joints),
     )
+    if laboratory.wearer_model is not None:
+        run.result["wearer_model"] = {
+            "title": laboratory.wearer_model.title, "notes": list(laboratory.wearer_model.notes)
+        }  # fmt: skip
     machine, t = _stage_0(run)
-    run.result["calibration"] = calibration_rows(machine, laboratory.machine, description.joints)
 
     assembly = laboratory.assembly()
     table = table_guess(assembly, machine)
@@ -159,15 +166,11 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
 
 def _stage_0(run: _Run) -> tuple[CalibratedMachine, float]:
     """Calibrate the empty machine; its clock when it is done."""
-    description = run.laboratory.description
-    nominal = description.nominal_gain
-    twin = Twin(
-        description, run.laboratory.machine, None, run.options.seed, lengths=run.laboratory.wearer.lengths_given
-    )
-    pilot = run.pilot(twin, ActuatorGain(nominal, GAIN_SD * nominal))
-    pilot.begin("calibrate")
-    machine = calibrate_machine(description, run.laboratory.body, pilot)
-    return machine, twin.t
+    laboratory = run.laboratory
+    empty = EmptyTwin(laboratory.description, laboratory.machine, run.options.seed, laboratory.wearer.lengths_given)
+    calibration, t = empty.calibrate(run.pilot)
+    run.result["calibration"] = calibration_rows(calibration.machine, laboratory.machine, t, empty.description.joints)
+    return calibration.machine, t
 
 
 def _record_identification(

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
@@ -12,6 +13,7 @@ from exograv.model.arm import Arm, Limb
 from exograv.model.assembly import Assembly
 from exograv.rig.twin import Machine, Wearer
 from exograv.rig.twin.parameters import parameter_truth
+from exograv.rig.twin.twin import WARM_UP_TIME
 
 from .examine import Score
 
@@ -65,13 +67,15 @@ def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, w
     }
 
 
-def calibration_rows(machine: CalibratedMachine, truth: Machine, joints: tuple[str, ...]) -> list[dict[str, Any]]:
-    """What stage 0 found, beside the twin's truth."""
-    friction, sd = machine.friction, machine.friction_sd
+def calibration_rows(
+    machine: CalibratedMachine, truth: Machine, t: float, joints: tuple[str, ...]
+) -> list[dict[str, Any]]:
+    """What stage 0 found, beside the twin's truth at that time `t` on its clock [s]."""
+    friction, sd, still = machine.friction, machine.friction_sd, still_to_rub(truth, t)
     columns = (
         ("gain", "N·m/A", truth.drives.gain, machine.actuators.gain, machine.actuators.gain_sd),
-        ("coulomb", "N·m", truth.friction.coulomb, friction.coulomb, sd.coulomb),
-        ("viscous", "N·m·s/rad", truth.friction.viscous, friction.viscous, sd.viscous),
+        ("coulomb", "N·m", still * truth.friction.coulomb, friction.coulomb, sd.coulomb),
+        ("viscous", "N·m·s/rad", still * truth.friction.viscous, friction.viscous, sd.viscous),
     )
     return [
         {
@@ -85,6 +89,11 @@ def calibration_rows(machine: CalibratedMachine, truth: Machine, joints: tuple[s
         for j, joint in enumerate(joints)
         for name, unit, true, value, spread in columns
     ]
+
+
+def still_to_rub(truth: Machine, t: float) -> Float[np.ndarray, " joint"]:
+    """Share of the cold machine's friction that is left after `t` seconds (joint,) [-]."""
+    return 1.0 - truth.friction.warm_up * (1.0 - np.exp(-t / WARM_UP_TIME))
 
 
 def time_to_target(scores: Mapping[float, Score], targets: Sequence[float]) -> float | None:

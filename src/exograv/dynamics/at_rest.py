@@ -1,0 +1,41 @@
+"""Where a machine hangs that nothing holds: the posture of least height that its joints allow."""
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv import kernel
+from exograv.model.kinematics import body_poses
+from exograv.model.tree import Tree
+
+from .loop_torque import GRAVITY
+from .weight import weight
+
+STEPS = 300
+SOFTEST = 0.1  # N·m/rad: a joint without weight must not take an endless step
+
+Joints = Float[np.ndarray, " joint"]
+
+
+def weight_stiffness(tree: Tree, q: Joints) -> Float[np.ndarray, "joint joint"]:
+    """How the torque that carries the tree's own weight changes with its posture `q` (joint,) [N·m/rad]."""
+    return _weight(tree).of(q)[1]
+
+
+def hanging_posture(tree: Tree, margin: float) -> Joints:
+    """Posture (joint,) [rad] that the tree sinks into by its own weight, `margin` [rad] inside its joints' limits."""
+    torque = _weight(tree)
+    lower = np.array([joint.lower for joint in tree.joints]) + margin
+    upper = np.maximum(np.array([joint.upper for joint in tree.joints]) - margin, lower)
+    posture = np.clip(np.zeros(len(lower)), lower, upper)
+    for _ in range(STEPS):
+        tau, stiffness = torque.of(posture)
+        # No step beyond where the torque could vanish: row sums bound the curvature.
+        posture = np.clip(posture - tau / (np.abs(stiffness).sum(axis=1) + SOFTEST), lower, upper)
+    return posture
+
+
+def _weight(tree: Tree) -> kernel.Kernel:
+    q, phi = ca.SX.sym("q", len(tree.joints)), ca.SX(ca.DM(tree.phi.T))
+    results = list(weight(tree, body_poses(tree, q), phi, ca.SX(ca.DM(GRAVITY))))
+    return kernel.compile(ca.Function("weight", [q], results, ["q"], ["tau", "stiffness"]))

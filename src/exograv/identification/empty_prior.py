@@ -1,0 +1,132 @@
+"""What is believed of an empty machine before it moved, and in which order its unknowns stand in one vector."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import block_diag
+
+from exograv.model.description import RigDescription
+from exograv.model.tree import Tree
+
+# What is believed of a drive before it moved, by its kind: mean and standard deviation (docs/robots.md).
+GAIN_SD = 0.08  # share: unit tolerance of a torque constant 5-10 %
+COULOMB = {"harmonic": (2.5, 1.5), "quasi_direct": (0.3, 0.2)}  # N·m
+VISCOUS = {"harmonic": (1.5, 1.5), "quasi_direct": (0.08, 0.08)}  # N·m·s/rad
+LOAD_SHARE = {"harmonic": (0.06, 0.05), "quasi_direct": (0.01, 0.02)}
+ASYMMETRY_SD = {"harmonic": 0.3, "quasi_direct": 0.05}  # N·m
+BREAKAWAY, BREAKAWAY_SD = 1.25, 0.25  # static over Coulomb friction
+V_STRIBECK, V_STRIBECK_LOG_SD = 0.05, 0.5  # rad/s; harmonic drives 0.02-0.1
+RIPPLE_SD = {"harmonic": 0.15, "quasi_direct": 0.10}  # N·m
+ROTOR_SD = 0.4  # share
+WARMING_SD = (
+    0.15  # share by which friction falls in ten minutes: a tenth to a fifth in half an hour, most of it at first
+)
+OFFSET_SD = np.deg2rad(0.5)  # of an encoder: set against a jig or a stop
+LINK_MASS_SD = 0.04  # share: links against their drawings
+LINK_CENTRE_SD_M = 0.004
+LINK_INERTIA_SD = 0.10  # share of the mean moment
+TILT_SD = np.deg2rad(0.5)  # of the base: a spirit level
+WEIGHT_SD = 0.002  # share: a known weight is put on a scale before it hangs
+
+PER_JOINT = (
+    "inverse_gain", "coulomb", "viscous", "load_share", "asymmetry", "rotor", "breakaway", "log_v_stribeck",
+    "coulomb_warming", "viscous_warming", "offset", "ripple_sine", "ripple_cosine",
+)  # fmt: skip
+"""Unknowns of every joint. The gain is a share of the nominal one; warming is how much larger the friction was ten
+minutes before the end, as a share; offset is measured minus true position [rad]; ripple is friction that comes and goes
+once a turn of the motor [N·m]."""
+
+Unknowns = Float[np.ndarray, " unknown"]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where each unknown stands: per joint in the order of `PER_JOINT`, tilt, shares of the weights, links."""
+
+    joints: int
+    weights: int
+
+    def of(self, name: str) -> slice:
+        """One kind of unknown of all joints."""
+        k = PER_JOINT.index(name)
+        return slice(k * self.joints, (k + 1) * self.joints)
+
+    @property
+    def tilt(self) -> slice:
+        """Direction of gravity: its horizontal part over its size (2,) [-]."""
+        start = len(PER_JOINT) * self.joints
+        return slice(start, start + 2)
+
+    @property
+    def weight(self) -> slice:
+        """True mass of each known weight over the stated one [-]."""
+        return slice(self.tilt.stop, self.tilt.stop + self.weights)
+
+    @property
+    def links(self) -> slice:
+        """Inertial parameters, ten a joint."""
+        return slice(self.weight.stop, self.weight.stop + 10 * self.joints)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Mean and covariance of all unknowns."""
+
+    layout: Layout
+    mean: Unknowns
+    covariance: Float[np.ndarray, "unknown unknown"]
+
+    def with_sd(self, block: slice, sd: float) -> "Prior":
+        """The same with another, independent standard deviation of a block."""
+        covariance = self.covariance.copy()
+        covariance[block, :] = covariance[:, block] = 0.0
+        covariance[block, block] = sd**2 * np.eye(block.stop - block.start)
+        return Prior(self.layout, self.mean, covariance)
+
+
+def data_sheet_prior(description: RigDescription, tree: Tree) -> Prior:
+    """By the URDF, `rig.toml` and what is usual of such drives."""
+    n, weights = len(tree.joints), len(description.calibration.weights_kg)
+    kinds = [actuator.drive for actuator in description.settings.actuators]
+    rotor = description.per_actuator("rotor_inertia_kgm2")
+
+    def by_kind(table: dict[str, tuple[float, float]], column: int) -> Float[np.ndarray, " joint"]:
+        return np.array([table[kind][column] for kind in kinds])
+
+    one, ripple = np.ones(n), np.array([RIPPLE_SD[kind] for kind in kinds])
+    rows = {
+        "inverse_gain": (one, GAIN_SD * one),
+        "coulomb": (by_kind(COULOMB, 0), by_kind(COULOMB, 1)),
+        "viscous": (by_kind(VISCOUS, 0), by_kind(VISCOUS, 1)),
+        "load_share": (by_kind(LOAD_SHARE, 0), by_kind(LOAD_SHARE, 1)),
+        "asymmetry": (0 * one, np.array([ASYMMETRY_SD[kind] for kind in kinds])),
+        "ripple_sine": (0 * one, ripple),
+        "ripple_cosine": (0 * one, ripple),
+        "rotor": (rotor, ROTOR_SD * rotor + 1e-4),
+        "breakaway": (BREAKAWAY * one, BREAKAWAY_SD * one),
+        "log_v_stribeck": (np.log(V_STRIBECK) * one, V_STRIBECK_LOG_SD * one),
+        "coulomb_warming": (0 * one, WARMING_SD * one),
+        "viscous_warming": (0 * one, WARMING_SD * one),
+        "offset": (0 * one, OFFSET_SD * one),
+    }
+    means, sds = zip(*(rows[name] for name in PER_JOINT), strict=True)
+    mean = np.concatenate([*means, np.zeros(2), np.ones(weights), tree.phi.ravel()])
+    sd = np.concatenate([*sds, np.full(2, TILT_SD), np.full(weights, WEIGHT_SD)])
+    links = [_link_covariance(phi) for phi in tree.phi]
+    return Prior(Layout(n, weights), mean, np.asarray(block_diag(np.diag(sd**2), *links)))
+
+
+def _link_covariance(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, "10 10"]:
+    """Of a link's inertial parameters: mass, centre and inertia off their drawing."""
+    mass, com = phi[0], phi[1:4] / phi[0]
+    by_mass = LINK_MASS_SD * phi
+    covariance = np.outer(by_mass, by_mass)
+    by_centre = np.zeros((10, 3))
+    by_centre[1:4] = mass * LINK_CENTRE_SD_M * np.eye(3)
+    x, y, z = mass * LINK_CENTRE_SD_M * com
+    by_centre[4:] = [[0, 2 * y, 2 * z], [-y, -x, 0], [2 * x, 0, 2 * z], [-z, 0, -x], [0, -z, -y], [2 * x, 2 * y, 0]]
+    covariance += by_centre @ by_centre.T
+    spread = LINK_INERTIA_SD * (phi[4] + phi[6] + phi[9]) / 3
+    covariance[4:, 4:] += spread**2 * np.eye(6)
+    return covariance

@@ -1,0 +1,147 @@
+"""A machine's `calibration.toml`: written at once or not at all, sealed by a hash, refused where it does not belong."""
+
+import json
+import os
+import tempfile
+import tomllib
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from exograv.errors import ConfigError
+from exograv.model.description import RigDescription, validation_sentences
+
+from .calibration_schema import SCHEMA_VERSION, Identity, StoredCalibration
+
+GAIN_AGE_MAX = timedelta(days=30)
+"""A calibration is refused when older: gears wear in, belts and screws settle (assumed)."""
+FRICTION_AGE_MAX = timedelta(hours=12)
+"""Friction is to be checked again when older: it goes with the day's temperature (docs/calibration.md)."""
+CLOCK_ERROR = timedelta(minutes=10)
+"""A file may come from a clock that is so much ahead."""
+AGAIN = "Calibrate again: `exograv calibrate`."
+HEAD = """\
+# Calibration of an empty machine, written by `exograv calibrate` (docs/calibration.md). Each value has its standard
+# deviation beside it (_sd). Do not edit: content_sha256 seals the values, and a changed file is refused.
+"""
+
+
+def identity_of(description: RigDescription, machine: str) -> Identity:
+    """Of the machine with this serial number, or of the twin with this level and seed."""
+    return Identity(rig=description.name, side=description.side, machine=machine, rig_sha256=description.sha256)
+
+
+def write_calibration(path: Path, whole: StoredCalibration) -> None:
+    """Write the file, or leave the old one as it was.
+
+    Raises:
+        ConfigError: The place cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(HEAD + _toml(whole.model_dump()))
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(name, path)
+    except OSError as error:
+        raise ConfigError(
+            f"{path} cannot be written: {error.strerror}. Give another --calibration or --out."
+        ) from error
+
+
+def read_calibration(path: Path) -> StoredCalibration:
+    """Read the file.
+
+    Raises:
+        ConfigError: It cannot be read, is of another version, or its values are not those that were written.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(
+            f"{path} cannot be read: {error.strerror}. Give the calibration.toml that `exograv calibrate` has written."
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} is damaged: it is not valid TOML ({error}). {AGAIN}") from error
+    version = content.get("schema_version")
+    if version != SCHEMA_VERSION:
+        raise ConfigError(f"{path} has schema_version {version}; this exograv reads version {SCHEMA_VERSION}. {AGAIN}")
+    try:
+        whole = StoredCalibration.model_validate(content)
+    except ValidationError as error:
+        raise ConfigError(f"{path} is damaged: {validation_sentences(error)} {AGAIN}") from error
+    if whole.content_sha256 != whole.hash:
+        raise ConfigError(
+            f"{path} is damaged or edited: its values have the hash {whole.hash[:12]}…, and it says "
+            f"{whole.content_sha256[:12]}…. {AGAIN}"
+        )
+    return whole
+
+
+def refuse_unfit(
+    path: Path, whole: StoredCalibration, description: RigDescription, machine: str, now: datetime
+) -> None:
+    """Refuse a calibration of another machine, or one that is too old.
+
+    Raises:
+        ConfigError: It is foreign or stale, or from the future.
+    """
+    for name, expected in identity_of(description, machine).model_dump().items():
+        found = getattr(whole.identity, name)
+        if found != expected:
+            what = {
+                "rig_sha256": f"of {description.name} with another rig.toml or URDF (hash {found[:12]}…, now "
+                f"{expected[:12]}…)"
+            }.get(name, f"of another machine: its {name} is '{found}', this one's is '{expected}'")
+            raise ConfigError(f"{path} is {what}. Give this machine's own file with --calibration. {AGAIN}")
+    joints = tuple(row.joint for row in whole.joints)
+    if joints != description.joints:
+        raise ConfigError(f"{path} has the joints {', '.join(joints)}; they must be {', '.join(description.joints)}.")
+    age = now - whole.measured.at_utc
+    if age > GAIN_AGE_MAX:
+        raise ConfigError(
+            f"{path} is stale: it was measured {age.days} days ago; {GAIN_AGE_MAX.days} days are allowed. {AGAIN}"
+        )
+    if -min(age, now - whole.measured.friction_at_utc) > CLOCK_ERROR:
+        raise ConfigError(
+            f"{path} is from the future: measured at {whole.measured.friction_at_utc:%Y-%m-%d %H:%M} UTC, now it is "
+            f"{now:%Y-%m-%d %H:%M} UTC. Set the clock. {AGAIN}"
+        )
+
+
+def friction_warning(whole: StoredCalibration, now: datetime) -> str | None:
+    """What to do about friction that was measured too long ago."""
+    age = now - whole.measured.friction_at_utc
+    if age <= FRICTION_AGE_MAX:
+        return None
+    hours, allowed = age.total_seconds() / 3600, FRICTION_AGE_MAX.total_seconds() / 3600
+    return (
+        f"Friction was measured {hours:.0f} h ago; after {allowed:.0f} h it should be checked: "
+        "`exograv calibrate --recheck`."
+    )
+
+
+def _toml(content: dict[str, Any]) -> str:
+    """Tables one level deep, and one list of tables: the shape of `StoredCalibration`."""
+    plain = [f"{key} = {_value(value)}" for key, value in content.items() if isinstance(value, (str, int))]
+    parts = ["\n".join(plain)]
+    for key, value in content.items():
+        tables = [(f"[{key}]", value)] if isinstance(value, dict) else []
+        if isinstance(value, (list, tuple)):
+            tables = [(f"[[{key}]]", row) for row in value]
+        parts += ["\n".join([head, *(f"{k} = {_value(v)}" for k, v in table.items())]) for head, table in tables]
+    return "\n\n".join(parts) + "\n"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_value(inner)}" for key, inner in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    if isinstance(value, datetime):
+        return value.isoformat()
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

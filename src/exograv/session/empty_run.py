@@ -1,0 +1,137 @@
+"""The empty machine under way: led along references, loaded with known weights, watched; what it measures is kept."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.control.exo_tick import ExoTick
+from exograv.errors import IdentificationError, RigError
+from exograv.identification.empty_machine import SAMPLE_PERIOD_S, V_CLEAR, V_START, Sweeps
+from exograv.identification.empty_model import FILTER_DELAY_S
+from exograv.identification.sample_filter import SampleFilter
+from exograv.model.description import RigDescription
+from exograv.model.tree import Tree
+from exograv.motion import Trajectory, hold
+from exograv.safety.envelope import StopReason
+
+from .pilot import Controller, Moment, Pilot
+
+ASTRAY_MAX = np.deg2rad(8.0)
+"""Of a joint from its reference: friction, a wrong gain and a weight ask the PD for 5° at most, a blocked joint for
+any angle; at 8° the motor pushes with a third of its torque [rad]."""
+HANG_S, HANG_TICKS = 1.0, 20  # s to lower a weight, in steps of so many ticks
+
+Joints = Float[np.ndarray, " joint"]
+Hang = Callable[[str, float], None]
+"""Hangs a mass [kg] at a mount in place of what hung there: the twin by itself; on hardware an operator is asked to."""
+
+
+@dataclass
+class EmptyRun:
+    """One calibration or re-check; the tree is set to the lengths that the machine is set to."""
+
+    description: RigDescription
+    tree: Tree
+    pilot: Pilot
+    hang: Hang
+
+    def __post_init__(self):
+        self.controller = ExoTick(self.description, self.tree)
+        self.filter = SampleFilter(len(self.description.joints), self.pilot.rig.period_s, FILTER_DELAY_S)
+        """Its torque is the motor current [A]."""
+        weights = len(self.description.calibration.weights_kg)
+        self._hung = np.zeros((len(self.description.mounts), weights))
+        self._rows: list[tuple[float | bool | np.ndarray, ...]] = []
+        self._every = round(SAMPLE_PERIOD_S / self.pilot.rig.period_s)
+        self._ticks = 0
+
+    def listen(self, moment: Moment) -> None:
+        """Filter one tick, and keep a sample now and then while something moves."""
+        sample = self.filter.update(moment.state.q, moment.state.current)
+        self._ticks += 1
+        if self._ticks % self._every == 0 and self.filter.settled and np.abs(sample.v).max() > V_CLEAR:
+            columns = (sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy())
+            self._rows.append((moment.state.t, *columns, self._hung.ravel().copy(), False))
+
+    def note_start(self, t: float, joint: int, sign: float, q: Joints, current: Joints) -> None:
+        """Keep what it took to move a joint from rest at `q` [rad], upwards (1) or downwards (-1) [A]."""
+        v = np.zeros(len(q))
+        v[joint] = sign * V_START
+        self._rows.append((t, q, v, np.zeros(len(q)), current, self._hung.ravel().copy(), True))
+
+    def sweeps(self) -> Sweeps:
+        """All that was kept."""
+        columns = [np.array(column) for column in zip(*self._rows, strict=True)]
+        return Sweeps(*columns)
+
+    def follow(self, path: Trajectory, text: str) -> None:
+        """Lead the machine along a path from where it is.
+
+        Raises:
+            IdentificationError: A joint did not follow; the machine has come down softly.
+            RigError: The envelope stopped the run.
+        """
+        watch = _Watch(self, path)
+        self._run(self.controller, path, text, watch)
+        if watch.astray is not None:
+            joint, led, stands = watch.astray
+            raise IdentificationError(
+                f"Joint '{self.description.joints[joint]}' stands at {np.rad2deg(stands):.1f}° where it was led to "
+                f"{np.rad2deg(led):.1f}°; {np.rad2deg(ASTRAY_MAX):.0f}° apart are allowed. Is it blocked, its motor "
+                "disconnected, or another weight hung than stated? The machine has come down; free it and repeat."
+            )
+
+    def _run(self, controller: Controller, path: Trajectory, text: str, watch: "_Watch") -> None:
+        try:
+            self.pilot.run(controller, path, text, watch)
+        except RigError:
+            if watch.astray is None:
+                raise
+
+    def load(self, mount: str, weight: int | None) -> None:
+        """Lower a known weight, by its number, onto an empty mount, or take off what hangs there, within `HANG_S`.
+
+        All at once it would drop the arm, and the way back is as steep as the envelope allows: the machine would swing.
+        """
+        k = self.description.mounts.index(mount)
+        weights = np.array(self.description.calibration.weights_kg)
+        before = float(self._hung[k] @ weights)
+        after = 0.0 if weight is None else float(weights[weight])
+        dt, passed = self.pilot.rig.period_s, 0
+        ticks = round(HANG_S / dt)
+
+        def lower(moment: Moment) -> None:
+            nonlocal passed
+            passed += 1
+            if passed % HANG_TICKS == 0:
+                mass = before + (after - before) * passed / ticks
+                self.controller.hang(mount, mass)
+                self.hang(mount, mass)
+            self.filter.update(moment.state.q, moment.state.current)
+
+        if after != before:
+            self.pilot.run(self.controller, hold(self.pilot.q.copy(), HANG_S, dt), f"Hanging {after:g} kg", lower)
+        self._hung[k] = 0.0
+        if weight is not None:
+            self._hung[k, weight] = 1.0
+
+
+class _Watch:
+    """Listens along a path: keeps samples, and stops a machine that does not follow."""
+
+    def __init__(self, run: EmptyRun, path: Trajectory):
+        self._run, self._path, self._tick = run, path, 0
+        self.astray: tuple[int, float, float] | None = None
+        """Joint, where it was led and where it stood [rad]."""
+
+    def __call__(self, moment: Moment) -> None:
+        self._run.listen(moment)
+        led = self._path.q[self._tick]
+        self._tick += 1
+        apart = np.abs(led - moment.q)
+        joint = int(apart.argmax())
+        if apart[joint] > ASTRAY_MAX and self._run.pilot.envelope.stop is None:
+            self.astray = joint, float(led[joint]), float(moment.q[joint])
+            self._run.pilot.envelope.trip(StopReason.ASTRAY)

@@ -1,0 +1,128 @@
+"""The first motion of a calibration: every joint is pushed from rest, both ways, before any feedback is trusted.
+
+Feedback with a flipped sign runs away; a push that only grows until something moves does not. What it took to move is
+the breakaway friction.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics.at_rest import hanging_posture, weight_stiffness
+from exograv.identification.empty_machine import COULOMB
+from exograv.model.tree import Tree
+from exograv.motion import hold
+from exograv.signals import Reference
+
+from .empty_run import EmptyRun
+from .nudge_checks import MOVED, Pushed, check_push, refuse_restless, refuse_spring
+from .pilot import Moment
+
+MARGIN = np.deg2rad(4.0)  # of the first posture from the joints' limits: room to be pushed both ways
+PUSHES = 3  # each way; each ends some tenths of a degree farther, at another ripple of the gear
+STARTED = 0.001
+"""Displacement at which a joint slides: more than stuck friction bends, and a step of a bad encoder [rad]."""
+RATE = 1.5  # of the usual Coulomb friction, a second
+AGAIN = 0.4  # a further push of the same kind starts at this share of the last
+PUSH_MAX = 5.0  # of the usual Coulomb friction, and nine tenths of the motor
+STILL_S, STILL_MAX, WAITS = 0.3, np.deg2rad(0.3), 10  # s, rad in that time, and how often to look
+CHUNK_S = 0.02
+
+Joints = Float[np.ndarray, " joint"]
+
+
+def starting_posture(tree: Tree) -> Joints:
+    """Where an empty machine should be switched on (joint,) [rad]: as it hangs, so that it stays there by itself."""
+    return hanging_posture(tree, MARGIN)
+
+
+class Push:
+    """Controller without feedback: holds the machine by its model's weight and pushes at one joint."""
+
+    closure_slope, clearance = 0.0, 1.0
+
+    def __init__(self, held: Joints):
+        self.tau_feedforward = held
+        self.tau = held.copy()
+
+    def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
+        """The push, whatever is measured [N·m]."""
+        return self.tau
+
+
+class Nudger:
+    """Pushes the joints of a machine that nobody has moved yet."""
+
+    def __init__(self, run: EmptyRun):
+        self._run, self._joints = run, run.description.joints
+        q, still = run.pilot.q.copy(), np.zeros(len(run.pilot.q))
+        self._push = Push(run.controller.step(q, still, Reference(q, still, still)).copy())
+        usual = [COULOMB[actuator.drive][0] for actuator in run.description.settings.actuators]
+        self._usual = np.array(usual)
+        self._stiffness = np.diag(weight_stiffness(run.tree, q))
+        self._most = np.minimum(PUSH_MAX * self._usual, 0.9 * run.description.per_actuator("torque_max_Nm"))
+
+    def nudge(self, pushes: int = PUSHES) -> None:
+        """Push every joint both ways, and note what it took.
+
+        Raises:
+            IdentificationError: A joint, its encoder or its motor is not what `rig.toml` says.
+        """
+        self._wait("Does it stay where it hangs?")
+        for joint, name in enumerate(self._joints):
+            for sign in (1.0, -1.0):
+                first = 0.0
+                for _ in range(pushes):
+                    first = AGAIN * self._start(joint, sign, first, f"Pushing {name}")
+
+    def _start(self, joint: int, sign: float, first: float, text: str) -> float:
+        """One push from rest; the torque that moved the joint [N·m]."""
+        run = self._run
+        pushed = self._ramp(joint, sign, first, text)
+        check_push(run.description, joint, sign, pushed)
+        self._wait(text)
+        if self._stiffness[joint] * 3 * MOVED < self._usual[joint]:
+            # Not of a joint that its weight may bring back.
+            refuse_spring(run.description, joint, sign * (run.filter.sample.q[joint] - pushed.q[0, joint]))
+        moved = int(np.argmax(sign * (pushed.q[:, joint] - pushed.q[0, joint]) > STARTED))
+        run.note_start(float(pushed.t[moved]), joint, sign, pushed.q[moved], pushed.current[moved])
+        return abs(float(run.description.nominal_gain[joint] * pushed.commanded[moved, joint]))
+
+    def _ramp(self, joint: int, sign: float, first: float, text: str) -> Pushed:
+        """Push harder and harder until something moves or the motor may no more."""
+        rig, push, run = self._run.pilot.rig, self._push, self._run
+        rows: list[tuple[float, Joints, Joints, Joints]] = []
+        q_start, way, size = run.pilot.observer.q.copy(), np.zeros(len(self._joints)), first
+
+        def harder(moment: Moment) -> None:
+            nonlocal size
+            run.listen(moment)
+            if not size < self._most[joint]:
+                return  # has been let go
+            sample = run.filter.sample
+            commanded = run.pilot.actuators.current(moment.tau_commanded)
+            rows.append((moment.state.t, sample.q.copy(), sample.tau.copy(), commanded))
+            way[:] = moment.q - q_start
+            # The filter would tell of it 40 ms late.
+            size = np.inf if np.abs(way).max() > MOVED else size + RATE * self._usual[joint] * rig.period_s
+            push.tau[joint] = push.tau_feedforward[joint] + (sign * size if size < self._most[joint] else 0.0)
+
+        while size < self._most[joint]:
+            run.pilot.run(push, hold(run.pilot.q.copy(), CHUNK_S, rig.period_s), text, harder)
+        return Pushed(*(np.array(column) for column in zip(*rows, strict=True)), way)
+
+    def _wait(self, text: str) -> None:
+        """Let go, until the machine has stood still for a while.
+
+        Raises:
+            IdentificationError: It moves by itself.
+        """
+        run, dt = self._run, self._run.pilot.rig.period_s
+        self._push.tau[:] = self._push.tau_feedforward
+        way = np.full(len(self._joints), np.inf)
+        for _ in range(WAITS):
+            q = run.filter.sample.q.copy()
+            run.pilot.run(self._push, hold(run.pilot.q.copy(), STILL_S, dt), text, run.listen)
+            way = run.filter.sample.q - q
+            if run.filter.settled and np.abs(way).max() < STILL_MAX:
+                return
+        refuse_restless(run.description, way / STILL_S)
