@@ -14,7 +14,7 @@ class Observer:
 
     def __init__(self, joints: int, dt: float, bandwidth_Hz: float = 30.0):
         self._kernel = kernel.compile(
-            _observer_function(joints, dt, bandwidth_Hz), carry={"q": "q_next", "v": "v_next"}
+            observer_function(joints, dt, bandwidth_Hz), carry={"q": "q_next", "v": "v_next"}
         )
         self._started = False
         self._measured = self._kernel.inputs["q_measured"]
@@ -33,7 +33,8 @@ class Observer:
         self._kernel.evaluate()
 
 
-def _observer_function(joints: int, dt: float, bandwidth_Hz: float) -> ca.Function:
+def observer_function(joints: int, dt: float, bandwidth_Hz: float) -> ca.Function:
+    """Reading and estimates (joint,) [rad, rad/s] to the next estimates."""
     q_measured, q, v = (ca.SX.sym(name, joints) for name in ("q_measured", "q", "v"))
     omega = 2 * np.pi * bandwidth_Hz
     # Poles of the discrete error dynamics both at exp(−ω dt).
