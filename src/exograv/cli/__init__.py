@@ -12,6 +12,8 @@ import tyro
 from exograv.errors import ExogravError
 
 from .bench import Bench, run_bench_command
+from .calibrate import Calibrate, run_calibrate_command
+from .check_rig import CheckRig, run_check_rig
 from .common import Common, refuse_unwritable, write_json
 from .demo import Demo, Identify, run_demo_command
 from .doctor import Doctor, run_doctor
@@ -22,9 +24,11 @@ from .rigs import Rigs, run_rigs
 COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "demo": (Demo, run_demo_command),
     "identify": (Identify, run_demo_command),
+    "calibrate": (Calibrate, run_calibrate_command),
     "identify-log": (IdentifyLog, run_identify_log),
     "report": (Report, run_report),
     "rigs": (Rigs, run_rigs),
+    "check-rig": (CheckRig, run_check_rig),
     "doctor": (Doctor, run_doctor),
     "bench": (Bench, run_bench_command),
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from exograv.errors import ConfigError
 
@@ -197,10 +198,12 @@ def _settings(path: Path) -> RigSettings:
 
 def validation_sentences(error: ValidationError) -> str:
     """What pydantic found, one sentence a finding, with place and value."""
-    sentences = []
-    for finding in error.errors(include_url=False):
-        place = ".".join(str(part) for part in finding["loc"]) or "file"
-        value = finding["input"]
-        shown = f" (value {value!r})" if isinstance(value, (str, int, float, bool)) else ""
-        sentences.append(f"{place}: {finding['msg']}{shown}.")
-    return " ".join(sentences)
+    return " ".join(map(validation_sentence, error.errors(include_url=False)))
+
+
+def validation_sentence(finding: ErrorDetails) -> str:
+    """One of pydantic's findings, with place and value."""
+    place = ".".join(str(part) for part in finding["loc"]) or "file"
+    value = finding["input"]
+    shown = f" (value {value!r})" if isinstance(value, (str, int, float, bool)) else ""
+    return f"{place}: {finding['msg']}{shown}."

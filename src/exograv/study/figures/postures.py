@@ -50,7 +50,7 @@ def plot_posture(ax: Axes, frame: dict[str, Any], side: str, alpha: float = 1.0,
     outward = 1.0 if side == "left" else -1.0
     if body:
         # A line over two arms runs from hand to hand; the right shoulder is in its first half.
-        _plot_body(ax, arm[len(arm) // 2 - 1 if side == "both" else 0], outward)
+        plot_body(ax, arm[len(arm) // 2 - 1 if side == "both" else 0], outward)
     ax.plot(*projected(exo, outward).T, "-o", color=BLUE, lw=2.6, ms=4.5, alpha=alpha, label="exoskeleton", zorder=3)
     ax.plot(
         *projected(arm, outward).T,
@@ -87,7 +87,8 @@ def distinct_frames(frames: list[dict[str, Any]], n: int) -> list[dict[str, Any]
     return [frames[k] for k in sorted(chosen)]
 
 
-def _plot_body(ax: Axes, shoulder: Float[np.ndarray, " 3"], outward: float) -> None:
+def plot_body(ax: Axes, shoulder: Float[np.ndarray, " 3"], outward: float) -> None:
+    """A schematic person whose shoulder centre on the arm's side is there [m]."""
     inward = np.array([0.0, -outward * 2 * HALF_SHOULDER_WIDTH_M, 0.0])
     hips = np.array([0.0, 0.0, -TRUNK_M])
     corners = np.array([shoulder, shoulder + inward, shoulder + 0.85 * inward + hips, shoulder + 0.15 * inward + hips])

@@ -1,0 +1,115 @@
+"""Do `rig.toml` and a URDF speak of the same machine: joints, frames, lengths, torques, postures."""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv import motion
+from exograv.model.description import RigDescription
+from exograv.model.tree import Tree
+
+from .findings import Findings
+
+SAME_M = 1e-6
+RADIANS = 3.5
+"""If no angle of a file is larger than this, it was written in radians [°]."""
+
+
+def examine_agreement(description: RigDescription, tree: Tree, findings: Findings) -> bool:
+    """Add what does not fit together; whether the rest can be examined at all."""
+    file = description.urdf_path.name
+    same = _examine_joints(description, tree, file, findings)
+    same = _examine_frames(description, tree, file, findings) and same
+    if same:
+        _examine_lengths(description, tree, file, findings)
+        _examine_torques(description, tree, file, findings)
+        _examine_angles(description, tree, findings)
+    return same
+
+
+def _examine_joints(description: RigDescription, tree: Tree, file: str, findings: Findings) -> bool:
+    named, found = description.joints, tree.joint_names
+    for joint in (joint for joint in found if joint not in named):
+        findings.problem(
+            f"joint '{joint}' of {file} has no entry in [[actuators]]. Add it; without a motor its drive is 'passive', "
+            "and if it never moves it is a fixed joint."
+        )
+    for joint in (joint for joint in named if joint not in found):
+        findings.problem(
+            f"[[actuators]] has a joint '{joint}', which does not move in {file}. Joints there: {', '.join(found)}."
+        )
+    if sorted(named) == sorted(found) and named != found:
+        findings.problem(
+            f"[[actuators]] are in the order {', '.join(named)}; those of {file} in the order {', '.join(found)}. "
+            "Swap them, and with them every list of angles."
+        )
+    return named == found
+
+
+def _examine_frames(description: RigDescription, tree: Tree, file: str, findings: Findings) -> bool:
+    centres = {f"wearer.shoulder_centre ({side})": description.shoulder_centre(side) for side in description.arm_sides}
+    cuffs = {f"exo_frame of cuff '{cuff.name}'": cuff.exo_frame for cuff in description.settings.cuffs}
+    mounts = {f"mount '{mount}' of [calibration]": mount for mount in description.mounts}
+    missing = {what: frame for what, frame in (centres | cuffs | mounts).items() if frame not in tree.frames}
+    for what, frame in missing.items():
+        findings.problem(f"{what} is '{frame}', no link of {file}. Links there: {', '.join(sorted(tree.frames))}.")
+    for what, frame in centres.items():
+        if frame in tree.frames and tree.frames[frame].body >= 0:
+            findings.problem(f"{what} is '{frame}', which moves with a joint of {file}. Fix that link to the base.")
+    return not missing and all(tree.frames[frame].body < 0 for frame in centres.values())
+
+
+def _examine_lengths(description: RigDescription, tree: Tree, file: str, findings: Findings) -> None:
+    for adjustment in description.settings.adjustments:
+        place = tree.joints[tree.index(adjustment.joint)].p_parent_joint["xyz".index(adjustment.axis)]
+        if abs(abs(place) - adjustment.nominal_m) > SAME_M:
+            findings.problem(
+                f"adjustment of '{adjustment.joint}': nominal_m is {adjustment.nominal_m} m; {file} has "
+                f"{abs(place):.6g} m along {adjustment.axis} of its parent. Make them equal, or change the axis."
+            )
+
+
+def _examine_torques(description: RigDescription, tree: Tree, file: str, findings: Findings) -> None:
+    for actuator, joint in zip(description.settings.actuators, tree.joints, strict=True):
+        if actuator.torque_max_Nm is not None and actuator.torque_max_Nm > joint.effort:
+            findings.problem(
+                f"torque_max_Nm of '{joint.name}' is {actuator.torque_max_Nm} N·m; {file} allows {joint.effort:g} N·m. "
+                "Give the lower of the two in both."
+            )
+
+
+def _examine_angles(description: RigDescription, tree: Tree, findings: Findings) -> None:
+    settings = description.settings
+    box = settings.task_workspace
+    largest = np.abs([settings.donning.posture_deg, box.lower_deg, box.upper_deg]).max()
+    if 0.0 < largest < RADIANS:
+        findings.problem(
+            f"the largest angle of [donning] and [task_workspace] is {largest:g}°. Are these radians? rig.toml is in °."
+        )
+    for what, postures in _postures(description).items():
+        for i, joint in enumerate(tree.joints):
+            low, high = postures[:, i].min(), postures[:, i].max()
+            lower, upper = np.rad2deg([joint.lower, joint.upper])
+            if low < lower or high > upper:
+                findings.problem(
+                    f"{what} takes '{joint.name}' from {low:.1f} to {high:.1f}°; its limits are {lower:.1f} to "
+                    f"{upper:.1f}°. Stay within them."
+                )
+
+
+def _postures(description: RigDescription) -> dict[str, Float[np.ndarray, "posture joint"]]:
+    """All postures that the file names, in degrees."""
+    settings = description.settings
+    box = settings.task_workspace
+    postures = {"donning": [settings.donning.posture_deg], "task_workspace": [box.lower_deg, box.upper_deg]}
+    for sweep in settings.sweeps:
+        moving = description.joints.index(sweep.joint)
+        ends = [list(sweep.posture_deg), list(sweep.posture_deg)]
+        ends[0][moving], ends[1][moving] = sweep.from_deg, sweep.to_deg
+        postures[f"the calibration's sweep of '{sweep.joint}'"] = ends
+    found = {what: np.array(rows) for what, rows in postures.items()}
+    plan = settings.excitation
+    if plan is not None:
+        centre, sine, cosine = (np.array(rows) for rows in (plan.centre_deg, plan.sine_deg, plan.cosine_deg))
+        period = plan.period_s
+        found["excitation"] = motion.fourier(centre, sine, cosine, period, period, period / 500).q
+    return found

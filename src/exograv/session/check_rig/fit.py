@@ -1,0 +1,156 @@
+"""Does an arm fit into the machine where its cuffs are fastened, and can the loops stay closed from there on?"""
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv.model.arm import Limb
+from exograv.model.assembly import Assembly
+from exograv.model.description import Cuff
+from exograv.model.kinematics import body_poses, frame_pose
+from exograv.model.loops import LoopSolver, arm_positions, arm_roots, fit_names
+from exograv.model.support import sample_postures
+from exograv.model.tree import Tree
+from exograv.spatial import Transform
+
+from .findings import Findings
+
+POSTURES = 32
+ELBOW_OFF_M = 0.04
+"""From the arm's elbow to the machine's elbow axis: twice what donning leaves [m]."""
+CUFF_OFF_M = 0.10
+"""From a cuff's frame to the axis of its segment, or beyond its ends: thicker than an arm [m]."""
+TILT_MAX_DEG = 30.0
+"""Between a cuff's z, or the machine's elbow axis, and the arm's own."""
+STRETCH_MAX_M, TURN_MAX_DEG = 0.03, 30.0
+"""Of a cuff: under the weight of an arm it sags 4-19 mm (docs/arm.md)."""
+SLOPE_MAX = 1e-3  # N·m: what the search for the closed posture may leave
+
+Point = Float[np.ndarray, " 3"]
+Pose = tuple[Float[np.ndarray, "3 3"], Point]
+
+
+class Donned:
+    """Machine and arm where the cuffs are fastened, in numbers."""
+
+    def __init__(self, assembly: Assembly):
+        self.assembly, description = assembly, assembly.description
+        fit = ca.SX.zeros(len(fit_names(assembly)))
+        self.q, self.z = description.donning_posture, description.arm_donning_posture
+        self._roots = arm_roots(assembly, fit)
+        self._exo = body_poses(assembly.exo, ca.SX(ca.DM(self.q)))
+        x = arm_positions(assembly.arm, ca.SX(ca.DM(self.z)), fit)
+        self._arm = body_poses(assembly.arm.tree, x, self._roots)
+
+    def exo_body(self, body: int) -> Pose:
+        """Of the machine."""
+        return _numbers(self._exo[body])
+
+    def exo_frame(self, name: str) -> Pose:
+        """Of the machine."""
+        return self._frame(self.assembly.exo, self._exo, name)
+
+    def arm_frame(self, name: str) -> Pose:
+        """Of the arms, with the side before the name where there are two."""
+        return self._frame(self.assembly.arm.tree, self._arm, name)
+
+    def _frame(self, tree: Tree, poses: list[Transform], name: str) -> Pose:
+        return _numbers(frame_pose(tree, poses, name))
+
+
+def cuffs_of(assembly: Assembly, limb: Limb) -> list[Cuff]:
+    """The cuffs that hold one arm, the most distal last."""
+    order = ("upper_arm", "forearm", "hand")
+    mine = [cuff for cuff in assembly.cuffs if cuff.side in (None, limb.side)]
+    return sorted(mine, key=lambda cuff: order.index(cuff.segment))
+
+
+def ancestors(tree: Tree, body: int) -> list[int]:
+    """Joints that move a body, from the base on."""
+    chain = []
+    while body >= 0:
+        chain.insert(0, body)
+        body = tree.joints[body].parent
+    return chain
+
+
+def examine_donning(donned: Donned, findings: Findings) -> None:
+    """Whether the arm that the file describes lies where the machine and its cuffs are."""
+    assembly = donned.assembly
+    for limb in assembly.arm.limbs:
+        for cuff in cuffs_of(assembly, limb):
+            _examine_cuff(donned, limb, cuff, findings)
+        _examine_elbow(donned, limb, findings)
+
+
+def _examine_cuff(donned: Donned, limb: Limb, cuff: Cuff, findings: Findings) -> None:
+    lengths = donned.assembly.arm.lengths
+    (R_arm, p_arm), (R_cuff, p_cuff) = donned.arm_frame(limb.prefix + cuff.segment), donned.exo_frame(cuff.exo_frame)
+    if cuff.segment == "hand":
+        p_arm = donned.arm_frame(f"{limb.prefix}wrist")[1]
+    place = R_arm.T @ (p_cuff - p_arm)
+    beyond = max(place[2], -lengths[cuff.segment] - place[2], 0.0)
+    beside = float(np.hypot(*place[:2]))
+    if max(beside, beyond) > CUFF_OFF_M:
+        findings.problem(
+            f"cuff '{cuff.name}' is {1e3 * beside:.0f} mm beside the axis of the {cuff.segment} at donning and "
+            f"{1e3 * beyond:.0f} mm beyond its ends; allowed: {1e3 * CUFF_OFF_M:.0f} mm. Correct its exo_frame, "
+            "shoulder_centre or donning.arm_posture_deg."
+        )
+    tilt = _degrees(float(abs(R_arm[:, 2] @ R_cuff[:, 2])))
+    if tilt > TILT_MAX_DEG:
+        findings.problem(
+            f"z of '{cuff.exo_frame}' is {tilt:.0f}° off the {cuff.segment} at donning; allowed: {TILT_MAX_DEG:.0f}°. "
+            "A cuff's z is along the limb: turn that frame in the URDF, or correct donning.arm_posture_deg."
+        )
+
+
+def _examine_elbow(donned: Donned, limb: Limb, findings: Findings) -> None:
+    assembly = donned.assembly
+    moved = assembly.exo.frame(cuffs_of(assembly, limb)[-1].exo_frame).body
+    for i in ancestors(assembly.exo, moved):
+        if assembly.description.places[i] != "elbow":
+            continue
+        joint = assembly.exo.joints[i]
+        (R, p), elbow = donned.exo_body(i), donned.arm_frame(f"{limb.prefix}forearm")[1]
+        axis, own = R @ joint.axis, donned.arm_frame(f"{limb.prefix}upper_arm")[0][:, 1]
+        beside, tilt = float(np.linalg.norm(np.cross(axis, elbow - p))), _degrees(float(abs(axis @ own)))
+        if beside > ELBOW_OFF_M or tilt > TILT_MAX_DEG:
+            findings.problem(
+                f"the wearer's elbow is {1e3 * beside:.0f} mm beside the axis of '{joint.name}' at donning, and "
+                f"{tilt:.0f}° turned against it; allowed: {1e3 * ELBOW_OFF_M:.0f} mm and {TILT_MAX_DEG:.0f}°. Correct "
+                "donning, shoulder_centre or the lengths."
+            )
+
+
+def examine_loops(assembly: Assembly, findings: Findings) -> dict[str, float]:
+    """How far the cuffs are strained through the task workspace where nothing loads them: 0 in a perfect fit."""
+    solver = LoopSolver(assembly)
+    worst = (0.0, 0.0, np.zeros(assembly.n))
+    turned = 0.0
+    for y in sample_postures(assembly.description, POSTURES):
+        z, slope = solver.solve(y)
+        stretch, turn = solver.strain(y, z)
+        turned = max(turned, float(np.rad2deg(turn)))
+        if slope > SLOPE_MAX:
+            stretch = np.inf
+        if stretch >= worst[0]:
+            worst = (stretch, turn, y)
+    stretch, _, y = worst
+    if stretch > STRETCH_MAX_M or turned > TURN_MAX_DEG:
+        at = ", ".join(f"{angle:.0f}" for angle in np.rad2deg(y))
+        amount = f"stretched by {1e3 * stretch:.0f} mm" if np.isfinite(stretch) else "in no rest at all"
+        findings.problem(
+            f"the loops of machine and arm cannot close: at [{at}]° a cuff is {amount}, and one is turned by up to "
+            f"{turned:.0f}°; allowed: {1e3 * STRETCH_MAX_M:.0f} mm and {TURN_MAX_DEG:.0f}°. The machine's axes miss "
+            "the arm's, or its lengths are not set to the wearer's."
+        )
+    return {"stretch_mm": round(1e3 * min(stretch, 10.0), 3), "turn_deg": round(turned, 3)}
+
+
+def _degrees(cosine: float) -> float:
+    return float(np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0))))
+
+
+def _numbers(pose: Transform) -> Pose:
+    return np.array(ca.evalf(pose.R)), np.array(ca.evalf(pose.p)).ravel()

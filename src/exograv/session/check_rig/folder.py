@@ -1,0 +1,80 @@
+"""A machine's folder, however broken: all that is wrong with its files, not only the first mistake."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from exograv.model.description import rig_folder, validation_sentence
+from exograv.model.questions import MARK, open_questions
+from exograv.model.rig_settings import RigSettings
+from exograv.model.tree import Tree
+from exograv.model.urdf import read_urdf
+
+from .findings import Findings
+
+
+def locate(rig: str) -> Path:
+    """The folder of a machine by its name or path.
+
+    Raises:
+        ConfigError: There is neither.
+    """
+    return Path(rig) if Path(rig).is_dir() else rig_folder(rig)
+
+
+def read_settings(folder: Path, findings: Findings) -> tuple[RigSettings | None, list[Path]]:
+    """The settings where nothing is wrong with them, and the URDF files that they name, as far as can be told."""
+    data = _data(folder, findings)
+    files = _files(folder, data)
+    asked = len(findings.problems)
+    try:
+        settings = RigSettings.model_validate(data) if data else None
+    except ValidationError as error:
+        # A question that is not answered has been said; what it does to its field would only repeat it.
+        about = [finding for finding in error.errors(include_url=False) if MARK not in str(finding["input"])]
+        for finding in about:
+            findings.problem(f"rig.toml: {validation_sentence(finding)}")
+        if not about and not asked:
+            findings.problem("rig.toml: a value is not answered.")
+        settings = None
+    return (settings if not findings.problems else None), files
+
+
+def read_trees(files: list[Path], findings: Findings) -> dict[str, Tree]:
+    """The trees of all files that can be read, by file name."""
+    trees = {}
+    for file in files:
+        if not file.is_file():
+            findings.problem(f"rig.toml names '{file.name}', which is not in {file.parent}. Put it there.")
+            continue
+        tree = findings.attempt(lambda file=file: read_urdf(file))
+        if tree is not None:
+            trees[file.name] = tree
+    return trees
+
+
+def _data(folder: Path, findings: Findings) -> dict[str, Any]:
+    path = folder / "rig.toml"
+    if not path.is_file():
+        findings.problem(f"{folder} has no rig.toml. `exograv new-rig URDF` writes one with all that it must say.")
+        return {}
+    try:
+        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
+    except OSError as error:
+        findings.problem(f"rig.toml cannot be read: {error.strerror}. Check its permissions.")
+        return {}
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        findings.problem(f"rig.toml is not valid TOML: {error}. Correct it there.")
+        return {}
+    for question in open_questions(text):
+        findings.problem(f"rig.toml still asks, {question.sentence}.")
+    return data
+
+
+def _files(folder: Path, data: dict[str, Any]) -> list[Path]:
+    named = data.get("urdf")
+    names = named.values() if isinstance(named, dict) else []
+    return [folder / name for name in names if isinstance(name, str) and name and name != MARK]

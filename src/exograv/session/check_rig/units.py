@@ -1,0 +1,62 @@
+"""Lengths, masses and angles that no exoskeleton has: degrees for radians, mm for m, g for kg."""
+
+import numpy as np
+
+from exograv.model.tree import Joint, Tree
+
+from .findings import Findings
+
+TURN_MAX = 2 * np.pi  # rad: no joint of an exoskeleton turns once round
+SPEED_MAX = 35.0  # rad/s: 2000°/s; beyond, a limit is in degrees
+LENGTH_MAX_M, LENGTH_MIN_M = 1.5, 0.05
+"""Between two joints, or from a joint to its link's centre: an arm is shorter; a machine's longest is not below."""
+LINK_MAX_KG, LINK_MIN_KG = 25.0, 0.005
+"""The heaviest published link weighs 6.7 kg (NESM), a bare bracket some grams."""
+
+
+def examine_units(file: str, tree: Tree, findings: Findings) -> None:
+    """What cannot be in the units of URDF (m, kg, rad)."""
+    for joint in tree.joints:
+        _examine_joint(file, joint, findings)
+    longest = 0.0
+    for joint, body, phi in zip(tree.joints, tree.bodies, tree.phi, strict=True):
+        place, centre = np.linalg.norm(joint.p_parent_joint), np.linalg.norm(phi[1:4] / phi[0])
+        longest = max(longest, float(place), float(centre))
+        for what, length in ((f"joint '{joint.name}' from its parent", place), (f"centre of link '{body}'", centre)):
+            if length > LENGTH_MAX_M:
+                findings.problem(
+                    f"{file}: {what} is {length:.4g} m away; allowed: up to {LENGTH_MAX_M} m. Is it in mm? "
+                    "URDF is in m."
+                )
+        if not LINK_MIN_KG <= phi[0] <= LINK_MAX_KG:
+            findings.problem(
+                f"{file}: link '{body}' weighs {phi[0]:.4g} kg; allowed: {LINK_MIN_KG} to {LINK_MAX_KG} kg. Is it in "
+                "another unit? URDF is in kg."
+            )
+    if longest < LENGTH_MIN_M:
+        findings.problem(
+            f"{file}: no joint or centre of mass is more than {longest:.2g} m from its joint; an arm's machine has "
+            f"some beyond {LENGTH_MIN_M} m. URDF is in m."
+        )
+
+
+def _examine_joint(file: str, joint: Joint, findings: Findings) -> None:
+    where = f"{file}: joint '{joint.name}'"
+    if joint.kind == "prismatic":
+        if max(abs(joint.lower), abs(joint.upper)) > LENGTH_MAX_M:
+            findings.problem(f"{where} slides {joint.lower:.4g} to {joint.upper:.4g} m. Is that in mm? URDF is in m.")
+        return
+    if not np.isfinite([joint.lower, joint.upper]).all():
+        findings.problem(
+            f"{where} is continuous: nothing keeps an arm from being turned round. Make it revolute, with limits."
+        )
+    elif max(abs(joint.lower), abs(joint.upper)) > TURN_MAX:
+        findings.problem(
+            f"{where} turns from {joint.lower:.4g} to {joint.upper:.4g} rad, more than once round. Are these degrees? "
+            "URDF is in rad."
+        )
+    if joint.velocity > SPEED_MAX:
+        findings.problem(
+            f"{where} may turn at {joint.velocity:.4g} rad/s; allowed: up to {SPEED_MAX:g}. Is that in °/s? "
+            "URDF is in rad/s."
+        )
