@@ -13,6 +13,7 @@ from exograv.errors import IdentificationError
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
+from .empty_checks import refuse_incredible, refuse_wrong_weights
 from .empty_fit import SAMPLE_PERIOD_S as SAMPLE_PERIOD_S
 from .empty_fit import V_CLEAR as V_CLEAR
 from .empty_fit import V_START as V_START
@@ -52,7 +53,7 @@ def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibr
     """The machine that explains the sweeps best, with the data sheet as prior.
 
     Raises:
-        IdentificationError: A joint moved too little.
+        IdentificationError: A joint moved too little, or what was found cannot be.
     """
     model = EmptyMachine(description, tree)
     moved_s = (sweeps.clear & ~sweeps.start[:, None]).sum(axis=0) * SAMPLE_PERIOD_S
@@ -64,7 +65,10 @@ def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibr
             )
     layout = model.prior.layout
     first = model.fit(sweeps, model.prior.with_sd(layout.weight, WEIGHT_LOOSE_SD))
-    return _calibration(description, model.fit(sweeps, model.prior, first))
+    refuse_wrong_weights(description, first)
+    fit = model.fit(sweeps, model.prior, first)
+    refuse_incredible(description, fit)
+    return _calibration(description, fit)
 
 
 def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Calibration) -> Calibration:
@@ -124,7 +128,11 @@ def _calibration(description: RigDescription, fit: Fit) -> Calibration:
             V_REST,
         ),
         Friction(
-            *(sd[name] for name in ("coulomb", "viscous", "breakaway", "load_share", "asymmetry")),
+            sd["coulomb"],
+            sd["viscous"],
+            sd["breakaway"],
+            sd["load_share"],
+            sd["asymmetry"],
             v_stribeck * sd["log_v_stribeck"],
             V_REST,
         ),

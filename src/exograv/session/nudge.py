@@ -108,7 +108,8 @@ class Nudger:
 
         while size < self._most[joint]:
             run.pilot.run(push, hold(run.pilot.q.copy(), CHUNK_S, rig.period_s), text, harder)
-        return Pushed(*(np.array(column) for column in zip(*rows, strict=True)), way)
+        t, q, current, commanded = (np.array(column) for column in zip(*rows, strict=True))
+        return Pushed(t, q, current, commanded, way)
 
     def _wait(self, text: str) -> None:
         """Let go, until the machine has stood still for a while.
