@@ -50,6 +50,24 @@ def test_cuffs_of_full_rank_are_accepted(assembly, kinds: tuple[dict[str, float]
     refuse_unsupported(cuffs_of(assembly, *kinds))
 
 
+HINGE_ACROSS, SLIDE = {"free": ["about_y"]}, {"free": ["z"]}
+
+
+# With the upper arm welded, the forearm's cuff need not know the elbow's axis, nor the forearm's length.
+@pytest.mark.parametrize("kind", [HINGE_ACROSS, SLIDE, {"free": ["z", "about_y"]}], ids=["hinge", "slide", "both"])
+def test_a_hinge_or_a_slide_beside_a_weld_holds_the_arm(assembly, kind: dict[str, list[str]]):
+    freed = cuffs_of(assembly, {}, kind)
+    refuse_unsupported(freed)
+    axes = ("x", "y", "z", "about_x", "about_y", "about_z")
+    held = [axis for axis, k in zip(axes, freed.cuffs[1].stiffness, strict=True) if k > 0.0]
+    assert held == [axis for axis in axes if axis not in kind["free"]]
+
+
+def test_hinges_alone_leave_the_axis_that_they_share(assembly):
+    along_the_limb = {"free": ["about_z", "x", "y", "z"]}
+    assert "rotation" in unsupported_freedoms(cuffs_of(assembly, along_the_limb, None))
+
+
 def test_the_donning_posture_is_among_the_sampled_ones(assembly):
     postures = sample_postures(assembly.description, POSTURES)
     assert postures.shape == (POSTURES + 1, 4)

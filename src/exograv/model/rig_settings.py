@@ -63,10 +63,14 @@ class Adjustment(Settings):
     """Of the parent's frame."""
 
 
+CUFF_AXES = ("x", "y", "z", "about_x", "about_y", "about_z")
+
+
 class Cuff(Settings):
     """A soft hold between a frame of the exoskeleton, z along the limb, and a segment of the arm.
 
-    A stiffness of 0 leaves that direction free: no rotational stiffness is a point, none along the limb a sleeve.
+    A weld holds all six directions. A stiffness of 0 leaves a direction free: no rotational stiffness is a point, none
+    along the limb a sleeve; and `free` names single axes, such as the one of a hinge or of a slide.
     """
 
     name: str
@@ -78,13 +82,17 @@ class Cuff(Settings):
     across_N_per_mm: NonNegativeFloat
     about_limb_Nm_per_deg: NonNegativeFloat
     about_others_Nm_per_deg: NonNegativeFloat
+    free: list[Literal["x", "y", "z", "about_x", "about_y", "about_z"]] = []
+    """Axes of the cuff's frame along or about which it does not hold, whatever its stiffness; z is along the limb."""
 
     @property
     def stiffness(self) -> Float[np.ndarray, " 6"]:
         """Diagonal stiffness in the cuff's frame, z along the limb: x, y, z [N/m], then about x, y, z [N·m/rad]."""
         across, along = 1000.0 * self.across_N_per_mm, 1000.0 * self.along_N_per_mm
         about_others, about_limb = np.rad2deg([self.about_others_Nm_per_deg, self.about_limb_Nm_per_deg])
-        return np.array([across, across, along, about_others, about_others, about_limb])
+        stiffness = np.array([across, across, along, about_others, about_others, about_limb])
+        stiffness[[CUFF_AXES.index(axis) for axis in self.free]] = 0.0
+        return stiffness
 
 
 class Donning(Settings):
