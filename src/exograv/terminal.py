@@ -69,6 +69,9 @@ def show_demo(result: dict[str, Any]) -> None:
             f"Known weight of {weight['true_kg']:.3f} kg: found {weight['estimated_kg']:.3f} kg "
             f"(95 % interval {low:.3f} to {high:.3f} kg)."
         )
+    used = result.get("calibration_used", {})
+    if used.get("source") == "stored":
+        lines.append(f"Calibration {used['hash'][:12]}…, measured {used['measured_utc']}. {used['warning'] or ''}".rstrip())
     tick = result["tick_us"]
     lines.append(f"Tick {tick['p50']:.0f} µs (p99 {tick['p99']:.0f} µs); {result['wall_s']:.0f} s for all of it.")
     for line in lines:

@@ -17,7 +17,7 @@ PROMISED = {
     "simulated_s": float,
     "report": str,
 }
-BEYOND = {"calibration", "possible_left_over_Nm", "recording"}
+BEYOND = {"calibration", "calibration_used", "possible_left_over_Nm", "recording"}
 
 
 def test_every_promised_key_is_there_with_its_type_and_nothing_unheard_of(demo):

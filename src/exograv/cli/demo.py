@@ -1,6 +1,7 @@
 """`exograv demo` and `exograv identify`."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 from .common import Common, MethodName
@@ -34,6 +35,15 @@ class Demo(Common):
     realtime: bool = False
     """Show it at the pace of life."""
 
+    wearer_model: str | None = None
+    """MJCF or URDF of a third party's arm that is the truth in place of a drawn one; needs `--wearer-map`."""
+
+    wearer_map: str | None = None
+    """TOML file that says what the model's bodies and joints are (docs/wearer_models.md)."""
+
+    calibration: Path | None = None
+    """calibration.toml of this machine (`exograv calibrate`); without it the machine is calibrated first."""
+
 
 @dataclass(frozen=True)
 class Identify(Demo):
@@ -56,6 +66,9 @@ def run_demo_command(command: Demo) -> dict[str, Any]:
         command.torque_source,
         command.realtime,
         only_identify=isinstance(command, Identify),
+        wearer_model=command.wearer_model,
+        wearer_map=command.wearer_map,
+        calibration=command.calibration,
     )
     with bars() as progress:
         result = run_demo(options, command.out, progress)

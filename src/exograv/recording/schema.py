@@ -219,6 +219,7 @@ RESULT = Channel(
         Field("known_weight", "object", "kg", "true_kg, estimated_kg, ci95_kg", optional=True),
         Field("float", "object", "-", "gravity_level, drift_deg per joint, window_s", optional=True),
         Field("calibration", "object", "-", "empty machine", LIST, optional=True, fields=CALIBRATION_FIELDS),
+        Field("calibration_used", "object", "-", "stored (hash, measured_utc, warning) or of this run", optional=True),
         Field("simulated_s", "number", "s", "simulated time", optional=True),
         Field("rig", "string", "-", "name of the machine", optional=True),
         Field("method", "string", "-", "identification method", optional=True),

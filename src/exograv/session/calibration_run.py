@@ -102,6 +102,7 @@ class TakenCalibration:
         """Which one it is, for figures and recordings."""
         measured = self.whole.measured
         return {
+            "source": "stored",
             "hash": self.whole.content_sha256,
             "measured_utc": measured.at_utc.isoformat(),
             "friction_measured_utc": measured.friction_at_utc.isoformat(),

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from exograv.safety.envelope import Envelope
 from exograv.study.targets import TARGET_NM
 
 from .arm_controller import ArmController
+from .calibration_run import TakenCalibration, take_calibration, twin_identity
 from .examine import Examination, Score
 from .float_arm import Drift, float_arm
 from .identify import Identification, Identifier, identify_arm, table_guess
@@ -55,6 +57,8 @@ class DemoOptions:
     wearer_model: str | None = None
     """MJCF or URDF of an arm that is the truth (docs/wearer_models.md)."""
     wearer_map: str | None = None
+    calibration: Path | None = None
+    """Of this machine, stored; measured at the start where absent."""
 
     def __post_init__(self):
         if not 0 <= self.level <= 4:
@@ -78,6 +82,7 @@ class _Run:
     laboratory: VirtualLaboratory
     recording: RecordingWriter
     progress: Progress
+    taken: TakenCalibration | None
     result: dict[str, Any] = field(default_factory=dict)
 
     def pilot(self, twin: Twin, actuators: ActuatorGain) -> Pilot:
@@ -102,9 +107,12 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     refuse_motorless(laboratory.description)
     targets = [TARGET_NM[place] for place in laboratory.description.places]
     path = folder / f"{'identify' if options.only_identify else 'demo'}.mcap"
+    taken = _stored_calibration(options, laboratory)
     settings = provenance(options, laboratory, targets)
+    if taken is not None:
+        settings["hashes"]["calibration"] = taken.whole.content_sha256
     with RecordingWriter(path, laboratory.description.joints, settings) as recording:
-        run = _Run(options, laboratory, recording, progress)
+        run = _Run(options, laboratory, recording, progress, taken)
         t, tick_us = _phases(run, targets)
         recording.write("/result", t, {**run.result, "simulated_s": round(t, 3)})
     progress("Writing the report", 0.0)
@@ -164,12 +172,28 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
     return twin.t, pilot.tick_us
 
 
+def _stored_calibration(options: DemoOptions, laboratory: VirtualLaboratory) -> TakenCalibration | None:
+    if options.calibration is None:
+        return None
+    machine = twin_identity(options.level, options.seed)
+    return take_calibration(options.calibration, laboratory.description, machine, datetime.now(UTC))
+
+
 def _stage_0(run: _Run) -> tuple[CalibratedMachine, float]:
-    """Calibrate the empty machine; its clock when it is done."""
-    laboratory = run.laboratory
-    empty = EmptyTwin(laboratory.description, laboratory.machine, run.options.seed, laboratory.wearer.lengths_given)
-    calibration, t = empty.calibrate(run.pilot)
-    run.result["calibration"] = calibration_rows(calibration.machine, laboratory.machine, t, empty.description.joints)
+    """The calibrated machine and its clock: stored, and cold again, or calibrated now."""
+    laboratory, taken = run.laboratory, run.taken
+    if taken is None:
+        seed, lengths = run.options.seed, laboratory.wearer.lengths_given
+        empty = EmptyTwin(laboratory.description, laboratory.machine, seed, lengths)
+        calibration, t = empty.calibrate(run.pilot)
+        run.result["calibration_used"] = {"source": "measured at the start of this run"}
+    else:
+        calibration, t = taken.whole.calibration(), 0.0
+        run.result["calibration_used"] = taken.used
+        if taken.warning is not None:
+            run.recording.write("/event", t, {"kind": "warning", "text": taken.warning})
+    joints = laboratory.description.joints
+    run.result["calibration"] = calibration_rows(calibration.machine, laboratory.machine, t, joints)
     return calibration.machine, t
 
 

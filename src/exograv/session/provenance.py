@@ -44,7 +44,11 @@ def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: l
         },
         "hashes": {"rig": description.sha256, **_wearer_hash(laboratory)},
         "versions": {"exograv": exograv.__version__, "python": platform.python_version(), **_versions()},
-        "settings": {"options": asdict(options) | {"realtime": False}, "rig": description.settings.model_dump()},
+        # Neither the pace nor a file's place changes what is computed; which calibration it was stands in the hashes.
+        "settings": {
+            "options": asdict(options) | {"realtime": False, "calibration": None},
+            "rig": description.settings.model_dump(),
+        },
     }
 
 

@@ -33,6 +33,7 @@ def run_facts(recording: Recording) -> list[tuple[str, str]]:
     """What was run on what, as (name, value)."""
     settings = recording.settings
     level = settings.get("gravity_level")
+    calibration = (settings.get("hashes") or {}).get("calibration")
     facts = [
         ("machine", settings.get("title") or settings.get("rig")),
         ("side", settings.get("side")),
@@ -40,6 +41,7 @@ def run_facts(recording: Recording) -> list[tuple[str, str]]:
         ("gravity level", None if level is None else gravity_words(float(level))),
         ("disturbance level", settings.get("disturbance_level")),
         ("seed", settings.get("seed")),
+        ("calibration", None if calibration is None else f"stored, {calibration[:12]}…"),
     ]
     return [(name, str(value)) for name, value in facts if value is not None]
 
