@@ -71,7 +71,8 @@ def show_demo(result: dict[str, Any]) -> None:
         )
     used = result.get("calibration_used", {})
     if used.get("source") == "stored":
-        lines.append(f"Calibration {used['hash'][:12]}…, measured {used['measured_utc']}. {used['warning'] or ''}".rstrip())
+        text = f"Calibration {used['hash'][:12]}…, measured {used['measured_utc']}. {used['warning'] or ''}"
+        lines.append(text.rstrip())
     tick = result["tick_us"]
     lines.append(f"Tick {tick['p50']:.0f} µs (p99 {tick['p99']:.0f} µs); {result['wall_s']:.0f} s for all of it.")
     for line in lines:
