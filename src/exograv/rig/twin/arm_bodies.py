@@ -16,6 +16,8 @@ INERTIA_LEAST = 1e-12
 # Coupled joints are held by MuJoCo's own constraint, as stiff as its time step allows.
 COUPLING_SOLREF = (2.0 * TIMESTEP, 1.0)
 COUPLING_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
+EQUALITY_NUMBERS = 12
+"""Places for a constraint's numbers in MuJoCo's specification, of which a polynomial takes the first five."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ def add_arm(spec: mujoco.MjSpec, skeleton: Skeleton, shoulder: Float[np.ndarray,
             objtype=mujoco.mjtObj.mjOBJ_JOINT,
             name1=joint_name(skeleton, coupling.joint),
             name2=joint_name(skeleton, coupling.freedom),
-            data=[*coupling.polynomial, *[0.0] * 6],
+            data=np.pad(coupling.polynomial, (0, EQUALITY_NUMBERS - len(coupling.polynomial))),
             solref=COUPLING_SOLREF,
             solimp=COUPLING_SOLIMP,
         )

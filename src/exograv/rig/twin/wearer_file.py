@@ -1,9 +1,11 @@
 """A third party's MJCF or URDF as a compiled model: bodies, joints and masses, without all that moves or shows them."""
 
+import warnings
 from pathlib import Path
 from xml.etree import ElementTree
 
 import mujoco
+import numpy as np
 
 from exograv.errors import ConfigError, ModelError
 
@@ -36,10 +38,14 @@ def read_wearer_file(path: Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
         raise ConfigError(f"{path} is no text file. Give an MJCF or URDF with --wearer-model.") from error
     try:
         spec = _spec_of_urdf(path) if is_urdf else mujoco.MjSpec.from_file(str(path))
+        _refuse_impossible_masses(spec, path)
         notes = _strip(spec)
         spec.compiler.boundmass = max(spec.compiler.boundmass, MASS_LEAST)
         spec.compiler.boundinertia = max(spec.compiler.boundinertia, INERTIA_LEAST)
-        return spec.compile(), notes
+        with warnings.catch_warnings():
+            # A model whose axes coincide is refused by what its joints are, in our words.
+            warnings.simplefilter("ignore")
+            return spec.compile(), notes
     except (ValueError, ElementTree.ParseError) as error:
         raise ModelError(
             f"MuJoCo cannot make a model of {path}: {' '.join(str(error).split())}. Correct the file; it must be an "
@@ -57,6 +63,15 @@ def _spec_of_urdf(path: Path) -> mujoco.MjSpec:
         robot.remove(extension)
     ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler", fusestatic="false")
     return mujoco.MjSpec.from_string(ElementTree.tostring(robot, encoding="unicode"))
+
+
+def _refuse_impossible_masses(spec: mujoco.MjSpec, path: Path) -> None:
+    """MuJoCo would lift a mass below zero to its least."""
+    for body in spec.bodies:
+        if body.explicitinertial and not (np.isfinite(body.mass) and body.mass >= 0.0):
+            raise ModelError(
+                f"{path}: body '{body.name}' weighs {body.mass} kg; it must be 0 or more. Correct it there."
+            )
 
 
 def _strip(spec: mujoco.MjSpec) -> tuple[str, ...]:
