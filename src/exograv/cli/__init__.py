@@ -18,6 +18,7 @@ from .common import Common, refuse_unwritable, write_json
 from .demo import Demo, Identify, run_demo_command
 from .doctor import Doctor, run_doctor
 from .identify_log import IdentifyLog, run_identify_log
+from .new_rig import NewRig, run_new_rig
 from .report import Report, run_report
 from .rigs import Rigs, run_rigs
 
@@ -28,6 +29,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "identify-log": (IdentifyLog, run_identify_log),
     "report": (Report, run_report),
     "rigs": (Rigs, run_rigs),
+    "new-rig": (NewRig, run_new_rig),
     "check-rig": (CheckRig, run_check_rig),
     "doctor": (Doctor, run_doctor),
     "bench": (Bench, run_bench_command),

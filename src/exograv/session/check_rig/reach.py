@@ -31,7 +31,7 @@ class Reach:
     points: Points
     """Middles of the voxels that the finger tip gets to within the joints' limits, in the base frame [m]."""
 
-    task_points: Points
+    task_points: Float[np.ndarray, "task_point 3"]
     """The same within the task workspace [m]."""
 
     furthest_m: float
@@ -88,7 +88,7 @@ def reach(donned: Donned) -> list[Reach]:
     return found
 
 
-def voxels(points: Points) -> Points:
+def voxels(points: Points) -> Float[np.ndarray, "voxel 3"]:
     """Middles of the cubes of `VOXEL_M` that hold a point."""
     return (np.unique(np.floor(points / VOXEL_M), axis=0) + 0.5) * VOXEL_M
 

@@ -1,0 +1,136 @@
+"""What a URDF tells about a machine beyond itself: which arm, which joint is where, where its shoulder's axes meet."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from .kinematics import body_poses
+from .rig_settings import ArmSide, Place, Side
+from .tree import Tree
+
+WORDS: dict[Place, tuple[str, ...]] = {
+    "elbow": ("elbow", "elb"),
+    "wrist": ("wrist", "forearm", "prona", "supina", "hand", "radial", "ulnar"),
+    "shoulder": ("shoulder", "humer", "gleno", "upperarm", "upper_arm"),
+}
+"""Parts of names; the first place with a match counts, so that "forearm" is not an arm's beginning."""
+CUFF_WORDS = ("cuff", "strap", "brace", "orthosis", "handle", "interface")
+MEET_M = 0.005
+"""Axes that pass a point this closely are said to meet there."""
+SAME_M = 0.001
+
+Point = Float[np.ndarray, " 3"]
+
+
+@dataclass(frozen=True)
+class Length:
+    """A joint's distance from its parent along one axis."""
+
+    joint: str
+    axis: str
+    metres: float
+
+
+@dataclass(frozen=True)
+class ArmGuess:
+    """One arm's part of the machine, as far as its names and geometry tell."""
+
+    side: ArmSide | None
+    joints: tuple[int, ...]
+    """Index of its moving joints."""
+
+    meeting: Point | None
+    """Where its shoulder's axes meet in the base's frame [m]."""
+
+    shoulder_centre: str | None
+    """A link that is fixed to the base there."""
+
+    cuffs: tuple[str, ...]
+    """Links that are called like cuffs, nearest to the shoulder first."""
+
+    upper_arm: Length | None
+
+
+def place_of(name: str) -> Place | None:
+    """Where a joint of this name is beside the arm."""
+    lower = name.lower()
+    return next((place for place, words in WORDS.items() if any(word in lower for word in words)), None)
+
+
+def side_of(tree: Tree) -> Side | None:
+    """Which arm, by the names of robot and joints."""
+    names = [tree.name, *tree.joint_names, *tree.bodies]
+    found: set[Side] = {side for name in names for side in _sides(name)}
+    return "both" if len(found) == 2 else next(iter(found), None)
+
+
+def arms(tree: Tree) -> list[ArmGuess]:
+    """One for each arm: of a machine for both, joints whose names hold the side."""
+    if side_of(tree) != "both":
+        return [_arm(tree, None, tuple(range(len(tree.joints))))]
+    sides: tuple[ArmSide, ArmSide] = ("right", "left")
+    found = []
+    for side in sides:
+        joints = tuple(i for i, name in enumerate(tree.joint_names) if side in _sides(name))
+        if joints:
+            found.append(_arm(tree, side, joints))
+    return found
+
+
+def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
+    poses = body_poses(tree, ca.SX.zeros(len(tree.joints)))
+    axes = [np.array(ca.evalf(poses[i].R)) @ tree.joints[i].axis for i in joints]
+    points = [np.array(ca.evalf(poses[i].p)).ravel() for i in joints]
+    meeting = _meeting_point(axes[:3], points[:3]) if len(joints) >= 3 else None
+    centre = None if meeting is None else _fixed_link(tree, meeting, side)
+    return ArmGuess(side, joints, meeting, centre, _cuffs(tree, side, joints), _upper_arm(tree, joints))
+
+
+def _meeting_point(axes: list[Point], points: list[Point]) -> Point | None:
+    """The point of least distance to all axes, where they pass it closely."""
+    across = [np.eye(3) - np.outer(axis, axis) for axis in axes]
+    A, b = np.vstack(across), np.concatenate([P @ p for P, p in zip(across, points, strict=True)])
+    found, _, rank, _ = np.linalg.lstsq(A, b, rcond=None)
+    return found if rank == 3 and np.abs(A @ found - b).max() < MEET_M else None
+
+
+def _fixed_link(tree: Tree, point: Point, side: ArmSide | None) -> str | None:
+    near = [
+        name
+        for name, frame in tree.frames.items()
+        if frame.body < 0 and np.linalg.norm(frame.p_body_frame - point) < MEET_M and _fits(name, side)
+    ]
+    return near[0] if near else None
+
+
+def _cuffs(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> tuple[str, ...]:
+    called = [
+        name
+        for name, frame in tree.frames.items()
+        if any(word in name.lower() for word in CUFF_WORDS) and frame.body in joints and _fits(name, side)
+    ]
+    return tuple(sorted(called, key=lambda name: tree.frames[name].body))
+
+
+def _upper_arm(tree: Tree, joints: tuple[int, ...]) -> Length | None:
+    """From the shoulder's axes to the elbow's: the one distance among the first joints, if it is along one axis."""
+    for i in joints[1:]:
+        p = tree.joints[i].p_parent_joint
+        along = np.flatnonzero(np.abs(p) > SAME_M)
+        if len(along) == 1:
+            return Length(tree.joints[i].name, "xyz"[along[0]], float(abs(p[along[0]])))
+        if len(along) > 1:
+            return None
+    return None
+
+
+def _sides(name: str) -> set[ArmSide]:
+    lower = name.lower()
+    sides: tuple[ArmSide, ArmSide] = ("right", "left")
+    return {side for side in sides if side in lower or lower.startswith(f"{side[0]}_") or lower.endswith(f"_{side[0]}")}
+
+
+def _fits(name: str, side: ArmSide | None) -> bool:
+    return side is None or side in _sides(name)
