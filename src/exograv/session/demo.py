@@ -17,7 +17,7 @@ from exograv.identification.interface import Estimate, Outcome
 from exograv.model.arm import held_weight
 from exograv.model.description import Side
 from exograv.recording import RecordingWriter
-from exograv.rig.twin import Twin
+from exograv.rig.twin import Twin, WearerModel
 from exograv.runtime.pace import Pace
 from exograv.safety.envelope import Envelope
 from exograv.study.targets import TARGET_NM
@@ -122,12 +122,18 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     progress("Writing the report", 1.0)
     return {
         **run.result,
+        **_told_by(laboratory.wearer_model),
         "tick_us": percentiles(tick_us),
         "wall_s": round(time.perf_counter() - start, 2),
         "simulated_s": round(t, 3),
         "report": str(report),
         "recording": str(path),
     }
+
+
+def _told_by(model: WearerModel | None) -> dict[str, Any]:
+    """Whose arm was the truth, and what of its model is not used."""
+    return {} if model is None else {"wearer_model": {"title": model.title, "notes": list(model.notes)}}
 
 
 def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
@@ -140,10 +146,6 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
         seed=options.seed,
         joints=list(description.joints),
     )
-    if laboratory.wearer_model is not None:
-        run.result["wearer_model"] = {
-            "title": laboratory.wearer_model.title, "notes": list(laboratory.wearer_model.notes)
-        }  # fmt: skip
     machine, t = _stage_0(run)
 
     assembly = laboratory.assembly()
