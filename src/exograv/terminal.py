@@ -32,25 +32,21 @@ def bars() -> Iterator[Callable[[str, float], None]]:
 
 def show_demo(result: dict[str, Any]) -> None:
     """The closing table of `demo` and `identify`."""
-    total = result["left_over_rms_Nm"]["total"]
     table = Table(title=f"{result['rig']}, disturbance level {result['disturbance_level']}, seed {result['seed']}")
     table.add_column("left over, N·m RMS")
-    for joint in result["joints"]:
-        table.add_column(joint.replace("_", "\n"), justify="right")
-    labels = {
-        "exo_only": "exoskeleton carried, arm not",
-        "table": "arm by the table",
-        "identified": f"arm identified ({result['method']})",
-    }
-    for key, label in labels.items():
-        table.add_row(label, *(f"{value:.2f}" for value in total[key]))
+    labels = {"exo_only": "exo\nonly", "table": "by\ntable", "identified": "arm\nfound"}
+    for label in labels.values():
+        table.add_column(label, justify="right")
+    total = result["left_over_rms_Nm"]["total"]
+    for joint, *values in zip(result["joints"], *(total[key] for key in labels), strict=True):
+        table.add_row(joint.replace("_", " "), *(f"{value:.2f}" for value in values))
     console = Console()
     console.print(table)
     identification = result["identification"]
     reached = identification["time_to_target_s"]
     lines = [
         f"Identified from {identification['motion_s']:.0f} s of motion. {identification['outcome']}",
-        "Left over stays within 0.2 N·m (shoulder) and 0.1 N·m (elbow) "
+        f"Identified by '{result['method']}'. Left over stays within its target (shoulder 0.2, elbow 0.1, wrist 0.05 N·m) "
         + ("never in this run." if reached is None else f"from {reached:.0f} s on."),
     ]
     possible = result["possible_left_over_Nm"]
