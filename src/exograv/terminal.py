@@ -46,7 +46,7 @@ def show_demo(result: dict[str, Any]) -> None:
     reached = identification["time_to_target_s"]
     lines = [
         f"Identified from {identification['motion_s']:.0f} s of motion. {identification['outcome']}",
-        f"Identified by '{result['method']}'. Left over stays within its target (shoulder 0.2, elbow 0.1, wrist 0.05 N·m) "
+        f"Method '{result['method']}'. Left over stays within target (shoulder 0.2, elbow 0.1, wrist 0.05 N·m) "
         + ("never in this run." if reached is None else f"from {reached:.0f} s on."),
     ]
     possible = result["possible_left_over_Nm"]
