@@ -20,6 +20,7 @@ STAGES = {
 }
 """Name in the recording: words and colour."""
 
+CROWDED = 5  # joints beside each other whose names still fit
 CLOSE_UP = 5.0
 """A close-up ends at so many times the largest target [-]."""
 
@@ -33,7 +34,7 @@ def draw(recording: Recording) -> Figure | None:
     total, arm = scores.get("total") or {}, scores.get("arm") or {}
     if not total:
         return None
-    figure = Figure(figsize=(9.6, 3.7), layout="constrained")
+    figure = Figure(figsize=(9.6, 4.6 if len(recording.joints) > CROWDED else 3.7), layout="constrained")
     panels = figure.subplots(1, 3 if arm else 2)
     goal = targets(recording)
     top = CLOSE_UP * float(goal.max())
@@ -81,7 +82,9 @@ def plot_bars(
             if top or value > LABELLED_SHARE * ceiling:
                 _write_value(ax, position, value, ceiling, colour)
     ax.set_ylim(0.0, ceiling)
-    ax.set_xticks(x, [joint_label(joint, "\n") for joint in joints], fontsize=8)
+    is_crowded = len(joints) > CROWDED
+    labels = [joint_label(joint, " " if is_crowded else "\n") for joint in joints]
+    ax.set_xticks(x, labels, fontsize=8, rotation=90 if is_crowded else 0)
     ax.tick_params(axis="x", length=0)
 
 
