@@ -75,7 +75,7 @@ def support(assembly: Assembly) -> Support:
         z, _ = solver.solve(y)
         stiffness, directions = np.linalg.eigh(solver.gauss_newton_hessian(y, z))
         names = [freedoms[i] for i in np.argmax(np.abs(directions), axis=0)]
-        free = stiffness < STIFFNESS_RATIO_MIN * stiffness[-1]
+        free = stiffness <= STIFFNESS_RATIO_MIN * stiffness[-1]
         for name in (name for name, is_free in zip(names, free, strict=True) if is_free):
             unsupported[name] = unsupported.get(name, 0) + 1
         rank = min(rank, int(np.count_nonzero(~free)))
