@@ -44,6 +44,10 @@ REFUSED = {
     "gains that are no numbers": ((*LOG, "--gains", "1,x"), "--gains is '1,x'; give numbers separated by commas"),
     "too few gains": ((*LOG, "--gains", "1,2"), "--gains has 2 numbers; recupera_like_right has 4 joints"),
     "a gain of nothing": ((*LOG, "--gains", "1,2,0,4"), "--gains of joint 'shoulder_rotation' is 0.0"),
+    "a machine's URDF that is missing": (("new-rig", "none.urdf"), "none.urdf cannot be read"),
+    "a new machine over an old one": (("new-rig", str(URDF), "--out", "file"), "file exists already; nothing is over"),
+    "a check of nothing": (("check-rig", "nobody"), "No machine 'nobody'"),
+    "a giant in a machine": (("check-rig", "recupera_like", "--height-m", "175"), "height is 175.0 m; allowed: 1.2 to"),
     "a table of payloads": ((*LOG, "--gains", "1,2,3,4", "--method", "anthropometric"), "Choose recursive or gradient"),
 }
 
@@ -128,6 +132,26 @@ def test_the_machines_are_listed_for_scripts_too(tmp_path: Path):
         "recupera_like_passive": (4, ["right", "left"]),
         "recupera_like_qdd": (4, ["right", "left"]),
     }
+
+
+def test_a_new_machine_has_problems_until_it_is_answered_and_the_exit_status_says_so(tmp_path: Path):
+    made = exograv("new-rig", str(URDF), folder=tmp_path)
+    assert made.returncode == 0
+    assert "donning.posture_deg: 4 angles of the machine" in made.stdout
+    words = ("check-rig", "recupera_like_right", "--json", "check.json", "--out", "out")
+    assert exograv(*words, folder=tmp_path).returncode == 1
+    result = json.loads((tmp_path / "check.json").read_text(encoding="utf-8"))
+    assert {"rank", "human_dof", "unsupported", "problems", "largest_arm_kg"} <= result.keys()
+    assert result["problems"]
+
+
+def test_a_machine_without_problems_passes_its_check(tmp_path: Path):
+    words = ("check-rig", "recupera_like", "--json", "check.json", "--out", "out")
+    checked = exograv(*words, folder=tmp_path)
+    assert checked.returncode == 0
+    assert "Cuffs hold 4 of 4 freedoms" in checked.stdout
+    result = json.loads((tmp_path / "check.json").read_text(encoding="utf-8"))
+    assert (result["rank"], result["human_dof"], result["problems"]) == (4, 4, [])
 
 
 def test_the_doctor_says_what_is_wrong_and_so_does_its_exit_status(tmp_path: Path):
