@@ -89,3 +89,18 @@ def test_a_body_is_physical_when_its_moments_obey_the_triangle(moments: tuple[fl
 
 def test_a_body_of_negative_mass_is_not_physical():
     assert not is_physical(-inertial_parameters(1.0, np.zeros(3), np.diag([0.01, 0.012, 0.004])))
+
+
+def test_a_length_is_set_along_its_axis_on_the_side_where_the_urdf_has_it():
+    description = load_rig("nesm_like")
+    tree = adjusted(read_exoskeleton(description), description, {"upper_arm": 0.31})
+    assert tree.joints[2].p_parent_joint.tolist() == [0.0, 0.31, 0.0]
+    description = load_rig("agree_like")
+    tree = adjusted(read_exoskeleton(description), description, {"upper_arm": 0.31})
+    assert tree.joints[2].p_parent_joint.tolist() == [0.0, -0.31, 0.0]
+
+
+def test_a_length_along_an_axis_on_which_nothing_lies_is_refused(tmp_path: Path):
+    description = machine_with(tmp_path, "rig.toml", 'segment = "upper_arm"  #', 'axis = "x"\nsegment = "upper_arm"  #')
+    with pytest.raises(ModelError, match=r"joint 'elbow_flexion' .* is at zero along x of its parent"):
+        adjusted(read_exoskeleton(description), description, {"upper_arm": 0.31})

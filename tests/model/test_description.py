@@ -97,3 +97,28 @@ def test_a_cuffs_stiffness_is_in_newtons_per_metre_and_per_radian():
     stiffness = load_rig("recupera_like").settings.cuffs[0].stiffness
     about_others, about_limb = 0.20 * 180 / np.pi, 0.035 * 180 / np.pi
     np.testing.assert_allclose(stiffness, [4500.0, 4500.0, 2100.0, about_others, about_others, about_limb])
+
+
+def test_a_machine_with_motors_must_say_how_they_are_calibrated_and_how_they_move(tmp_path: Path):
+    start, end = TOML.index("[calibration]"), TOML.index("# Harmonics of one period")
+    message = refusal(tmp_path, (TOML[start:end], ""))
+    assert "motors at shoulder_flexion, shoulder_abduction, shoulder_rotation, elbow_flexion: calibration" in message
+
+
+def test_a_machine_without_motors_needs_neither_and_says_why_it_cannot():
+    passive = load_rig("recupera_like_passive")
+    assert passive.mounts == ()
+    assert passive.motorless == passive.joints
+    for what in ("calibration", "excitation"):
+        with pytest.raises(ConfigError, match=r"recupera_like_passive has no motors: it cannot .* `exograv rigs`"):
+            getattr(passive, what)
+
+
+def test_one_motor_among_passive_joints_needs_a_calibration(tmp_path: Path):
+    passive = (robots_folder() / "recupera_like_passive" / "rig.toml").read_text(encoding="utf-8")
+    motor = TOML[TOML.index('drive = "harmonic"') : TOML.index('[[actuators]]\njoint = "shoulder_abduction"')]
+    text = passive.replace('drive = "passive"', motor, 1)
+    shutil.copytree(robots_folder() / "recupera_like_passive", tmp_path / "machine")
+    (tmp_path / "machine" / "rig.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match="motors at shoulder_flexion: calibration and excitation must say"):
+        load_rig(str(tmp_path / "machine"))

@@ -242,3 +242,9 @@ def test_any_attribute_with_any_number_gives_a_physical_tree_or_a_model_error(
         return
     assert all(is_physical(phi) for phi in tree.phi)
     assert all(np.isfinite(joint.p_parent_joint).all() for joint in tree.joints)
+
+
+def test_joints_of_two_arms_stand_one_arm_after_the_other():
+    names = read_urdf(load_rig("recupera_like_dual").urdf_path).joint_names
+    assert [name.split("_")[0] for name in names] == ["right"] * 4 + ["left"] * 4
+    assert [name.split("_", 1)[1] for name in names[:4]] == [name.split("_", 1)[1] for name in names[4:]]
