@@ -35,8 +35,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--rig", default="recupera_like")
     options = parser.parse_args()
-    laboratory = draw_laboratory("recupera_like", "right", 2, 0)
+    laboratory = draw_laboratory(options.rig, None, 2, 0)
     cases = {
         f"{what}, {label}": make(laboratory, wearer, options.seconds)
         for what, make in (("twin alone", twin_alone), ("whole loop", whole_loop))

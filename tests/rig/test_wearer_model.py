@@ -21,8 +21,9 @@ from exograv.rig.twin import (
     parameter_truth,
     read_wearer_model,
 )
-from exograv.rig.twin.arm_bodies import add_arm, find_arm
+from exograv.rig.twin.arm_bodies import add_arm, body_name, find_arm
 from exograv.rig.twin.passive import elevation_cosine, follower_paths
+from exograv.rig.twin.posture import bone_poses, fastened_parts, lying_like
 from exograv.rig.twin.scene import build_scene
 from exograv.rig.twin.skeleton import Skeleton
 from exograv.rig.twin.statics import Statics
@@ -182,16 +183,16 @@ def test_three_hinges_stand_for_a_ball():
 
 
 def test_a_shoulder_in_another_order_is_donned_in_the_same_posture():
-    usual = read("arm26").skeleton
+    usual = draw_wearer(GOOD, 0).arms[0].skeleton
     first, second, third = usual.bones[0].joints
     other = replace(usual, bones=(replace(usual.bones[0], joints=(second, first, third)), *usual.bones[1:]))
     asked, heights = np.array([0.7, 0.5, -0.3, 1.2]), []
     for skeleton in (usual, other):
         model, data, dofs = alone(skeleton)
-        data.qpos[dofs] = skeleton.posture_like(asked)
+        data.qpos[dofs] = lying_like(skeleton, asked)
         mujoco.mj_kinematics(model, data)
         heights.append(data.body("weight_at_right_hand").xpos.copy())
-        cosine = ca.Function("cosine", [Q], [elevation_cosine(skeleton, Q)])(skeleton.posture_like(asked))
+        cosine = ca.Function("cosine", [Q], [elevation_cosine(skeleton, Q)])(lying_like(skeleton, asked))
         assert float(cosine) == pytest.approx(np.cos(0.7) * np.cos(0.5))
     np.testing.assert_allclose(heights[0], heights[1], atol=1e-6)
     assert not other.is_usual
@@ -216,6 +217,41 @@ def test_a_foreign_arm_weighs_on_the_locks_what_its_numbers_say(rig):
     assert share[3] == pytest.approx(2.73, rel=0.1)
 
 
+def test_a_forearm_on_an_oblique_elbow_is_put_along_the_machines(rig):
+    skeleton = read("rajagopal").skeleton
+    q = lying_like(skeleton, np.array([0.0, 0.0, 0.0, np.pi / 2]))
+    poses = bone_poses(skeleton, q)
+    elbow, wrist = (poses[bone].of(point) for bone, point in (skeleton.elbow, skeleton.wrist))
+    np.testing.assert_allclose((wrist - elbow) / np.linalg.norm(wrist - elbow), [1.0, 0.0, 0.0], atol=1e-5)
+    np.testing.assert_allclose(elbow / np.linalg.norm(elbow), [0.0, 0.0, -1.0], atol=1e-5)
+    assert abs(q[2]) > np.deg2rad(8.0)  # its owner turns the upper arm for that
+
+
+@pytest.mark.parametrize("told", ["arm26", "rajagopal", "girdle", "sketched"])
+def test_bones_are_where_mujoco_has_them(told: str):
+    skeleton = read(told).skeleton
+    model, data, dofs = alone(skeleton)
+    q = np.array([0.9, 0.3, -0.4, 1.1])
+    data.qpos[dofs] = q
+    place, paths = find_arm(model, skeleton), follower_paths(worn(read(told), MILD), Q)
+    data.qpos[place.followers] = np.array(ca.Function("paths", [Q], [paths])(q)).ravel()
+    mujoco.mj_kinematics(model, data)
+    for bone, pose in bone_poses(skeleton, q).items():
+        np.testing.assert_allclose(data.body(body_name(skeleton, bone)).xpos, pose.p, atol=PLACE)
+        np.testing.assert_allclose(data.body(body_name(skeleton, bone)).xmat.reshape(3, 3), pose.R, atol=PLACE)
+
+
+@pytest.mark.parametrize("told", ["rajagopal", "girdle"])
+def test_segments_weigh_the_same_whatever_their_axes(told: str):
+    skeleton = read(told).skeleton
+    for segment in skeleton.centres:
+        own = [bone for bone in skeleton.bones if bone.segment == segment]
+        parts = fastened_parts(skeleton, segment)
+        assert sum(part.mass for part in parts) == pytest.approx(sum(bone.mass for bone in own))
+        spans = [[np.linalg.norm(bone.com) for bone in bones] for bones in (own, parts)]
+        np.testing.assert_allclose(spans[0], spans[1])
+
+
 def test_twice_the_mass_scale_is_twice_the_weight(tmp_path: Path, rig):
     told = (EXAMPLES / "arm26.toml").read_text(encoding="utf-8")
     (tmp_path / "map.toml").write_text("mass_scale = 2.0\n" + told, encoding="utf-8")
@@ -228,7 +264,8 @@ def test_twice_the_mass_scale_is_twice_the_weight(tmp_path: Path, rig):
 def test_masses_are_those_of_the_file():
     truth = parameter_truth(worn(read("arm26")))
     assert truth["upper_arm.mass"] == 1.864572
-    assert truth["upper_arm.mz"] == pytest.approx(-1.864572 * 0.180496)
+    moment = np.linalg.norm([truth[f"upper_arm.m{axis}"] for axis in "xyz"])
+    assert moment == pytest.approx(1.864572 * 0.180496)
     assert truth["forearm.mass"] == 1.534315
     assert truth["forearm.Izz"] == pytest.approx(0.001571)  # about the bone, which is y there
 

@@ -91,6 +91,7 @@ def build_skeleton(model: mujoco.MjModel, told: WearerMap, stand: Hanging, kind:
         centres={
             name: (first.name, centres[name] - origins[first.name]) for name, first in firsts.items() if name in centres
         },
+        wrist=(held["hand"], centres["hand"] - origins[held["hand"]]),
         grip=(held["hand"], _grip(seen, centres["hand"], lengths.get("hand")) - origins[held["hand"]]),
         couplings=tuple(stand.coupled.values()),
         follows_elevation=bones[0].segment == "upper_arm",

@@ -5,6 +5,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .passive import shoulder_shift
+from .posture import fastened_parts
 from .skeleton import Bone
 from .wearer import Wearer, WearerArm
 
@@ -19,7 +20,7 @@ def parameter_truth(wearer: Wearer) -> dict[str, float]:
     `hand` where the wrist moves: `.mass` [kg], first moments `.mx` to `.mz` [kg·m] and inertia `.Ixx` to `.Izz`
     [kg·m²] about the proximal joint centre; x forward, y left, z up while the arm hangs straight. Products of inertia
     are entries of the inertia matrix, hence negative sums. Bones that form a segment are counted where they are in
-    that posture.
+    the fastened cuffs, and in the axes that a usual arm would have there (`posture.fastened_parts`).
 
     Of each freedom: `.stiffness` [N·m/rad], `.spring_offset` (stiffness times neutral angle) [N·m], `.damping`
     [N·m·s/rad]. Of the shoulder's centre against the machine's, in base axes: `shoulder_offset_x` to `_z` [m] and
@@ -34,7 +35,7 @@ def parameter_truth(wearer: Wearer) -> dict[str, float]:
 def _of_arm(wearer: Wearer, arm: WearerArm) -> dict[str, float]:
     skeleton, truth = arm.skeleton, {}
     for segment in skeleton.centres:
-        parts = [_about_origin(bone, origin) for bone, origin in skeleton.bones_of(segment)]
+        parts = [_about_origin(bone) for bone in fastened_parts(skeleton, segment)]
         truth |= _inertial(segment, np.sum(parts, axis=0))
     passive = arm.passive
     per_joint = {
@@ -52,12 +53,12 @@ def _of_arm(wearer: Wearer, arm: WearerArm) -> dict[str, float]:
     return truth
 
 
-def _about_origin(bone: Bone, origin: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "4 4"]:
-    """Mass, first moments and inertia about a segment's origin, the bone's own frame being at `origin` in it.
+def _about_origin(bone: Bone) -> Float[np.ndarray, "4 4"]:
+    """Mass, first moments and inertia of a part about the origin of its segment.
 
     Laid out as [[inertia, first moment], [first momentᵀ, mass]], so that the parts of a body add.
     """
-    com = origin + bone.com
+    com = bone.origin + bone.com
     moment = bone.mass * com
     inertia = bone.inertia + bone.mass * (com @ com * np.eye(3) - np.outer(com, com))
     return np.block([[inertia, moment[:, None]], [moment[None, :], np.array([[bone.mass]])]])

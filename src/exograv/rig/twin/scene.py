@@ -17,6 +17,7 @@ from .machine import Machine
 from .machine_bodies import TIMESTEP as TIMESTEP
 from .machine_bodies import machine_spec, weight_body
 from .passive import follower_paths
+from .posture import lying_like
 from .wearer import Wearer
 
 
@@ -143,7 +144,7 @@ def _arm_donning_posture(description: RigDescription, wearer: Wearer | None) -> 
     if wearer is None:
         return np.empty(0)
     asked = np.split(description.arm_donning_posture, len(wearer.arms))
-    return np.concatenate([arm.skeleton.posture_like(q) for arm, q in zip(wearer.arms, asked, strict=True)])
+    return np.concatenate([lying_like(arm.skeleton, q) for arm, q in zip(wearer.arms, asked, strict=True)])
 
 
 def _led(wearer: Wearer, q_arm: Float[np.ndarray, " arm"]) -> Float[np.ndarray, " follower"]:
@@ -154,7 +155,7 @@ def _led(wearer: Wearer, q_arm: Float[np.ndarray, " arm"]) -> Float[np.ndarray, 
 def _moves_alike(description: RigDescription, wearer: Wearer | None) -> bool:
     if wearer is None or description.settings.donning.arm_posture_deg is not None:
         return False
-    return all(arm.skeleton.is_usual for arm in wearer.arms)
+    return all(arm.skeleton.is_straight for arm in wearer.arms)
 
 
 def _fasten_cuffs(

@@ -1,6 +1,6 @@
 """One true arm as bones between joints, as it hangs straight: every frame then has x forward, y left, z up."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,6 +89,9 @@ class Skeleton:
     centres: Mapping[str, tuple[str, Vector]]
     """Proximal joint centre of each segment with a mass, in the frame of its first bone [m]."""
 
+    wrist: tuple[str, Vector]
+    """Its centre, in the frame of a bone [m]."""
+
     grip: tuple[str, Vector]
     """Where a weight hangs in the hand [m]."""
 
@@ -118,19 +121,23 @@ class Skeleton:
             for joint, name in zip(self.shoulder_joints, FREEDOMS[:3], strict=True)
         )
 
-    def posture_like(self, q: Float[np.ndarray, " freedom"]) -> Float[np.ndarray, " freedom"]:
-        """The posture of this arm whose upper arm points and turns as that of a usual arm at `q` [rad]."""
-        if self.is_usual:
-            return q
-        from scipy.optimize import least_squares  # 0.1 s that no usual arm has to wait for
-
-        asked = _turn([axis_of(name, self.side) for name in FREEDOMS[:3]], q[:3])
-        axes = [joint.axis for joint in self.shoulder_joints]
-        order = [FREEDOMS.index(joint.name) for joint in self.shoulder_joints]
-        found = least_squares(
-            lambda angles: (_turn(axes, angles[order]) - asked).ravel(), q[:3], xtol=1e-14, ftol=1e-14
+    @property
+    def is_straight(self) -> bool:
+        """Whether it is built like a usual arm: all axes in their places, elbow and wrist below the shoulder."""
+        joints = [joint for bone in self.bones for joint in bone.joints]
+        return (
+            self.is_usual
+            and not self.couplings
+            and all(np.array_equal(joint.axis, axis_of(joint.name, self.side)) for joint in joints)
+            and not any(
+                place[:2].any() for place in (*(bone.origin for bone in self.bones), self.elbow[1], self.wrist[1])
+            )
         )
-        return np.concatenate([found.x, q[3:]])
+
+    @property
+    def elbow(self) -> tuple[str, Vector]:
+        """Its centre, as `centres`."""
+        return self.centres["forearm"]
 
     def bones_of(self, segment: str) -> Iterator[tuple[Bone, Vector]]:
         """Bones that are part of a segment, and where they are from the segment's proximal centre [m]."""
@@ -163,6 +170,7 @@ def drawn_skeleton(segments: Mapping[str, Segment], side: ArmSide, kind: ArmKind
         lengths={name: segment.length for name, segment in segments.items()},
         held=held,
         centres={name: (name, zero) for name in dict.fromkeys(bone.segment for bone in bones)},
+        wrist=("hand", zero),
         grip=("hand", _below(grip)) if is_whole else ("forearm", _below(forearm.length + grip)),
     )
 
@@ -175,15 +183,6 @@ def axis_of(freedom: str, side: ArmSide) -> Vector:
         "wrist_flexion": (outward, 0.0, 0.0),
     }  # fmt: skip
     return np.array(axes.get(freedom, (0.0, -1.0, 0.0)))
-
-
-def _turn(axes: Sequence[Vector], angles: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
-    """Rotation by `angles` [rad] about `axes` one after the other, each carried by those before it."""
-    whole = np.eye(3)
-    for (x, y, z), angle in zip(axes, angles, strict=True):
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        whole = whole @ (np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
-    return whole
 
 
 def _joints(side: ArmSide, freedoms: tuple[str, ...]) -> tuple[BoneJoint, ...]:
