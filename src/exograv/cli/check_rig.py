@@ -7,9 +7,6 @@ import tyro
 
 from .common import Common
 
-MOST_KG = 10.0
-"""An arm as heavy as nobody's: the check looks no further."""
-
 
 @dataclass(frozen=True)
 class CheckRig(Common):
@@ -77,7 +74,6 @@ def _show_mechanics(result: dict[str, Any], console: Any) -> None:
     reach = "; ".join(
         f"{arm['side']} {arm['volume_m3']:.2f} m³, up to {arm['furthest_m']:.2f} m" for arm in result["workspace"]
     )
-    largest = result["largest_arm_kg"]
     margin = conditioning["singular_beyond_task_deg"]
     singular = "none within the limits" if margin is None else f"the nearest {margin:g}° outside it"
     console.print(
@@ -87,6 +83,6 @@ def _show_mechanics(result: dict[str, Any], console: Any) -> None:
         f"Finger tip reaches: {reach}.\n"
         f"Conditioning in the task workspace {conditioning['worst_in_task']:.2f} and more; singular postures: "
         f"{singular}.\n"
-        f"Largest arm with 1 kg in the hand: {largest:.1f} kg{' and more' if largest >= MOST_KG else ''}; this "
+        f"Largest arm with 1 kg in the hand: {result['largest_arm_kg']:.1f} kg; this "
         f"wearer's weighs {result['wearer_arm_kg']:.1f} kg."
     )

@@ -19,7 +19,7 @@ BREAKAWAY = 1.3
 HAND_KG = 1.0
 LIGHTEST_KG = 2.02
 """Arm of a woman of 45 kg by the table: the lightest adult that the twin draws."""
-ARM_MAX_KG = 10.0  # of a person of 200 kg
+ARM_MAX_KG = 100.0  # where no joint feels the arm at all
 
 Joints = Float[np.ndarray, " joint"]
 
