@@ -54,10 +54,10 @@ class Physiology:
 # Strength: static flexion 69–90 N·m in men, half of it in women ("Dynamic shoulder flexion strength for use in
 # occupational risk analysis", abstract); elbow and shoulder 40–60 N·m, unverified; the others assumed.
 USUAL = {
-    "flexion": (16.0, 2.0, 60.0),
-    "abduction": (16.0, 2.0, 40.0),
-    "rotation": (8.0, 0.8, 30.0),
-    "elbow": (10.0, 1.0, 50.0),
+    "flexion": (20.0, 2.5, 60.0),
+    "abduction": (20.0, 2.5, 40.0),
+    "rotation": (12.0, 1.0, 30.0),
+    "elbow": (14.0, 1.2, 50.0),
     "forearm_roll": (1.5, 0.08, 8.0),
     "wrist_flexion": (2.0, 0.10, 10.0),
     "wrist_deviation": (2.0, 0.10, 10.0),
@@ -88,6 +88,8 @@ class ActingWearer:
         self._active = np.zeros(n)
         self.hold = np.zeros(n)
         """What it has come to hold against (arm,) [N·m]."""
+        self.trusts_anticipation = False
+        """Set while a movement is learned: what lasts is anticipated then, and two that learn the same would fight."""
         self.error = np.zeros(n)
         """Wanted minus true position at the last step (arm,) [rad]."""
 
@@ -112,7 +114,8 @@ class ActingWearer:
         elastic = body.stiffness * self.error + body.damping * (v_wanted - v_arm)
         late_error, late_elastic = self._delayed(self.error, elastic)
         felt = late_error - np.clip(late_error, -body.hold_threshold, body.hold_threshold)
-        self.hold = self._within_strength(self.hold + self._period * body.hold_rate * body.stiffness * felt)
+        if not self.trusts_anticipation:
+            self.hold = self._within_strength(self.hold + self._period * body.hold_rate * body.stiffness * felt)
         command = self._within_strength(anticipated + body.reflex_share * late_elastic + self.hold)
         self._active += self._follow * (command - self._active)
         return self._within_strength(self._active + elastic)

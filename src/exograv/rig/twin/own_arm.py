@@ -13,7 +13,11 @@ from exograv.motion import Trajectory
 from .machine import Machine
 from .passive import elastic_torque, follower_paths
 from .scene import build_scene
+from .statics import Statics
 from .wearer import Cuffs, Wearer
+
+DIFFERENCE = 1e-3
+"""Turn of a joint of the machine that shows how the arm follows it [rad]."""
 
 PerFreedom = Float[np.ndarray, " arm"]
 
@@ -64,3 +68,20 @@ def out_of_the_machine(wearer: Wearer) -> Wearer:
 def weightless(machine: Machine) -> Machine:
     """The same machine in an aircraft on a parabola."""
     return replace(machine, gravity=np.zeros(3))
+
+
+def worn_inertia(description: RigDescription, machine: Machine, wearer: Wearer) -> Float[np.ndarray, "arm arm"]:
+    """What a wearer accelerates besides the own arm, links and rotors, about the arm's freedoms [kg·m²].
+
+    At the posture in which the machine was put on; somebody who is used to it has learned about as much.
+    """
+    scene = build_scene(description, machine, wearer)
+    statics, (q, q_arm) = Statics(scene, wearer, with_passive=True), scene.fastened
+    rest = statics.settle(q, q_arm)[0]
+    slope = np.array([statics.settle(turned, rest)[0] - rest for turned in q + DIFFERENCE * np.eye(len(q))]).T
+    links = np.zeros((scene.model.nv, scene.model.nv))
+    mujoco.mj_fullM(scene.model, scene.data, links)
+    soft_gears = np.isfinite(machine.drives.gear_stiffness)  # rotors of rigid ones are among the links
+    inertia = links[np.ix_(scene.exo, scene.exo)] + np.diag(soft_gears * machine.drives.rotor_inertia)
+    machine_per_arm = np.linalg.pinv(slope / DIFFERENCE)
+    return machine_per_arm.T @ inertia @ machine_per_arm

@@ -1,0 +1,66 @@
+"""All that has to happen before a wearer is weightless: the empty machine calibrated, the arm in it identified."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.dynamics.parameters import Parameters
+from exograv.identification.empty_machine import GAIN_SD
+from exograv.model.anthropometry import segment_lengths
+from exograv.model.assembly import Assembly, adjusted, read_exoskeleton
+from exograv.rig.twin import Twin
+from exograv.safety.envelope import Envelope
+
+from .arm_controller import ArmController
+from .calibrate import calibrate_machine
+from .identify import Identifier, identify_arm, table_guess
+from .pilot import Pilot, Progress
+from .virtual import VirtualLaboratory, limits
+
+MOTION_S = 60.0  # as in `exograv demo`
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What the controller of a worn machine knows."""
+
+    assembly: Assembly
+    machine: CalibratedMachine
+    x: Parameters
+    """The arm as identified, and the friction."""
+
+    t: float
+    """The rig's clock when all was done: the machine has warmed up so far [s]."""
+
+
+def prepare(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Prepared:
+    """Calibrate and identify one machine and its wearer.
+
+    Raises:
+        ExogravError: The machine, the wearer or the run was refused.
+    """
+    machine, t = _calibrated(laboratory, seed, progress)
+    assembly = laboratory.assembly()
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
+    pilot = pilot_of(twin, machine.actuators, laboratory, progress)
+    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
+    identifier = Identifier(pilot, controller, machine, "recursive", "current", lambda *_found: None)
+    found = identify_arm(pilot, controller, identifier, MOTION_S)
+    return Prepared(assembly, machine, found.last.x, twin.t)
+
+
+def pilot_of(twin: Twin, actuators: ActuatorGain, laboratory: VirtualLaboratory, progress: Progress) -> Pilot:
+    """Flies the twin without a recording."""
+    return Pilot(twin, actuators, Envelope(limits(laboratory.description), twin.period_s), progress=progress)
+
+
+def _calibrated(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> tuple[CalibratedMachine, float]:
+    """The empty machine, and its clock when it is known."""
+    description, lengths = laboratory.description, segment_lengths(laboratory.body)
+    twin = Twin(description, laboratory.machine, None, seed, lengths=laboratory.wearer.lengths_given)
+    nominal = np.asarray(description.nominal_gain)
+    pilot = pilot_of(twin, ActuatorGain(nominal, GAIN_SD * nominal), laboratory, progress)
+    tree = adjusted(read_exoskeleton(description), description, lengths)
+    return calibrate_machine(description, tree, pilot, twin.hang).machine, twin.t
