@@ -177,6 +177,19 @@ WRONG = {
         [("torque_max_Nm = 60.0", "torque_max_Nm = 14.0")],
         r"hold an arm of 0.0 kg with 1 kg in the hand; the lightest adult's weighs 2.02 kg. 'shoulder_flexion' gives",
     ),
+    "a torque constant in mN·m/A": (
+        [("torque_constant_Nm_per_A = 0.060", "torque_constant_Nm_per_A = 60.0")],
+        r"'elbow_flexion' gives 4500 N·m/A .* would need 0.0067 A for its 30 N·m; .* Is torque_constant_Nm_per_A in mN",
+    ),
+    "a rotor without its gear's square": (
+        [("rotor_inertia_kgm2 = 0.25\n", "rotor_inertia_kgm2 = 250.0\n")],
+        r"rotor_inertia_kgm2 of 'elbow_flexion' is 250 kg·m²; allowed: up to 2",
+    ),
+    "a cuff in N/m": (
+        [(CUFF.format("forearm", *WELD), CUFF.format("forearm", 2100, 4500, 0.035, 0.20))],
+        r"along_N_per_mm of cuff 'forearm' is 2100; allowed: up to 500",
+    ),
+    "weights in g": ([("weights_kg = [1.5, 3.0]", "weights_kg = [1500, 3000]")], "holds 1500 kg; .* Is it in g"),
     "no rig.toml that can be read": ([('name = "recupera_like"', "name = ")], "rig.toml is not valid TOML"),
     "no URDF": ([('right = "right.urdf"', 'right = "arm.urdf"')], r"rig.toml names 'arm.urdf', which is not in"),
     "a URDF that is none": ([('<robot name="recupera_like_right">', "<nothing>")], r"right.urdf is not valid XML"),

@@ -35,9 +35,9 @@ class Carried:
     """That carries 1 kg in each hand."""
 
 
-def carried(assembly: Assembly, postures: Postures) -> Carried:
-    """By origin, at these postures of the machine [rad]."""
-    evaluate, solver = kernel.compile(_function(assembly)), LoopSolver(assembly)
+def carried(assembly: Assembly, postures: Postures, solver: LoopSolver | None = None) -> Carried:
+    """By origin, at these postures of the machine [rad]; with the solver of these loops, if there is one already."""
+    evaluate, solver = kernel.compile(_function(assembly)), solver or LoopSolver(assembly)
     rows = []
     for y in postures:
         z, _ = solver.solve(y)

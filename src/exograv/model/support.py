@@ -66,9 +66,9 @@ class Support:
     """With which stiffness, in the worst posture [N·m/rad]."""
 
 
-def support(assembly: Assembly) -> Support:
-    """How the cuffs hold the arm."""
-    solver, freedoms = LoopSolver(assembly), assembly.arm.freedoms
+def support(assembly: Assembly, solver: LoopSolver | None = None) -> Support:
+    """How the cuffs hold the arm; with the solver of these loops, if there is one already."""
+    solver, freedoms = solver or LoopSolver(assembly), assembly.arm.freedoms
     unsupported: dict[str, int] = {}
     rank, softest = len(freedoms), (np.inf, "")
     for y in sample_postures(assembly.description, POSTURES):

@@ -11,6 +11,7 @@ from exograv.errors import ConfigError
 from exograv.model.anthropometry import Body, Sex
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, Side
+from exograv.model.loops import LoopSolver
 from exograv.model.rig_settings import FREEDOMS_OF_ARM, RigSettings
 from exograv.model.support import Support, put_together, support
 from exograv.model.tree import Tree
@@ -22,7 +23,7 @@ from .folder import locate, read_settings, read_trees
 from .picture import picture_data
 from .reach import conditioning, examine_conditioning, reach
 from .strength import Strength, examine_strength, strength
-from .units import examine_units
+from .units import examine_numbers, examine_units
 
 Progress = Callable[[str, float], None]
 
@@ -66,6 +67,7 @@ def check_rig(options: CheckOptions, out: Path, progress: Progress) -> dict[str,
     }
     if settings is not None and not findings.problems:
         description = _described(settings, folder, options.side)
+        examine_numbers(settings, findings)
         result |= {"side": description.side, "human_dof": _freedoms(description)}
         if _agrees(settings, folder, trees, findings):
             _examine_with_a_wearer(description, body, findings, result, out, progress)
@@ -110,14 +112,14 @@ def _examine_with_a_wearer(
 def _examine_mechanics(
     assembly: Assembly, findings: Findings, result: dict[str, Any], out: Path, progress: Progress
 ) -> None:
-    description, donned = assembly.description, Donned(assembly)
-    held = support(assembly)
+    description, donned, solver = assembly.description, Donned(assembly), LoopSolver(assembly)
+    held = support(assembly, solver)
     _examine_support(assembly, held, findings)
     examine_donning(donned, findings)
     result |= {"rank": held.rank, "unsupported": list(held.unsupported)}
     result["softest"] = {"freedom": held.softest, "Nm_per_rad": round(held.softest_Nm_per_rad, 3)}
     progress("Moving it through its workspace", 0.4)
-    result["loops"] = examine_loops(assembly, findings)
+    result["loops"] = examine_loops(assembly, solver, findings)
     found = conditioning(assembly)
     examine_conditioning(description, found, findings)
     result["conditioning"] = {
@@ -132,7 +134,7 @@ def _examine_mechanics(
         for arm in reached
     ]
     progress("Letting it carry arms", 0.7)
-    carrying = strength(assembly)
+    carrying = strength(assembly, solver)
     arm_kg = float(assembly.arm.phi.reshape(-1, 10)[:, 0].sum()) / len(assembly.arm.limbs)
     examine_strength(description, arm_kg, carrying, findings)
     result |= {"largest_arm_kg": round(carrying.largest_arm_kg, 2), "wearer_arm_kg": round(arm_kg, 2)}

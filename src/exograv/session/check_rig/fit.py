@@ -123,9 +123,8 @@ def _examine_elbow(donned: Donned, limb: Limb, findings: Findings) -> None:
             )
 
 
-def examine_loops(assembly: Assembly, findings: Findings) -> dict[str, float]:
+def examine_loops(assembly: Assembly, solver: LoopSolver, findings: Findings) -> dict[str, float]:
     """How far the cuffs are strained through the task workspace where nothing loads them: 0 in a perfect fit."""
-    solver = LoopSolver(assembly)
     worst = (0.0, 0.0, np.zeros(assembly.n))
     turned = 0.0
     for y in sample_postures(assembly.description, POSTURES):

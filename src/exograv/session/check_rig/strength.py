@@ -9,6 +9,7 @@ from exograv.dynamics.carrying import Carried, carried
 from exograv.identification.empty_machine import COULOMB
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription
+from exograv.model.loops import LoopSolver
 from exograv.model.support import sample_postures
 
 from .findings import Findings
@@ -45,10 +46,10 @@ class Strength:
     """and to break away."""
 
 
-def strength(assembly: Assembly) -> Strength:
+def strength(assembly: Assembly, solver: LoopSolver) -> Strength:
     """Over the task workspace."""
     description = assembly.description
-    found = carried(assembly, sample_postures(description, POSTURES))
+    found = carried(assembly, sample_postures(description, POSTURES), solver)
     friction = friction_reserve(description)
     limit = description.per_actuator("torque_max_Nm")
     shares = largest_shares(found, friction, limit)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from exograv.model.rig_settings import Actuator, Cuff, RigSettings
 from exograv.model.tree import Joint, Tree
 
 from .findings import Findings
@@ -10,6 +11,12 @@ TURN_MAX = 2 * np.pi  # rad: no joint of an exoskeleton turns once round
 SPEED_MAX = 35.0  # rad/s: 2000°/s; beyond, a limit is in degrees
 LENGTH_MAX_M, LENGTH_MIN_M = 1.5, 0.05
 """Between two joints, or from a joint to its link's centre: an arm is shorter; a machine's longest is not below."""
+CURRENT_MIN_A, CURRENT_MAX_A = 0.2, 300.0
+"""At peak torque; a torque constant in mN·m/A makes it a thousand times less."""
+ROTOR_MAX = 2.0  # kg·m² at the joint: ten times that of a harmonic drive of 60 N·m
+STIFFNESS_MAX_N_PER_MM, STIFFNESS_MAX_NM_PER_DEG = 500.0, 50.0
+"""Of a cuff: a hundred times a strap's; no flesh is that hard."""
+WEIGHT_MAX_KG = 30.0
 LINK_MAX_KG, LINK_MIN_KG = 25.0, 0.005
 """The heaviest published link weighs 6.7 kg (NESM), a bare bracket some grams."""
 
@@ -60,3 +67,48 @@ def _examine_joint(file: str, joint: Joint, findings: Findings) -> None:
             f"{where} may turn at {joint.velocity:.4g} rad/s; allowed: up to {SPEED_MAX:g}. Is that in °/s? "
             "URDF is in rad/s."
         )
+
+
+def examine_numbers(settings: RigSettings, findings: Findings) -> None:
+    """What cannot be in the units of `rig.toml`."""
+    for actuator in settings.actuators:
+        _examine_drive(actuator, findings)
+    for cuff in settings.cuffs:
+        _examine_cuff(cuff, findings)
+    for weight in [] if settings.calibration is None else settings.calibration.weights_kg:
+        if weight > WEIGHT_MAX_KG:
+            findings.problem(
+                f"calibration.weights_kg holds {weight:g} kg; allowed: up to {WEIGHT_MAX_KG:g} kg. Is it in g?"
+            )
+
+
+def _examine_drive(actuator: Actuator, findings: Findings) -> None:
+    if actuator.torque_max_Nm is None or actuator.rotor_inertia_kgm2 is None:
+        return
+    current = actuator.torque_max_Nm / actuator.nominal_gain
+    if not CURRENT_MIN_A <= current <= CURRENT_MAX_A:
+        findings.problem(
+            f"'{actuator.joint}' gives {actuator.nominal_gain:.4g} N·m/A by torque constant, gear ratio and efficiency "
+            f"and would need {current:.2g} A for its {actuator.torque_max_Nm:g} N·m; allowed: {CURRENT_MIN_A} to "
+            f"{CURRENT_MAX_A:g} A. Is torque_constant_Nm_per_A in mN·m/A?"
+        )
+    if actuator.rotor_inertia_kgm2 > ROTOR_MAX:
+        findings.problem(
+            f"rotor_inertia_kgm2 of '{actuator.joint}' is {actuator.rotor_inertia_kgm2:g} kg·m²; allowed: up to "
+            f"{ROTOR_MAX:g}. It is the rotor's in kg·m², times the square of the gear ratio."
+        )
+
+
+def _examine_cuff(cuff: Cuff, findings: Findings) -> None:
+    for name, most in (
+        ("along_N_per_mm", STIFFNESS_MAX_N_PER_MM),
+        ("across_N_per_mm", STIFFNESS_MAX_N_PER_MM),
+        ("about_limb_Nm_per_deg", STIFFNESS_MAX_NM_PER_DEG),
+        ("about_others_Nm_per_deg", STIFFNESS_MAX_NM_PER_DEG),
+    ):
+        value = getattr(cuff, name)
+        if value > most:
+            findings.problem(
+                f"{name} of cuff '{cuff.name}' is {value:g}; allowed: up to {most:g}. Is it in another unit? Cuffs "
+                "hold with some N/mm and tenths of N·m/°."
+            )
