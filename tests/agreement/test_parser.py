@@ -7,18 +7,21 @@ import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports] - found through a path file
 import pytest
 
+from exograv.model.description import robots_folder
 from exograv.model.tree import Tree, inertial_parameters
 from exograv.model.urdf import read_urdf
 
 PARITY = 1e-12  # kg, kg·m, m, -: the same numbers moved through a few products
 MUJOCO_PARITY = 1e-10  # kg·m²: MuJoCo keeps inertias as principal moments and a quaternion
 SEEDS = range(4)
+ROBOTS = robots_folder()
+MACHINES = sorted(str(path.relative_to(ROBOTS)) for path in ROBOTS.glob("*/*.urdf"))
 
 
-@pytest.fixture(params=["right.urdf", "left.urdf", *SEEDS])
-def text_and_tree(request: pytest.FixtureRequest, tmp_path: Path, assembly, make_random_urdf) -> tuple[str, Tree]:
+@pytest.fixture(params=[*MACHINES, *SEEDS])
+def text_and_tree(request: pytest.FixtureRequest, tmp_path: Path, make_random_urdf) -> tuple[str, Tree]:
     if isinstance(request.param, str):
-        text = (assembly.description.folder / request.param).read_text(encoding="utf-8")
+        text = (ROBOTS / request.param).read_text(encoding="utf-8")
     else:
         text = make_random_urdf(request.param)
     path = tmp_path / "same.urdf"
