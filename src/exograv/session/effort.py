@@ -22,7 +22,6 @@ from .pilot import Controller, Moment, Pilot
 TRACKING_MAX_DEG = 1.0
 """RMS error of the worst joint up to which two performances count as the same movement [°]."""
 
-PRACTICE_S = (33.0, 110.0)  # at least, so that nobody profits from a lucky start; at most: five pointing movements
 PERFORMANCES_MAX = 3
 SURE_SHARE = 0.9  # of the tracking error: who keeps the path as well in practice keeps it when it counts
 GO_RAD_PER_S = 0.6
@@ -76,7 +75,6 @@ class Performer:
         path = movement.path
         self._person = ActingWearer(usual_physiology(path.q.shape[1]), twin.period_s)
         self._errors, self._torques = np.zeros_like(path.q), np.zeros_like(path.q)
-        self._least, self._most = (max(1, round(seconds / path.seconds)) for seconds in PRACTICE_S)
         self._done = 0
 
     def go_to_start(self, controller: Controller) -> None:
@@ -113,7 +111,7 @@ class Performer:
         inertia = self._used_to.own.inertia(middle) + self._used_to.worn_inertia
         practice = Practice(path, body, inertia, self._used_to.own.torques(path, gravity_level))
         self._person.trusts_anticipation = True
-        effort = self._practised(controller, practice, self._least)
+        effort = self._practised(controller, practice, self._movement.practice[0])
         for _ in range(PERFORMANCES_MAX - 1):
             if effort.keeps_path:
                 break
@@ -121,13 +119,16 @@ class Performer:
         return effort
 
     def _practised(self, controller: Controller, practice: Practice, least: int) -> Effort:
-        """Practise at least so many times and until the path is kept; then measure."""
-        done, keeps_path = 0, False
-        while done < least or (not keeps_path and self._done < self._most):
+        """Practise at least so many times and until the path is kept, or go back to what went best; then measure."""
+        best, done = (np.inf, practice.anticipated), 0
+        while done < least or (best[0] > SURE_SHARE * TRACKING_MAX_DEG and self._done < self._movement.practice[1]):
+            tried = practice.anticipated
             self._repeat(controller, practice)
             practice.repeated(self._errors)
-            done, worst = done + 1, np.rad2deg(np.sqrt((self._errors**2).mean(axis=0))).max()
-            keeps_path = bool(worst <= SURE_SHARE * TRACKING_MAX_DEG)
+            done, worst = done + 1, float(np.rad2deg(np.sqrt((self._errors**2).mean(axis=0))).max())
+            if worst < best[0] or worst <= SURE_SHARE * TRACKING_MAX_DEG:
+                best = worst, tried
+        practice.anticipated = best[1]
         return self._measure(controller, practice)
 
     def _measure(self, controller: Controller, practice: Practice) -> Effort:
@@ -154,7 +155,7 @@ class Performer:
 
         self._run(controller, path.seconds, act)
         self._done += 1
-        self._note(min(1.0, self._done / (self._least + self._movement.repeats)))
+        self._note(min(1.0, self._done / (self._movement.practice[0] + self._movement.repeats)))
 
     def _act(self) -> None:
         truth = self._twin.truth

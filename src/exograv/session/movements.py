@@ -40,6 +40,9 @@ class WantedMovement:
     repeats: int
     """How often in a row it is done while effort is measured."""
 
+    practice: tuple[int, int]
+    """How often it is done before: at least, so that nobody profits from a lucky start, and at most."""
+
     samples: int = 0
     """Of a recording; zero where there is none."""
 
@@ -57,7 +60,7 @@ def pointing(freedoms: int, dt: float) -> WantedMovement:
         minimum_jerk(target, rest, REACH_S, dt),
         hold(rest, LAP_S / 2, dt),
     ]
-    return WantedMovement("pointing", joined(parts), TOUCHES)
+    return WantedMovement("pointing", joined(parts), TOUCHES, practice=(12, 40))
 
 
 def recorded(lower: PerFreedom, upper: PerFreedom, dt: float, folder: Path | None = None) -> WantedMovement:
@@ -74,4 +77,4 @@ def recorded(lower: PerFreedom, upper: PerFreedom, dt: float, folder: Path | Non
     for path, after in zip(paths, [*paths[1:], paths[0]], strict=True):
         join = go_to(path.q[-1], after.q[0], JOIN_RAD_PER_S, dt)
         parts += [hold(path.q[0], STAY_S, dt), path, hold(path.q[-1], STAY_S, dt), join]
-    return WantedMovement("recorded", joined(parts), 1, sum(map(len, measured)), clipped)
+    return WantedMovement("recorded", joined(parts), 1, (6, 16), sum(map(len, measured)), clipped)

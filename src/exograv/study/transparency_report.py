@@ -16,9 +16,10 @@ from .tables import Table
 
 EFFORT_TEXT = (
     "Effort is the torque of the person's muscles, without its sign, summed over the movement and the joints. From "
-    "left to right less and less is a burden: the machine with its motors off; its own weight carried; the arm carried "
-    "too, as it was identified; the same by a controller that knows the truth; that one on a machine without friction; and "
-    "real weightlessness without a machine. Bars are medians, dots are single machines, the dashed line is the goal."
+    "left to right less and less is a burden: the machine with its motors off; its own weight carried; the arm "
+    "carried too, as it was identified; the same by a controller that knows the truth; that one on a machine without "
+    "friction; and real weightlessness without a machine. Bars are medians, dots are single machines, the dashed line "
+    "is the goal."
 )
 CAUSES_TEXT = (
     "Each bar is what one more burden adds to the effort. Own inertia and elasticity would be there in real "

@@ -45,7 +45,7 @@ def draw_effort(results: Sequence[Result]) -> Figure:
     for ax, result in zip(panels, results, strict=True):
         _plot_effort(ax, result)
     panels[0].set_ylabel("effort [N·m·s]")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure
 
 
@@ -59,7 +59,8 @@ def _plot_effort(ax: Axes, result: Result) -> None:
         bottom += height
     for position, name in zip(x, conditions, strict=True):
         totals = [machine["effort_Nms"] for machine in result["conditions"][name]["machines"]]
-        ax.plot(position + np.linspace(-0.2, 0.2, len(totals)), totals, "o", color=INK, ms=3, zorder=4)
+        beside = 0.07 * (np.arange(len(totals)) - (len(totals) - 1) / 2)
+        ax.plot(position + beside, totals, "o", color=INK, ms=3, zorder=4)
         ax.annotate(
             f"{result['conditions'][name]['effort_Nms']:.0f}",
             (position, max(totals)),
