@@ -139,6 +139,21 @@ def with_inertia(base: Candidate, share: float, bandwidth_Hz: float = 10.0) -> C
     return Candidate(law, 2 + base.states)
 
 
+def with_bounded_inertia(share: float, bandwidth_Hz: float = 10.0) -> Candidate:
+    """The same, but spring and inertia together never give more than the spring alone may."""
+
+    def law(known: Known, seen: Seen, state: ca.SX) -> tuple[ca.SX, ca.SX]:
+        friction = replace(known.friction, coulomb=ca.SX(known.friction.coulomb), viscous=ca.SX(known.friction.viscous))
+        now = returned_friction(friction, known.friction_sd, seen.load, seen.way, seen.v, state[2])
+        a = state[1] + (1 - np.exp(-2 * np.pi * bandwidth_Hz * seen.dt)) * ((seen.v - state[0]) / seen.dt - state[1])
+        forward, backward = least_friction(friction, known.friction_sd, seen.load)
+        both = now.spring + share * (known.rotor_inertia + known.link_inertia) * a
+        both = ca.fmin(ca.fmax(both, -SHARE * backward), SHARE * forward)
+        return now.tau - now.spring + both, ca.vertcat(seen.v, a, now.spring)
+
+    return Candidate(law, 3)
+
+
 def by_momentum(gain: float, bandwidth_Hz: float = 8.0) -> Candidate:
     """So many times the hand's torque as a momentum observer sees it, never more than the least friction allows."""
 
@@ -158,17 +173,18 @@ def by_momentum(gain: float, bandwidth_Hz: float = 8.0) -> Candidate:
 KEPT = "slipping spring (kept)"
 CANDIDATES: Mapping[str, Candidate] = {
     "nothing": Candidate(nothing),
-    "by speed, 0.5": by_speed(0.5),
-    "by speed, 0.8": by_speed(SHARE),
+    "by speed 0.5": by_speed(0.5),
+    "by speed 0.8": by_speed(SHARE),
     "smooth sign": by_smooth_sign(),
-    "smooth sign, lead": by_smooth_sign(LEAD_S),
+    "smooth sign + lead": by_smooth_sign(LEAD_S),
     "Dahl bristle": by_bristles(FINEST_TRAVEL),
     KEPT: by_spring(),
-    "spring, travel / 2": by_spring(0.5),
-    "spring, travel x 2": by_spring(2.0),
-    "spring, leak 0.5 s": by_spring(leak_s=0.5),
-    "dither alone, 1.5": with_dither(Candidate(nothing), 1.5),
-    "kept + dither, 0.4": with_dither(by_spring(), 0.4),
-    "kept + inertia, 0.5": with_inertia(by_spring(), 0.5),
-    "momentum, x 3": by_momentum(3.0),
+    "spring travel x 0.5": by_spring(0.5),
+    "spring travel x 2": by_spring(2.0),
+    "spring leak 0.5 s": by_spring(leak_s=0.5),
+    "dither alone 1.5": with_dither(Candidate(nothing), 1.5),
+    "kept + dither 0.4": with_dither(by_spring(), 0.4),
+    "kept + inertia 0.5": with_inertia(by_spring(), 0.5),
+    "bounded inertia 0.5": with_bounded_inertia(0.5),
+    "momentum x 3": by_momentum(3.0),
 }
