@@ -1,0 +1,69 @@
+"""An arm that nobody holds comes to rest and stays there: what is returned of friction swings nothing up."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exograv import motion
+from exograv.dynamics.parameters import Layout
+from exograv.rig.twin import Twin
+from exograv.session.arm_controller import ArmController
+from exograv.session.fade import fade
+from exograv.session.ideal_from_truth import prepared_by_truth
+from exograv.session.pilot import Moment
+from exograv.session.prepare import pilot_of
+from exograv.session.virtual import draw_laboratory
+
+POSTURE = np.deg2rad([40.0, 20.0, 15.0, 80.0])
+PUSH_Nm, PUSH_S = 6.0, 0.3
+WATCH_S, STILL_S = 30.0, 5.0
+STILL_DEG = 0.02  # a few encoder steps of 17 bits, two of 15
+QUIET_Nm = 0.6  # one or two such steps of the spring
+TOO_HEAVY = 1.03  # left over of the arm's weight: what an identification leaves
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", [2, 3])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_relaxed_arm_that_was_pushed_comes_to_rest_and_stays(level: int, seed: int):
+    laboratory = draw_laboratory("recupera_like", "right", level, seed)
+    arms = tuple(
+        replace(arm, unrest=replace(arm.unrest, bias_rms=0 * arm.unrest.bias_rms, bursts_per_minute=0.0))
+        for arm in laboratory.wearer.arms
+    )
+    laboratory = replace(laboratory, wearer=replace(laboratory.wearer, arms=arms))
+    known = prepared_by_truth(laboratory, 0.0)
+    x = known.x.copy()
+    x[Layout.of(known.assembly).phi] *= TOO_HEAVY
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, start_posture=POSTURE, t0=1800.0)
+    pilot = pilot_of(twin, known.machine.actuators, laboratory, lambda _text, _share: None)
+    controller = ArmController(known.assembly, known.machine, x, twin.period_s)
+    controller.mode.drive = 1.0
+    pilot.run(controller, motion.hold(POSTURE, 1.0, twin.period_s), "Held")
+    fade(pilot, controller, "drive", 0.0, POSTURE)
+    for freedom in range(4):
+        push(pilot, controller, twin, freedom)
+    rows: list[np.ndarray] = []
+
+    def watch(moment: Moment) -> None:
+        rows.append(np.concatenate([twin.truth.q, moment.tau_commanded]))
+
+    pilot.run(controller, motion.hold(POSTURE, WATCH_S, twin.period_s), "Nobody holds it", watch)
+    last = np.array(rows[-round(STILL_S / twin.period_s) :])
+    spread = np.ptp(last, axis=0)
+    assert np.rad2deg(spread[:4]).max() < STILL_DEG
+    assert spread[4:].max() < QUIET_Nm
+
+
+def push(pilot, controller, twin: Twin, freedom: int) -> None:
+    """By the wearer's own muscle, there and back."""
+    ticks = 0
+
+    def act(_moment: Moment) -> None:
+        nonlocal ticks
+        ticks += 1
+        twin.tau_voluntary[freedom] = PUSH_Nm * np.sin(2 * np.pi * ticks * twin.period_s / PUSH_S)
+
+    pilot.run(controller, motion.hold(POSTURE, PUSH_S, twin.period_s), "Pushed", act)
+    twin.tau_voluntary[:] = 0.0
