@@ -6,7 +6,6 @@ from exograv.errors import IdentificationError
 from exograv.model.description import RigDescription
 
 from .empty_fit import Fit
-from .empty_prior import COULOMB
 
 SURE_SD = 4.0
 """Standard deviations from which a disagreement is none of chance [-]."""
@@ -18,12 +17,12 @@ deviation of 10 %; the commonest mistakes are larger: peak for effective current
 OFFSET_MAX = np.deg2rad(3.0)
 """Of an encoder: three standard deviations of the worst twins; an arm held level then weighs 0.5 N·m too much or too
 little [rad]."""
-TILT_MAX = np.sin(np.deg2rad(6.0))
-"""Of the base: four standard deviations of the worst twins; a spirit level shows a tenth of it [-]."""
-LINK_SD = 6.0
-"""Prior standard deviations by which a link's weight may differ from the URDF's."""
-RESIDUAL_SHARE = 0.5
-"""Of the usual Coulomb friction: what may stay unexplained beyond the motor current's noise."""
+TILT_MAX = np.sin(np.deg2rad(4.5))
+"""Of the base: three standard deviations of the worst twins; a spirit level shows a tenth of it [-]."""
+LINK_SD = 12.0
+"""Prior standard deviations by which a link's weight may differ from the URDF's; five of the worst twins."""
+RESIDUAL_SHARE = 0.04
+"""Of the motor's largest torque: what may stay unexplained; ripple of the worst twins is half of it."""
 
 
 def refuse_wrong_weights(description: RigDescription, first: Fit) -> None:
@@ -39,7 +38,8 @@ def refuse_wrong_weights(description: RigDescription, first: Fit) -> None:
             raise IdentificationError(
                 f"The weight of {stated:g} kg acts like {stated * share:.2f} kg (95 % interval {low:.2f} to {high:.2f} "
                 f"kg); {WEIGHT_MAX:.0%} are allowed. Put it on a scale: is it marked in pounds, not hung at the mount, "
-                "or another one than calibration.weights_kg in rig.toml says? Correct that and repeat."
+                "or another one than calibration.weights_kg in rig.toml says? If it is right, some joint's encoder and "
+                "motor are both reversed, or joints are swapped. Correct that and repeat."
             )
 
 
@@ -50,7 +50,7 @@ def refuse_incredible(description: RigDescription, fit: Fit) -> None:
         IdentificationError: Something is farther off than such a machine can be.
     """
     _refuse_gains(description, fit)
-    _refuse_leaning(fit)
+    _refuse_leaning(description, fit)
     _refuse_offsets(description, fit)
     _refuse_links(description, fit)
     _refuse_residuals(description, fit)
@@ -67,14 +67,17 @@ def _refuse_gains(description: RigDescription, fit: Fit) -> None:
             )
 
 
-def _refuse_leaning(fit: Fit) -> None:
-    tilt = fit.theta[fit.prior.layout.tilt]
-    if np.abs(tilt).max() > TILT_MAX:
-        degrees = np.rad2deg(np.arcsin(tilt))
+def _refuse_leaning(description: RigDescription, fit: Fit) -> None:
+    """How the base would lean if all encoders were right: the first joint's and the base cannot be told apart."""
+    tilt, offset = fit.prior.layout.tilt, fit.prior.layout.of("offset")
+    shared = np.linalg.solve(fit.covariance[offset, offset], fit.theta[offset])
+    leaning = np.rad2deg(np.arcsin(np.clip(fit.theta[tilt] - fit.covariance[tilt, offset] @ shared, -1.0, 1.0)))
+    allowed = float(np.rad2deg(np.arcsin(TILT_MAX)))
+    if np.abs(leaning).max() > allowed:
         raise IdentificationError(
-            f"The base leans by {degrees[0]:+.1f}° forward and {degrees[1]:+.1f}° to the left, as the weights say; "
-            f"{np.rad2deg(np.arcsin(TILT_MAX)):.0f}° are allowed. Level it; if it is level, the encoder of the first "
-            "joint has another zero than the URDF, or joints are swapped."
+            f"As the weights say, the base leans by {leaning[0]:+.1f}° forward and {leaning[1]:+.1f}° to the left, or "
+            f"the encoder of joint '{description.joints[0]}' is off by as much; {allowed:.1f}° are allowed. Level the "
+            "base; if it is level, set that encoder's zero; if both are right, joints are swapped."
         )
 
 
@@ -104,13 +107,11 @@ def _refuse_links(description: RigDescription, fit: Fit) -> None:
 
 
 def _refuse_residuals(description: RigDescription, fit: Fit) -> None:
-    for joint, actuator, sd in zip(
-        description.joints, description.settings.actuators, fit.noise_and_ripple.sd, strict=True
-    ):
-        allowed = RESIDUAL_SHARE * COULOMB[actuator.drive][0]
-        if sd > allowed:
+    torque_max = description.per_actuator("torque_max_Nm")
+    for joint, sd, most in zip(description.joints, fit.noise_and_ripple.sd, RESIDUAL_SHARE * torque_max, strict=True):
+        if sd > most:
             raise IdentificationError(
-                f"The model leaves {sd:.2f} N·m of the torque of joint '{joint}' unexplained; {allowed:.2f} N·m are "
+                f"The model leaves {sd:.2f} N·m of the torque of joint '{joint}' unexplained; {most:.2f} N·m are "
                 "allowed. Two joints may be swapped, an encoder reversed together with its motor, or something rubs. "
                 "Look at the machine while one joint moves, then repeat."
             )

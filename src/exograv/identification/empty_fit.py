@@ -18,10 +18,11 @@ SINCE_TURN_S = 0.1
 """Nor is it clear so soon after a turn: the samples' filter still holds some of the friction before it [s]."""
 V_START = 0.002
 """Stands for a start from rest: fast for `empty_model.V_SHARP`, slow for any Stribeck speed [rad/s]."""
-START_SD = 0.1
+START_SD = 0.05
 """Of the usual Coulomb friction: what a push grows by while a joint creeps that does not yet slide [-]."""
 SAMPLE_PERIOD_S = 0.04
-ITERATIONS = 8
+ITERATIONS = 40
+STEP_MAX_SD = 1.5  # prior standard deviations: a Stribeck speed must not leap over all speeds that were seen
 SETTLED_SD = 0.01  # a step this small against the uncertainty changes nothing
 FIRST_NOISE_NM = 0.2  # before the residuals are known
 
@@ -114,8 +115,9 @@ class EmptyMachine:
         noise, repeats = np.full(clear.shape[1], FIRST_NOISE_NM), np.ones(clear.shape[1])
         if first is not None:
             noise, repeats = first.noise.sd, np.maximum(first.noise.correlation_s / SAMPLE_PERIOD_S, 1.0)
-        # A start stands alone: no sample beside it says the same.
-        of_start = np.hypot(noise, self._start_sd)
+        # What is wrong with one start is wrong with all of a joint.
+        starts = np.maximum((clear & sweeps.start[:, None]).sum(axis=0), 1)
+        of_start = np.hypot(noise, self._start_sd * np.sqrt(starts))
         sd = np.where(sweeps.start[:, None], of_start, noise * np.sqrt(repeats))
         weight = np.where(clear, 1.0 / sd, 0.0)
         theta, covariance, left = self._descend(sweeps, prior, prior.mean if first is None else first.theta, weight)
@@ -131,7 +133,7 @@ class EmptyMachine:
         for name in ("q", "v", "a", "hung"):
             samples.inputs[name][...] = getattr(sweeps, name).T
         samples.inputs["age"][...] = (sweeps.t[-1] - sweeps.t) / AGE_S
-        by_prior = np.linalg.inv(prior.covariance)
+        by_prior, prior_sd = np.linalg.inv(prior.covariance), np.sqrt(np.diag(prior.covariance))
         covariance = prior.covariance
         tau, derivative, residual = samples.outputs["tau"], samples.outputs["derivative"], np.empty_like(tau_nominal)
         for _ in range(ITERATIONS):
@@ -146,6 +148,7 @@ class EmptyMachine:
                 slope += weighted @ (w * error)[counts]
             covariance = np.linalg.inv(information)
             step = covariance @ slope
+            step *= min(1.0, STEP_MAX_SD / np.abs(step / prior_sd).max())
             theta = theta + step
             if np.abs(step / np.sqrt(np.diag(covariance))).max() < SETTLED_SD:
                 break

@@ -44,16 +44,7 @@ def compile_model(description: RigDescription, tree: Tree, layout: Layout) -> ke
         frame = tree.frame(mount)
         phi[:, frame.body] += mass * ca.DM(inertial_parameters(1.0, frame.p_body_frame, np.zeros((3, 3))))
     load = rnea(tree, q - unknown["offset"], v, a, phi, _gravity(theta[layout.tilt])) + unknown["rotor"] * a
-    friction = Friction(
-        unknown["coulomb"] * (1 + age * unknown["coulomb_warming"]),
-        unknown["viscous"] * (1 + age * unknown["viscous_warming"]),
-        unknown["breakaway"],
-        unknown["load_share"],
-        unknown["asymmetry"],
-        ca.exp(unknown["log_v_stribeck"]),
-        V_SHARP,
-    )
-    rubbed = friction_torque(friction, v, load) + _ripple(description, unknown, q, v)
+    rubbed = _friction(unknown, age, v, load) + _ripple(description, unknown, q, v)
     tau = unknown["inverse_gain"] * (load + rubbed)
     function = ca.Function(
         "empty", [q, v, a, age, hung, theta], [tau, ca.jacobian(tau, theta)], list(ARGUMENTS), ["tau", "derivative"]
@@ -63,6 +54,22 @@ def compile_model(description: RigDescription, tree: Tree, layout: Layout) -> ke
 
 def _gravity(tilt: ca.SX) -> ca.SX:
     return float(np.linalg.norm(GRAVITY)) * ca.vertcat(tilt[0], tilt[1], -ca.sqrt(1 - tilt[0] ** 2 - tilt[1] ** 2))
+
+
+def _friction(unknown: dict[str, ca.SX], age: ca.SX, v: ca.SX, load: ca.SX) -> ca.SX:
+    """Friction (joint,) [N·m] at the age of a sample; what depends on load and direction breaks away like the rest."""
+    coulomb = unknown["coulomb"] * (1 + age * unknown["coulomb_warming"])
+    none = ca.SX.zeros(v.numel())
+    friction = Friction(
+        coulomb + unknown["asymmetry"] * ca.sign(v) + unknown["load_share"] * ca.fabs(load),
+        unknown["viscous"] * (1 + age * unknown["viscous_warming"]),
+        unknown["breakaway"],
+        none,
+        none,
+        ca.exp(unknown["log_v_stribeck"]),
+        V_SHARP,
+    )
+    return friction_torque(friction, v, none)
 
 
 def _ripple(description: RigDescription, unknown: dict[str, ca.SX], q: ca.SX, v: ca.SX) -> ca.SX:

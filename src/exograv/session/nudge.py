@@ -14,15 +14,16 @@ from exograv.motion import hold
 from exograv.signals import Reference
 
 from .empty_run import EmptyRun
-from .nudge_checks import MOVED, Pushed, check_push, refuse_restless, refuse_spring
+from .nudge_checks import MOVED, Pushed, check_push, refuse_restless, refuse_spring, refuse_too_light
 from .pilot import Moment
 
 MARGIN = np.deg2rad(4.0)  # of the first posture from the joints' limits: room to be pushed both ways
 PUSHES = 3  # each way; each ends some tenths of a degree farther, at another ripple of the gear
-STARTED = 0.001
-"""Displacement at which a joint slides: more than stuck friction bends, and a step of a bad encoder [rad]."""
-RATE = 1.5  # of the usual Coulomb friction, a second
+STARTED = 0.0015
+"""Displacement at which a joint slides: more than stuck friction bends, and two steps of a bad encoder [rad]."""
+RATE = 1.0  # of the usual Coulomb friction, a second
 AGAIN = 0.4  # a further push of the same kind starts at this share of the last
+HELD = 0.4  # of the usual Coulomb friction: what it holds on any day
 PUSH_MAX = 5.0  # of the usual Coulomb friction, and nine tenths of the motor
 STILL_S, STILL_MAX, WAITS = 0.3, np.deg2rad(0.3), 10  # s, rad in that time, and how often to look
 CHUNK_S = 0.02
@@ -36,7 +37,7 @@ def starting_posture(tree: Tree) -> Joints:
 
 
 class Push:
-    """Controller without feedback: holds the machine by its model's weight and pushes at one joint."""
+    """Controller without feedback: holds what would fall by the model's weight, and pushes at one joint."""
 
     closure_slope, clearance = 0.0, 1.0
 
@@ -55,9 +56,10 @@ class Nudger:
     def __init__(self, run: EmptyRun):
         self._run, self._joints = run, run.description.joints
         q, still = run.pilot.q.copy(), np.zeros(len(run.pilot.q))
-        self._push = Push(run.controller.step(q, still, Reference(q, still, still)).copy())
-        usual = [COULOMB[actuator.drive][0] for actuator in run.description.settings.actuators]
-        self._usual = np.array(usual)
+        self._usual = np.array([COULOMB[actuator.drive][0] for actuator in run.description.settings.actuators])
+        weight = run.controller.step(q, still, Reference(q, still, still))
+        # Friction holds what hangs; a motor that is trusted with nothing yet carries only what would fall.
+        self._push = Push(np.where(np.abs(weight) > HELD * self._usual, weight, 0.0))
         self._stiffness = np.diag(weight_stiffness(run.tree, q))
         self._most = np.minimum(PUSH_MAX * self._usual, 0.9 * run.description.per_actuator("torque_max_Nm"))
 
@@ -69,13 +71,19 @@ class Nudger:
         """
         self._wait("Does it stay where it hangs?")
         for joint, name in enumerate(self._joints):
-            for sign in (1.0, -1.0):
-                first = 0.0
-                for _ in range(pushes):
-                    first = AGAIN * self._start(joint, sign, first, f"Pushing {name}")
+            both_ways = [self._starts(joint, sign, pushes, f"Pushing {name}") for sign in (1.0, -1.0)]
+            refuse_too_light(self._run.description, joint, *both_ways)
+
+    def _starts(self, joint: int, sign: float, pushes: int, text: str) -> list[float]:
+        """Pushes one way; the torques along the push that moved the joint [N·m]."""
+        found: list[float] = []
+        for _ in range(pushes):
+            first = AGAIN * max(found[-1], 0.0) if found else 0.0
+            found.append(self._start(joint, sign, first, text))
+        return found
 
     def _start(self, joint: int, sign: float, first: float, text: str) -> float:
-        """One push from rest; the torque that moved the joint [N·m]."""
+        """One push from rest; the torque along the push that moved the joint [N·m]."""
         run = self._run
         pushed = self._ramp(joint, sign, first, text)
         check_push(run.description, joint, sign, pushed)
@@ -85,17 +93,18 @@ class Nudger:
             refuse_spring(run.description, joint, sign * (run.filter.sample.q[joint] - pushed.q[0, joint]))
         moved = int(np.argmax(sign * (pushed.q[:, joint] - pushed.q[0, joint]) > STARTED))
         run.note_start(float(pushed.t[moved]), joint, sign, pushed.q[moved], pushed.current[moved])
-        return abs(float(run.description.nominal_gain[joint] * pushed.commanded[moved, joint]))
+        return sign * float(run.description.nominal_gain[joint] * pushed.commanded[moved, joint])
 
     def _ramp(self, joint: int, sign: float, first: float, text: str) -> Pushed:
         """Push harder and harder until something moves or the motor may no more."""
         rig, push, run = self._run.pilot.rig, self._push, self._run
         rows: list[tuple[float, Joints, Joints, Joints]] = []
-        q_start, way, size = run.pilot.observer.q.copy(), np.zeros(len(self._joints)), first
+        q_start, way, size, speed = run.pilot.observer.q.copy(), np.zeros(len(self._joints)), first, 0.0
 
         def harder(moment: Moment) -> None:
-            nonlocal size
+            nonlocal size, speed
             run.listen(moment)
+            speed = max(speed, float(np.abs(moment.v).max()))
             if not size < self._most[joint]:
                 return  # has been let go
             sample = run.filter.sample
@@ -109,7 +118,7 @@ class Nudger:
         while size < self._most[joint]:
             run.pilot.run(push, hold(run.pilot.q.copy(), CHUNK_S, rig.period_s), text, harder)
         t, q, current, commanded = (np.array(column) for column in zip(*rows, strict=True))
-        return Pushed(t, q, current, commanded, way)
+        return Pushed(t, q, current, commanded, way, speed)
 
     def _wait(self, text: str) -> None:
         """Let go, until the machine has stood still for a while.

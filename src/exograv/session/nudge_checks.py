@@ -1,5 +1,6 @@
 """What the first pushes of a calibration must show of every joint, or no feedback may be closed over it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,8 @@ MOVED = 0.02
 CURRENT_TICKS = 100  # over which commanded and measured current are compared
 CURRENT_SHARE = 0.5  # they may differ by so much of the command,
 CURRENT_OFFSET = 0.5  # and by so much of the usual Coulomb friction
-TOO_LIGHT = 0.02  # of the usual Coulomb friction
+V_PUSHED = 1.5  # rad/s: a push that grows slowly moves a joint at 0.2-1
+TOO_LIGHT = 0.1  # of the usual Coulomb friction
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -39,6 +41,8 @@ class Pushed:
     """[A]"""
     way: Joints
     """From rest to the end, not filtered [rad]."""
+    speed: float
+    """Largest of any joint until the end [rad/s]."""
 
 
 def refuse_before_motion(description: RigDescription, tree: Tree, rig: Rig) -> None:
@@ -104,11 +108,27 @@ def check_push(description: RigDescription, joint: int, sign: float, pushed: Pus
             "torque. Its encoder or its motor counts the other way round than the URDF's axis: flip the sign of the "
             "encoder if it shows the wrong direction by eye, else of the motor."
         )
-    if abs(tau) < TOO_LIGHT * usual:
+    if pushed.speed > V_PUSHED:
         raise IdentificationError(
-            f"Joint '{name}' moved under {abs(tau):.2g} N·m by rig.toml; friction of such a drive is about {usual:g} "
-            f"N·m, and {TOO_LIGHT * usual:.2g} the least that is credible. torque_constant_Nm_per_A in rig.toml is far "
-            "too small, or the drive takes mA for A: correct the unit."
+            f"Joint '{name}' shot off at {pushed.speed:.1f} rad/s under {abs(tau):.2g} N·m; {V_PUSHED:g} rad/s are "
+            "allowed. Its motor gives far more than it is asked for: correct torque_constant_Nm_per_A in rig.toml, or "
+            "the unit of the current in the driver (mA for A)."
+        )
+
+
+def refuse_too_light(description: RigDescription, joint: int, upwards: Sequence[float], down: Sequence[float]) -> None:
+    """Compare the torques that moved a joint both ways [N·m], half of whose difference is friction.
+
+    Raises:
+        IdentificationError: There is next to none.
+    """
+    name, usual = description.joints[joint], COULOMB[description.settings.actuators[joint].drive][0]
+    friction = 0.5 * (float(np.mean(upwards)) + float(np.mean(down)))
+    if friction < TOO_LIGHT * usual:
+        raise IdentificationError(
+            f"By rig.toml, {friction:.2g} N·m of friction hold joint '{name}'; such a drive has about {usual:g} N·m, "
+            f"and {TOO_LIGHT * usual:.2g} N·m is the least that is credible. torque_constant_Nm_per_A is too "
+            "small in rig.toml, or the drive takes mA for A: correct the unit."
         )
 
 

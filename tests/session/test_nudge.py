@@ -1,0 +1,129 @@
+"""A machine that is not what its files say is refused with joint, value and next step, and never runs away."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.errors import IdentificationError
+from exograv.model.assembly import read_exoskeleton
+from exograv.model.description import load_rig
+from exograv.rig.twin import Disturbances, Twin, draw_machine
+from exograv.safety.envelope import Envelope
+from exograv.session.empty_run import EmptyRun
+from exograv.session.nudge import Nudger, starting_posture
+from exograv.session.nudge_checks import refuse_restless
+from exograv.session.pilot import Pilot
+from exograv.session.virtual import limits
+
+SEED = 1012
+V_MAX = 5.0  # rad/s: the envelope's trip speed, which a machine must not truly reach
+PUSHED = "Joint 'shoulder_flexion' moved by -1."
+ASKED = "Joint 'shoulder_flexion' was asked for"
+OTHER_WAY = "Its encoder or its motor counts the other way round"
+MILLI = "(mA for A)"
+QUICK: dict[str, tuple[str, ...]] = {
+    "encoder reversed": (PUSHED, OTHER_WAY, "flip the sign"),
+    "encoder reversed, light": (PUSHED, OTHER_WAY),
+    "motor reversed": (PUSHED, OTHER_WAY),
+    "motor reversed, light": (PUSHED, OTHER_WAY),
+    "motor reversed, its current not": (ASKED, "the sign of the current in the driver"),
+    "degrees": ("'shoulder_flexion' reads 27.", "turns from -0.70 to 2.30 rad", "Does it count in degrees"),
+    "degrees at zero": ("'shoulder_flexion'",),
+    "current in mA": (ASKED, MILLI),
+    "drive takes mA": (ASKED, MILLI),
+    "drive gives kA": ("'shoulder_flexion'", MILLI),
+    "drive gives kA, light": ("'shoulder_flexion'", MILLI),
+    "drive gives kA and says A": ("'shoulder_flexion'", MILLI),
+    "drive gives kA and says A, light": ("'shoulder_flexion'", "mA for A"),
+    "constant in mN·m": ("'shoulder_rotation' would need 0.00", "0.2 to 500 A are plausible", "not mN·m/A"),
+    "constant in kN·m": ("'shoulder_rotation' would need 6.", "0.2 to 500 A are plausible"),
+    "other order": ("They must be the same, in the same order", "rig.toml"),
+    "encoders swapped": ("Pushing joint 'shoulder_flexion'", "moved 'shoulder_abduction'", "correct their order"),
+    "motors swapped": ("Pushing joint 'shoulder_flexion'", "moved 'shoulder_abduction'", "correct their order"),
+    "blocked": ("'shoulder_flexion' did not move under 12.5 N·m", "Free it"),
+    "blocked, light": ("'shoulder_flexion' did not move under 1.5 N·m", "Free it"),
+    "disconnected": (ASKED, "Its motor is disconnected if nothing flows"),
+    "disconnected, noise measured": (ASKED, "Its motor is disconnected if nothing flows"),
+}
+SLOW: dict[str, tuple[str, ...]] = {
+    "weights in pounds": ("The weight of 1.5 kg acts like 0.", "pounds"),
+    "all swapped": ("'",),
+    "all reversed": ("both reversed",),
+    "encoder shifted": ("The encoder of joint 'elbow_flexion' reads +", "3° are allowed"),
+    "gain for peak current": ("The gain of joint 'shoulder_abduction' is", "35% are allowed"),
+}
+
+
+def verdicts(which: str) -> dict[str, dict[str, Any]]:
+    script = Path(__file__).with_name("corrupted.py")
+    run = subprocess.run([sys.executable, str(script), which], check=True, capture_output=True, text=True)
+    return json.loads(run.stdout.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def quick() -> dict[str, dict[str, Any]]:
+    return verdicts("quick")
+
+
+@pytest.fixture(scope="module")
+def slow() -> dict[str, dict[str, Any]]:
+    return verdicts("slow")
+
+
+@pytest.mark.parametrize("case", QUICK)
+def test_what_is_wrong_is_found_by_pushes_and_named(quick: dict, case: str):
+    found = quick[case]
+    assert found["kind"] in ("IdentificationError", "ConfigError")
+    for part in QUICK[case]:
+        assert part in found["text"]
+    assert found["v_max"] < V_MAX
+    assert found["tau_max"] <= 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", SLOW)
+def test_what_pushes_do_not_show_is_found_before_the_fit_is_believed(slow: dict, case: str):
+    found = slow[case]
+    assert found["kind"] == "IdentificationError"
+    for part in SLOW[case]:
+        assert part in found["text"]
+    assert found["v_max"] < V_MAX
+    assert found["tau_max"] <= 1.0
+
+
+@pytest.mark.slow
+def test_a_machine_with_nothing_wrong_is_calibrated(slow: dict):
+    assert slow["nothing wrong"]["kind"] == ""
+    assert slow["nothing wrong"]["v_max"] < 2.0
+
+
+def test_the_check_of_the_first_reading_moves_nothing(quick: dict):
+    assert quick["degrees"]["t"] == quick["constant in mN·m"]["t"] == quick["other order"]["t"] == 0.0
+
+
+def test_a_machine_that_moves_by_itself_is_refused():
+    with pytest.raises(IdentificationError, match=r"'shoulder_rotation' moves at -17\.2°/s while nothing pushes it"):
+        refuse_restless(load_rig("recupera_like"), np.array([0.0, 0.1, -0.3, 0.0]))
+
+
+def test_what_it_takes_to_push_a_joint_both_ways_is_its_breakaway_friction():
+    rig = load_rig("recupera_like")
+    tree = read_exoskeleton(rig)
+    truth = draw_machine(rig, Disturbances.at_level(2), SEED)
+    twin = Twin(rig, truth, None, SEED, starting_posture(tree))
+    gains = ActuatorGain(rig.nominal_gain, 0.08 * rig.nominal_gain)
+    pilot = Pilot(twin, gains, Envelope(limits(rig), twin.period_s))
+    run = EmptyRun(rig, tree, pilot, lambda _mount, _mass: None)
+    nudger = Nudger(run)
+    nudger._wait("")
+    found = np.mean([nudger._starts(3, sign, 1, "") for sign in (1.0, -1.0)])
+    expected = truth.friction.coulomb * truth.friction.breakaway * rig.nominal_gain / truth.drives.gain
+    assert found == pytest.approx(expected[3], rel=0.1)
+    kept = run.sweeps()
+    np.testing.assert_array_equal(np.sign(kept.v[kept.start, 3]), [1.0, -1.0])
