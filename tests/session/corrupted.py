@@ -134,11 +134,12 @@ SWAPPED = {"command": swapped(0, 1), "current": swapped(0, 1)}
 QUICK = {
     "encoder reversed": Case(position=scaled(0, -1.0)),
     "encoder reversed, light": Case(QDD, position=scaled(0, -1.0)),
+    "encoder reversed where nothing weighs": Case(position=scaled(2, -1.0)),
     "motor reversed": Case(**REVERSED),
     "motor reversed, light": Case(QDD, **REVERSED),
     "motor reversed, its current not": Case(command=scaled(0, -1.0)),
     "degrees": Case(position=np.rad2deg),
-    "degrees at zero": Case(position=scaled(0, float(np.rad2deg(1.0))), start_deg={0: 0.0}),
+    "degrees at zero": Case(position=scaled(1, float(np.rad2deg(1.0))), start_deg={1: 0.0}),
     "current in mA": Case(current=scaled(0, 1000.0)),
     "drive takes mA": Case(command=scaled(0, 0.001)),
     "drive gives kA": Case(command=scaled(0, 1000.0)),

@@ -28,13 +28,14 @@ ASKED = "Joint 'shoulder_flexion' was asked for"
 OTHER_WAY = "Its encoder or its motor counts the other way round"
 MILLI = "(mA for A)"
 QUICK: dict[str, tuple[str, ...]] = {
-    "encoder reversed": (PUSHED, OTHER_WAY, "flip the sign"),
-    "encoder reversed, light": (PUSHED, OTHER_WAY),
+    "encoder reversed": ("'shoulder_flexion', which reads -27.", "hanging by the URDF: 27°", "this encoder is reversed"),
+    "encoder reversed, light": ("'shoulder_flexion', which reads -27.", "this encoder is reversed"),
+    "encoder reversed where nothing weighs": ("Joint 'shoulder_rotation' moved by -1.", OTHER_WAY, "flip the sign"),
     "motor reversed": (PUSHED, OTHER_WAY),
     "motor reversed, light": (PUSHED, OTHER_WAY),
     "motor reversed, its current not": (ASKED, "the sign of the current in the driver"),
     "degrees": ("'shoulder_flexion' reads 27.", "turns from -0.70 to 2.30 rad", "Does it count in degrees"),
-    "degrees at zero": ("'shoulder_flexion'",),
+    "degrees at zero": ("'shoulder_abduction' was pushed by 1.15° and came back", "counts in degrees"),
     "current in mA": (ASKED, MILLI),
     "drive takes mA": (ASKED, MILLI),
     "drive gives kA": ("'shoulder_flexion'", MILLI),
@@ -44,7 +45,7 @@ QUICK: dict[str, tuple[str, ...]] = {
     "constant in mN·m": ("'shoulder_rotation' would need 0.00", "0.2 to 500 A are plausible", "not mN·m/A"),
     "constant in kN·m": ("'shoulder_rotation' would need 6.", "0.2 to 500 A are plausible"),
     "other order": ("They must be the same, in the same order", "rig.toml"),
-    "encoders swapped": ("Pushing joint 'shoulder_flexion'", "moved 'shoulder_abduction'", "correct their order"),
+    "encoders swapped": ("'shoulder_flexion', which reads -6.", "or is swapped with another"),
     "motors swapped": ("Pushing joint 'shoulder_flexion'", "moved 'shoulder_abduction'", "correct their order"),
     "blocked": ("'shoulder_flexion' did not move under 12.5 N·m", "Free it"),
     "blocked, light": ("'shoulder_flexion' did not move under 1.5 N·m", "Free it"),
@@ -105,6 +106,7 @@ def test_a_machine_with_nothing_wrong_is_calibrated(slow: dict):
 
 def test_the_check_of_the_first_reading_moves_nothing(quick: dict):
     assert quick["degrees"]["t"] == quick["constant in mN·m"]["t"] == quick["other order"]["t"] == 0.0
+    assert quick["encoder reversed"]["t"] == quick["encoders swapped"]["t"] == 0.0
 
 
 def test_a_machine_that_moves_by_itself_is_refused():

@@ -17,6 +17,11 @@ SOFTEST = 0.1  # N·m/rad: a joint without weight must not take an endless step
 Joints = Float[np.ndarray, " joint"]
 
 
+def carrying_torque(tree: Tree, q: Joints) -> Joints:
+    """What the joints need to carry the tree's own weight at rest at `q` (joint,) [rad], in [N·m]."""
+    return _weight(tree).of(q)[0]
+
+
 def weight_stiffness(tree: Tree, q: Joints) -> Float[np.ndarray, "joint joint"]:
     """How the torque that carries the tree's own weight changes with its posture `q` (joint,) [N·m/rad]."""
     return _weight(tree).of(q)[1]

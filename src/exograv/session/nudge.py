@@ -7,14 +7,24 @@ the breakaway friction.
 import numpy as np
 from jaxtyping import Float
 
-from exograv.dynamics.at_rest import hanging_posture, weight_stiffness
+from exograv.dynamics.at_rest import carrying_torque, hanging_posture, weight_stiffness
 from exograv.identification.empty_machine import COULOMB
 from exograv.model.tree import Tree
 from exograv.motion import hold
 from exograv.signals import Reference
 
 from .empty_run import EmptyRun
-from .nudge_checks import MOVED, Pushed, check_push, refuse_restless, refuse_spring, refuse_too_light
+from .nudge_checks import (
+    MOVED,
+    V_PUSHED,
+    Pushed,
+    check_push,
+    refuse_not_hanging,
+    refuse_restless,
+    refuse_shot,
+    refuse_spring,
+    refuse_too_light,
+)
 from .pilot import Moment
 
 MARGIN = np.deg2rad(4.0)  # of the first posture from the joints' limits: room to be pushed both ways
@@ -55,12 +65,15 @@ class Nudger:
 
     def __init__(self, run: EmptyRun):
         self._run, self._joints = run, run.description.joints
-        q, still = run.pilot.q.copy(), np.zeros(len(run.pilot.q))
         self._usual = np.array([COULOMB[actuator.drive][0] for actuator in run.description.settings.actuators])
-        weight = run.controller.step(q, still, Reference(q, still, still))
-        # Friction holds what hangs; a motor that is trusted with nothing yet carries only what would fall.
+        hanging, q = starting_posture(run.tree), run.pilot.q.copy()
+        weight = carrying_torque(run.tree, hanging)
+        # Friction holds what hangs. Motors that nobody has tried yet carry only what would fall from its best posture,
+        # by the URDF alone: by a reversed encoder they might drive the machine away.
         self._push = Push(np.where(np.abs(weight) > HELD * self._usual, weight, 0.0))
+        refuse_not_hanging(run.description, hanging, q, carrying_torque(run.tree, q) - self._push.tau_feedforward)
         self._stiffness = np.diag(weight_stiffness(run.tree, q))
+        self._speed = 0.0
         self._most = np.minimum(PUSH_MAX * self._usual, 0.9 * run.description.per_actuator("torque_max_Nm"))
 
     def nudge(self, pushes: int = PUSHES) -> None:
@@ -88,6 +101,7 @@ class Nudger:
         pushed = self._ramp(joint, sign, first, text)
         check_push(run.description, joint, sign, pushed)
         self._wait(text)
+        refuse_shot(run.description, joint, self._speed)
         if self._stiffness[joint] * 3 * MOVED < self._usual[joint]:
             # Not of a joint that its weight may bring back.
             refuse_spring(run.description, joint, sign * (run.filter.sample.q[joint] - pushed.q[0, joint]))
@@ -99,12 +113,12 @@ class Nudger:
         """Push harder and harder until something moves or the motor may no more."""
         rig, push, run = self._run.pilot.rig, self._push, self._run
         rows: list[tuple[float, Joints, Joints, Joints]] = []
-        q_start, way, size, speed = run.pilot.observer.q.copy(), np.zeros(len(self._joints)), first, 0.0
+        q_start, way, size = run.pilot.observer.q.copy(), np.zeros(len(self._joints)), first
+        self._speed = 0.0
 
         def harder(moment: Moment) -> None:
-            nonlocal size, speed
-            run.listen(moment)
-            speed = max(speed, float(np.abs(moment.v).max()))
+            nonlocal size
+            self._listen(moment)
             if not size < self._most[joint]:
                 return  # has been let go
             sample = run.filter.sample
@@ -118,7 +132,7 @@ class Nudger:
         while size < self._most[joint]:
             run.pilot.run(push, hold(run.pilot.q.copy(), CHUNK_S, rig.period_s), text, harder)
         t, q, current, commanded = (np.array(column) for column in zip(*rows, strict=True))
-        return Pushed(t, q, current, commanded, way, speed)
+        return Pushed(t, q, current, commanded, way)
 
     def _wait(self, text: str) -> None:
         """Let go, until the machine has stood still for a while.
@@ -131,8 +145,12 @@ class Nudger:
         way = np.full(len(self._joints), np.inf)
         for _ in range(WAITS):
             q = run.filter.sample.q.copy()
-            run.pilot.run(self._push, hold(run.pilot.q.copy(), STILL_S, dt), text, run.listen)
+            run.pilot.run(self._push, hold(run.pilot.q.copy(), STILL_S, dt), text, self._listen)
             way = run.filter.sample.q - q
-            if run.filter.settled and np.abs(way).max() < STILL_MAX:
+            if self._speed > V_PUSHED or (run.filter.settled and np.abs(way).max() < STILL_MAX):
                 return
         refuse_restless(run.description, way / STILL_S)
+
+    def _listen(self, moment: Moment) -> None:
+        self._run.listen(moment)
+        self._speed = max(self._speed, float(np.abs(moment.v).max()))

@@ -41,8 +41,6 @@ class Pushed:
     """[A]"""
     way: Joints
     """From rest to the end, not filtered [rad]."""
-    speed: float
-    """Largest of any joint until the end [rad/s]."""
 
 
 def refuse_before_motion(description: RigDescription, tree: Tree, rig: Rig) -> None:
@@ -78,6 +76,23 @@ def refuse_before_motion(description: RigDescription, tree: Tree, rig: Rig) -> N
             )
 
 
+def refuse_not_hanging(description: RigDescription, hanging: Joints, q: Joints, weight: Joints) -> None:
+    """What the joints would have to hold of the machine's weight (joint,) [N·m] where they read `q` [rad].
+
+    Raises:
+        ConfigError: More than friction can hold; then it is not there.
+    """
+    for joint, actuator in enumerate(description.settings.actuators):
+        usual = COULOMB[actuator.drive][0]
+        if abs(weight[joint]) > usual:
+            raise ConfigError(
+                f"By its encoders the machine would pull with {weight[joint]:+.1f} N·m at joint '{actuator.joint}', "
+                f"which reads {np.rad2deg(q[joint]):.1f}° (hanging by the URDF: {np.rad2deg(hanging[joint]):.0f}°). "
+                f"Friction holds {usual:g} N·m. Let it hang, empty, before it is calibrated; if it hangs, this "
+                "encoder is reversed, has another zero, or is swapped with another."
+            )
+
+
 def check_push(description: RigDescription, joint: int, sign: float, pushed: Pushed) -> None:
     """Whether a push moved the joint that was pushed, along the push, by the current that was commanded.
 
@@ -108,11 +123,19 @@ def check_push(description: RigDescription, joint: int, sign: float, pushed: Pus
             "torque. Its encoder or its motor counts the other way round than the URDF's axis: flip the sign of the "
             "encoder if it shows the wrong direction by eye, else of the motor."
         )
-    if pushed.speed > V_PUSHED:
+
+
+def refuse_shot(description: RigDescription, joint: int, speed: float) -> None:
+    """A push that grows slowly moves a joint slowly, not at a `speed` [rad/s] like this.
+
+    Raises:
+        IdentificationError: It shot off.
+    """
+    if speed > V_PUSHED:
         raise IdentificationError(
-            f"Joint '{name}' shot off at {pushed.speed:.1f} rad/s under {abs(tau):.2g} N·m; {V_PUSHED:g} rad/s are "
-            "allowed. Its motor gives far more than it is asked for: correct torque_constant_Nm_per_A in rig.toml, or "
-            "the unit of the current in the driver (mA for A)."
+            f"Joint '{description.joints[joint]}' shot off at {speed:.1f} rad/s when it was pushed; {V_PUSHED:g} rad/s "
+            "are allowed. Its motor gives far more than it is asked for: correct torque_constant_Nm_per_A in rig.toml, "
+            "or the unit of the current in the driver (mA for A)."
         )
 
 
