@@ -78,12 +78,15 @@ def _condition(seeds: Sequence[int], efforts: Sequence[Effort]) -> dict[str, Any
 def _ratios(efforts: Efforts) -> dict[str, float]:
     """Median over machines of each one's own ratio: machine and wearer are the same above and below the line."""
     dam, gcm = efforts["dam"], efforts["gcm"]
+    zero_g = _totals(efforts["zero_g"])
     elbows = [d.absolute[ELBOW] / g.absolute[ELBOW] for d, g in zip(dam, gcm, strict=True)]
     squares = [d.squared.sum() / g.squared.sum() for d, g in zip(dam, gcm, strict=True)]
     return {
         "effort": round(float(np.median(_totals(dam) / _totals(gcm))), 3),
         "elbow": round(float(np.median(elbows)), 3),
         "squared": round(float(np.median(squares)), 3),
+        # Of what real weightlessness would have saved.
+        "beyond_zero_g": round(float(np.median((_totals(dam) - zero_g) / (_totals(gcm) - zero_g))), 3),
     }
 
 

@@ -53,7 +53,7 @@ def _plot_effort(ax: Axes, result: Result) -> None:
     conditions = [name for name in CONDITIONS if name in result["conditions"]]
     x = np.arange(len(conditions))
     bottom = np.zeros(len(conditions))
-    for k, (joint, colour) in enumerate(zip(result["joints"], joint_colours(result["joints"]), strict=True)):
+    for k, (joint, colour) in enumerate(zip(result["joints"], joint_colours(tuple(result["joints"])), strict=True)):
         height = np.array([result["conditions"][name]["by_joint_Nms"][k] for name in conditions])
         ax.bar(x, height, 0.62, bottom=bottom, color=colour, label=joint_label(joint))
         bottom += height
