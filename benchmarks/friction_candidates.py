@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from exograv.control.returned_friction import SHARE, WARMED, least_friction, returned_friction
+from exograv.control.returned_friction import CERTAINTY, SHARE, TRAVEL, WARMED, least_friction, returned_friction
 from exograv.dynamics.friction import Friction, friction_torque
 
 V_OFF, V_FULL = 0.05, 0.10  # rad/s, of the laws by speed
@@ -117,6 +117,24 @@ def by_spring(travel_factor: float = 1.0, leak_s: float = np.inf) -> Candidate:
     return Candidate(law)
 
 
+def by_spring_with_breakaway(ceiling: float = 0.95) -> Candidate:
+    """The law of `control`, slipping near rest at its share of the breakaway torque; at most so much of the least."""
+
+    def law(known: Known, seen: Seen, state: ca.SX) -> tuple[ca.SX, ca.SX]:
+        friction, sd = known.friction, known.friction_sd
+        excess = max(float(friction.breakaway[0] - 1 - CERTAINTY * sd.breakaway[0]), 0.0)
+        rest = ca.exp(-(ca.fabs(seen.v / float(friction.v_stribeck[0])) ** 1.3))
+        share = ca.fmin(SHARE * (1 + excess * rest), ceiling)
+        symbolic = replace(friction, coulomb=ca.SX(friction.coulomb))
+        forward, backward = least_friction(symbolic, sd, seen.load)
+        spring = state + float(friction.coulomb[0]) / TRAVEL * seen.way
+        spring = ca.fmin(ca.fmax(spring, -share * backward), share * forward)
+        viscous = WARMED * float(friction.viscous[0]) - CERTAINTY * float(sd.viscous[0])
+        return spring + SHARE * viscous * seen.v, spring
+
+    return Candidate(law)
+
+
 def with_dither(base: Candidate, amplitude: float) -> Candidate:
     """Beside it a sine of so many times Coulomb friction."""
 
@@ -182,6 +200,7 @@ CANDIDATES: Mapping[str, Candidate] = {
     "spring travel x 0.5": by_spring(0.5),
     "spring travel x 2": by_spring(2.0),
     "spring leak 0.5 s": by_spring(leak_s=0.5),
+    "spring + breakaway": by_spring_with_breakaway(),
     "dither alone 1.5": with_dither(Candidate(nothing), 1.5),
     "kept + dither 0.4": with_dither(by_spring(), 0.4),
     "kept + inertia 0.5": with_inertia(by_spring(), 0.5),
