@@ -39,6 +39,9 @@ REFUSED = {
     ),
     "figures into a folder": (("demo", "--json", "."), "Give another path with --json"),
     "figures under a file": (("rigs", "--json", "file/x.json"), "Give another path with --json"),
+    "transparency of no machine": (("transparency", "--machines", "0"), "--machines is 0; allowed: 1 to 100"),
+    "transparency without motors": (("transparency", "--rig", "recupera_like_passive"), "nothing can be compensated"),
+    "transparency of two arms": (("transparency", "--rig", "recupera_like_dual"), "effort is measured on one"),
     "a missing recording": (("report", "none.mcap"), "No recording 'none.mcap'"),
     "a file that is no recording": (("report", "file"), "is no MCAP file"),
     "gains that are no numbers": ((*LOG, "--gains", "1,x"), "--gains is '1,x'; give numbers separated by commas"),
@@ -97,7 +100,7 @@ def test_help_waits_for_no_engine():
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert result.stderr.split() == []
-    for command in ("demo", "identify", "identify-log", "report", "rigs", "doctor"):
+    for command in ("demo", "identify", "transparency", "identify-log", "report", "rigs", "doctor"):
         assert command in result.stdout
 
 
