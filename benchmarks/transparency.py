@@ -1,0 +1,109 @@
+"""Muscle effort of one movement in six conditions, over machines, both drives: the tables of docs/transparency.md.
+
+    python benchmarks/transparency.py --seeds 0-4 --processes 2 --save transparency.json
+    python benchmarks/transparency.py --load transparency.json
+
+What `exograv transparency` does, with one process a machine. `--load` takes that command's `--json` too.
+"""
+
+import argparse
+import json
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+STEPS = {
+    "zero_g": "own inertia and elasticity",
+    "dam_ideal_no_friction": "+ inertia of the machine",
+    "dam_ideal": "+ friction",
+    "dam": "+ what is not known",
+    "gcm": "+ weight of the arm",
+    "uncompensated": "+ weight of the machine",
+}
+"""What each condition adds to the one before."""
+
+
+def run(rig: str, level: int, seed: int, movement: str) -> dict[str, Any]:
+    """Effort of one machine, by condition."""
+    from exograv.model.description import load_rig
+    from exograv.session.transparency import movement_for
+    from exograv.session.transparency_trial import Trial, run_trial
+
+    description = load_rig(rig)
+    wanted = movement_for(movement, description)  # pyright: ignore[reportArgumentType] - checked by the parser
+    return dict(run_trial(Trial(description, level, seed), wanted, lambda _text, _share: None))
+
+
+def merged(rig: str, level: int, seeds: list[int], movement: str, runs: list[dict[str, Any]]) -> dict[str, Any]:
+    """As `exograv transparency --json` has it for one kind of machine."""
+    from exograv.model.description import load_rig
+    from exograv.session.transparency import movement_for
+    from exograv.session.transparency_summary import rig_result
+
+    description = load_rig(rig)
+    wanted = movement_for(movement, description)  # pyright: ignore[reportArgumentType] - checked by the parser
+    efforts = {condition: [one[condition] for one in runs] for condition in runs[0]}
+    return rig_result(description, level, seeds, wanted, efforts)
+
+
+def show(result: dict[str, Any]) -> None:
+    """Tables in Markdown: conditions by joint, then what each burden adds."""
+    print(f"\n{result['rig']}, {result['movement']}, level {result['disturbance_level']}, seeds {result['seeds']}\n")
+    joints = " | ".join(result["joints"])
+    print(f"| condition | effort N·m·s | {joints} | range over machines | squared | path error ° |")
+    print("|---|" + "---|" * (len(result["joints"]) + 4))
+    for name, row in result["conditions"].items():
+        totals = [machine["effort_Nms"] for machine in row["machines"]]
+        values = " | ".join(f"{value:.1f}" for value in row["by_joint_Nms"])
+        print(
+            f"| `{name}` | {row['effort_Nms']:.1f} | {values} | {min(totals):.0f}–{max(totals):.0f} | "
+            f"{row['squared_N2m2s']:.0f} | {row['tracking_error_deg']:.2f} |"
+        )
+    print()
+    before = None
+    for name, words in STEPS.items():
+        machines = np.array([machine["by_joint_Nms"] for machine in result["conditions"][name]["machines"]])
+        added = machines if before is None else machines - before
+        print(
+            f"| {words} | {np.median(added.sum(axis=1)):.1f} | {' | '.join(f'{v:.1f}' for v in np.median(added, 0))} |"
+        )
+        before = machines
+    print(f"\nDAM over GCM: {result['dam_over_gcm']}; DAM minus ideal {result['dam_minus_ideal_Nms']} N·m·s")
+    print(f"off the path: {result['off_path'] or 'none'}")
+
+
+def main() -> None:
+    """Run or load, then show."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rigs", default="recupera_like,recupera_like_qdd")
+    parser.add_argument("--level", type=int, default=2)
+    parser.add_argument("--seeds", default="0-4")
+    parser.add_argument("--movement", choices=("pointing", "recorded"), default="pointing")
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--save", type=Path)
+    parser.add_argument("--load", type=Path)
+    options = parser.parse_args()
+    if options.load:
+        loaded = json.loads(options.load.read_text())
+        for result in loaded.get("profiles", {"": loaded}).values():
+            show(result)
+        return
+    first, _, last = options.seeds.partition("-")
+    seeds, rigs = list(range(int(first), int(last or first) + 1)), options.rigs.split(",")
+    jobs = [(rig, options.level, seed, options.movement) for rig in rigs for seed in seeds]
+    with ProcessPoolExecutor(options.processes) as pool:
+        runs = list(pool.map(run, *zip(*jobs, strict=True)))
+    profiles = {}
+    for k, rig in enumerate(rigs):
+        of_rig = runs[k * len(seeds) : (k + 1) * len(seeds)]
+        profiles[rig] = merged(rig, options.level, seeds, options.movement, of_rig)
+    if options.save:
+        options.save.write_text(json.dumps({"profiles": profiles}, indent=1))
+    for result in profiles.values():
+        show(result)
+
+
+if __name__ == "__main__":
+    main()
