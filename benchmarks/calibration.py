@@ -88,7 +88,7 @@ def uncalibrated(rig: str, file: Path) -> Path:
     """A file that says what the data sheets say, each value as uncertain as it is before a calibration."""
     from exograv.dynamics.actuator import ActuatorGain
     from exograv.dynamics.loop_torque import GRAVITY
-    from exograv.identification.empty_prior import COULOMB, GAIN_SD, VISCOUS
+    from exograv.identification.empty_prior import COULOMB, GAIN_SD, VISCOUS, usual_friction
     from exograv.model.assembly import read_exoskeleton
     from exograv.model.description import load_rig
     from exograv.session.calibration_file import read_calibration, write_calibration
@@ -98,8 +98,7 @@ def uncalibrated(rig: str, file: Path) -> Path:
     description, whole = load_rig(rig), read_calibration(file)
     measured = whole.calibration()
     nominal = nominal_machine(description, read_exoskeleton(description).phi)
-    kinds = [actuator.drive for actuator in description.settings.actuators]
-    coulomb_sd, viscous_sd = (np.array([table[kind][1] for kind in kinds]) for table in (COULOMB, VISCOUS))
+    coulomb_sd, viscous_sd = (usual_friction(description, table)[1] for table in (COULOMB, VISCOUS))
     machine = replace(
         nominal,
         actuators=ActuatorGain(description.nominal_gain, GAIN_SD * description.nominal_gain),

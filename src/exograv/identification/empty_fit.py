@@ -10,7 +10,7 @@ from exograv.model.tree import Tree
 
 from .correlation import integrated_correlation
 from .empty_model import AGE_S, compile_model
-from .empty_prior import COULOMB, Prior, Unknowns, data_sheet_prior
+from .empty_prior import COULOMB, Prior, Unknowns, data_sheet_prior, usual_friction
 
 V_CLEAR = 0.04
 """Slower samples are left out: there friction has no clear direction [rad/s]."""
@@ -102,8 +102,7 @@ class EmptyMachine:
     def __init__(self, description: RigDescription, tree: Tree):
         self.description = description
         self.prior = data_sheet_prior(description, tree)
-        kinds = [actuator.drive for actuator in description.settings.actuators]
-        self._start_sd = START_SD * np.array([COULOMB[kind][0] for kind in kinds])
+        self._start_sd = START_SD * usual_friction(description, COULOMB)[0]
         self.batch = compile_model(description, tree, self.prior.layout)
 
     def fit(self, sweeps: Sweeps, prior: Prior, first: Fit | None = None) -> Fit:

@@ -1,5 +1,6 @@
 """What is believed of an empty machine before it moved, and in which order its unknowns stand in one vector."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,8 @@ from exograv.model.tree import Tree
 GAIN_SD = 0.08  # share: unit tolerance of a torque constant 5-10 %
 COULOMB = {"harmonic": (2.5, 1.5), "quasi_direct": (0.3, 0.2)}  # N·m
 VISCOUS = {"harmonic": (1.5, 1.5), "quasi_direct": (0.08, 0.08)}  # N·m·s/rad
+RATED_NM = {"harmonic": 30.0, "quasi_direct": 15.0}
+"""Largest torque of the drives above; smaller ones rub less in proportion (assumed)."""
 LOAD_SHARE = {"harmonic": (0.06, 0.05), "quasi_direct": (0.01, 0.02)}
 ASYMMETRY_SD = {"harmonic": 0.3, "quasi_direct": 0.05}  # N·m
 BREAKAWAY, BREAKAWAY_SD = 1.25, 0.25  # static over Coulomb friction
@@ -85,21 +88,33 @@ class Prior:
         return Prior(self.layout, self.mean, covariance)
 
 
+def drive_sizes(description: RigDescription) -> Float[np.ndarray, " joint"]:
+    """Share of the friction in the tables that a drive of this size has (joint,) [-]."""
+    rated = np.array([RATED_NM[actuator.drive] for actuator in description.settings.actuators])
+    return np.minimum(description.per_actuator("torque_max_Nm") / rated, 1.0)
+
+
+def usual_friction(
+    description: RigDescription, table: Mapping[str, tuple[float, float]]
+) -> tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]]:
+    """Mean and standard deviation (joint,) by a table for drives of this machine's sizes."""
+    rows = np.array([table[actuator.drive] for actuator in description.settings.actuators])
+    mean, sd = (rows * drive_sizes(description)[:, None]).T
+    return mean, sd
+
+
 def data_sheet_prior(description: RigDescription, tree: Tree) -> Prior:
     """By the URDF, `rig.toml` and what is usual of such drives."""
     n, weights = len(tree.joints), len(description.calibration.weights_kg)
     kinds = [actuator.drive for actuator in description.settings.actuators]
     rotor = description.per_actuator("rotor_inertia_kgm2")
 
-    def by_kind(table: dict[str, tuple[float, float]], column: int) -> Float[np.ndarray, " joint"]:
-        return np.array([table[kind][column] for kind in kinds])
-
     one, ripple = np.ones(n), np.array([RIPPLE_SD[kind] for kind in kinds])
     rows = {
         "inverse_gain": (one, GAIN_SD * one),
-        "coulomb": (by_kind(COULOMB, 0), by_kind(COULOMB, 1)),
-        "viscous": (by_kind(VISCOUS, 0), by_kind(VISCOUS, 1)),
-        "load_share": (by_kind(LOAD_SHARE, 0), by_kind(LOAD_SHARE, 1)),
+        "coulomb": usual_friction(description, COULOMB),
+        "viscous": usual_friction(description, VISCOUS),
+        "load_share": tuple(np.array([LOAD_SHARE[kind] for kind in kinds]).T),
         "asymmetry": (0 * one, np.array([ASYMMETRY_SD[kind] for kind in kinds])),
         "ripple_sine": (0 * one, ripple),
         "ripple_cosine": (0 * one, ripple),

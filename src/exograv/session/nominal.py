@@ -6,16 +6,16 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.friction import Friction
 from exograv.dynamics.loop_torque import GRAVITY
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.empty_machine import COULOMB, V_REST, V_STRIBECK, VISCOUS
+from exograv.identification.empty_machine import V_REST
+from exograv.identification.empty_prior import COULOMB, V_STRIBECK, VISCOUS, usual_friction
 from exograv.model.description import RigDescription
 
 
 def nominal_machine(description: RigDescription, phi: np.ndarray) -> CalibratedMachine:
     """Gains and rotors of `rig.toml`, friction usual of the drives, links (joint, 10) as drawn."""
-    kinds = [actuator.drive for actuator in description.settings.actuators]
-    coulomb, viscous = (np.array([table[kind][0] for kind in kinds]) for table in (COULOMB, VISCOUS))
-    ones, zeros = np.ones(len(kinds)), np.zeros(len(kinds))
-    v_stribeck = np.full(len(kinds), V_STRIBECK)
+    coulomb, viscous = (usual_friction(description, table)[0] for table in (COULOMB, VISCOUS))
+    ones, zeros = np.ones(len(coulomb)), np.zeros(len(coulomb))
+    v_stribeck = np.full(len(coulomb), V_STRIBECK)
     return CalibratedMachine(
         actuators=ActuatorGain(description.nominal_gain, 0.005 * description.nominal_gain),
         friction=Friction(coulomb, viscous, ones, zeros, zeros, v_stribeck, V_REST),

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.at_rest import carrying_torque, hanging_posture, weight_stiffness
-from exograv.identification.empty_machine import COULOMB
+from exograv.identification.empty_prior import COULOMB, usual_friction
 from exograv.model.tree import Tree
 from exograv.motion import hold
 from exograv.signals import Reference
@@ -65,7 +65,7 @@ class Nudger:
 
     def __init__(self, run: EmptyRun):
         self._run, self._joints = run, run.description.joints
-        self._usual = np.array([COULOMB[actuator.drive][0] for actuator in run.description.settings.actuators])
+        self._usual = usual_friction(run.description, COULOMB)[0]
         hanging, q = starting_posture(run.tree), run.pilot.q.copy()
         weight = carrying_torque(run.tree, hanging)
         # Friction holds what hangs. Motors that nobody has tried yet carry only what would fall from its best posture,

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import ConfigError, IdentificationError
-from exograv.identification.empty_machine import COULOMB
+from exograv.identification.empty_prior import COULOMB, usual_friction
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.rig import Rig
@@ -82,11 +82,12 @@ def refuse_not_hanging(description: RigDescription, hanging: Joints, q: Joints, 
     Raises:
         ConfigError: More than friction can hold; then it is not there.
     """
-    for joint, actuator in enumerate(description.settings.actuators):
-        usual = COULOMB[actuator.drive][0]
+    for joint, (name, usual) in enumerate(
+        zip(description.joints, usual_friction(description, COULOMB)[0], strict=True)
+    ):
         if abs(weight[joint]) > usual:
             raise ConfigError(
-                f"By its encoders the machine would pull with {weight[joint]:+.1f} N·m at joint '{actuator.joint}', "
+                f"By its encoders the machine would pull with {weight[joint]:+.1f} N·m at joint '{name}', "
                 f"which reads {np.rad2deg(q[joint]):.1f}° (hanging by the URDF: {np.rad2deg(hanging[joint]):.0f}°). "
                 f"Friction holds {usual:g} N·m. Let it hang, empty, before it is calibrated; if it hangs, this "
                 "encoder is reversed, has another zero, or is swapped with another."
@@ -100,7 +101,7 @@ def check_push(description: RigDescription, joint: int, sign: float, pushed: Pus
         IdentificationError: It did not.
     """
     name, gain = description.joints[joint], float(description.nominal_gain[joint])
-    usual = COULOMB[description.settings.actuators[joint].drive][0]
+    usual = float(usual_friction(description, COULOMB)[0][joint])
     _refuse_other_current(name, gain, usual, pushed.commanded[:, joint], pushed.current[:, joint])
     tau = gain * float(pushed.commanded[-1, joint])
     moved = int(np.abs(pushed.way).argmax())
@@ -145,7 +146,7 @@ def refuse_too_light(description: RigDescription, joint: int, upwards: Sequence[
     Raises:
         IdentificationError: There is next to none.
     """
-    name, usual = description.joints[joint], COULOMB[description.settings.actuators[joint].drive][0]
+    name, usual = description.joints[joint], float(usual_friction(description, COULOMB)[0][joint])
     friction = 0.5 * (float(np.mean(upwards)) + float(np.mean(down)))
     if friction < TOO_LIGHT * usual:
         raise IdentificationError(
