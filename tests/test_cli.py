@@ -31,6 +31,10 @@ REFUSED = {
     "a level that does not exist": (("demo", "--level", "7"), "--level is 7; allowed: 0"),
     "more than the weight of the arm": (("demo", "--gravity-level", "2"), "--gravity-level is 2.0; allowed: 0"),
     "a gravity level that is no number": (("demo", "--gravity-level", "nan"), "--gravity-level is nan"),
+    "a calibration at a level that does not exist": (("calibrate", "--level", "7"), "--level is 7; allowed: 0"),
+    "a re-check of nothing": (("calibrate", "--recheck", "--calibration", "none.toml"), "none.toml cannot be read"),
+    "a calibration of another kind": (("identify", "--calibration", "file"), "has schema_version None"),
+    "a calibration without motors": (("calibrate", "--rig", "recupera_like_passive"), "has no motor"),
     "too short a motion": (("identify", "--seconds", "1"), "--seconds is 1.0; allowed: 5 to 600"),
     "a negative seed": (("demo", "--seed", "-1"), "--seed is -1"),
     "a folder that is a file": (
@@ -100,7 +104,7 @@ def test_help_waits_for_no_engine():
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert result.stderr.split() == []
-    for command in ("demo", "identify", "transparency", "identify-log", "report", "rigs", "doctor"):
+    for command in ("demo", "identify", "calibrate", "transparency", "identify-log", "report", "rigs", "doctor"):
         assert command in result.stdout
 
 

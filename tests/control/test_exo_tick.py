@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from exograv.control.exo_tick import STIFFER_KD, STIFFER_KP, ExoTick
+from exograv.control.exo_tick import STIFFER_KD, STIFFER_KP, ExoTick, empty_gains
+from exograv.model.assembly import read_exoskeleton
+from exograv.model.description import load_rig
 from exograv.signals import Reference
 
 Q, STILL = np.array([0.0, 0.0, 0.0, np.pi / 2]), np.zeros(4)
@@ -47,3 +49,28 @@ def test_rotors_cost_torque_when_the_reference_accelerates(tick, assembly):
     none = tick.step(Q, STILL, Reference(Q, STILL, STILL)).copy()
     accelerated = tick.step(Q, STILL, Reference(Q, STILL, np.array([0.0, 0.0, 0.0, 1.0]))).copy()
     assert (accelerated - none)[3] > assembly.description.per_actuator("rotor_inertia_kgm2")[3]
+
+
+@pytest.mark.parametrize("name", ["recupera_like", "recupera_like_qdd", "recupera_like_7"])
+def test_damping_stays_slower_than_drives_and_delays_however_light_the_joint(name: str):
+    """Of the lightest joint's own inertia and rotor, all others free."""
+    description = load_rig(name)
+    tree = read_exoskeleton(description)
+    kp, kd = empty_gains(description, tree)
+    least = tree.phi[-1, [4, 6, 9]].min() + description.per_actuator("rotor_inertia_kgm2")[-1]
+    assert kd[-1] / least < 100.0
+    assert (kp <= 20.0 * kd + PARITY).all()
+
+
+def test_weights_hang_where_they_hang():
+    """On a machine for two arms the other arm feels nothing."""
+    description = load_rig("recupera_like_dual")
+    tree = read_exoskeleton(description)
+    tick, q = ExoTick(description, tree), np.zeros(8)
+    q[[3, 7]] = np.pi / 2
+    held = Reference(q, np.zeros(8), np.zeros(8))
+    bare = tick.step(q, np.zeros(8), held).copy()
+    tick.hang(description.mounts[1], 3.0)
+    added = tick.step(q, np.zeros(8), held) - bare
+    assert np.abs(added[:4]).max() < PARITY
+    assert added[7] > 1.0

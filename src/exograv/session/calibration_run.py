@@ -15,6 +15,7 @@ from exograv.safety.envelope import Envelope
 from .calibration_file import friction_warning, identity_of, read_calibration, refuse_unfit, write_calibration
 from .calibration_outcome import calibration_figures
 from .calibration_schema import Measured, StoredCalibration, stored
+from .nudge_checks import refuse_joints_without_motor
 from .pilot import Pilot, Progress
 from .stage_0 import EmptyTwin
 from .virtual import limits
@@ -57,6 +58,7 @@ def run_calibration(options: CalibrateOptions, progress: Progress, now: datetime
     """
     start, now = time.perf_counter(), (now or datetime.now(UTC)).replace(microsecond=0)
     description = load_rig(options.rig, options.side)
+    refuse_joints_without_motor(description)
     machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
     lengths = {adjustment.segment: adjustment.nominal_m for adjustment in description.settings.adjustments}
     empty = EmptyTwin(description, machine, options.seed, lengths)

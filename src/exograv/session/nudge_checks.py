@@ -43,17 +43,26 @@ class Pushed:
     """From rest to the end, not filtered [rad]."""
 
 
-def refuse_before_motion(description: RigDescription, tree: Tree, rig: Rig) -> None:
-    """What can be seen before the first current flows.
+def refuse_joints_without_motor(description: RigDescription) -> None:
+    """A calibration moves every joint by its own motor.
 
     Raises:
-        ConfigError: Joints, drives or encoder readings do not fit `rig.toml` and URDF.
+        ConfigError: It cannot.
     """
     if description.motorless:
         raise ConfigError(
             f"{description.name} has no motor at {', '.join(description.motorless)}: a calibration moves every joint "
             "by its own motor. Use a machine with a motor at each joint."
         )
+
+
+def refuse_before_motion(description: RigDescription, tree: Tree, rig: Rig) -> None:
+    """What can be seen before the first current flows.
+
+    Raises:
+        ConfigError: Joints, drives or encoder readings do not fit `rig.toml` and URDF.
+    """
+    refuse_joints_without_motor(description)
     if tuple(rig.joints) != description.joints:
         raise ConfigError(
             f"The rig's joints are {', '.join(rig.joints)}; rig.toml has {', '.join(description.joints)}. "
