@@ -13,7 +13,21 @@ from exograv.session.identify import Identifier
 SOURCE = Path(exograv.__file__).parent
 DECIDING = sorted(path for room in ("control", "identification", "dynamics") for path in (SOURCE / room).glob("*.py"))
 TRUTH = {"Truth", "truth", "Examiner", "Examination", "VirtualLaboratory", "parameter_truth", "Wearer", "Machine"}
-SHARED = {"pilot.py", "identify.py", "arm_controller.py", "weigh.py", "float_arm.py", "fade.py", "nominal.py"}
+SHARED = {
+    "pilot.py",
+    "identify.py",
+    "arm_controller.py",
+    "weigh.py",
+    "float_arm.py",
+    "fade.py",
+    "nominal.py",
+    "calibrate.py",
+    "calibration_file.py",
+    "calibration_schema.py",
+    "empty_run.py",
+    "nudge.py",
+    "nudge_checks.py",
+}
 
 
 def imported(path: Path) -> set[str]:
