@@ -119,11 +119,11 @@ def test_both_arms_stir_on_their_own():
 
 def test_a_persons_arms_are_as_long_and_nearly_as_heavy_as_each_other():
     ratios = []
-    for seed in range(200):
+    for seed in range(80):
         right, left = (arm.skeleton for arm in draw_wearer(GOOD, seed, "both").arms)
         assert right.lengths == left.lengths
         ratios.append(left.bone("forearm").mass / right.bone("forearm").mass)
-    assert np.std(np.log(ratios)) == pytest.approx(0.02, rel=0.15)
+    assert np.std(np.log(ratios)) == pytest.approx(0.02, rel=0.25)
 
 
 def test_the_first_arm_of_two_is_the_arm_of_a_machine_for_one():

@@ -182,6 +182,20 @@ def test_three_hinges_stand_for_a_ball():
     assert truth["forearm.Iyy"] != pytest.approx(truth["forearm.Ixx"], rel=1e-3)
 
 
+def test_a_shoulder_told_as_one_joint_is_the_shoulder_told_by_its_hinges(tmp_path: Path, rig):
+    told = (WEARERS / "sketched.toml").read_text(encoding="utf-8")
+    hinges = told[told.index("flexion =") : told.index("elbow =")]
+    shoulder = '[shoulder]\njoints = ["twist", "swing", "lift"]\nzero_deg = [0.0, 0.0, 0.0]\n[freedoms]\n'
+    (tmp_path / "map.toml").write_text(told.replace(hinges, "").replace("[freedoms]\n", shoulder), encoding="utf-8")
+    as_ball = read_wearer_model(FILES["sketched"], tmp_path / "map.toml", rig).skeleton
+    q, found = np.array([0.6, 0.2, -0.3, 1.0]), []
+    for skeleton in (read("sketched").skeleton, as_ball):
+        model, data, dofs = alone(skeleton)
+        data.qpos[dofs] = q
+        found.append(inertia_matrix(model, data, dofs))
+    np.testing.assert_allclose(found[0], found[1], atol=INERTIA)
+
+
 def test_a_shoulder_in_another_order_is_donned_in_the_same_posture():
     usual = draw_wearer(GOOD, 0).arms[0].skeleton
     first, second, third = usual.bones[0].joints

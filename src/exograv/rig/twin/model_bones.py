@@ -198,7 +198,7 @@ def _joints(seen: Anatomy, body: int) -> tuple[BoneJoint, ...]:
         anchor = seen.told.axes @ (seen.data.xanchor[joint] - seen.data.xpos[body])
         axis = seen.told.axes @ seen.data.xaxis[joint] * stand.signs.get(joint, 1)
         if joint in stand.ball:
-            if joint == stand.ball[0]:
+            if not any(one.name == FREEDOMS[0] for one in joints):
                 centre = seen.told.axes @ (seen.shoulder - seen.data.xpos[body])
                 joints += [BoneJoint(name, axis_of(name, side), centre) for name in FREEDOMS[:3]]
         elif joint in stand.freedoms:
