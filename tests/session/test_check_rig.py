@@ -157,6 +157,14 @@ WRONG = {
          (CUFF.format("forearm", *WELD), CUFF.format("forearm", 2.1, 4.5, 1e-4, 0.001))],
         r"hold rotation with 0.\d+ N·m/rad only; allowed: from 0.5 N·m/rad on",
     ),
+    "a task far beyond the limits": (
+        [(TASK, TASK.replace("110.0", "100000.0"))],
+        r"task_workspace takes 'elbow_flexion' from 25.0 to 100000.0°",
+    ),
+    "angles of the arm beyond a half turn": (
+        [(DONNED, DONNED + "\narm_posture_deg = [0.0, 0.0, 0.0, 5156.6]")],
+        r"donning.arm_posture_deg holds 5156.6°; allowed: ±180°",
+    ),
     "a cuff beside the limb": (
         [('<origin xyz="0 0 -0.17" rpy="0 0 0"/>', '<origin xyz="0.3 0 -0.17" rpy="0 0 0"/>')],
         r"cuff 'forearm' is 300 mm beside the axis of the forearm at donning",

@@ -10,6 +10,7 @@ from exograv.model.tree import Tree
 from .findings import Findings
 
 SAME_M = 1e-6
+ARM_ANGLE_MAX_DEG = 180.0
 RADIANS = 3.5
 """If no angle of a file is larger than this, it was written in radians [°]."""
 
@@ -22,7 +23,8 @@ def examine_agreement(description: RigDescription, tree: Tree, findings: Finding
     if same:
         _examine_lengths(description, tree, file, findings)
         _examine_torques(description, tree, file, findings)
-        _examine_angles(description, tree, findings)
+        # Beyond the limits the loops mean nothing, and far beyond them the search for closed ones would never end.
+        same = _examine_angles(description, tree, findings)
     return same
 
 
@@ -77,23 +79,33 @@ def _examine_torques(description: RigDescription, tree: Tree, file: str, finding
             )
 
 
-def _examine_angles(description: RigDescription, tree: Tree, findings: Findings) -> None:
-    settings = description.settings
+def _examine_angles(description: RigDescription, tree: Tree, findings: Findings) -> bool:
+    """Whether donning and task, at least, are within the limits."""
+    settings, within = description.settings, True
     box = settings.task_workspace
     largest = np.abs([settings.donning.posture_deg, box.lower_deg, box.upper_deg]).max()
     if 0.0 < largest < RADIANS:
         findings.problem(
             f"the largest angle of [donning] and [task_workspace] is {largest:g}°. Are these radians? rig.toml is in °."
         )
+    arm = settings.donning.arm_posture_deg or [0.0]
+    if np.abs(arm).max() > ARM_ANGLE_MAX_DEG:
+        within = False
+        findings.problem(
+            f"donning.arm_posture_deg holds {max(arm, key=abs):g}°; allowed: ±{ARM_ANGLE_MAX_DEG:g}°. Give the "
+            "wearer's angles as they are seen where the cuffs are fastened."
+        )
     for what, postures in _postures(description).items():
         for i, joint in enumerate(tree.joints):
             low, high = postures[:, i].min(), postures[:, i].max()
             lower, upper = np.rad2deg([joint.lower, joint.upper])
             if low < lower or high > upper:
+                within = within and what not in ("donning", "task_workspace")
                 findings.problem(
                     f"{what} takes '{joint.name}' from {low:.1f} to {high:.1f}°; its limits are {lower:.1f} to "
                     f"{upper:.1f}°. Stay within them."
                 )
+    return within
 
 
 def _postures(description: RigDescription) -> dict[str, Float[np.ndarray, "posture joint"]]:
