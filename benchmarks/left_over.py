@@ -91,7 +91,8 @@ def main() -> None:
         return
     first, _, last = options.seeds.partition("-")
     seeds = range(int(first), int(last or first) + 1)
-    jobs = [(options.rig, options.level, seed, method, options.seconds) for method in options.methods.split(",") for seed in seeds]
+    methods, common = options.methods.split(","), (options.rig, options.level)
+    jobs = [(*common, seed, method, options.seconds) for method in methods for seed in seeds]
     with ProcessPoolExecutor(options.processes) as pool:
         results = list(pool.map(run, *zip(*jobs, strict=True)))
     if options.save:

@@ -29,7 +29,8 @@ def machine_of_4() -> Assembly:
 def machine_of_7() -> Assembly:
     """The same with a forearm roll and a wrist; its forearm cuff sits behind the roll.
 
-    For comparisons only: `assemble` takes no such machine yet, and exograv's arm keeps its four freedoms.
+    For comparisons only, and kept as it is so that they stay comparable: the arm in it has four freedoms, where
+    `recupera_like_7` has an arm of seven.
     """
     small = machine_of_4()
     description = RigDescription(_settings_of_7(small.description.settings), "right", small.description.folder)

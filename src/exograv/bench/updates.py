@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from exograv.dynamics.parameters import Layout
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Method, Sample
 from exograv.identification.prior import prior

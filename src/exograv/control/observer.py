@@ -13,9 +13,7 @@ class Observer:
     """Second-order tracking observer, critically damped, one for all joints."""
 
     def __init__(self, joints: int, dt: float, bandwidth_Hz: float = 30.0):
-        self._kernel = kernel.compile(
-            observer_function(joints, dt, bandwidth_Hz), carry={"q": "q_next", "v": "v_next"}
-        )
+        self._kernel = kernel.compile(observer_function(joints, dt, bandwidth_Hz), carry={"q": "q_next", "v": "v_next"})
         self._started = False
         self._measured = self._kernel.inputs["q_measured"]
         self.q: Joints = self._kernel.inputs["q"]
