@@ -48,7 +48,7 @@ QUICK: dict[str, tuple[str, ...]] = {
     "encoders swapped": ("'shoulder_flexion', which reads -6.", "or is swapped with another"),
     "motors swapped": ("Pushing joint 'shoulder_flexion'", "moved 'shoulder_abduction'", "correct their order"),
     "blocked": ("'shoulder_flexion' did not move under 12.5 N·m", "Free it"),
-    "blocked, light": ("'shoulder_flexion' did not move under 1.5 N·m", "Free it"),
+    "blocked, light": ("'shoulder_flexion' did not move under 2.4 N·m", "Free it"),
     "disconnected": (ASKED, "Its motor is disconnected if nothing flows"),
     "disconnected, noise measured": (ASKED, "Its motor is disconnected if nothing flows"),
 }

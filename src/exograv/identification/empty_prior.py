@@ -25,11 +25,11 @@ ROTOR_SD = 0.4  # share
 WARMING_SD = (
     0.15  # share by which friction falls in ten minutes: a tenth to a fifth in half an hour, most of it at first
 )
-OFFSET_SD = np.deg2rad(0.5)  # of an encoder: set against a jig or a stop
+OFFSET_SD = np.deg2rad(0.7)  # of an encoder: set against a jig or a stop, on any day
 LINK_MASS_SD = 0.04  # share: links against their drawings
 LINK_CENTRE_SD_M = 0.004
 LINK_INERTIA_SD = 0.10  # share of the mean moment
-TILT_SD = np.deg2rad(0.5)  # of the base: a spirit level
+TILT_SD = np.deg2rad(1.0)  # of the base: set up by eye and a spirit level, on any day
 WEIGHT_SD = 0.002  # share: a known weight is put on a scale before it hangs
 
 PER_JOINT = (

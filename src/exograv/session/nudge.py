@@ -34,7 +34,9 @@ STARTED = 0.0015
 RATE = 1.0  # of the usual Coulomb friction, a second
 AGAIN = 0.4  # a further push of the same kind starts at this share of the last
 HELD = 0.4  # of the usual Coulomb friction: what it holds on any day
-PUSH_MAX = 5.0  # of the usual Coulomb friction, and nine tenths of the motor
+PUSH_MAX = {"harmonic": 5.0, "quasi_direct": 8.0}
+"""Of the usual Coulomb friction, and nine tenths of the motor: what breaks the worst twins away; ripple counts for more
+in light drives [-]."""
 STILL_S, STILL_MAX, WAITS = 0.3, np.deg2rad(0.3), 10  # s, rad in that time, and how often to look
 CHUNK_S = 0.02
 
@@ -74,7 +76,8 @@ class Nudger:
         refuse_not_hanging(run.description, hanging, q, carrying_torque(run.tree, q) - self._push.tau_feedforward)
         self._stiffness = np.diag(weight_stiffness(run.tree, q))
         self._speed = 0.0
-        self._most = np.minimum(PUSH_MAX * self._usual, 0.9 * run.description.per_actuator("torque_max_Nm"))
+        most = np.array([PUSH_MAX[actuator.drive] for actuator in run.description.settings.actuators])
+        self._most = np.minimum(most * self._usual, 0.9 * run.description.per_actuator("torque_max_Nm"))
 
     def nudge(self, pushes: int = PUSHES) -> None:
         """Push every joint both ways, and note what it took.
