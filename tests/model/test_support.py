@@ -1,5 +1,6 @@
 """Cuffs that leave a freedom of the arm unsupported are refused with its name; cuffs that hold all are accepted."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
@@ -14,7 +15,7 @@ POINT = {"about_limb_Nm_per_deg": 0.0, "about_others_Nm_per_deg": 0.0}
 NOTHING = {**POINT, "along_N_per_mm": 0.0, "across_N_per_mm": 0.0}
 
 
-def cuffs_of(assembly: Assembly, *kinds: dict[str, float] | None) -> Assembly:
+def cuffs_of(assembly: Assembly, *kinds: Mapping[str, object] | None) -> Assembly:
     """`None` leaves a cuff away."""
     chosen: list[Cuff] = [
         cuff.model_copy(update=kind) for cuff, kind in zip(assembly.cuffs, kinds, strict=True) if kind is not None
