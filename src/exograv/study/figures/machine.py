@@ -75,7 +75,7 @@ def draw(check: Mapping[str, Any]) -> Figure:
 
 def _verdict(check: Mapping[str, Any]) -> str:
     held = f"Cuffs hold {check['rank']} of {check['human_dof']} freedoms"
-    wearer = f"this wearer's weighs {check['wearer_arm_kg']:.1f} kg"
+    wearer = f"this wearer's arm weighs {check['wearer_arm_kg']:.1f} kg"
     if all(row["limit"] is None for row in check["torque_Nm"]):
         return f"{held}; no motors; {wearer}."
     return f"{held}; drives hold an arm of {check['largest_arm_kg']:.1f} kg with 1 kg in the hand; {wearer}."
