@@ -15,7 +15,7 @@ Joints = Float[np.ndarray, " joint"]
 
 STIFFER_KP, STIFFER_KD = 2.0, 1.5
 """Times the weak PD: nobody is in the machine, and stick-slip would spoil slow sweeps."""
-DAMPING_RATE, STIFFNESS_RATE = 50.0, 20.0
+DAMPING_RATE, STIFFNESS_RATE = 35.0, 15.0
 """But at most so much damping per inertia [1/s], or it meets the delays and the drives' bandwidth of 25 Hz (a light
 machine without an arm in it would shake), and so much stiffness per damping [1/s]."""
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from exograv.control.exo_tick import ExoTick
+from exograv.control.exo_tick import ExoTick, empty_gains
 from exograv.errors import IdentificationError, RigError
 from exograv.identification.empty_machine import SAMPLE_PERIOD_S, V_CLEAR, V_START, Sweeps
 from exograv.identification.empty_model import FILTER_DELAY_S
@@ -18,9 +18,10 @@ from exograv.safety.envelope import StopReason
 
 from .pilot import Controller, Moment, Pilot
 
-ASTRAY_MAX = np.deg2rad(8.0)
-"""Of a joint from its reference: friction, a wrong gain and a weight ask the PD for 5° at most, a blocked joint for
-any angle; at 8° the motor pushes with a third of its torque [rad]."""
+ASTRAY_RAD = np.deg2rad(8.0)
+"""A joint may always be as far from its reference: friction, a wrong gain and a weight ask the PD for 5° at most."""
+ASTRAY_SHARE = 1.0 / 3.0
+"""Of the motor's torque, which the PD of a light joint gives only farther away; a blocked joint asks for any angle."""
 HANG_S, HANG_TICKS = 1.0, 20  # s to lower a weight, in steps of so many ticks
 
 Joints = Float[np.ndarray, " joint"]
@@ -41,6 +42,10 @@ class EmptyRun:
         self.controller = ExoTick(self.description, self.tree)
         self.filter = SampleFilter(len(self.description.joints), self.pilot.rig.period_s, FILTER_DELAY_S)
         """Its torque is the motor current [A]."""
+        kp, _ = empty_gains(self.description, self.tree)
+        torque_max = self.description.per_actuator("torque_max_Nm")
+        self.astray_rad = np.maximum(ASTRAY_RAD, ASTRAY_SHARE * torque_max / kp)
+        """Largest distance from the reference (joint,) [rad]."""
         weights = len(self.description.calibration.weights_kg)
         self._hung = np.zeros((len(self.description.mounts), weights))
         self._rows: list[tuple[float | bool | np.ndarray, ...]] = []
@@ -79,17 +84,21 @@ class EmptyRun:
             joint, led, stands = watch.astray
             raise IdentificationError(
                 f"Joint '{self.description.joints[joint]}' stands at {np.rad2deg(stands):.1f}° where it was led to "
-                f"{np.rad2deg(led):.1f}°; {np.rad2deg(ASTRAY_MAX):.0f}° apart are allowed. Is it blocked, its motor "
-                "disconnected, are its encoder and motor both reversed, or is another weight hung than stated? The "
+                f"{np.rad2deg(led):.1f}°; {np.rad2deg(self.astray_rad[joint]):.0f}° apart are allowed. Is it blocked, "
+                "its motor disconnected, are its encoder and motor both reversed, or is another weight hung than stated? The "
                 "machine has come down; free it, or correct that, and repeat."
             )
 
     def _run(self, controller: Controller, path: Trajectory, text: str, watch: "_Watch") -> None:
         try:
             self.pilot.run(controller, path, text, watch)
-        except RigError:
+        except RigError as error:
             if watch.astray is None:
-                raise
+                joint = self.description.joints[int(np.abs(watch.fastest).argmax())]
+                raise RigError(
+                    f"{error} The fastest joint was '{joint}' with {np.abs(watch.fastest).max():.1f} rad/s; its "
+                    "encoder's unit or sign, or its stiffness in rig.toml, may be wrong."
+                ) from error
 
     def load(self, mount: str, weight: int | None) -> None:
         """Lower a known weight, by its number, onto an empty mount, or take off what hangs there, within `HANG_S`.
@@ -124,15 +133,17 @@ class _Watch:
 
     def __init__(self, run: EmptyRun, path: Trajectory):
         self._run, self._path, self._tick = run, path, 0
+        self.fastest = np.zeros(len(run.description.joints))
         self.astray: tuple[int, float, float] | None = None
         """Joint, where it was led and where it stood [rad]."""
 
     def __call__(self, moment: Moment) -> None:
         self._run.listen(moment)
+        np.maximum(self.fastest, np.abs(moment.v), out=self.fastest)
         led = self._path.q[self._tick]
         self._tick += 1
-        apart = np.abs(led - moment.q)
+        apart = np.abs(led - moment.q) / self._run.astray_rad
         joint = int(apart.argmax())
-        if apart[joint] > ASTRAY_MAX and self._run.pilot.envelope.stop is None:
+        if apart[joint] > 1.0 and self._run.pilot.envelope.stop is None:
             self.astray = joint, float(led[joint]), float(moment.q[joint])
             self._run.pilot.envelope.trip(StopReason.ASTRAY)
