@@ -129,14 +129,19 @@ class Case:
 
 OTHER_ORDER = ("elbow_flexion", "shoulder_flexion", "shoulder_abduction", "shoulder_rotation")
 QDD = "recupera_like_qdd"
-REVERSED = {"command": scaled(0, -1.0), "current": scaled(0, -1.0)}
-SWAPPED = {"command": swapped(0, 1), "current": swapped(0, 1)}
+
+
+def motor(change: Change, rig: str = "recupera_like", position: Change = unchanged) -> Case:
+    """Command and measured current are wrong alike."""
+    return Case(rig, position, change, change)
+
+
 QUICK = {
     "encoder reversed": Case(position=scaled(0, -1.0)),
     "encoder reversed, light": Case(QDD, position=scaled(0, -1.0)),
     "encoder reversed where nothing weighs": Case(position=scaled(2, -1.0)),
-    "motor reversed": Case(**REVERSED),
-    "motor reversed, light": Case(QDD, **REVERSED),
+    "motor reversed": motor(scaled(0, -1.0)),
+    "motor reversed, light": motor(scaled(0, -1.0), QDD),
     "motor reversed, its current not": Case(command=scaled(0, -1.0)),
     "degrees": Case(position=np.rad2deg),
     "degrees at zero": Case(position=scaled(1, float(np.rad2deg(1.0))), start_deg={1: 0.0}),
@@ -150,7 +155,7 @@ QUICK = {
     "constant in kN·m": Case(constant=(2, 0.001)),
     "other order": Case(names=OTHER_ORDER),
     "encoders swapped": Case(position=swapped(0, 1)),
-    "motors swapped": Case(**SWAPPED),
+    "motors swapped": motor(swapped(0, 1)),
     "blocked": Case(blocked=0),
     "blocked, light": Case(QDD, blocked=0),
     "disconnected": Case(command=scaled(0, 0.0), current=scaled(0, 0.0)),
@@ -158,8 +163,8 @@ QUICK = {
 }
 SLOW = {
     "weights in pounds": Case(weight_share=0.45359237),
-    "all swapped": Case(position=swapped(0, 3), **{name: swapped(0, 3) for name in ("command", "current")}),
-    "all reversed": Case(position=scaled(0, -1.0), **REVERSED),
+    "all swapped": motor(swapped(0, 3), position=swapped(0, 3)),
+    "all reversed": motor(scaled(0, -1.0), position=scaled(0, -1.0)),
     "encoder shifted": Case(position=shifted(3, 0.09)),
     "gain for peak current": Case(command=scaled(1, 1.5), current=scaled(1, 1.0 / 1.5)),
     "nothing wrong": Case(),

@@ -28,7 +28,11 @@ ASKED = "Joint 'shoulder_flexion' was asked for"
 OTHER_WAY = "Its encoder or its motor counts the other way round"
 MILLI = "(mA for A)"
 QUICK: dict[str, tuple[str, ...]] = {
-    "encoder reversed": ("'shoulder_flexion', which reads -27.", "hanging by the URDF: 27°", "this encoder is reversed"),
+    "encoder reversed": (
+        "'shoulder_flexion', which reads -27.",
+        "hanging by the URDF: 27°",
+        "this encoder is reversed",
+    ),
     "encoder reversed, light": ("'shoulder_flexion', which reads -27.", "this encoder is reversed"),
     "encoder reversed where nothing weighs": ("Joint 'shoulder_rotation' moved by -1.", OTHER_WAY, "flip the sign"),
     "motor reversed": (PUSHED, OTHER_WAY),

@@ -85,7 +85,7 @@ class EmptyRun:
             raise IdentificationError(
                 f"Joint '{self.description.joints[joint]}' stands at {np.rad2deg(stands):.1f}° where it was led to "
                 f"{np.rad2deg(led):.1f}°; {np.rad2deg(self.astray_rad[joint]):.0f}° apart are allowed. Is it blocked, "
-                "its motor disconnected, are its encoder and motor both reversed, or is another weight hung than stated? "
+                "its motor disconnected, are its encoder and motor both reversed, or hangs another weight than stated? "
                 "The machine has come down; free it, or correct that, and repeat."
             )
 
