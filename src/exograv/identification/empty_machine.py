@@ -27,7 +27,9 @@ from .empty_prior import VISCOUS as VISCOUS
 
 V_REST = 0.02
 MOVED_S = 2.0  # least time of clear motion
-CHANGE_SD = 0.3  # share: of friction between two days
+CHANGING = ("coulomb", "viscous", "asymmetry")
+"""What a re-check measures again."""
+CHANGE_SD = 0.3  # share: of that between two days
 KNOWN_SD = 1e-6  # what a re-check takes as it was
 WEIGHT_LOOSE_SD = 1.0  # share: a first fit does not trust what is written on the weights
 
@@ -55,14 +57,8 @@ def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibr
     Raises:
         IdentificationError: A joint moved too little, or what was found cannot be.
     """
+    _refuse_unmoved(description, sweeps)
     model = EmptyMachine(description, tree)
-    moved_s = (sweeps.clear & ~sweeps.start[:, None]).sum(axis=0) * SAMPLE_PERIOD_S
-    for joint, seconds in zip(description.joints, moved_s, strict=True):
-        if seconds < MOVED_S:
-            raise IdentificationError(
-                f"Joint '{joint}' moved for only {seconds:.1f} s of the calibration; {MOVED_S:g} s are needed. "
-                "Is it blocked, or its motor disconnected?"
-            )
     layout = model.prior.layout
     first = model.fit(sweeps, model.prior.with_sd(layout.weight, WEIGHT_LOOSE_SD))
     refuse_wrong_weights(description, first)
@@ -72,11 +68,29 @@ def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibr
 
 
 def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Calibration) -> Calibration:
-    """Friction as it is now, from sweeps without weights; all else stays as it was `before`."""
+    """Friction as it is now, from sweeps without weights; all else stays as it was `before`.
+
+    Raises:
+        IdentificationError: A joint moved too little.
+    """
+    _refuse_unmoved(description, sweeps)
     model = EmptyMachine(description, tree)
-    layout, machine = model.prior.layout, before.machine
-    friction = machine.friction
-    mean, sd = model.prior.mean.copy(), np.full(len(model.prior.mean), KNOWN_SD)
+    prior = _as_it_was(description, model.prior, before)
+    found = _calibration(description, model.fit(sweeps, prior, model.fit(sweeps, prior))).machine
+    friction, friction_sd = (
+        replace(old, **{name: getattr(new, name) for name in CHANGING})
+        for old, new in (
+            (before.machine.friction, found.friction),
+            (before.machine.friction_sd, found.friction_sd),
+        )
+    )
+    return replace(before, machine=replace(before.machine, friction=friction, friction_sd=friction_sd))
+
+
+def _as_it_was(description: RigDescription, data_sheets: Prior, before: Calibration) -> Prior:
+    """What a re-check believes: all is as it was but for what changes with the day, and ripple, which is not kept."""
+    layout, machine, friction = data_sheets.layout, before.machine, before.machine.friction
+    mean, sd = data_sheets.mean.copy(), np.full(len(data_sheets.mean), KNOWN_SD)
     known = {
         "inverse_gain": description.nominal_gain / machine.actuators.gain,
         "coulomb": friction.coulomb,
@@ -91,22 +105,23 @@ def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Cal
     for name, values in known.items():
         mean[layout.of(name)] = values
     mean[layout.tilt], mean[layout.links] = before.tilt, machine.phi.ravel()
-    free = {"coulomb": CHANGE_SD * friction.coulomb, "viscous": CHANGE_SD * friction.viscous}
-    free["asymmetry"] = CHANGE_SD * np.hypot(friction.asymmetry, 0.1 * friction.coulomb)
-    for name, values in free.items():
-        sd[layout.of(name)] = values
+    coulomb, viscous, asymmetry = (np.abs(np.asarray(known[name])) for name in CHANGING)
+    # Asymmetry may also come where there was none: a tenth of what rubs.
+    for name, size in zip(CHANGING, (coulomb, viscous, np.hypot(asymmetry, 0.1 * coulomb)), strict=True):
+        sd[layout.of(name)] = CHANGE_SD * size
     for name in ("ripple_sine", "ripple_cosine"):
-        sd[layout.of(name)] = np.sqrt(np.diag(model.prior.covariance)[layout.of(name)])
-    prior = Prior(layout, mean, np.diag(sd**2))
-    found = _calibration(description, model.fit(sweeps, prior, model.fit(sweeps, prior))).machine
-    changed = {name: getattr(found.friction, name) for name in free}
-    changed_sd = {name: getattr(found.friction_sd, name) for name in free}
-    machine = replace(
-        machine,
-        friction=replace(friction, **changed),
-        friction_sd=replace(machine.friction_sd, **changed_sd),
-    )
-    return replace(before, machine=machine)
+        sd[layout.of(name)] = np.sqrt(np.diag(data_sheets.covariance)[layout.of(name)])
+    return Prior(layout, mean, np.diag(sd**2))
+
+
+def _refuse_unmoved(description: RigDescription, sweeps: Sweeps) -> None:
+    moved_s = (sweeps.clear & ~sweeps.start[:, None]).sum(axis=0) * SAMPLE_PERIOD_S
+    for joint, seconds in zip(description.joints, moved_s, strict=True):
+        if seconds < MOVED_S:
+            raise IdentificationError(
+                f"Joint '{joint}' moved for only {seconds:.1f} s of the calibration; {MOVED_S:g} s are needed. "
+                "Is it blocked, or its motor disconnected?"
+            )
 
 
 def _calibration(description: RigDescription, fit: Fit) -> Calibration:
