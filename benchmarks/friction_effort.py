@@ -103,6 +103,8 @@ def show(results: list[dict[str, object]]) -> None:
         )
         for law in LAWS:
             rows = [r for r in results if (r["rig"], r["law"]) == (rig, law)]
+            if not rows:
+                continue
             of = {c: np.array([r[c]["effort"] for r in rows]) for c in ("gcm", "dam")}  # pyright: ignore[reportIndexIssue, reportCallIssue, reportArgumentType] - as saved
             error = max(max(r[c]["error"]) for r in rows for c in of)  # pyright: ignore[reportIndexIssue, reportCallIssue, reportArgumentType] - as saved
             for condition, effort in of.items():
@@ -119,6 +121,7 @@ def main() -> None:
     parser.add_argument("--rig", default="recupera_like")
     parser.add_argument("--level", type=int, default=2)
     parser.add_argument("--seeds", default="0-4")
+    parser.add_argument("--laws", help="separated by commas", default=",".join(LAWS))
     parser.add_argument("--save", type=Path)
     parser.add_argument("--load", type=Path, nargs="*")
     options = parser.parse_args()
@@ -130,7 +133,7 @@ def main() -> None:
     for seed in range(int(first), int(last or first) + 1):
         trial = Trial(load_rig(options.rig), options.level, seed)
         known = prepare(trial.laboratory(), seed, lambda _text, _share: None)
-        for law in LAWS:
+        for law in options.laws.split(","):
             of = {condition: performed(trial, known, law, condition) for condition in ("gcm", "dam")}
             results.append({"rig": options.rig, "level": options.level, "seed": seed, "law": law, **of})
             if options.save:
