@@ -156,6 +156,8 @@ QUICK = {
     "other order": Case(names=OTHER_ORDER),
     "encoders swapped": Case(position=swapped(0, 1)),
     "motors swapped": motor(swapped(0, 1)),
+    "all swapped": motor(swapped(0, 3), position=swapped(0, 3)),
+    "all reversed": motor(scaled(0, -1.0), position=scaled(0, -1.0)),
     "blocked": Case(blocked=0),
     "blocked, light": Case(QDD, blocked=0),
     "disconnected": Case(command=scaled(0, 0.0), current=scaled(0, 0.0)),
@@ -163,8 +165,7 @@ QUICK = {
 }
 SLOW = {
     "weights in pounds": Case(weight_share=0.45359237),
-    "all swapped": motor(swapped(0, 3), position=swapped(0, 3)),
-    "all reversed": motor(scaled(0, -1.0), position=scaled(0, -1.0)),
+    "all reversed where nothing weighs": motor(scaled(2, -1.0), position=scaled(2, -1.0)),
     "encoder shifted": Case(position=shifted(3, 0.09)),
     "gain for peak current": Case(command=scaled(1, 1.5), current=scaled(1, 1.0 / 1.5)),
     "nothing wrong": Case(),

@@ -51,6 +51,8 @@ QUICK: dict[str, tuple[str, ...]] = {
     "other order": ("They must be the same, in the same order", "rig.toml"),
     "encoders swapped": ("'shoulder_flexion', which reads -6.", "or is swapped with another"),
     "motors swapped": ("Pushing joint 'shoulder_flexion'", "moved 'shoulder_abduction'", "correct their order"),
+    "all swapped": ("'shoulder_flexion', which reads 4.", "is swapped with another"),
+    "all reversed": ("'shoulder_flexion', which reads -27.", "this encoder is reversed"),
     "blocked": ("'shoulder_flexion' did not move under 12.5 N·m", "Free it"),
     "blocked, light": ("'shoulder_flexion' did not move under 2.4 N·m", "Free it"),
     "disconnected": (ASKED, "Its motor is disconnected if nothing flows"),
@@ -58,8 +60,7 @@ QUICK: dict[str, tuple[str, ...]] = {
 }
 SLOW: dict[str, tuple[str, ...]] = {
     "weights in pounds": ("The weight of 1.5 kg acts like 0.", "pounds"),
-    "all swapped": ("'",),
-    "all reversed": ("both reversed",),
+    "all reversed where nothing weighs": ("both reversed",),
     "encoder shifted": ("The encoder of joint 'elbow_flexion' reads +", "3° are allowed"),
     "gain for peak current": ("The gain of joint 'shoulder_abduction' is", "35% are allowed"),
 }
