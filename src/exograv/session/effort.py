@@ -14,7 +14,7 @@ from exograv.motion import Trajectory
 from exograv.rig.twin import Twin
 from exograv.rig.twin.acting import ActingWearer, usual_physiology
 from exograv.rig.twin.own_arm import OwnArm
-from exograv.rig.twin.practice import Practice
+from exograv.rig.twin.practice import Practice, tensed
 
 from .movements import WantedMovement
 from .pilot import Controller, Moment, Pilot
@@ -23,7 +23,7 @@ TRACKING_MAX_DEG = 1.0
 """RMS error of the worst joint up to which two performances count as the same movement [°]."""
 
 PERFORMANCES_MAX = 3
-SURE_SHARE = 0.9  # of the tracking error: who keeps the path as well in practice keeps it when it counts
+SURE_DEG = 0.9 * TRACKING_MAX_DEG  # who keeps the path as well in practice keeps it when it counts
 GO_RAD_PER_S = 0.6
 SETTLE_S = 2.0
 
@@ -120,15 +120,16 @@ class Performer:
 
     def _practised(self, controller: Controller, practice: Practice, least: int) -> Effort:
         """Practise at least so many times and until the path is kept, or go back to what went best; then measure."""
-        best, done = (np.inf, practice.anticipated), 0
-        while done < least or (best[0] > SURE_SHARE * TRACKING_MAX_DEG and self._done < self._movement.practice[1]):
-            tried = practice.anticipated
+        best, done = (np.inf, practice.anticipated, self._person.tension), 0
+        while done < least or (best[0] > SURE_DEG and self._done < self._movement.practice[1]):
+            tried = practice.anticipated, self._person.tension
             self._repeat(controller, practice)
             practice.repeated(self._errors)
+            self._person.tension = tensed(self._person.tension, self._errors, np.deg2rad(SURE_DEG))
             done, worst = done + 1, float(np.rad2deg(np.sqrt((self._errors**2).mean(axis=0))).max())
-            if worst < best[0] or worst <= SURE_SHARE * TRACKING_MAX_DEG:
-                best = worst, tried
-        practice.anticipated = best[1]
+            if worst < best[0] or worst <= SURE_DEG:
+                best = worst, *tried
+        practice.anticipated, self._person.tension = best[1:]
         return self._measure(controller, practice)
 
     def _measure(self, controller: Controller, practice: Practice) -> Effort:

@@ -90,6 +90,8 @@ class ActingWearer:
         """What it has come to hold against (arm,) [N·m]."""
         self.trusts_anticipation = False
         """Set while a movement is learned: what lasts is anticipated then, and two that learn the same would fight."""
+        self.tension = np.ones(n)
+        """Stiffness and damping over those of `physiology` (arm,) [-]: antagonists that are tensed together."""
         self.error = np.zeros(n)
         """Wanted minus true position at the last step (arm,) [rad]."""
 
@@ -111,7 +113,7 @@ class ActingWearer:
         anticipated = self._anticipated[min(tick, len(self._anticipated) - 1)]
         v_wanted = self._wanted.v[tick] if tick < len(self._wanted) else 0.0
         self.error = self._wanted.q[min(tick, len(self._wanted) - 1)] - q_arm
-        elastic = body.stiffness * self.error + body.damping * (v_wanted - v_arm)
+        elastic = self.tension * (body.stiffness * self.error + body.damping * (v_wanted - v_arm))
         late_error, late_elastic = self._delayed(self.error, elastic)
         felt = late_error - np.clip(late_error, -body.hold_threshold, body.hold_threshold)
         if not self.trusts_anticipation:

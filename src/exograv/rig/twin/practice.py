@@ -47,6 +47,23 @@ the numbers are assumed.
 """
 
 
+TENSION_MAX, TENSE, EASE = 3.0, 1.15, 0.98
+"""Most that somebody stiffens, and by how much at a repetition that strayed or did not [-]; assumed.
+
+Stiffness measured in the arm grows by about as much from rest to strong co-contraction (Gomi & Osu 1998, unverified).
+"""
+
+
+def tensed(tension: Float[np.ndarray, " arm"], error: Table, kept: float) -> Float[np.ndarray, " arm"]:
+    """Tension of the antagonists for the next repetition [-], after one with this error (tick, arm) [rad].
+
+    Joints that stray farther than `kept`, RMS [rad], are stiffened, the others eased: the other half of the rule by
+    Franklin et al. (2008).
+    """
+    strays = np.sqrt(np.mean(error**2, axis=0)) > kept
+    return np.clip(tension * np.where(strays, TENSE, EASE), 1.0, TENSION_MAX)
+
+
 class Practice:
     """What somebody anticipates in one movement that ends where it began."""
 
