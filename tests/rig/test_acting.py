@@ -56,6 +56,12 @@ def test_a_reflex_comes_no_sooner_than_its_delay_and_no_later():
     assert np.argmax(differs) == round(BODY.delay / DT)
 
 
+def test_tensed_muscles_are_stiffer_at_once():
+    relaxed, tensed = holding(), holding()
+    tensed.tension = np.full(4, 2.0)
+    np.testing.assert_allclose(tensed.step(0.0, POSTURE + 0.05, STILL), 2.0 * relaxed.step(0.0, POSTURE + 0.05, STILL))
+
+
 def test_anticipation_passes_the_muscles_with_their_lag():
     person = ActingWearer(BODY, DT)
     person.want(motion.hold(POSTURE, 0.01, DT), np.full((1, 4), 5.0), 0.0)

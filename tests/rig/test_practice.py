@@ -5,7 +5,7 @@ import pytest
 
 from exograv import motion
 from exograv.rig.twin.acting import ActingWearer, usual_physiology
-from exograv.rig.twin.practice import Learner, Practice, smooth_derivatives
+from exograv.rig.twin.practice import TENSION_MAX, Learner, Practice, smooth_derivatives, tensed
 
 DT = 4e-3
 BODY = usual_physiology(4)
@@ -69,3 +69,21 @@ def test_slow_waves_are_derived_as_they_are_and_fast_ones_are_gone():
     np.testing.assert_allclose(q, slow, atol=1e-3)
     np.testing.assert_allclose(v, np.pi * np.cos(np.pi * t)[:, None], atol=1e-2)
     np.testing.assert_allclose(a, -(np.pi**2) * slow, atol=3e-2)
+
+
+def test_who_strays_stiffens_up_to_a_limit_and_eases_again():
+    strays, keeps = np.full((10, 4), np.deg2rad(2.0)), np.zeros((10, 4))
+    tension = np.ones(4)
+    for _ in range(30):
+        tension = tensed(tension, strays, np.deg2rad(0.9))
+    np.testing.assert_allclose(tension, TENSION_MAX)
+    for _ in range(100):
+        tension = tensed(tension, keeps, np.deg2rad(0.9))
+    np.testing.assert_allclose(tension, 1.0)
+
+
+def test_each_joint_stiffens_for_itself():
+    error = np.zeros((10, 4))
+    error[:, 2] = np.deg2rad(2.0)
+    assert np.argmax(tensed(np.ones(4), error, np.deg2rad(0.9))) == 2
+    assert (tensed(np.ones(4), error, np.deg2rad(0.9))[[0, 1, 3]] == 1.0).all()
