@@ -9,7 +9,7 @@ from exograv.identification.empty_machine import Calibration
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.rig.twin import Disturbances, Machine, draw_machine
-from exograv.session.calibration_outcome import calibration_figures
+from exograv.session.calibration_outcome import calibration_figures, warnings
 from exograv.session.nominal import nominal_machine
 from exograv.session.outcome import still_to_rub
 
@@ -66,3 +66,18 @@ def test_intervals_are_two_sided_and_about_the_estimate(rig: RigDescription, per
         low, high = row["ci95"]
         assert low == pytest.approx(-high)
         assert high == pytest.approx(np.rad2deg(1.96 * 0.01), rel=1e-3)
+
+
+def test_a_perfect_calibration_needs_no_warning(rig: RigDescription, perfect: Calibration):
+    assert warnings(perfect, rig) == []
+
+
+def test_what_an_operator_should_look_at_is_named(rig: RigDescription, perfect: Calibration):
+    gains, nominal = perfect.machine.actuators, rig.nominal_gain
+    unsure = replace(gains, gain=nominal * [1.0, 1.2, 1.0, 1.0], gain_sd=nominal * [0.06, 0.001, 0.001, 0.001])
+    offset = np.deg2rad([0.0, 0.0, 0.0, 1.5])
+    found = warnings(replace(perfect, machine=replace(perfect.machine, actuators=unsure), offset=offset), rig)
+    assert [text.split("'")[1] for text in found] == ["shoulder_flexion", "shoulder_abduction", "elbow_flexion"]
+    assert "±12% only: no weight loads this joint" in found[0]
+    assert "+20% off" in found[1]
+    assert "+1.5°" in found[2]

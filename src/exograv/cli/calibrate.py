@@ -62,6 +62,7 @@ def show_calibration(result: dict[str, Any]) -> None:
     lean = ", ".join(f"{row['estimate']:+.2f}° {row['lean']}" for row in result["tilt_deg"])
     residual = ", ".join(f"{value:.2f}" for value in result["residual_sd_Nm"])
     for line in (
+        *result["warnings"],
         f"The base leans by {lean}.",
         f"Unexplained of the torque: {residual} N·m.",
         f"{result['simulated_s']:.0f} s of motion, in {result['wall_s']:.0f} s.",

@@ -6,11 +6,15 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.identification.empty_machine import Calibration
+from exograv.model.description import RigDescription
 from exograv.rig.twin import Machine
 
 from .outcome import still_to_rub
 
 DIGITS = 5
+GAIN_SD_SURE = 0.02  # share: 2 % of an arm's weight is 0.2 N·m at the shoulder
+GAIN_UNUSUAL = 0.15  # share: beyond any unit tolerance (docs/safety.md)
+OFFSET_UNUSUAL = np.deg2rad(1.0)
 Values = Float[np.ndarray, " value"]
 
 
@@ -46,6 +50,26 @@ def calibration_figures(
         "rotor_inertia_kgm2": _list(machine.rotor_inertia),
         "residual_sd_Nm": _list(machine.residual_sd),
     }
+
+
+def warnings(calibration: Calibration, description: RigDescription) -> list[str]:
+    """What an operator should look at, though it is no reason to refuse."""
+    gains, found = calibration.machine.actuators, []
+    for j, joint in enumerate(description.joints):
+        sd, off = gains.gain_sd[j] / gains.gain[j], gains.gain[j] / description.nominal_gain[j] - 1.0
+        if sd > GAIN_SD_SURE:
+            found.append(
+                f"The gain of '{joint}' is known to ±{1.96 * sd:.0%} only: no weight loads this joint in the sweeps of "
+                "rig.toml. Add a sweep in which one does, if there is such a posture."
+            )
+        if abs(off) > GAIN_UNUSUAL:
+            found.append(
+                f"The gain of '{joint}' is {off:+.0%} off rig.toml's. Check motor, gear and the unit of current."
+            )
+        if abs(calibration.offset[j]) > OFFSET_UNUSUAL:
+            offset = np.rad2deg(calibration.offset[j])
+            found.append(f"The encoder of '{joint}' seems off by {offset:+.1f}°. Set its zero at the jig or the stop.")
+    return found
 
 
 def _per_joint(

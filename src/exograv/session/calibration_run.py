@@ -13,7 +13,7 @@ from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.safety.envelope import Envelope
 
 from .calibration_file import friction_warning, identity_of, read_calibration, refuse_unfit, write_calibration
-from .calibration_outcome import calibration_figures
+from .calibration_outcome import calibration_figures, warnings
 from .calibration_schema import Measured, StoredCalibration, stored
 from .nudge_checks import refuse_joints_without_motor
 from .pilot import Pilot, Progress
@@ -83,6 +83,7 @@ def run_calibration(options: CalibrateOptions, progress: Progress, now: datetime
         "seed": options.seed,
         "machine": identity.machine,
         **calibration_figures(calibration, description.joints, machine, t),
+        "warnings": warnings(calibration, description),
         "hash": whole.content_sha256,
         "file": str(options.file),
         "measured_utc": measured.at_utc.isoformat(),
