@@ -2,21 +2,17 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
-from exograv.identification.empty_machine import GAIN_SD
-from exograv.model.anthropometry import segment_lengths
-from exograv.model.assembly import Assembly, adjusted, read_exoskeleton
+from exograv.model.assembly import Assembly
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
 
 from .arm_controller import ArmController
-from .calibrate import calibrate_machine
 from .identify import Identifier, identify_arm, table_guess
 from .pilot import Pilot, Progress
+from .stage_0 import EmptyTwin
 from .virtual import VirtualLaboratory, limits
 
 MOTION_S = 60.0  # as in `exograv demo`
@@ -58,9 +54,10 @@ def pilot_of(twin: Twin, actuators: ActuatorGain, laboratory: VirtualLaboratory,
 
 def _calibrated(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> tuple[CalibratedMachine, float]:
     """The empty machine, and its clock when it is known."""
-    description, lengths = laboratory.description, segment_lengths(laboratory.body)
-    twin = Twin(description, laboratory.machine, None, seed, lengths=laboratory.wearer.lengths_given)
-    nominal = np.asarray(description.nominal_gain)
-    pilot = pilot_of(twin, ActuatorGain(nominal, GAIN_SD * nominal), laboratory, progress)
-    tree = adjusted(read_exoskeleton(description), description, lengths)
-    return calibrate_machine(description, tree, pilot, twin.hang).machine, twin.t
+
+    def pilot(twin: Twin, actuators: ActuatorGain) -> Pilot:
+        return pilot_of(twin, actuators, laboratory, progress)
+
+    empty = EmptyTwin(laboratory.description, laboratory.machine, seed, laboratory.wearer.lengths_given)
+    calibration, t = empty.calibrate(pilot)
+    return calibration.machine, t
