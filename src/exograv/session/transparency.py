@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, ExogravError
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, Side, load_rig
 from exograv.rig.twin.twin import PERIOD
@@ -115,6 +115,10 @@ def _run_rig(
         def tell(text: str, share: float, k: int = k) -> None:
             note(f"{description.name}, machine {k + 1} of {len(seeds)}: {text}", (k + share) / len(seeds))
 
-        for condition, effort in run_trial(Trial(description, options.level, seed), movement, tell).items():
+        try:
+            of_machine = run_trial(Trial(description, options.level, seed), movement, tell)
+        except ExogravError as error:
+            raise type(error)(f"{description.name}, seed {seed}: {error}") from error
+        for condition, effort in of_machine.items():
             efforts[condition].append(effort)
     return rig_result(description, options.level, seeds, movement, efforts)
