@@ -36,8 +36,11 @@ def theta_of(phi: np.ndarray) -> np.ndarray:
 
 
 def expected_torque(evaluate, theta: np.ndarray, sample: Sample) -> np.ndarray:
-    """The method's own torque, from its loss alone: |τ|²/2 at no torque, against a unit torque of each joint."""
-    at = [evaluate.of(theta, sample.q, sample.v, sample.a, tau)[0][0] for tau in (np.zeros(4), *np.eye(4))]
+    """The method's own torque, from its loss alone: |τ|²/2 at no torque, against a unit torque of each joint.
+
+    An aligned arm has the machine's angles: the posture to start from is at hand.
+    """
+    at = [evaluate.of(theta, sample.q, sample.v, sample.a, tau, sample.q)[0][0] for tau in (np.zeros(4), *np.eye(4))]
     return at[0] - np.array(at[1:]) + 0.5
 
 
@@ -63,13 +66,13 @@ def descent(arm, step: float = STEP) -> Gradient:
 
 def error_rms(evaluate, phi: np.ndarray, samples: list[Sample]) -> float:
     theta = theta_of(phi)
-    losses = [evaluate.of(theta, s.q, s.v, s.a, s.tau)[0][0] for s in samples[::50]]
+    losses = [evaluate.of(theta, s.q, s.v, s.a, s.tau, s.q)[0][0] for s in samples[::50]]
     return float(np.sqrt(2 * np.mean(losses)))
 
 
 def test_the_gradient_is_that_of_finite_differences(arm, evaluate, world: list[Sample]):
     theta, sample, h = theta_of(table_guess(*arm)[:20]), world[4000], 1e-5
-    inputs = (sample.q, sample.v, sample.a, sample.tau)
+    inputs = (sample.q, sample.v, sample.a, sample.tau, sample.q)
     gradient = evaluate.of(theta, *inputs)[1]
     differences = [
         (evaluate.of(theta + h * e, *inputs)[0][0] - evaluate.of(theta - h * e, *inputs)[0][0]) / (2 * h)

@@ -201,8 +201,8 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     coulomb, viscous = x[layout.coulomb], x[layout.viscous]
     friction = replace(machine.friction, coulomb=coulomb, viscous=viscous)
     driven_friction = friction_torque(friction, v_reference, torque.total)
-    # While driven the spring is let go at once: it begins anew when the arm is.
-    spring = (1 - drive) * spring_before
+    # A driven machine lets the spring go: it begins anew when the arm does. Between the two its torque fades.
+    spring = ca.if_else(drive < 1, spring_before, 0)
     returned = returned_friction(friction, machine.friction_sd, torque.total, q - q_before, v, spring)
     tau_feedforward = torque.total + drive * driven_friction + (1 - drive) * returned.tau
     kp = ca.DM(assembly.description.per_actuator("weak_kp_Nm_per_rad"))
