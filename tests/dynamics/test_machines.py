@@ -57,8 +57,9 @@ class AtRest:
 
     def __call__(self, y: np.ndarray) -> tuple[np.ndarray, float]:
         z = self._solver.solve(y, fit=self.fit)[0]
-        for _ in range(5):
-            z, torque, energy = self._kernel.of(y, z, self.fit)
+        for _ in range(4):
+            z = self._kernel.of(y, z, self.fit)[0]
+        _, torque, energy = self._kernel.of(y, z, self.fit)
         return torque, energy.item()
 
 
