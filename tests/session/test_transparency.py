@@ -136,13 +136,12 @@ def test_the_ideal_controller_leaves_nothing_over_but_what_its_model_has_not():
 
 
 @pytest.mark.slow
-def test_each_burden_costs_effort_and_the_path_is_kept_under_all():
+def test_the_weight_of_the_arm_costs_more_than_the_machine_that_carries_it():
     rig = load_rig("recupera_like_qdd")
-    trial, movement = Trial(rig, 1, 1000), replace(pointing(4, PERIOD), repeats=1, practice=(8, 20))
+    trial, movement = Trial(rig, 1, 1000), replace(pointing(4, PERIOD), repeats=1, practice=(6, 6))
     known = prepared_by_truth(trial.laboratory(), 0.0)
-    efforts = {name: _effort(trial, name, known, movement, lambda _share: None) for name in CONDITIONS if name != "dam"}
-    assert all(one.keeps_path for one in efforts.values())
-    totals = {name: float(one.absolute.sum()) for name, one in efforts.items()}
-    assert totals["zero_g"] < totals["dam_ideal"] < 0.7 * totals["gcm"]
-    assert totals["gcm"] < 0.9 * totals["uncompensated"]
-    assert totals["dam_ideal_no_friction"] < 1.02 * totals["dam_ideal"]
+    zero_g, dam_ideal, gcm = (
+        float(_effort(trial, name, known, movement, lambda _share: None).absolute.sum())
+        for name in ("zero_g", "dam_ideal", "gcm")
+    )
+    assert zero_g < dam_ideal < 0.7 * gcm
