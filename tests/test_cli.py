@@ -172,15 +172,17 @@ def test_the_doctor_says_what_is_wrong_and_so_does_its_exit_status(tmp_path: Pat
 
 
 def test_a_run_that_is_stopped_by_the_keyboard_leaves_a_recording_that_can_be_read(tmp_path: Path):
-    command = [sys.executable, "-m", "exograv.cli", "demo", "--out", str(tmp_path)]
     # A shell without job control lets what it starts in the background ignore Ctrl-C, and its children with it.
-    process = subprocess.Popen(
-        command,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
+    listening = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    command = [
+        sys.executable,
+        "-c",
+        f"{listening}; from exograv.cli import main; main()",
+        "demo",
+        "--out",
+        str(tmp_path),
+    ]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     path, deadline = tmp_path / "demo.mcap", time.monotonic() + RECORDING_STARTS_S
     while not (path.exists() and path.stat().st_size > 500_000) and time.monotonic() < deadline:
         time.sleep(0.05)
