@@ -6,6 +6,7 @@ in a machine with forearm and wrist seven freedoms and three bodies. Two arms ar
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -31,6 +32,11 @@ COMFORT_DEG = {
 }  # fmt: skip
 """Where a relaxed joint is at least 15° from its end: clinical ranges of healthy adults, the usual textbook figures,
 unverified. The elbow may be straight: its end is bone, and the machine's own limit lies before it."""
+
+WeightPlace = Literal["hand", "forearm"]
+"""Where a person can carry a known weight."""
+
+WEIGHT_FRAME: Mapping[WeightPlace, str] = {"hand": "hand", "forearm": "mid_forearm"}
 
 GRIP_SHARE_OF_HAND = 0.36  # grip centre from the wrist, as the hand's centre of mass in de Leva's table
 
@@ -165,22 +171,34 @@ def _joints(limb: Limb, lengths: Mapping[str, float]) -> list[Joint]:
 
 
 def _frames(limb: Limb, lengths: Mapping[str, float]) -> dict[str, Frame]:
-    """Segments by name, the wrist, the middle of the grip ("hand") and the finger tip."""
+    """Segments by name, the middle of the forearm, the wrist, the middle of the grip ("hand") and the finger tip."""
     forearm, below = limb.bodies["forearm"], lengths["forearm"]
     last, from_last = (limb.bodies["hand"], 0.0) if "hand" in limb.bodies else (forearm, below)
     grip = from_last + GRIP_SHARE_OF_HAND * lengths["hand"]
+    half = 0.5 * below
     places = {
         "upper_arm": (limb.bodies["upper_arm"], 0.0), "forearm": (forearm, 0.0), "wrist": (forearm, below),
-        "hand": (last, grip), "finger_tip": (last, from_last + lengths["hand"]),
+        "mid_forearm": (forearm, half), "hand": (last, grip), "finger_tip": (last, from_last + lengths["hand"]),
     }  # fmt: skip
     return {limb.prefix + name: Frame(body, np.eye(3), np.array([0.0, 0.0, -z])) for name, (body, z) in places.items()}
 
 
-def held_weight(arm: Arm, mass: float, limb: int = 0) -> Float[np.ndarray, " phi"]:
-    """What a point mass [kg] in the hand, of two in that of this number, adds to the arm's parameters."""
-    frame = arm.tree.frame(f"{arm.limbs[limb].prefix}hand")
+def held_weight(
+    arm: Arm, mass: float, limb: int = 0, at: WeightPlace = "hand", farther_m: float = 0.0
+) -> Float[np.ndarray, " phi"]:
+    """What a point mass adds to the arm's parameters.
+
+    Args:
+        arm: Who carries it.
+        mass: [kg]
+        limb: Of two arms the one of this number.
+        at: In the middle of the grip, or strapped to the middle of the forearm.
+        farther_m: From the shoulder than that, along the limb [m].
+    """
+    frame = arm.tree.frame(arm.limbs[limb].prefix + WEIGHT_FRAME[at])
     added = np.zeros((len(arm.segments), 10))
-    added[arm.bodies.index(frame.body)] = inertial_parameters(mass, frame.p_body_frame, np.zeros((3, 3)))
+    place = frame.p_body_frame - np.array([0.0, 0.0, farther_m])
+    added[arm.bodies.index(frame.body)] = inertial_parameters(mass, place, np.zeros((3, 3)))
     return added.ravel()
 
 

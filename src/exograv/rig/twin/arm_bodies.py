@@ -35,7 +35,7 @@ class ArmPlace:
     """Degrees of freedom of the joints that follow a freedom."""
 
     bodies: tuple[int, ...]
-    """All of the arm's bodies, the weight in the hand apart."""
+    """All of the arm's bodies, the weights in the hand and at the forearm apart."""
 
     @property
     def followers(self) -> list[int]:
@@ -68,8 +68,8 @@ def add_arm(spec: mujoco.MjSpec, skeleton: Skeleton, shoulder: Float[np.ndarray,
             solref=COUPLING_SOLREF,
             solimp=COUPLING_SOLIMP,
         )
-    bone, place = skeleton.grip
-    add_weight(spec.body(body_name(skeleton, bone)), weight_body(f"{skeleton.side}_hand"), place)
+    for where, (bone, place) in {"hand": skeleton.grip, "forearm": skeleton.mid_forearm}.items():
+        add_weight(spec.body(body_name(skeleton, bone)), weight_body(f"{skeleton.side}_{where}"), place)
 
 
 def find_arm(model: mujoco.MjModel, skeleton: Skeleton) -> ArmPlace:

@@ -185,6 +185,7 @@ def _fasten_cuffs(
 def _mounts(description: RigDescription, model: mujoco.MjModel, arms: tuple[ArmPlace, ...]) -> dict[str, int]:
     own = description.mounts
     bodies = dict(zip(("calibration",), own, strict=False)) | {mount: mount for mount in own}
-    hands = [f"{arm.skeleton.side}_hand" for arm in arms]
-    bodies |= ({"hand": hands[0]} if hands else {}) | {hand: hand for hand in hands}
+    for where in ("hand", "forearm"):
+        sided = [f"{arm.skeleton.side}_{where}" for arm in arms]
+        bodies |= ({where: sided[0]} if sided else {}) | {place: place for place in sided}
     return {name: model.body(weight_body(mount)).id for name, mount in bodies.items()}

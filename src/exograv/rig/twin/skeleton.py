@@ -139,6 +139,12 @@ class Skeleton:
         """Its centre, as `centres`."""
         return self.centres["forearm"]
 
+    @property
+    def mid_forearm(self) -> tuple[str, Vector]:
+        """Half-way between elbow and wrist, as `centres`: where a weight is strapped to the forearm."""
+        bone, centre = self.elbow
+        return bone, centre + _below(0.5 * self.lengths["forearm"])
+
     def bones_of(self, segment: str) -> Iterator[tuple[Bone, Vector]]:
         """Bones that are part of a segment, and where they are from the segment's proximal centre [m]."""
         first, centre = self.centres[segment]

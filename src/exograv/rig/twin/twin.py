@@ -176,8 +176,8 @@ class Twin:
     def hang(self, mount: str, mass_kg: float) -> None:
         """Hang a known weight [kg] at a mount; zero takes it off.
 
-        Mounts are the machine's by name, "calibration" for the first of them, the wearer's "right_hand" and
-        "left_hand", and "hand" for the first of those.
+        Mounts are the machine's by name, "calibration" for the first of them; the wearer's "right_hand" and
+        "left_hand", and "hand" for the first of those; and "forearm" likewise, half-way from elbow to wrist.
 
         Raises:
             RigError: No such mount, no wearer to hold it, or a negative mass.
