@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from jaxtyping import Float
 
 from exograv import motion
 from exograv.dynamics import parameters
@@ -12,7 +13,7 @@ from exograv.identification.anthropometric import Anthropometric
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.discrepancy import Discrepancy
 from exograv.identification.gradient import Gradient
-from exograv.identification.interface import Estimate, Method, Outcome
+from exograv.identification.interface import Estimate, Method, Outcome, Sample
 from exograv.identification.left_over import LeftOverPrediction, StopRule
 from exograv.identification.prior import disturbance_sd, prior
 from exograv.identification.recursive import Noise, Recursive
@@ -55,11 +56,23 @@ class Identification:
         return self.estimates[-1]
 
 
+Belief = tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]
+"""Mean and covariance of everything that is learned, in the order of `dynamics.parameters`."""
+
+
 def build_method(
-    name: MethodName, assembly: Assembly, machine: CalibratedMachine, model: ArmModel | None = None
+    name: MethodName,
+    assembly: Assembly,
+    machine: CalibratedMachine,
+    model: ArmModel | None = None,
+    belief: Belief | None = None,
 ) -> Method:
-    """An identification method for this arm in this machine, on a `model` of the two if there is one already."""
-    mean, covariance = prior(assembly, machine)
+    """An identification method for this arm in this machine, on a `model` of the two if there is one already.
+
+    It starts from the table's person, or from a `belief` about this one; methods that state no uncertainty have no use
+    for that.
+    """
+    mean, covariance = prior(assembly, machine) if belief is None else belief
     if name == "recursive":
         noise = Noise(machine.residual_sd, machine.correlation_s, disturbance_sd(assembly.description.places))
         # What stage 0 could not explain may be a function of posture as well as noise.
@@ -106,14 +119,17 @@ class Identifier:
         name: MethodName,
         torque_source: TorqueSourceName,
         note: Callable[[float, Estimate, np.ndarray | None, Outcome], None],
+        belief: Belief | None = None,
     ):
         self._pilot, self._controller, self._note = pilot, controller, note
         self._torque_source = torque_source
         assembly = controller.assembly
-        mean, _ = prior(assembly, machine)
+        mean, _ = prior(assembly, machine) if belief is None else belief
+        self.followers: list[Callable[[Sample], None]] = []
+        """Who else listens to the samples, each before the method takes it."""
         self.model = ArmModel(assembly, machine)
         """Of this arm in this machine; others take another of it by `again`."""
-        method = build_method(name, assembly, machine, self.model.again())
+        method = build_method(name, assembly, machine, self.model.again(), belief)
         self.result = Identification(method, method.estimate().x)
         self._left_over = LeftOverPrediction(self.model, mean)
         self._rule = StopRule(assembly.description.places)
@@ -130,6 +146,8 @@ class Identifier:
             record_skeleton(self._pilot, self._controller, moment)
         if not self._filter.settled:
             return
+        for follower in self.followers:
+            follower(sample)
         self.result.method.update(sample)
         if sample.t - self._published < PUBLISH_S - 1e-9:
             return
