@@ -38,8 +38,18 @@ class Examination:
         self._assembly, self._actuators = assembly, machine.actuators
         self._z: Float[np.ndarray, "posture 4"] | None = None
 
+    @property
+    def postures(self) -> Postures:
+        """The held-out ones [rad]."""
+        return self._examiner.postures
+
     def score(self, x: Parameters, payload_kg: float = 0.0) -> Score:
         """What is left over with these parameters in the level-0 controller, a hidden weight in the hand."""
+        total, arm = self.left_over(x, payload_kg)
+        return Score(rms(total), rms(arm))
+
+    def left_over(self, x: Parameters, payload_kg: float = 0.0) -> tuple[Postures, Postures]:
+        """The same posture by posture: total, and of the arm alone [N·m]."""
         asked: list[Resting] = []
 
         def all_currents(q: Postures) -> Postures:
@@ -48,8 +58,7 @@ class Examination:
 
         total = self._examiner.left_over(all_currents, payload_kg)
         # The same postures, asked for a moment ago.
-        arm = self._examiner.arm_left_over(lambda _q: self._actuators.current(asked[0].tau_arm), payload_kg)
-        return Score(rms(total), rms(arm))
+        return total, self._examiner.arm_left_over(lambda _q: self._actuators.current(asked[0].tau_arm), payload_kg)
 
     def exo_only(self, x: Parameters) -> Joints:
         """What is left over when only the exoskeleton is carried, RMS per joint [N·m]."""
