@@ -3,6 +3,9 @@
 from types import TracebackType
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+from jaxtyping import Float
+
 from exograv.signals import Command, JointState
 
 
@@ -39,3 +42,16 @@ class Rig(Protocol):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None: ...
+
+
+@runtime_checkable
+class CuffSensing(Protocol):
+    """A machine with a six-axis force/torque sensor at every cuff, in the order of its description; tared empty."""
+
+    def cuff_wrenches(self) -> Float[np.ndarray, "cuff 6"]:
+        """What each cuff exerts on the arm now: force [N], then moment [N·m].
+
+        About the origin of the machine's cuff frame (`exo_frame`), in that frame's axes. Asked twice in one period it
+        says the same.
+        """
+        ...

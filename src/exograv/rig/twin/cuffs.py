@@ -67,6 +67,20 @@ def cuff_wrenches(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.SX:
     return wrenches
 
 
+def wrenches_at_cuffs(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.SX:
+    """What each cuff exerts on the arm (6, cuff), as a sensor between machine and cuff has it.
+
+    Force, then moment about the origin of the machine's cuff frame, in that frame's axes [N, N·m].
+    """
+    columns = []
+    for place in scene.cuffs:
+        point, force, moment = _on_arm(scene, place, cuffs, kinematics)
+        R_exo = kinematics.axes(place.exo_body)
+        lever = point - kinematics.xpos[:, place.exo_body]
+        columns.append(ca.vertcat(R_exo.T @ force, R_exo.T @ (moment + ca.cross(lever, force))))
+    return ca.horzcat(*columns)
+
+
 def _on_arm(scene: Scene, place: CuffPlace, cuffs: Cuffs, kinematics: Kinematics) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Point of action, force and moment (3,) that a cuff exerts on the arm."""
     R_exo = kinematics.axes(place.exo_body)

@@ -217,6 +217,18 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
             "mass and centre of the exoskeleton's links against its URDF, SD",
             {"mass": (0.0, 0.01, 0.03, 0.05, 0.1), "centre_mm": (0.0, 1.0, 3.0, 5.0, 10.0)},
         ),
+        # Only machines with such sensors have this row. A data sheet's ±0.5 % of 200 N and 7 N·m, taken as three SD, is
+        # level 2; another's ±2 % is level 4 (docs/disturbances.md). Gain and noise are assumed.
+        "cuff_sensors": Row(
+            "force/torque sensors at the cuffs, SD: gain; what taring leaves; noise at 1 kHz [N, N·m]",
+            {
+                "gain": (0.0, 0.005, 0.01, 0.015, 0.02),
+                "force_bias": (0.0, 0.1, 0.33, 0.7, 1.3),
+                "torque_bias": (0.0, 0.004, 0.012, 0.03, 0.053),
+                "force_noise": (0.0, 0.05, 0.1, 0.2, 0.4),
+                "torque_noise": (0.0, 0.002, 0.005, 0.01, 0.02),
+            },
+        ),
     }
 )
 

@@ -87,12 +87,27 @@ class TrueSensors:
 
 
 @dataclass(frozen=True)
+class TrueCuffSensors:
+    """What six-axis force/torque sensors at the cuffs do; force [N] before moment [N·m]."""
+
+    gain: Float[np.ndarray, "cuff 6"]
+    """Measured over true [-]."""
+
+    bias: Float[np.ndarray, "cuff 6"]
+    """What taring has left."""
+
+    noise: Float[np.ndarray, " 6"]
+    """SD at 1 kHz."""
+
+
+@dataclass(frozen=True)
 class Machine:
     """One machine, drawn once and never changed."""
 
     friction: TrueFriction
     drives: TrueDrives
     sensors: TrueSensors
+    cuff_sensors: TrueCuffSensors
     gravity: Float[np.ndarray, " 3"]
     """In the tilted base [m/s²]."""
 
@@ -118,6 +133,7 @@ def draw_machine(description: RigDescription, disturbances: Disturbances, seed: 
         friction=_draw_friction(draw),
         drives=_draw_drives(draw),
         sensors=_draw_sensors(draw),
+        cuff_sensors=_draw_cuff_sensors(draw),
         gravity=_tilted_gravity(*tilt),
         seed=seed,
         link_mass_sd=draw.number("links", "mass"),
@@ -195,6 +211,17 @@ def _draw_sensors(draw: _Draw) -> TrueSensors:
         encoder_step=2.0 * np.pi * 2.0 ** -draw.alike("encoder", "bits"),
         encoder_offset=offset_sd * draw.normal("encoder"),
         delay=1e-3 * draw.number("delay", "value_ms"),
+    )
+
+
+def _draw_cuff_sensors(draw: _Draw) -> TrueCuffSensors:
+    sd = {column: draw.number("cuff_sensors", column) for column in ROWS["cuff_sensors"].columns}
+    generator = stream(draw.seed, "machine", "cuff_sensors")
+    drawn = generator.standard_normal((2, len(draw.description.settings.cuffs), 6))
+    return TrueCuffSensors(
+        gain=1.0 + sd["gain"] * drawn[0],
+        bias=np.repeat([sd["force_bias"], sd["torque_bias"]], 3) * drawn[1],
+        noise=np.repeat([sd["force_noise"], sd["torque_noise"]], 3),
     )
 
 

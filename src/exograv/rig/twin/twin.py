@@ -4,6 +4,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import TracebackType
 
 import mujoco
@@ -14,6 +15,7 @@ from exograv.errors import RigError
 from exograv.model.description import RigDescription
 from exograv.signals import Command, JointState, TorqueSource
 
+from .cuff_sensors import CuffSensors, Wrenches
 from .drive import OMEGA, TAU_MOTOR, THETA
 from .forces import measured_truth, step_forces
 from .machine import Machine
@@ -85,7 +87,7 @@ class Twin:
             t0: Time on the rig's clock, which starts when a cold machine is switched on [s].
             lengths: Adjustable lengths by segment [m]; those measured on the wearer, or nominal, where absent.
         """
-        self._description, self._machine, self._wearer = description, machine, wearer
+        self._description, self._machine, self._wearer, self._seed = description, machine, wearer, seed
         self._scene = build_scene(description, machine, wearer, lengths)
         self._forces = step_forces(self._scene, machine, wearer)
         self._memory = self._forces.inputs
@@ -103,6 +105,7 @@ class Twin:
         self._no_torque.flags.writeable = False  # every measurement shares it
         self._t0, self._steps = t0, 0
         self._measured: JointState | None = None
+        self._wrenches: tuple[int, Wrenches] = (-1, np.empty((0, 6)))
         self.tau_voluntary = self._memory["tau_voluntary"]
         """Muscle torque of a wearer who wants to move, as `Truth.q_arm`; examiners may write into it [N·m]."""
         self._start(description.donning_posture if start_posture is None else np.asarray(start_posture, dtype=float))
@@ -183,6 +186,19 @@ class Twin:
             RigError: No such mount, no wearer to hold it, or a negative mass.
         """
         self._scene.hang(mount, mass_kg)
+
+    def cuff_wrenches(self) -> Wrenches:
+        """Force and moment of each cuff on the arm by force/torque sensors there, as `rig.interface.CuffSensing`."""
+        step, wrenches = self._wrenches
+        if step != self._steps:
+            wrenches = self._cuff_sensors.measure()
+            self._wrenches = self._steps, wrenches
+        return wrenches
+
+    @cached_property
+    def _cuff_sensors(self) -> CuffSensors:
+        """Made when somebody asks: most machines have none."""
+        return CuffSensors(self._machine.cuff_sensors, self._seed, self._scene, self._wearer)
 
     @property
     def truth(self) -> Truth:
