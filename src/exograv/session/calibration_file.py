@@ -1,19 +1,13 @@
 """A machine's `calibration.toml`: written at once or not at all, sealed by a hash, refused where it does not belong."""
 
-import json
-import os
-import tempfile
-import tomllib
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Any
-
-from pydantic import ValidationError
 
 from exograv.errors import ConfigError
-from exograv.model.description import RigDescription, validation_sentences
+from exograv.model.description import RigDescription
 
-from .calibration_schema import SCHEMA_VERSION, Identity, StoredCalibration
+from .calibration_schema import Identity, StoredCalibration
+from .sealed_file import read_sealed, write_sealed
 
 GAIN_AGE_MAX = timedelta(days=30)
 """A calibration is refused when older: gears wear in, belts and screws settle (assumed)."""
@@ -39,18 +33,7 @@ def write_calibration(path: Path, whole: StoredCalibration) -> None:
     Raises:
         ConfigError: The place cannot be written.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(HEAD + _toml(whole.model_dump()))
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(name, path)
-    except OSError as error:
-        raise ConfigError(
-            f"{path} cannot be written: {error.strerror}. Give another --calibration or --out."
-        ) from error
+    write_sealed(path, whole, HEAD, "--calibration or --out")
 
 
 def read_calibration(path: Path) -> StoredCalibration:
@@ -59,27 +42,8 @@ def read_calibration(path: Path) -> StoredCalibration:
     Raises:
         ConfigError: It cannot be read, is of another version, or its values are not those that were written.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(
-            f"{path} cannot be read: {error.strerror}. Give the calibration.toml that `exograv calibrate` has written."
-        ) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} is damaged: it is not valid TOML ({error}). {AGAIN}") from error
-    version = content.get("schema_version")
-    if version != SCHEMA_VERSION:
-        raise ConfigError(f"{path} has schema_version {version}; this exograv reads version {SCHEMA_VERSION}. {AGAIN}")
-    try:
-        whole = StoredCalibration.model_validate(content)
-    except ValidationError as error:
-        raise ConfigError(f"{path} is damaged: {validation_sentences(error)} {AGAIN}") from error
-    if whole.content_sha256 != whole.hash:
-        raise ConfigError(
-            f"{path} is damaged or edited: its values have the hash {whole.hash[:12]}…, and it says "
-            f"{whole.content_sha256[:12]}…. {AGAIN}"
-        )
-    return whole
+    give = "Give the calibration.toml that `exograv calibrate` has written."
+    return read_sealed(path, StoredCalibration, give, AGAIN)
 
 
 def refuse_unfit(
@@ -123,25 +87,3 @@ def friction_warning(whole: StoredCalibration, now: datetime) -> str | None:
         f"Friction was measured {hours:.0f} h ago; after {allowed:.0f} h it should be checked: "
         "`exograv calibrate --recheck`."
     )
-
-
-def _toml(content: dict[str, Any]) -> str:
-    """Tables one level deep, and one list of tables: the shape of `StoredCalibration`."""
-    plain = [f"{key} = {_value(value)}" for key, value in content.items() if isinstance(value, (str, int))]
-    parts = ["\n".join(plain)]
-    for key, value in content.items():
-        tables = [(f"[{key}]", value)] if isinstance(value, dict) else []
-        if isinstance(value, (list, tuple)):
-            tables = [(f"[[{key}]]", row) for row in value]
-        parts += ["\n".join([head, *(f"{k} = {_value(v)}" for k, v in table.items())]) for head, table in tables]
-    return "\n\n".join(parts) + "\n"
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_value(inner)}" for key, inner in value.items()) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(_value, value)) + "]"
-    if isinstance(value, datetime):
-        return value.isoformat()
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

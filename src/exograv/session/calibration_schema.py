@@ -1,8 +1,6 @@
 """What a `calibration.toml` holds: the result of stage 0 in numbers that people can read, with their units."""
 
-import hashlib
-import json
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import AwareDatetime, Field, NonNegativeFloat, PositiveFloat
@@ -12,6 +10,8 @@ from exograv.dynamics.friction import Friction
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.empty_machine import V_REST, Calibration, tilted_gravity
 from exograv.model.rig_settings import Settings, Side
+
+from .sealed_file import Sealed, sealed
 
 SCHEMA_VERSION = 1
 DIGITS = 7
@@ -89,21 +89,15 @@ class JointRow(Settings):
     link_sd: Ten
 
 
-class StoredCalibration(Settings):
+class StoredCalibration(Sealed):
     """The whole file."""
 
+    VERSION: ClassVar[int] = SCHEMA_VERSION
     schema_version: Literal[1]
     identity: Identity
     measured: Measured
     base: Base
     joints: Annotated[list[JointRow], Field(min_length=1)]
-    content_sha256: str = ""
-
-    @property
-    def hash(self) -> str:
-        """SHA-256 of all values but itself."""
-        content = self.model_dump(mode="json", exclude={"content_sha256"})
-        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     def calibration(self) -> Calibration:
         """As the sessions use it."""
@@ -157,7 +151,7 @@ def stored(
     whole = StoredCalibration(
         schema_version=SCHEMA_VERSION, identity=identity, measured=measured, base=base, joints=rows
     )
-    return whole.model_copy(update={"content_sha256": whole.hash})
+    return sealed(whole)
 
 
 def _short(value: Any) -> Any:

@@ -1,0 +1,128 @@
+"""Small TOML files that are written at once or not at all, and sealed by a hash: calibrations, participants."""
+
+import hashlib
+import json
+import os
+import tempfile
+import tomllib
+from datetime import datetime
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
+
+from pydantic import ValidationError
+
+from exograv.errors import ConfigError
+from exograv.model.description import validation_sentences
+from exograv.model.rig_settings import Settings
+
+SIZE_MAX_BYTES = 1_000_000
+"""Far above any of these files; a larger one is a mistake."""
+
+
+class Sealed(Settings):
+    """Content of such a file; a kind of file adds its tables and the version it is in."""
+
+    VERSION: ClassVar[int]
+    schema_version: int
+    content_sha256: str = ""
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of all values but itself."""
+        content = self.model_dump(mode="json", exclude={"content_sha256"})
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+Kind = TypeVar("Kind", bound=Sealed)
+
+
+def sealed(whole: Kind) -> Kind:
+    """The same with its hash in it."""
+    return whole.model_copy(update={"content_sha256": whole.hash})
+
+
+def write_sealed(path: Path, whole: Sealed, head: str, option: str) -> None:
+    """Write the file under a comment `head`, or leave the old one as it was.
+
+    Raises:
+        ConfigError: The place cannot be written; `option` gives another.
+    """
+    name = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(head + _toml(whole.model_dump()))
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(name, path)
+    except OSError as error:
+        if name is not None:
+            Path(name).unlink(missing_ok=True)
+        raise ConfigError(f"{path} cannot be written: {error.strerror}. Give another {option}.") from error
+
+
+def read_sealed(path: Path, kind: type[Kind], give: str, again: str) -> Kind:
+    """Read a file of this kind.
+
+    Args:
+        path: The file.
+        kind: What must be in it.
+        give: What to do where it cannot be read.
+        again: What to do where it is damaged.
+
+    Raises:
+        ConfigError: It cannot be read, is of another version, or its values are not those that were written.
+    """
+    content = _content(path, give, again)
+    version = content.get("schema_version")
+    if version != kind.VERSION:
+        raise ConfigError(f"{path} has schema_version {version}; this exograv reads version {kind.VERSION}. {again}")
+    try:
+        whole = kind.model_validate(content)
+    except ValidationError as error:
+        raise ConfigError(f"{path} is damaged: {validation_sentences(error)} {again}") from error
+    if whole.content_sha256 != whole.hash:
+        raise ConfigError(
+            f"{path} is damaged or edited: its values have the hash {whole.hash[:12]}…, and it says "
+            f"{whole.content_sha256[:12]}…. {again}"
+        )
+    return whole
+
+
+def _content(path: Path, give: str, again: str) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > SIZE_MAX_BYTES:
+            raise ConfigError(f"{path} has more than the {SIZE_MAX_BYTES} bytes allowed. {give}")
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be read: {error.strerror}. {give}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} is damaged: it is not valid TOML ({error}). {again}") from error
+
+
+def _toml(content: dict[str, Any]) -> str:
+    """Tables one level deep, and lists of tables: the shape of every kind of such file."""
+    tables = {key: value for key, value in content.items() if isinstance(value, dict) or _is_rows(value)}
+    plain = [f"{key} = {_value(value)}" for key, value in content.items() if key not in tables]
+    parts = ["\n".join(plain)]
+    for key, value in tables.items():
+        rows = [(f"[[{key}]]", row) for row in value] if _is_rows(value) else [(f"[{key}]", value)]
+        parts += ["\n".join([head, *(f"{k} = {_value(v)}" for k, v in row.items())]) for head, row in rows]
+    return "\n\n".join(parts) + "\n"
+
+
+def _is_rows(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) and bool(value) and isinstance(value[0], dict)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_value(inner)}" for key, inner in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    if isinstance(value, datetime):
+        return value.isoformat()
+    if isinstance(value, bool):
+        return str(value).lower()
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
