@@ -32,6 +32,9 @@ class Noise:
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8])
 """Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
 
+UNLIKELY = 1e-3
+"""Probability below which an assumed size is not carried on at the next linearisation [-]."""
+
 UPDATE_PERIOD_S = 0.08
 """The motion is slow and the filter's corner at 7 Hz: more samples would only repeat each other."""
 
@@ -60,6 +63,7 @@ class Recursive:
         self._mean = mean
         self._unwhiten = _square_root(covariance)
         self._free = self._unwhiten.shape[1]
+        self._scales = DISTURBANCE_SCALES
         self._bank = self._empty_bank()
         self._project = PhysicalProjection(bodies, mean)
         self._x = mean.copy()
@@ -88,6 +92,7 @@ class Recursive:
         milliseconds per second of motion and belongs to a worker, not to the loop.
         """
         history, self._history = self._history, []
+        self._scales = self._plausible_scales()
         self._bank = self._empty_bank()
         self._samples = self._rejected = 0
         self._model.restart()
@@ -118,16 +123,27 @@ class Recursive:
         """What is known now; bodies projected onto possible ones."""
         covariance = self.covariance()
         x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
-        scale = float(self._bank.weights @ DISTURBANCE_SCALES)
+        scale = float(self._bank.weights @ self._scales)
         return Estimate(self._t, x, covariance, self._rejected / max(self._samples, 1), scale)
 
     def _plausible(self) -> Parameters:
         """Where to linearise: the mean, but not beyond `PLAUSIBLE_SD`: early, a few samples can point anywhere."""
         return self._mean + self._unwhiten @ np.clip(self._bank.mean(), -PLAUSIBLE_SD, PLAUSIBLE_SD)
 
+    def _plausible_scales(self) -> Float[np.ndarray, " scale"]:
+        """Sizes of the disturbance worth a filter: what the data leave, and the neighbours of the best.
+
+        Neighbours, because a person may grow restless later.
+        """
+        weights = self._bank.weights
+        likely = self._scales[weights > UNLIKELY]
+        best = int(np.searchsorted(DISTURBANCE_SCALES, self._scales[int(weights.argmax())]))
+        around = DISTURBANCE_SCALES[max(best - 1, 0) : best + 2]
+        return np.union1d(likely, around)
+
     def _empty_bank(self) -> FilterBank:
         considered = 0 if self._discrepancy is None else self._discrepancy.count
-        disturbance = DISTURBANCE_SCALES[:, None] * self._noise.disturbance_sd
+        disturbance = self._scales[:, None] * self._noise.disturbance_sd
         return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered)
 
     def covariance(self) -> Covariance:
