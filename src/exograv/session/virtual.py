@@ -15,6 +15,7 @@ from exograv.rig.twin import (
     Machine,
     Wearer,
     WearerModel,
+    donned_again,
     draw_machine,
     draw_wearer,
     read_wearer_model,
@@ -54,6 +55,7 @@ def draw_laboratory(
     seed: int,
     wearer_model: str | None = None,
     wearer_map: str | None = None,
+    donning: int = 0,
 ) -> VirtualLaboratory:
     """Machine and wearer of this seed, at a disturbance level of 0 to 4.
 
@@ -64,6 +66,7 @@ def draw_laboratory(
         seed: Draws machine and wearer.
         wearer_model: MJCF or URDF of an arm that is the truth in place of a drawn one (docs/wearer_models.md).
         wearer_map: What its bodies and joints are.
+        donning: Number of the day on which this wearer is in this machine, 0 the first.
 
     Raises:
         ConfigError: A file cannot be read or used, or one of model and map is missing.
@@ -74,13 +77,13 @@ def draw_laboratory(
     machine = draw_machine(description, disturbances, seed)
     if wearer_model is None and wearer_map is None:
         wearer = draw_wearer(disturbances, seed, description.side, kind=description.settings.wearer.arm)
-        return VirtualLaboratory(description, machine, wearer)
+        return VirtualLaboratory(description, machine, donned_again(wearer, disturbances, seed, donning))
     if wearer_model is None or wearer_map is None:
         missing = "--wearer-model" if wearer_model is None else "--wearer-map"
         raise ConfigError(f"{missing} is missing: a wearer's model and its map go together (docs/wearer_models.md).")
     foreign = read_wearer_model(Path(wearer_model), Path(wearer_map), description)
     wearer = draw_wearer(disturbances, seed, foreign.skeleton.side, foreign.body, skeleton=foreign.skeleton)
-    return VirtualLaboratory(description, machine, wearer, foreign)
+    return VirtualLaboratory(description, machine, donned_again(wearer, disturbances, seed, donning), foreign)
 
 
 def refuse_motorless(description: RigDescription) -> None:

@@ -1,5 +1,7 @@
 """The embedded twin: a virtual machine with a virtual wearer, on another engine and with its own truth."""
 
+from .donning import day_seed as day_seed
+from .donning import donned_again as donned_again
 from .examiner import Examiner as Examiner
 from .examiner import held_out_postures as held_out_postures
 from .examiner import rms as rms

@@ -96,6 +96,17 @@ WEARER: Mapping[str, Row] = MappingProxyType(
                 "wrist": (0.0, 0.01, 0.03, 0.08, 0.2),
             },
         ),
+        # Assumed, all of it: docs/participants.md. The first donning of a seed has none of this.
+        "day_to_day": Row(
+            "next donning against the first, SD: factors on segment mass, on joints' stiffness and damping; neutral "
+            "angles [°]; factor on cuff stiffness",
+            {
+                "mass": (0.0, 0.005, 0.01, 0.015, 0.02),
+                "elasticity": (0.0, 0.05, 0.1, 0.15, 0.2),
+                "neutral_deg": (0.0, 1.0, 3.0, 5.0, 8.0),
+                "cuff": (0.0, 0.1, 0.2, 0.3, 0.4),
+            },
+        ),
         "bursts": Row("not relaxed: bursts of 2-6 N·m for 0.3-1 s, per minute", {"rate": (0.0, 0.0, 0.5, 3.0, 6.0)}),
     }
 )
