@@ -9,7 +9,7 @@ from typing import Literal
 from exograv.errors import ConfigError
 from exograv.model.description import RigDescription, load_rig
 from exograv.rig.twin import Disturbances, WearerModel, draw_machine, draw_wearer, read_wearer_model
-from exograv.rig.twin.levels import MACHINE, ROWS
+from exograv.rig.twin.levels import MACHINE
 from exograv.session.virtual import VirtualLaboratory
 
 ProfileName = Literal["harmonic", "qdd"]
@@ -23,6 +23,9 @@ WEARERS_A_MACHINE = 3
 
 FOREIGN_EVERY = 6
 """Every so many-th wearer is a third party's arm, in turn."""
+
+RESTLESS_LEVEL = 4
+"""Of the muscle torque of a wearer who never lets go."""
 
 FOREIGN: tuple[ArmName, ...] = ("arm26", "rajagopal")
 
@@ -47,13 +50,18 @@ class Case:
     without: str | None = None
     """A disturbance that is switched off."""
 
+    restless: bool = False
+    """Whether the wearer never lets go: stirs as at level 4."""
+
     @property
     def disturbances(self) -> Disturbances:
         """Level of every row."""
         if self.only is not None:
             return Disturbances.at_level(0).with_row(self.only, self.level)
-        all_rows = Disturbances.at_level(self.level)
-        return all_rows if self.without is None else all_rows.without(self.without)
+        rows = Disturbances.at_level(self.level)
+        if self.restless:
+            rows = rows.with_row("slow_bias", RESTLESS_LEVEL).with_row("bursts", RESTLESS_LEVEL)
+        return rows if self.without is None else rows.without(self.without)
 
     @property
     def machine_key(self) -> tuple[str, int, tuple[int | None, ...]]:
@@ -92,6 +100,7 @@ def population(
     seed_from: int,
     only: str | None = None,
     without: str | None = None,
+    restless: bool = False,
 ) -> list[Case]:
     """`count` wearers with seeds from `seed_from` on; a few share a machine, some are third parties' arms.
 
@@ -111,6 +120,7 @@ def population(
             arm=_arm_of(k),
             only=only,
             without=without,
+            restless=restless,
         )
         for k in range(count)
     ]
@@ -128,11 +138,6 @@ def wearers_folder() -> Path:
     """Folder of the third parties' arms: beside the package when installed, else in the source tree."""
     installed = Path(__file__).parents[2] / "wearers"
     return installed if installed.is_dir() else Path(__file__).parents[4] / "examples" / "wearers"
-
-
-def disturbance_rows() -> tuple[str, ...]:
-    """Names of all disturbances."""
-    return tuple(ROWS)
 
 
 def _arm_of(k: int) -> ArmName:

@@ -1,0 +1,130 @@
+"""One method on one wearer: what is kept of it, and its file, to which each finished run is added at once."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from exograv import __version__
+from exograv.errors import RecordingError
+
+from .cases import Case
+
+Setting = Literal["open_loop", "closed_loop"]
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """How many stated 95 % intervals hold the truth, after some motion."""
+
+    parameters: dict[str, bool]
+    """By name of the parameter."""
+
+    torque: tuple[int, int]
+    """Of the arm's torque at the held-out postures, joint by joint: held, of."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One method on one wearer."""
+
+    setting: Setting
+    method: str
+    case: Case
+    places: list[str]
+    """Of the joints: shoulder, elbow or wrist."""
+
+    failed: str | None = None
+    """Why there is no result; such a run counts as one that never reached a target."""
+
+    offline: bool = False
+    t: list[float] = field(default_factory=list)
+    """Seconds of motion used by each estimate [s]."""
+
+    left_over_Nm: list[list[float | None]] = field(default_factory=list)
+    """Total, RMS over the held-out postures, by estimate and joint; None where it is no number."""
+
+    possible_share: float = 0.0
+    """Of the estimates [-]."""
+
+    intervals: dict[str, Intervals] = field(default_factory=dict)
+    """By seconds of motion; empty where the method states none."""
+
+    outcome: str = ""
+    """Name of the stop rule's verdict."""
+
+    stop_s: float | None = None
+    """When the stop rule would have ended the motion [s]."""
+
+    rejected_share: float = 0.0
+    noise_scale: float = 1.0
+    update_us: dict[str, float] | None = None
+    """Percentiles over the updates that did work; None where none did, or where time was not taken."""
+
+    work_share: float = 0.0
+    method_s: float = 0.0
+    """Time of all updates and estimates [s]."""
+
+    @property
+    def key(self) -> tuple[str, str, Case]:
+        """What a repetition of this run would have too."""
+        return self.setting, self.method, self.case
+
+
+class RunFile:
+    """Finished runs, one a line of JSON after a line that says what made them."""
+
+    def __init__(self, path: Path, seconds: float, resume: bool):
+        """Open; a file that is not resumed is kept beside as `.before`.
+
+        Raises:
+            RecordingError: It cannot be written, or another version or length of motion made it.
+        """
+        self.path = path
+        self._head = {"exograv": __version__, "seconds": seconds}
+        self.runs: list[Run] = []
+        """All that are done, those of the resumed file first."""
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if path.exists() and resume:
+                self._read()
+            else:
+                if path.exists():
+                    path.replace(path.with_suffix(".before.jsonl"))
+                path.write_text(json.dumps(self._head) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise RecordingError(
+                f"{path} cannot be written: {error.strerror}. Give another folder with --out."
+            ) from error
+
+    def add(self, run: Run) -> None:
+        """Keep one more."""
+        self.runs.append(run)
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(asdict(run), ensure_ascii=False) + "\n")
+
+    def _read(self) -> None:
+        head, *lines = self.path.read_text(encoding="utf-8").splitlines() or [""]
+        try:
+            if json.loads(head) != self._head:
+                raise RecordingError(
+                    f"{self.path} was made by another version of exograv or a motion of another length ({head}). "
+                    "Leave out --resume, or choose another --out."
+                )
+            self.runs = [_run(json.loads(line)) for line in _whole(lines)]
+        except (json.JSONDecodeError, KeyError, TypeError) as error:
+            raise RecordingError(f"{self.path} is damaged ({error}). Leave out --resume; it is kept beside.") from error
+
+
+def _whole(lines: Sequence[str]) -> Sequence[str]:
+    """Without a last line that was cut off in the middle."""
+    return lines[:-1] if lines and not lines[-1].endswith("}") else lines
+
+
+def _run(row: dict[str, Any]) -> Run:
+    intervals = {
+        seconds: Intervals(one["parameters"], (one["torque"][0], one["torque"][1]))
+        for seconds, one in row["intervals"].items()
+    }
+    return Run(**{**row, "case": Case(**row["case"]), "intervals": intervals})
