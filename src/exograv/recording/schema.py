@@ -206,7 +206,15 @@ RESULT = Channel(
         Field(
             "left_over_rms_Nm", "object", "N·m", "`total` and `arm`, each by name of a stage, per joint", optional=True
         ),
-        Field("identification", "object", "-", "motion_s, time_to_target_s, stop, outcome", optional=True),
+        Field("identification", "object", "-", "how the identification ended, when, and why", optional=True),
+        Field(
+            "identifiability",
+            "object",
+            "-",
+            "base parameters, condition number, what the data and what the prior decided",
+            optional=True,
+            nullable=True,
+        ),
         Field(
             "possible_left_over_Nm",
             "object",
