@@ -19,6 +19,19 @@ POSTURES = 32
 LOOK_AHEAD_S = 10.0
 WORTHWHILE = 0.05  # share by which the look-ahead must still improve the prediction
 
+RESTLESS = 2.0
+"""A wearer does not relax whose slow torque is so many times the usual one [-]."""
+
+REJECTED_MAX = 0.3
+"""Nor one of whose samples so large a share fits no relaxed arm [-]."""
+
+
+def is_restless(estimate: Estimate) -> bool:
+    """Whether the wearer does not relax; not asked in the first seconds, when a few samples can say anything."""
+    if estimate.t <= LOOK_AHEAD_S:
+        return False
+    return estimate.rejected_share > REJECTED_MAX or estimate.noise_scale > RESTLESS
+
 
 class LeftOverPrediction:
     """Predicted RMS of the torque error over the task workspace, for any covariance of the parameters."""
@@ -49,12 +62,22 @@ class StopRule:
         # The joint farthest from its target decides: one number, 1 at the target.
         ratio = float((predicted / self._target).max())
         self._history.append((estimate.t, ratio))
-        if estimate.rejected_share > 0.3 and estimate.t > LOOK_AHEAD_S:
+        if estimate.rejected_share > REJECTED_MAX and is_restless(estimate):
             return Outcome.NOT_RELAXED
         if ratio <= 1.0:
             return Outcome.CONVERGED
         earlier = [r for t, r in self._history if t <= estimate.t - LOOK_AHEAD_S]
         # The motion repeats: the next seconds will teach about as much as the last ones did, never more.
         if estimate.t >= 2 * LOOK_AHEAD_S and earlier and ratio > (1 - WORTHWHILE) * earlier[-1]:
-            return Outcome.EXHAUSTED
+            # With a restless wearer it is not the motion that is exhausted.
+            return Outcome.NOT_RELAXED if is_restless(estimate) else Outcome.EXHAUSTED
         return Outcome.RUNNING
+
+    def why(self, predicted: Joints, joints: Sequence[str]) -> str:
+        """The figures behind a verdict, as a sentence."""
+        worst = int((predicted / self._target).argmax())
+        numbers = ", ".join(f"{value:.2f}" for value in predicted)
+        return (
+            f"Predicted to be left over: {numbers} N·m; farthest from its target is {joints[worst]} with "
+            f"{predicted[worst]:.2f} of {self._target[worst]:.3g} N·m."
+        )
