@@ -54,14 +54,8 @@ def refuse_unfit(
     Raises:
         ConfigError: It is foreign or stale, or from the future.
     """
-    for name, expected in identity_of(description, machine).model_dump().items():
-        found = getattr(whole.identity, name)
-        if found != expected:
-            what = {
-                "rig_sha256": f"of {description.name} with another rig.toml or URDF (hash {found[:12]}…, now "
-                f"{expected[:12]}…)"
-            }.get(name, f"of another machine: its {name} is '{found}', this one's is '{expected}'")
-            raise ConfigError(f"{path} is {what}. Give this machine's own file with --calibration. {AGAIN}")
+    now_here = identity_of(description, machine)
+    refuse_other_machine(path, whole.identity, now_here, f"Give this machine's own file with --calibration. {AGAIN}")
     joints = tuple(row.joint for row in whole.joints)
     if joints != description.joints:
         raise ConfigError(f"{path} has the joints {', '.join(joints)}; they must be {', '.join(description.joints)}.")
@@ -75,6 +69,22 @@ def refuse_unfit(
             f"{path} is from the future: measured at {whole.measured.friction_at_utc:%Y-%m-%d %H:%M} UTC, now it is "
             f"{now:%Y-%m-%d %H:%M} UTC. Set the clock. {AGAIN}"
         )
+
+
+def refuse_other_machine(path: Path, stored: Identity, present: Identity, what_to_do: str) -> None:
+    """Refuse a file of another machine, of another side, or of the same with another description.
+
+    Raises:
+        ConfigError: It is foreign.
+    """
+    for name, expected in present.model_dump().items():
+        found = getattr(stored, name)
+        if found != expected:
+            what = {
+                "rig_sha256": f"of {present.rig} with another rig.toml or URDF (hash {found[:12]}…, now "
+                f"{expected[:12]}…)"
+            }.get(name, f"of another machine: its {name} is '{found}', this one's is '{expected}'")
+            raise ConfigError(f"{path} is {what}. {what_to_do}")
 
 
 def friction_warning(whole: StoredCalibration, now: datetime) -> str | None:

@@ -1,0 +1,111 @@
+"""A participant's file: written at once or not at all, sealed by a hash, refused where it does not belong."""
+
+import secrets
+from datetime import datetime
+from pathlib import Path
+
+from exograv.errors import ConfigError
+from exograv.model.anthropometry import Body
+from exograv.model.assembly import Assembly
+
+from .calibration_file import CLOCK_ERROR, identity_of, refuse_other_machine
+from .participant_schema import CODE, StoredParticipant, is_code, parameter_names
+from .sealed_file import read_sealed, write_sealed
+
+AGAIN = "Identify the person again: `exograv identify --keep FILE`."
+GIVE = "Give a file that `exograv identify --keep FILE` has written."
+HEAD = """\
+# One participant in one machine, written by `exograv identify --keep` (docs/participants.md). `covariance` of a
+# parameter is with those before it and itself. Personal data: keep it as you keep the key to the codes. Do not edit:
+# content_sha256 seals the values, and a changed file is refused.
+"""
+HEIGHT_M, MASS_KG, LENGTH_M = 0.03, 6.0, 0.02
+"""How far body data may differ from the file's, from one day's scale and tape to the next (assumed); mass also for what
+people gain and lose between sessions."""
+
+
+def new_code() -> str:
+    """A random code: six digits that say nothing."""
+    return f"P-{secrets.randbelow(1_000_000):06d}"
+
+
+def refuse_name(code: str) -> str:
+    """The code itself.
+
+    Raises:
+        ConfigError: It cannot be a code, or looks like a name.
+    """
+    if not is_code(code):
+        raise ConfigError(f"--code is '{code}'; it must have {CODE}. Give one such as P-07, or none for a random one.")
+    return code
+
+
+def write_participant(path: Path, whole: StoredParticipant) -> None:
+    """Write the file, or leave the old one as it was.
+
+    Raises:
+        ConfigError: The place cannot be written.
+    """
+    write_sealed(path, whole, HEAD, "--keep")
+
+
+def read_participant(path: Path) -> StoredParticipant:
+    """Read the file.
+
+    Raises:
+        ConfigError: It cannot be read, is of another version, or its values are not those that were written.
+    """
+    whole = read_sealed(path, StoredParticipant, GIVE, AGAIN)
+    for i, row in enumerate(whole.parameters):
+        if len(row.covariance) != i + 1:
+            raise ConfigError(
+                f"{path} is damaged: {row.name} has {len(row.covariance)} covariances, not {i + 1}. {AGAIN}"
+            )
+    return whole
+
+
+def refuse_other(path: Path, whole: StoredParticipant, assembly: Assembly, machine: str, now: datetime) -> None:
+    """Refuse a file of another machine, side or arm, or from the future.
+
+    Raises:
+        ConfigError: It is foreign.
+    """
+    present = identity_of(assembly.description, machine)
+    refuse_other_machine(path, whole.machine, present, f"Give a file of this machine with --participant. {AGAIN}")
+    names = parameter_names(assembly)
+    if [row.name for row in whole.parameters] != names:
+        raise ConfigError(f"{path} has other parameters than this arm's {len(names)}. {AGAIN}")
+    if whole.identified.at_utc - now > CLOCK_ERROR:
+        raise ConfigError(
+            f"{path} is from the future: identified at {whole.identified.at_utc:%Y-%m-%d %H:%M} UTC, now it is "
+            f"{now:%Y-%m-%d %H:%M} UTC. Set the clock. {AGAIN}"
+        )
+
+
+def refuse_other_body(path: Path, whole: StoredParticipant, told: Body) -> None:
+    """Refuse a file of somebody of another size, before anything moves.
+
+    Raises:
+        ConfigError: What is told of this person is not what the file says.
+    """
+    person = whole.person
+    lengths = told.lengths_m or {}
+    pairs = [
+        ("height", "m", person.height_m, told.height_m, HEIGHT_M),
+        ("mass", "kg", person.mass_kg, told.mass_kg, MASS_KG),
+        *(
+            (f"{name.replace('_', ' ')} length", "m", length, lengths.get(name, length), LENGTH_M)
+            for name, length in person.lengths_m.items()
+        ),
+    ]
+    for name, unit, stored, present, allowed in pairs:
+        if abs(stored - present) > allowed:
+            raise ConfigError(
+                f"{path} is of somebody else: {name} {stored:g} {unit} there, {present:.4g} {unit} told now; "
+                f"{allowed:g} {unit} may lie between two days. Give this person's own file, or none."
+            )
+    if person.sex != told.sex:
+        raise ConfigError(
+            f"{path} is of somebody else: {person.sex} there, {told.sex} told now. "
+            "Give this person's own file, or none."
+        )
