@@ -1,6 +1,7 @@
 """What every identification method is: a stream of samples in; parameters, their uncertainty and a sentence out."""
 
 import enum
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -106,4 +107,40 @@ class Method(Protocol):
 
     def estimate(self) -> Estimate:
         """What is known now."""
+        ...
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A posture in which the relaxed arm was held still, and what was measured there, averaged."""
+
+    q: Joints
+    """[rad]"""
+
+    tau: Joints
+    """Torque of the motors by their current, friction included [N·m]."""
+
+    wrenches: Float[np.ndarray, "cuff 6"]
+    """Force [N] and moment [N·m] of each cuff on the arm, as `rig.interface.CuffSensing`."""
+
+    seconds: float
+    """What it took, the way there included [s]."""
+
+
+@runtime_checkable
+class RestingMethod(Method, Protocol):
+    """A method that learns from resting postures before any motion; `update` only moves its clock."""
+
+    rests_needed: int
+
+    rest_s: float
+    """Seconds that its rests took; a comparison adds them to the time of motion."""
+
+    @property
+    def postures(self) -> Float[np.ndarray, "rest joint"]:
+        """Where the arm should rest, in this order [rad]."""
+        ...
+
+    def take_rests(self, rests: Sequence[Rest]) -> None:
+        """Learn from as many rests as are needed."""
         ...
