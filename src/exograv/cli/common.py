@@ -4,11 +4,9 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from exograv.errors import ConfigError, RecordingError
-
-MethodName = Literal["recursive", "gradient", "anthropometric"]
 
 
 @dataclass(frozen=True)

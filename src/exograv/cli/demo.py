@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from .common import Common, MethodName
+from exograv.session.names import MethodName
+
+from .common import Common
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,18 @@ class Demo(Common):
     calibration: Path | None = None
     """calibration.toml of this machine (`exograv calibrate`); without it the machine is calibrated first."""
 
+    keep: Path | None = None
+    """Keep the person as identified in this file, for the next donning."""
+
+    code: str | None = None
+    """Code that stands for the person in that file, such as P-07, never a name; a random one if none is given."""
+
+    participant: Path | None = None
+    """File of an earlier donning (`--keep`) to start from."""
+
+    donning: int = 0
+    """Day on which the twin's wearer is in the machine: 0 the first, 1 the same person in the cuffs anew."""
+
 
 @dataclass(frozen=True)
 class Identify(Demo):
@@ -53,8 +67,10 @@ class Identify(Demo):
 def run_demo_command(command: Demo) -> dict[str, Any]:
     """Run it and show the closing table."""
     from exograv.session.demo import DemoOptions, run_demo
+    from exograv.session.participant_run import ParticipantOptions
     from exograv.terminal import bars, show_demo
 
+    files = ParticipantOptions(command.keep, command.code, command.participant)
     options = DemoOptions(
         command.rig,
         command.side,
@@ -69,6 +85,8 @@ def run_demo_command(command: Demo) -> dict[str, Any]:
         wearer_model=command.wearer_model,
         wearer_map=command.wearer_map,
         calibration=command.calibration,
+        donning=command.donning,
+        files=files,
     )
     with bars() as progress:
         result = run_demo(options, command.out, progress)

@@ -6,7 +6,9 @@ from typing import Annotated, Any
 
 import tyro
 
-from .common import Common, MethodName, numbers
+from exograv.session.names import MethodName
+
+from .common import Common, numbers
 
 
 @dataclass(frozen=True)

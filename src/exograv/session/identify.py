@@ -1,7 +1,8 @@
 """The relaxed arm is moved, and learned while it moves; what is learned drives the next tick."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Float
@@ -9,14 +10,19 @@ from jaxtyping import Float
 from exograv import motion
 from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification import methods
 from exograv.identification.anthropometric import Anthropometric
 from exograv.identification.arm_model import ArmModel
+from exograv.identification.arm_setting import arm_setting
+from exograv.identification.average import Average, average
 from exograv.identification.discrepancy import Discrepancy
+from exograv.identification.equilibrium import equilibrium
+from exograv.identification.full import full
 from exograv.identification.gradient import Gradient
 from exograv.identification.interface import Estimate, Method, Outcome, Sample
-from exograv.identification.left_over import LeftOverPrediction, StopRule
-from exograv.identification.prior import disturbance_sd, prior
-from exograv.identification.recursive import Noise, Recursive
+from exograv.identification.left_over import LeftOverPrediction, StopRule, is_restless
+from exograv.identification.prior import prior
+from exograv.identification.recursive import Recursive
 from exograv.identification.sample_filter import SampleFilter
 from exograv.model.assembly import Assembly
 from exograv.motion import Trajectory
@@ -24,6 +30,7 @@ from exograv.motion import Trajectory
 from .arm_controller import ArmController
 from .names import MethodName, TorqueSourceName
 from .pilot import Moment, Pilot
+from .resting_poses import rest_first
 
 PUBLISH_S = 0.2  # new parameters reach the controller at 5 Hz
 NOTE_S = 1.0  # and are noted, judged and drawn once a second
@@ -42,6 +49,7 @@ class Identification:
     method: Method
     prior: parameters.Parameters
     """What the method believed before anything moved."""
+    prior_covariance: Float[np.ndarray, "parameter parameter"]
     estimates: list[Estimate] = field(default_factory=list)
     """One a second."""
     predicted: list[np.ndarray | None] = field(default_factory=list)
@@ -49,6 +57,10 @@ class Identification:
     stop_s: float | None = None
     """When the stop rule would have ended the motion [s]."""
     outcome: Outcome = Outcome.RUNNING
+    why: str = ""
+    """The figures behind the outcome; empty where the method states none."""
+    restless_s: float | None = None
+    """When the wearer was first seen not to relax [s of motion]."""
 
     @property
     def last(self) -> Estimate:
@@ -58,6 +70,12 @@ class Identification:
 
 Belief = tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]
 """Mean and covariance of everything that is learned, in the order of `dynamics.parameters`."""
+
+
+OF_JUST: Mapping[str, Callable[[ArmModel], Method]] = MappingProxyType(
+    {"average": average, "full": full, "equilibrium": equilibrium}
+)
+"""Just et al.'s methods, which need an arm in cuffs."""
 
 
 def build_method(
@@ -72,18 +90,17 @@ def build_method(
     It starts from the table's person, or from a `belief` about this one; methods that state no uncertainty have no use
     for that.
     """
-    mean, covariance = prior(assembly, machine) if belief is None else belief
-    if name == "recursive":
-        noise = Noise(machine.residual_sd, machine.correlation_s, disturbance_sd(assembly.description.places))
-        # What stage 0 could not explain may be a function of posture as well as noise.
-        errors = Discrepancy(np.hypot(CLOSURE_ERROR_NM, machine.residual_sd), POSTURE_LENGTH_RAD, FEATURES)
-        return Recursive(
-            model or ArmModel(assembly, machine), mean, covariance, noise, parameters.Layout.of(assembly).bodies, errors
-        )
-    table = table_guess(assembly, machine)
+    believed = prior(assembly, machine) if belief is None else belief
+    if name == "anthropometric":
+        return Anthropometric(table_guess(assembly, machine), believed[1])
     if name == "gradient":
-        return Gradient(assembly, machine, table)
-    return Anthropometric(table, covariance)
+        return Gradient(assembly, machine, table_guess(assembly, machine))
+    model = model or ArmModel(assembly, machine)
+    if name in OF_JUST:
+        return OF_JUST[name](model)
+    # What stage 0 could not explain may be a function of posture as well as noise.
+    errors = Discrepancy(np.hypot(CLOSURE_ERROR_NM, machine.residual_sd), POSTURE_LENGTH_RAD, FEATURES)
+    return methods.built(name, arm_setting(model, *believed, errors))
 
 
 def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Parameters:
@@ -124,13 +141,13 @@ class Identifier:
         self._pilot, self._controller, self._note = pilot, controller, note
         self._torque_source = torque_source
         assembly = controller.assembly
-        mean, _ = prior(assembly, machine) if belief is None else belief
+        mean, covariance = prior(assembly, machine) if belief is None else belief
         self.followers: list[Callable[[Sample], None]] = []
         """Who else listens to the samples, each before the method takes it."""
         self.model = ArmModel(assembly, machine)
         """Of this arm in this machine; others take another of it by `again`."""
         method = build_method(name, assembly, machine, self.model.again(), belief)
-        self.result = Identification(method, method.estimate().x)
+        self.result = Identification(method, method.estimate().x, covariance)
         self._left_over = LeftOverPrediction(self.model, mean)
         self._rule = StopRule(assembly.description.places)
         self._filter = SampleFilter(assembly.n, pilot.rig.period_s)
@@ -176,14 +193,34 @@ class Identifier:
         result.predicted.append(predicted)
         if predicted is not None and result.stop_s is None:
             verdict = self._rule.judge(estimate, predicted)
+            result.why = self._rule.why(predicted, self._controller.assembly.description.joints)
             if verdict is not Outcome.RUNNING:
                 result.stop_s, result.outcome = estimate.t, verdict
+        if result.restless_s is None and is_restless(estimate):
+            result.restless_s = estimate.t
+            self._tell(t, estimate)
         self._note(t, estimate, predicted, result.outcome)
+
+    def _tell(self, t: float, estimate: Estimate) -> None:
+        """The wearer does not relax: the operator hears it while something can still be done."""
+        if self._pilot.recording is not None:
+            self._pilot.recording.write("/event", t, {"kind": "not relaxed", "text": restless_text(estimate)})
+
+
+def restless_text(estimate: Estimate) -> str:
+    """What to tell about a wearer who does not relax."""
+    return (
+        f"The person does not relax: muscles push about {estimate.noise_scale:.1f} times as hard as usual, and "
+        f"{estimate.rejected_share:.0%} of the samples fit no relaxed arm. "
+        "Ask the person to let go; the motion goes on."
+    )
 
 
 def _final_outcome(result: Identification) -> Outcome:
-    if isinstance(result.method, Anthropometric):
+    if isinstance(result.method, Anthropometric | Average):
         return Outcome.TABLE_ONLY
+    if is_restless(result.last):
+        return Outcome.NOT_RELAXED
     return Outcome.NO_INTERVAL if result.last.covariance is None else Outcome.TIME_IS_UP
 
 
@@ -196,6 +233,7 @@ def identify_arm(pilot: Pilot, controller: ArmController, identifier: Identifier
     dt = pilot.rig.period_s
     path = identification_motion(controller.assembly, seconds, dt)
     controller.mode.drive = 1.0
+    rest_first(pilot, controller, identifier.result.method)
     approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, dt), motion.hold(path.q[0], 0.5, dt)]
     pilot.begin("move")
     pilot.run(controller, motion.joined(approach), "Moving to the start")
