@@ -11,11 +11,9 @@ import numpy as np
 from exograv.dynamics import parameters
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.errors import ConfigError
 from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Estimate, Outcome
+from exograv.identification.interface import Estimate, Outcome, RestingMethod
 from exograv.model.arm import held_weight
-from exograv.model.description import Side
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin, WearerModel
 from exograv.runtime.pace import Pace
@@ -24,11 +22,12 @@ from exograv.study.targets import TARGET_NM
 
 from .arm_controller import ArmController
 from .calibration_run import TakenCalibration, take_calibration, twin_identity
+from .demo_options import DemoOptions as DemoOptions
 from .examine import Examination, Score
 from .float_arm import Drift, float_arm
 from .identify import Identification, Identifier, identify_arm, table_guess
-from .names import MethodName, TorqueSourceName
-from .outcome import calibration_rows, parameter_rows, percentiles, rounded, time_to_target
+from .outcome import calibration_rows, identifiability_rows, parameter_rows, percentiles, rounded, time_to_target
+from .participant_run import ParticipantRun
 from .pilot import Pilot, Progress
 from .provenance import provenance
 from .stage_0 import EmptyTwin
@@ -37,41 +36,6 @@ from .weigh import Weighing, weigh
 
 FLOAT_S = 10.0
 WEIGHT_KG = (0.5, 1.0)  # range of the known weight that the wearer takes into the hand; the machine is built for 1 kg
-GRAVITY_LEVEL_MAX = 1.0  # above 1 the arm would be pushed down: that needs a mode of its own (docs/safety.md)
-
-
-@dataclass(frozen=True)
-class DemoOptions:
-    """What the demonstration is asked for."""
-
-    rig: str = "recupera_like"
-    side: Side | None = None
-    level: int = 2
-    method: MethodName = "recursive"
-    gravity_level: float = 0.0
-    seed: int = 0
-    seconds: float = 60.0
-    torque_source: TorqueSourceName = "current"
-    realtime: bool = False
-    only_identify: bool = False
-    wearer_model: str | None = None
-    """MJCF or URDF of an arm that is the truth (docs/wearer_models.md)."""
-    wearer_map: str | None = None
-    calibration: Path | None = None
-    """Of this machine, stored; measured at the start where absent."""
-
-    def __post_init__(self):
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if not 0.0 <= self.gravity_level <= GRAVITY_LEVEL_MAX:
-            raise ConfigError(
-                f"--gravity-level is {self.gravity_level}; allowed: 0 (weightless) to {GRAVITY_LEVEL_MAX:g} (Earth). "
-                "The Moon is 0.165, Mars 0.378."
-            )
-        if not 5.0 <= self.seconds <= 600.0:
-            raise ConfigError(f"--seconds is {self.seconds}; allowed: 5 to 600 s of motion.")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
 
 
 @dataclass
@@ -83,7 +47,10 @@ class _Run:
     recording: RecordingWriter
     progress: Progress
     taken: TakenCalibration | None
+    person: ParticipantRun
     result: dict[str, Any] = field(default_factory=dict)
+    of_person: dict[str, Any] = field(default_factory=dict)
+    """Of the participant's file: shown, and no part of the recording."""
 
     def pilot(self, twin: Twin, actuators: ActuatorGain) -> Pilot:
         envelope = Envelope(limits(self.laboratory.description), twin.period_s)
@@ -102,17 +69,31 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     """
     start = time.perf_counter()
     laboratory = draw_laboratory(
-        options.rig, options.side, options.level, options.seed, options.wearer_model, options.wearer_map
+        options.rig,
+        options.side,
+        options.level,
+        options.seed,
+        options.wearer_model,
+        options.wearer_map,
+        options.donning,
     )
     refuse_motorless(laboratory.description)
     targets = [TARGET_NM[place] for place in laboratory.description.places]
     path = folder / f"{'identify' if options.only_identify else 'demo'}.mcap"
     taken = _stored_calibration(options, laboratory)
+    person = ParticipantRun(
+        options.files,
+        laboratory.assembly(),
+        twin_identity(options.level, options.seed),
+        laboratory.body,
+        datetime.now(UTC).replace(microsecond=0),
+    )
     settings = provenance(options, laboratory, targets)
+    settings["hashes"] |= person.hashes
     if taken is not None:
         settings["hashes"]["calibration"] = taken.whole.content_sha256
     with RecordingWriter(path, laboratory.description.joints, settings) as recording:
-        run = _Run(options, laboratory, recording, progress, taken)
+        run = _Run(options, laboratory, recording, progress, taken, person)
         t, tick_us = _phases(run, targets)
         recording.write("/result", t, {**run.result, "simulated_s": round(t, 3)})
     progress("Writing the report", 0.0)
@@ -122,6 +103,8 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     progress("Writing the report", 1.0)
     return {
         **run.result,
+        **run.of_person,
+        "donning": options.donning,
         **_told_by(laboratory.wearer_model),
         "tick_us": percentiles(tick_us),
         "wall_s": round(time.perf_counter() - start, 2),
@@ -148,9 +131,9 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
     )
     machine, t = _stage_0(run)
 
-    assembly = laboratory.assembly()
+    assembly = run.person.assembly
     table = table_guess(assembly, machine)
-    twin = Twin(description, laboratory.machine, laboratory.wearer, options.seed, t0=t)
+    twin = Twin(description, laboratory.machine, laboratory.wearer, options.day, t0=t)
     pilot = run.pilot(twin, machine.actuators)
     controller = ArmController(assembly, machine, table, twin.period_s)
     examination = Examination(laboratory, assembly, machine)
@@ -163,12 +146,17 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
         if predicted is not None:
             message["predicted_left_over_Nm"] = predicted
         run.recording.write("/estimate", when, message)
+        run.person.note(estimate, predicted)
         scores[estimate.t] = score = examination.score(estimate.x)
         run.recording.write("/left_over", when, {"motion_s": estimate.t, "total": score.total, "arm": score.arm})
 
-    identifier = Identifier(pilot, controller, machine, options.method, options.torque_source, note)
+    identifier = Identifier(
+        pilot, controller, machine, options.method, options.torque_source, note, run.person.belief(machine)
+    )
+    run.person.listen(identifier)
     found = identify_arm(pilot, controller, identifier, options.seconds)
     _record_identification(run, found, examination, table, scores, targets, assembly)
+    _record_person(run, found, machine, examination, targets)
     if not options.only_identify:
         _float_and_weigh(run, pilot, controller, identifier.model, found, examination)
     return twin.t, pilot.tick_us
@@ -185,7 +173,7 @@ def _stage_0(run: _Run) -> tuple[CalibratedMachine, float]:
     """The calibrated machine and its clock: stored, and cold again, or calibrated now."""
     laboratory, taken = run.laboratory, run.taken
     if taken is None:
-        seed, lengths = run.options.seed, laboratory.wearer.lengths_given
+        seed, lengths = run.options.day, laboratory.wearer.lengths_given
         empty = EmptyTwin(laboratory.description, laboratory.machine, seed, lengths)
         calibration, t = empty.calibrate(run.pilot)
         run.result["calibration_used"] = {"source": "measured at the start of this run"}
@@ -222,16 +210,41 @@ def _record_identification(
         stop = f"The stop rule would have ended the motion after {found.stop_s:.0f} s."
     doubted = examination.doubt(found.last)
     run.result["identification"] = {
+        **({"rest_s": round(found.method.rest_s, 3)} if isinstance(found.method, RestingMethod) else {}),
         "motion_s": round(found.last.t, 3),
         "time_to_target_s": time_to_target(scores, targets),
         "stop": stop,
         "outcome": found.outcome.value,
+        "why": found.why,
+        "restless_s": found.restless_s and round(found.restless_s, 2),
     }
+    run.result["identifiability"] = identifiability_rows(assembly, found.prior_covariance, found.last)
     run.result["possible_left_over_Nm"] = doubted and {
         "median": rounded(doubted.median),
         "p95": rounded(doubted.p95),
     }
     run.result["parameters"] = parameter_rows(assembly, found.prior, found.last, run.laboratory.wearer)
+
+
+def _record_person(
+    run: _Run,
+    found: Identification,
+    machine: CalibratedMachine,
+    examination: Examination,
+    targets: list[float],
+) -> None:
+    """What the participant's file did and what it holds now; the examiner's view is shown and never kept in it."""
+    calibration = "" if run.taken is None else run.taken.whole.content_sha256
+    run.of_person["participant_kept"] = run.person.keep(found, machine, "of the machine's description", calibration)
+    returning = run.person.returning
+    if returning is not None:
+        cold = {estimate.t: examination.score(estimate.x) for estimate in returning.cold_estimates}
+        run.of_person["participant"] = returning.figures | {
+            "examiner": {
+                "from_file_s": run.result["identification"]["time_to_target_s"],
+                "cold_s": time_to_target(cold, targets),
+            }
+        }
 
 
 def _float_and_weigh(

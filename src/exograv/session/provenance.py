@@ -10,7 +10,7 @@ import exograv
 from .virtual import VirtualLaboratory, limits
 
 if TYPE_CHECKING:
-    from .demo import DemoOptions
+    from .demo_options import DemoOptions
 
 PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
 
@@ -44,9 +44,9 @@ def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: l
         },
         "hashes": {"rig": description.sha256, **_wearer_hash(laboratory)},
         "versions": {"exograv": exograv.__version__, "python": platform.python_version(), **_versions()},
-        # Neither the pace nor a file's place changes what is computed; which calibration it was stands in the hashes.
+        # Neither the pace nor a file's place changes what is computed; which files were read stands in the hashes.
         "settings": {
-            "options": asdict(options) | {"realtime": False, "calibration": None},
+            "options": asdict(options) | {"realtime": False, "calibration": None, "files": None},
             "rig": description.settings.model_dump(),
         },
     }
