@@ -14,11 +14,11 @@ from .whitened import square_root
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"noise_factor": noise_factor, "drift": drift})
-    for noise_factor in (1.0, 5.0, 25.0)
-    for drift in (0.0, 1e-3, 1e-2)
+    for noise_factor in (1e2, 1e3, 1e4)
+    for drift in (0.0, 1e-2, 5e-2)
 )
-NOISE_FACTOR, DRIFT = 5.0, 1e-3
-"""By how much the noise of a sample exceeds stage 0's residual, and how far the state may wander in a second, in
+NOISE_FACTOR, DRIFT = 1e3, 0.0
+"""By how much the variance of a sample exceeds stage 0's residual, and how far the state may wander in a second, in
 standard deviations of the prior [-]; python benchmarks/tune_methods.py."""
 
 GATE = 18.5

@@ -24,6 +24,7 @@ from exograv.identification.left_over import LeftOverPrediction, StopRule, is_re
 from exograv.identification.prior import prior
 from exograv.identification.recursive import Recursive
 from exograv.identification.sample_filter import SampleFilter
+from exograv.identification.setting import Setting
 from exograv.model.assembly import Assembly
 from exograv.motion import Trajectory
 
@@ -98,9 +99,14 @@ def build_method(
     model = model or ArmModel(assembly, machine)
     if name in OF_JUST:
         return OF_JUST[name](model)
+    return methods.built(name, setting_of(model, believed))
+
+
+def setting_of(model: ArmModel, belief: Belief) -> Setting:
+    """What the methods that serve any model start from; `model` becomes the method's own."""
     # What stage 0 could not explain may be a function of posture as well as noise.
-    errors = Discrepancy(np.hypot(CLOSURE_ERROR_NM, machine.residual_sd), POSTURE_LENGTH_RAD, FEATURES)
-    return methods.built(name, arm_setting(model, *believed, errors))
+    size = np.hypot(CLOSURE_ERROR_NM, model.machine.residual_sd)
+    return arm_setting(model, *belief, Discrepancy(size, POSTURE_LENGTH_RAD, FEATURES))
 
 
 def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Parameters:
