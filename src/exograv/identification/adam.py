@@ -13,7 +13,7 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"rate": rate}) for rate in (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2)
 )
 RATE = 1e-3
-"""Length of a step at 100 Hz, in standard deviations of the prior [-]; python benchmarks/tune_methods.py."""
+"""Length of a step at 50 Hz, in standard deviations of the prior [-]; python benchmarks/tune_methods.py."""
 
 DECAY_MEAN, DECAY_SQUARE = 0.9, 0.999
 TINY = 1e-12
@@ -42,7 +42,7 @@ class Adam:
         self._steps = 0
 
     def update(self, sample: Sample) -> None:
-        """One step, at 100 Hz."""
+        """One step, at 50 Hz."""
         slope = self._descent.slope(sample)
         if slope is None:
             return

@@ -28,7 +28,7 @@ GATE_JOINTS = 4
 
 
 class LogCholeskyFilter:
-    """`Method`: predict P += Q, update K = P Hᵀ (H P Hᵀ + R)⁻¹, c += K (τ − τ̂), at 100 Hz.
+    """`Method`: predict P += Q, update K = P Hᵀ (H P Hᵀ + R)⁻¹, c += K (τ − τ̂), at 50 Hz.
 
     The state c is the log-Cholesky numbers of each body and all else in the prior's scale. Its covariance starts from
     the table's, carried over by the slope at the mean. A sample whose innovation is beyond the gate is left out, as in
@@ -54,7 +54,7 @@ class LogCholeskyFilter:
         self._samples = self._rejected = 0
 
     def update(self, sample: Sample) -> None:
-        """One prediction and one update, at 100 Hz."""
+        """One prediction and one update, at 50 Hz."""
         self._t = sample.t
         if not self._pace.takes(sample.t):
             return

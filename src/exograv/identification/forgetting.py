@@ -21,11 +21,11 @@ start's P against R, which the textbook leaves to the user; python benchmarks/tu
 
 
 class Forgetting:
-    """`Method`: K = P Hᵀ (λ R + H P Hᵀ)⁻¹, x += K (τ − τ̂), P = (P − K H P) / λ, every 0.01 s.
+    """`Method`: K = P Hᵀ (λ R + H P Hᵀ)⁻¹, x += K (τ − τ̂), P = (P − K H P) / λ, every 0.02 s.
 
-    λ = exp(−period/memory). P starts from the prior covariance, not from a large multiple of one; R is a multiple of stage
-    0's, white as the method believes. Samples are linearised when they come, and
-    never again. What it publishes is not projected, as the method has no notion of a possible body.
+    λ = exp(−period/memory). P starts from the prior covariance, not from a large multiple of one; R is a multiple of
+    stage 0's, white as the method believes. Samples are linearised when they come, and never again. What it publishes
+    is not projected, as the method has no notion of a possible body.
 
     Source: Ljung 1999, System Identification, ch. 11.2.
     """
@@ -40,7 +40,7 @@ class Forgetting:
         self._pace, self._t = Pace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
-        """One step, at 100 Hz."""
+        """One step, at 50 Hz."""
         self._t = sample.t
         if not self._pace.takes(sample.t):
             return

@@ -11,7 +11,7 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"step": step}) for step in (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3)
 )
 STEP = 1e-5
-"""Of the descent, for every parameter alike, at 100 Hz [1/(N·m)²]; python benchmarks/tune_methods.py."""
+"""Of the descent, for every parameter alike, at 50 Hz [1/(N·m)²]; python benchmarks/tune_methods.py."""
 
 
 class GradientFull:
@@ -26,7 +26,7 @@ class GradientFull:
         self._descent, self._step = Descent(setting), step
 
     def update(self, sample: Sample) -> None:
-        """One step downhill, at 100 Hz."""
+        """One step downhill, at 50 Hz."""
         slope = self._descent.slope(sample)
         if slope is not None:
             self._descent.c -= self._step * slope

@@ -15,7 +15,7 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"step": step}) for step in (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3)
 )
 STEP = 1e-5
-"""Of the descent at 100 Hz, in units of prior covariance per noise variance [-]; python benchmarks/tune_methods.py."""
+"""Of the descent at 50 Hz, in units of prior covariance per noise variance [-]; python benchmarks/tune_methods.py."""
 
 
 class GradientPrior:
@@ -35,7 +35,7 @@ class GradientPrior:
         self._pace, self._t = Pace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
-        """One step downhill, at 100 Hz."""
+        """One step downhill, at 50 Hz."""
         self._t = sample.t
         if self._pace.takes(sample.t):
             error, H = self._model.rows(sample, self._xi)

@@ -33,10 +33,11 @@ class Kaczmarz:
         ξ += h (y − hᵀξ) / hᵀh,  of an equation drawn among those with (y − hᵀξ)² ≥ ε ‖r‖² hᵀh by their squared error,
         ε = ½ (max (y − hᵀξ)²/hᵀh / ‖r‖² + 1/‖H‖²),
 
-    as often as there are equations; one snapshot in 0.08 s. Published is the mean of all these ξ. The paper stacks the newest snapshots and
-    leaves their number and the time between rounds to the user, gives λ as a share of ‖H‖² per equation, and starts from the last ξ: as here. Its
-    unknowns are ten of one body; ours have no common unit, so ξ is in the prior's scale, and λ pulls to the prior. What
-    is published is not projected: the paper gates its estimates instead. It states no uncertainty.
+    as often as there are equations; one snapshot in 0.08 s. Published is the mean of all these ξ. The paper stacks the
+    newest snapshots and leaves their number and the time between rounds to the user, gives λ as a share of ‖H‖² per
+    equation, and starts from the last ξ: as here. Its unknowns are ten of one body; ours have no common unit, so ξ is
+    in the prior's scale, and λ pulls to the prior. What is published is not projected: the paper gates its estimates
+    instead. It states no uncertainty.
 
     Source: Sha et al., arXiv 2510.04839 (TAG-K with Tikhonov rows); Bai & Wu 2018, SIAM J. Sci. Comput. 40:A592 (ε).
     """

@@ -35,7 +35,7 @@ class Nlms:
         self._pace, self._t = Pace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
-        """One step for each joint's equation, at 100 Hz."""
+        """One step for each joint's equation, at 50 Hz."""
         self._t = sample.t
         if not self._pace.takes(sample.t):
             return

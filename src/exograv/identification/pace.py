@@ -1,7 +1,7 @@
 """Which samples of the loop a method takes: after a filter with its corner at 7 Hz most only repeat each other."""
 
-DESCENT_PERIOD_S = 0.01
-"""Of methods that take single steps [s]: at 100 Hz the steps are as small as the motion between them."""
+DESCENT_PERIOD_S = 0.02
+"""Of methods that take single steps [s]: 50 Hz is seven times the corner."""
 
 BATCH_PERIOD_S = 0.08
 """Of methods that keep their samples [s]: as `recursive`."""
