@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from exograv.session.names import MethodName
+from exograv.session.names import MethodName, MotionName
 
 from .common import Common
 
@@ -30,6 +30,9 @@ class Demo(Common):
 
     seconds: float = 60.0
     """Motion that the arm is identified from [s]."""
+
+    motion: MotionName = "designed"
+    """What moves the arm meanwhile: the machine's own motion, pieces planned from what is uncertain, or others'."""
 
     torque_source: Literal["current", "commanded"] = "current"
     """What counts as real torque: motor current, or what was commanded."""
@@ -87,6 +90,7 @@ def run_demo_command(command: Demo) -> dict[str, Any]:
         calibration=command.calibration,
         donning=command.donning,
         files=files,
+        motion=command.motion,
     )
     with bars() as progress:
         result = run_demo(options, command.out, progress)

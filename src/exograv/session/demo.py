@@ -26,6 +26,7 @@ from .demo_options import DemoOptions as DemoOptions
 from .examine import Examination, Score
 from .float_arm import Drift, float_arm
 from .identify import Identification, Identifier, identify_arm, table_guess
+from .motions import motion_parts
 from .outcome import calibration_rows, identifiability_rows, parameter_rows, percentiles, rounded, time_to_target
 from .participant_run import ParticipantRun
 from .pilot import Pilot, Progress
@@ -125,6 +126,7 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
     run.result.update(
         rig=description.name,
         method=options.method,
+        motion=options.motion,
         disturbance_level=options.level,
         seed=options.seed,
         joints=list(description.joints),
@@ -154,7 +156,10 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
         pilot, controller, machine, options.method, options.torque_source, note, run.person.belief(machine)
     )
     run.person.listen(identifier)
-    found = identify_arm(pilot, controller, identifier, options.seconds)
+    parts = motion_parts(
+        options.motion, assembly, machine, identifier.result.method, options.seconds, twin.period_s
+    )  # fmt: skip
+    found = identify_arm(pilot, controller, identifier, options.seconds, parts)
     _record_identification(run, found, examination, table, scores, targets, assembly)
     _record_person(run, found, machine, examination, targets)
     if not options.only_identify:

@@ -7,7 +7,7 @@ from exograv.errors import ConfigError
 from exograv.model.description import Side
 from exograv.rig.twin import day_seed
 
-from .names import MethodName, TorqueSourceName
+from .names import MethodName, MotionName, TorqueSourceName
 from .participant_run import ParticipantOptions
 
 DONNINGS_MAX = 1000
@@ -36,6 +36,8 @@ class DemoOptions:
     donning: int = 0
     """Day on which the twin's wearer is in the machine, 0 the first."""
     files: ParticipantOptions = field(default_factory=ParticipantOptions)
+    motion: MotionName = "designed"
+    """What moves the arm while it is identified."""
 
     def __post_init__(self):
         if not 0 <= self.level <= 4:

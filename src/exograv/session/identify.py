@@ -1,7 +1,8 @@
 """The relaxed arm is moved, and learned while it moves; what is learned drives the next tick."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from types import MappingProxyType
 
 import numpy as np
@@ -230,21 +231,31 @@ def _final_outcome(result: Identification) -> Outcome:
     return Outcome.NO_INTERVAL if result.last.covariance is None else Outcome.TIME_IS_UP
 
 
-def identify_arm(pilot: Pilot, controller: ArmController, identifier: Identifier, seconds: float) -> Identification:
+def identify_arm(
+    pilot: Pilot,
+    controller: ArmController,
+    identifier: Identifier,
+    seconds: float,
+    parts: Iterator[Trajectory] | None = None,
+) -> Identification:
     """Drive the relaxed arm through the motion for `seconds` and learn it.
+
+    `parts` of `session.motions` take the place of the machine's own motion, each asked for when the last one is over.
 
     Raises:
         RigError: The envelope stopped the run.
     """
     dt = pilot.rig.period_s
-    path = identification_motion(controller.assembly, seconds, dt)
+    parts = parts or iter([identification_motion(controller.assembly, seconds, dt)])
+    path = next(parts)
     controller.mode.drive = 1.0
     rest_first(pilot, controller, identifier.result.method)
     approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, dt), motion.hold(path.q[0], 0.5, dt)]
     pilot.begin("move")
     pilot.run(controller, motion.joined(approach), "Moving to the start")
     pilot.begin("identify")
-    pilot.run(controller, path, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
+    for part in chain([path], parts):
+        pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
     result = identifier.finish(pilot.rig.read().t)
     controller.publish(result.last.x, pilot.q)
     return result

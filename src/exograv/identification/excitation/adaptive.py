@@ -1,0 +1,102 @@
+"""The next piece of motion, from what is known by now: a library of pieces, the best one polished."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.interface import Covariance, Parameters
+from exograv.identification.left_over import LeftOverPrediction
+from exograv.model.assembly import Assembly
+from exograv.motion import Trajectory
+
+from .basis import Coefficients, piece
+from .information import LeftOverCriterion, Seen, Statistics
+from .limits import MotionLimits
+from .problem import Problem, solve
+from .regressor import along
+
+PIECE_S = 10.0
+HARMONICS = 6  # 0.6 Hz at most: slower than the sample filter's corner by far
+LIBRARY = 32
+SAMPLES = 40
+POLISH_ITERATIONS = 12
+START_SD = 0.3  # rad
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Ten seconds from rest to rest at the same posture, forth and back."""
+
+    path: Trajectory
+    merit: float
+    """Predicted left over afterwards, worst joint against its target."""
+
+
+class Planner:
+    """Of one arm in one machine."""
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        machine: CalibratedMachine,
+        prediction: LeftOverPrediction,
+        model: ArmModel,
+        seconds: float = PIECE_S,
+    ):
+        self._places = assembly.description.places
+        self._model, self._prediction = model, prediction
+        self._limits = MotionLimits.of(assembly)
+        self._statistics = Statistics.of(machine, self._places)
+        self._basis = piece(seconds, HARMONICS)
+
+    @property
+    def home(self) -> Float[np.ndarray, " joint"]:
+        """Where pieces go best from: the middle of all postures [rad]."""
+        return 0.5 * (self._limits.lower + self._limits.upper)
+
+    def next_motion(
+        self,
+        covariance: Covariance,
+        posture: Float[np.ndarray, " joint"],
+        x: Parameters,
+        dt: float,
+        seed: int,
+        under_way: Trajectory | None = None,
+    ) -> Piece:
+        """The piece that tells most now.
+
+        Args:
+            covariance: Of all parameters, when the plan is made.
+            posture: Where it starts and ends at rest [rad].
+            x: Parameters as they are known.
+            dt: Of the loop [s].
+            seed: Of the library.
+            under_way: Motion that the covariance has not seen and that comes before.
+        """
+        if under_way is not None:
+            covariance = self.after(covariance, under_way, x)
+        problem = self._problem(covariance, posture, x)
+        best = solve(problem, self._best_of_library(problem, seed), POLISH_ITERATIONS, np.inf)
+        return Piece(self._basis.trajectory(best, self._basis.period_s, dt), problem.value(best))
+
+    def after(self, covariance: Covariance, path: Trajectory, x: Parameters) -> Covariance:
+        """What the covariance of all parameters will be once `path` is over."""
+        problem = self._problem(covariance, path.q[0], x)
+        rows = np.linspace(0, len(path) - 1, SAMPLES).astype(int)
+        q = path.q[rows]
+        seen = along(self._model, x, q, path.v[rows], path.a[rows], slopes=False)
+        F, B = Seen(problem.criterion, self._statistics, seen, q, path.seconds / SAMPLES).information(1.0)
+        P, root = np.linalg.inv(F), problem.criterion.root
+        return root @ (P + P @ B @ P) @ root.T
+
+    def _problem(self, covariance: Covariance, posture: Float[np.ndarray, " joint"], x: Parameters) -> Problem:
+        criterion = LeftOverCriterion(self._prediction, covariance, self._places)
+        return Problem(self._basis, self._limits, self._model, x, self._statistics, criterion, (1.0,), posture, SAMPLES)
+
+    def _best_of_library(self, problem: Problem, seed: int) -> Coefficients:
+        generator = np.random.default_rng(seed)
+        drawn = [problem.squeezed(START_SD * generator.standard_normal(problem.shape)) for _ in range(LIBRARY)]
+        return problem.fitted(min(drawn, key=problem.value))

@@ -1,0 +1,48 @@
+"""What the estimator's own filter would say after a motion: the judge of every design, since a surrogate is none."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.discrepancy import Discrepancy
+from exograv.identification.interface import Covariance, Parameters, Sample
+from exograv.identification.left_over import LeftOverPrediction
+from exograv.identification.square_root import FilterBank
+from exograv.motion import Trajectory
+
+from .information import CORRELATION_S, FIELD_LENGTH_RAD, Statistics, square_root
+
+STEP_S = 0.16
+FEATURES = 16
+
+Joints = Float[np.ndarray, " joint"]
+
+
+class Forecast:
+    """For one arm in one machine: left over that is predicted after so much of a motion."""
+
+    def __init__(self, model: ArmModel, x: Parameters, covariance: Covariance, statistics: Statistics):
+        self._model, self._x, self._statistics = model, x, statistics
+        self._root = square_root(covariance)
+        self._left_over = LeftOverPrediction(model, x)
+        self._field = Discrepancy(statistics.field_sd, FIELD_LENGTH_RAD, FEATURES)
+
+    def left_over(self, path: Trajectory, times: Sequence[float]) -> Mapping[float, Joints]:
+        """Predicted left over (joint,) [N·m] after each of `times` [s], in rising order."""
+        bank = FilterBank(
+            self._root.shape[1], self._statistics.disturbance_sd[None, :], CORRELATION_S, self._field.count
+        )
+        self._model.restart()
+        stride, found, remaining = round(STEP_S / path.dt), {}, list(times)
+        nothing = np.zeros(path.q.shape[1])
+        for k in range(0, len(path), stride):
+            sample = Sample(k * path.dt, path.q[k], path.v[k], path.a[k], nothing)
+            _, derivative = self._model.linearise(sample, self._x)
+            white = np.sqrt(self._statistics.white / (stride * path.dt))
+            noise = np.hypot(white, self._model.direction_uncertainty(sample.v))
+            bank.update(stride * path.dt, derivative @ self._root, nothing, noise, self._field.errors(sample.q))
+            while remaining and sample.t + stride * path.dt >= remaining[0] - 1e-9:
+                found[remaining.pop(0)] = self._left_over.rms(self._root @ bank.covariance() @ self._root.T)
+        return found

@@ -1,0 +1,189 @@
+"""How much of what is left over a motion takes away: the estimator's own statistics in closed form, with slopes.
+
+    F = P⁻¹ + passes · Σ_j H_jᵀ S_j⁻¹ H_j               information of the unknowns after so many periods
+    B = passes² · Σ_j H_jᵀ S_j⁻¹ Φ_j S_j⁻¹ H_j          what the field Φ of unmodelled torque does to it
+    ratio_j² = tr(A_j (F⁻¹ + F⁻¹ B F⁻¹))                left over of joint j against its target
+
+S holds the residual and the wearer's slow disturbance: samples within seconds say the same. The field is considered,
+as `discrepancy` has it: passing a posture again is no new evidence against it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cho_factor, cho_solve
+
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.interface import Covariance
+from exograv.identification.left_over import TARGET_NM, LeftOverPrediction
+from exograv.identification.prior import disturbance_sd
+from exograv.model.rig_settings import Place
+
+from .regressor import Along
+
+Joints = Float[np.ndarray, " joint"]
+NORM = 6.0
+"""Of the joints' ratios: near enough to the worst one, and smooth."""
+
+NOMINAL_RESIDUAL_SD, NOMINAL_REPEAT_S = 0.12, 0.16
+"""Residual [N·m] and how long it says the same [s], as stage 0 leaves them on the twin's machines."""
+
+CORRELATION_S = 3.0
+"""Of the wearer's slow disturbance, as `recursive.Noise` has it [s]."""
+
+CLOSURE_ERROR_NM, FIELD_LENGTH_RAD = 0.05, 0.5
+"""Of the field, as the session has them for `discrepancy.Discrepancy`: least size, and over what it changes."""
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What the expected torque cannot explain, as the estimator assumes it."""
+
+    white: Joints
+    """Variance of the white residual times the time over which it says the same [N²m²s]."""
+
+    disturbance_sd: Joints
+    """[N·m]"""
+
+    field_sd: Joints
+    """Of what no parameter explains [N·m]."""
+
+    @classmethod
+    def of(cls, machine: CalibratedMachine, places: Sequence[Place]) -> "Statistics":
+        """Of a calibrated machine; of one that is known by its data sheet alone the usual residual."""
+        known = machine.residual_sd > 0.0
+        sd = np.where(known, machine.residual_sd, NOMINAL_RESIDUAL_SD)
+        repeat = np.where(known, np.maximum(machine.correlation_s, 0.08), NOMINAL_REPEAT_S)
+        return cls(sd**2 * repeat, disturbance_sd(places), np.hypot(CLOSURE_ERROR_NM, sd))
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Of a figure of merit by what a motion does (sample, joint, …)."""
+
+    H: Float[np.ndarray, "sample joint parameter"]
+    direction_sd: Float[np.ndarray, "sample joint"]
+    q: Float[np.ndarray, "sample joint"]
+
+
+Square = Float[np.ndarray, "unknown unknown"]
+
+
+class LeftOverCriterion:
+    """Predicted left over against its target after some motion, worst joint in front; 1 is the target."""
+
+    def __init__(self, prediction: LeftOverPrediction, covariance: Covariance, places: Sequence[Place]):
+        self.root = square_root(covariance)
+        """Maps unit unknowns to parameters."""
+        target = np.array([TARGET_NM[place] for place in places])
+        self._gram = np.array([self.root.T @ A @ self.root for A in gram(prediction, len(covariance))])
+        self._gram /= target[:, None, None] ** 2
+
+    def __call__(self, F: Square, B: Square) -> tuple[float, Square, Square]:
+        """The figure of merit at information F and field B, and its slopes by both."""
+        P = np.linalg.inv(F)
+        ratio = np.sqrt(np.einsum("jik,ki->j", self._gram, P + P @ B @ P))
+        value = float((ratio**NORM).sum() ** (1.0 / NORM))
+        by_square = 0.5 * ratio ** (NORM - 2.0) * value ** (1.0 - NORM)
+        X = P @ np.tensordot(by_square, self._gram, axes=1) @ P
+        return value, -(X + X @ B @ P + P @ B @ X), X
+
+
+class DeterminantCriterion:
+    """D-optimality, the field's standard: the ellipsoid of all parameters, whatever they matter for."""
+
+    def __init__(self, covariance: Covariance):
+        self.root = square_root(covariance)
+
+    def __call__(self, F: Square, B: Square) -> tuple[float, Square, Square]:
+        """−log det F per unknown, and its slopes; the field is none of its business."""
+        return -float(np.linalg.slogdet(F)[1]) / len(F), -np.linalg.inv(F) / len(F), np.zeros_like(B)
+
+
+Criterion = LeftOverCriterion | DeterminantCriterion
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A motion along one period, in the estimator's statistics."""
+
+    criterion: Criterion
+    statistics: Statistics
+    along: Along
+    q: Float[np.ndarray, "sample joint"]
+    dt: float
+    """Between samples [s]."""
+
+    def residual_covariances(self) -> Float[np.ndarray, "joint sample sample"]:
+        """S of each joint [N²m²]."""
+        tick = np.arange(len(self.q))
+        slow = np.exp(-np.abs(np.subtract.outer(tick, tick)) * self.dt / CORRELATION_S)
+        S = self.statistics.disturbance_sd[:, None, None] ** 2 * slow
+        S[:, tick, tick] += (self.statistics.white / self.dt + self.along.direction_sd**2).T
+        return S
+
+    def field(self) -> Float[np.ndarray, "joint sample sample"]:
+        """Φ of each joint [N²m²]."""
+        apart = ((self.q[:, None] - self.q[None]) ** 2).sum(axis=2)
+        return self.statistics.field_sd[:, None, None] ** 2 * np.exp(-0.5 * apart / FIELD_LENGTH_RAD**2)
+
+    def information(self, passes: float) -> tuple[Square, Square]:
+        """F and B of the unknowns after so many passes."""
+        H = np.einsum("sjp,pu->jsu", self.along.H, self.criterion.root)
+        return self._information(H, _solved(self.residual_covariances(), H), self.field(), passes)
+
+    def merit(self, passes: float) -> tuple[float, Slopes]:
+        """Figure of merit after so many passes, and its slopes by H, by the uncertain direction and by the posture."""
+        H = np.einsum("sjp,pu->jsu", self.along.H, self.criterion.root)
+        S, field = self.residual_covariances(), self.field()
+        whitened = _solved(S, H)
+        value, by_F, by_B = self.criterion(*self._information(H, whitened, field, passes))
+        by_F, by_B = passes * by_F, passes**2 * by_B
+        moved = _solved(S, field @ whitened)
+        by_H = 2.0 * (whitened @ by_F + moved @ by_B)
+        by_S = -whitened @ by_F @ whitened.mT - 2.0 * whitened @ by_B @ moved.mT
+        by_sd = 2.0 * self.along.direction_sd * np.einsum("jss->sj", by_S)
+        pull = (whitened @ by_B @ whitened.mT * field).sum(axis=0) / FIELD_LENGTH_RAD**2
+        by_q = -2.0 * (pull.sum(axis=1)[:, None] * self.q - pull @ self.q)
+        return value, Slopes(np.einsum("jsu,pu->sjp", by_H, self.criterion.root), by_sd, by_q)
+
+    def _information(
+        self,
+        H: Float[np.ndarray, "joint sample unknown"],
+        whitened: Float[np.ndarray, "joint sample unknown"],
+        field: Float[np.ndarray, "joint sample sample"],
+        passes: float,
+    ) -> tuple[Square, Square]:
+        F = np.eye(H.shape[2]) + passes * (H.mT @ whitened).sum(axis=0)
+        return F, passes**2 * (whitened.mT @ field @ whitened).sum(axis=0)
+
+
+def _solved(
+    S: Float[np.ndarray, "joint sample sample"], right: Float[np.ndarray, "joint sample unknown"]
+) -> Float[np.ndarray, "joint sample unknown"]:
+    return np.array([cho_solve(cho_factor(one), side) for one, side in zip(S, right, strict=True)])
+
+
+def gram(prediction: LeftOverPrediction, count: int) -> Float[np.ndarray, "joint parameter parameter"]:
+    """A_j with left over² of joint j = tr(A_j · covariance), asked of the stop rule's own prediction."""
+    units = np.eye(count)
+    diagonal = np.array([prediction.rms(np.outer(e, e)) ** 2 for e in units])
+    A = np.zeros((diagonal.shape[1], count, count))
+    relevant = np.flatnonzero(diagonal.max(axis=1) > 0.0)
+    for i in relevant:
+        A[:, i, i] = diagonal[i]
+        for k in relevant[relevant > i]:
+            both = units[i] + units[k]
+            A[:, i, k] = A[:, k, i] = 0.5 * (prediction.rms(np.outer(both, both)) ** 2 - diagonal[i] - diagonal[k])
+    return A
+
+
+def square_root(covariance: Covariance) -> Float[np.ndarray, "parameter unknown"]:
+    """L with L Lᵀ = covariance; scaled first, so that small units do not count as nothing."""
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(sd > 0.0, sd, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    keep = values > 1e-9
+    return scale[:, None] * vectors[:, keep] * np.sqrt(values[keep])
