@@ -17,7 +17,7 @@ PROMISED = {
     "simulated_s": float,
     "report": str,
 }
-BEYOND = {"calibration", "calibration_used", "possible_left_over_Nm", "recording"}
+BEYOND = {"calibration", "calibration_used", "identifiability", "possible_left_over_Nm", "recording"}
 
 
 def test_every_promised_key_is_there_with_its_type_and_nothing_unheard_of(demo):
@@ -37,7 +37,7 @@ def test_left_over_is_a_list_per_joint_of_each_controller(demo):
 
 def test_the_identification_says_how_long_whether_and_why(demo):
     found = demo.result["identification"]
-    assert set(found) == {"motion_s", "time_to_target_s", "stop", "outcome"}
+    assert set(found) == {"motion_s", "time_to_target_s", "stop", "outcome", "why", "restless_s"}
     assert abs(found["motion_s"] - 30.0) < 0.5
     assert found["time_to_target_s"] is None or 0.0 < found["time_to_target_s"] <= 30.0
     assert found["stop"].endswith(".")

@@ -27,6 +27,7 @@ from exograv.identification.recursive import Recursive
 from exograv.identification.sample_filter import SampleFilter
 from exograv.identification.setting import Setting
 from exograv.model.assembly import Assembly
+from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
 
 from .arm_controller import ArmController
@@ -118,9 +119,11 @@ def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Pa
     )
 
 
-def identification_motion(assembly: Assembly, seconds: float, dt: float) -> Trajectory:
-    """The machine's excitation, from rest to rest in `seconds`."""
-    excitation = assembly.description.excitation
+def identification_motion(
+    assembly: Assembly, seconds: float, dt: float, excitation: Excitation | None = None
+) -> Trajectory:
+    """The machine's excitation, or another, from rest to rest in `seconds`."""
+    excitation = excitation or assembly.description.excitation
     path = motion.fourier(
         np.deg2rad(excitation.centre_deg),
         np.deg2rad(excitation.sine_deg),

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.identifiability import identifiability
 from exograv.identification.interface import Estimate
 from exograv.model.arm import Arm, Limb
 from exograv.model.assembly import Assembly
@@ -64,6 +65,32 @@ def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, w
         "prior": round(prior, 5),
         "estimate": round(value, 5),
         "ci95": interval,
+    }
+
+
+def identifiability_rows(
+    assembly: Assembly, prior: Float[np.ndarray, "parameter parameter"], estimate: Estimate
+) -> dict[str, Any] | None:
+    """What the motion told and what the prior decided; None where the method states no uncertainty."""
+    if estimate.covariance is None:
+        return None
+    units = dict(parameters.names_and_units(assembly))
+    found = identifiability(list(units), prior, estimate.covariance, estimate.x)
+    return {
+        "learnable": found.learned,
+        "condition_number": round(found.condition, 1) if found.base else None,
+        "base_parameters": [
+            {
+                "combination": {name: round(weight, 4) for name, weight in base.weights.items()},
+                "unit": units[next(iter(base.weights))],
+                "estimate": round(base.value, 5),
+                "ci95": [round(base.value + sign * 1.96 * base.sd, 5) for sign in (-1, 1)],
+            }
+            for base in found.base
+        ],
+        "by_data": list(found.by_data),
+        "by_prior": list(found.by_prior),
+        "confused": [[first, second, round(value, 3)] for first, second, value in found.confused],
     }
 
 

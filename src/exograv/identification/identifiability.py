@@ -1,0 +1,122 @@
+"""What the motion told, and what the prior decided: the combinations of parameters that the data know."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import qr, solve_triangular
+
+from .interface import Covariance, Parameters
+from .whitened import square_root
+
+TOLD = 0.5
+"""A parameter counts as told by the data where less than this share of the prior's standard deviation is left [-]."""
+
+CONFUSED = 0.9
+"""Correlation from which on the data cannot tell two parameters apart [-]."""
+
+SHOWN = 0.1
+"""Smallest part in a combination that is written out, in prior standard deviations [-]."""
+
+
+@dataclass(frozen=True)
+class BaseParameter:
+    """A combination of parameters that the data know better than the prior did."""
+
+    weights: dict[str, float]
+    """Of each parameter in it; the first one's is 1."""
+
+    value: float
+    sd: float
+    """One standard deviation, in the unit of the first parameter."""
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """How much of an estimate is measured."""
+
+    learned: int
+    """Parameters that could be learned [-]."""
+
+    base: tuple[BaseParameter, ...]
+    """Independent combinations that the data decided, the best known first."""
+
+    condition: float
+    """Of the weighted regressor, over those combinations: largest through smallest singular value [-]."""
+
+    left: dict[str, float]
+    """Share of the prior's standard deviation that is left, by parameter [-]."""
+
+    confused: tuple[tuple[str, str, float], ...]
+    """Pairs that the data cannot tell apart, with their correlation; the prior held them apart."""
+
+    @property
+    def by_data(self) -> tuple[str, ...]:
+        """Parameters that the data told."""
+        return tuple(name for name, left in self.left.items() if left < TOLD)
+
+    @property
+    def by_prior(self) -> tuple[str, ...]:
+        """Parameters whose value is mostly the prior's."""
+        return tuple(name for name, left in self.left.items() if left >= TOLD)
+
+
+def identifiability(names: Sequence[str], prior: Covariance, posterior: Covariance, x: Parameters) -> Identifiability:
+    """Compare what was believed before the motion with what is after it.
+
+    The difference of the two informations is the data's. A pivoted QR of its square root, every column in units of the
+    prior's standard deviation, picks independent parameters and says what else they carry: base parameters
+    (Gautier 1991), cut where the data know less than the prior did.
+
+    Args:
+        names: Of the parameters, as `dynamics.parameters.names_and_units`.
+        prior: Covariance before the motion (parameter, parameter).
+        posterior: Covariance after it.
+        x: The estimate (parameter,).
+    """
+    sd = np.sqrt(np.diag(prior))
+    free = np.flatnonzero(sd > 0.0)
+    regressor = _data_square_root(prior[np.ix_(free, free)], posterior[np.ix_(free, free)]) * sd[free]
+    _, R, order = qr(regressor, mode="economic", pivoting=True)
+    singular = np.abs(np.diag(R))
+    rank = int((singular > 1.0).sum())
+    carried = solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    chosen, other = free[order[:rank]], free[order[rank:]]
+    base = []
+    for i, entry in enumerate(chosen):
+        weights = np.zeros(len(sd))
+        weights[entry] = 1.0
+        large = np.abs(carried[i]) > SHOWN
+        weights[other[large]] = carried[i, large] * sd[entry] / sd[other[large]]
+        spread = float(np.sqrt(weights @ posterior @ weights))
+        by_name = {names[entry]: 1.0} | {names[j]: float(weights[j]) for j in other[large]}
+        base.append(BaseParameter(by_name, float(weights @ x), spread))
+    values = np.linalg.svd(regressor, compute_uv=False)
+    condition = float(values[0] / values[rank - 1]) if rank else float("nan")
+    left = np.sqrt(np.maximum(np.diag(posterior)[free], 0.0)) / sd[free]
+    shares = {names[j]: float(share) for j, share in zip(free, left, strict=True)}
+    return Identifiability(len(free), tuple(base), condition, shares, _confused(names, free, prior, posterior))
+
+
+def _data_square_root(prior: Covariance, posterior: Covariance) -> Float[np.ndarray, "row parameter"]:
+    """Rows whose squares add to the information that the data brought."""
+    L = square_root(prior)
+    inverse = np.linalg.pinv(L)
+    told = np.linalg.inv(inverse @ posterior @ inverse.T) - np.eye(L.shape[1])
+    values, vectors = np.linalg.eigh(0.5 * (told + told.T))
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T @ inverse
+
+
+def _confused(
+    names: Sequence[str], free: np.ndarray, prior: Covariance, posterior: Covariance
+) -> tuple[tuple[str, str, float], ...]:
+    after, before = (_correlation(covariance[np.ix_(free, free)]) for covariance in (posterior, prior))
+    high = np.triu((np.abs(after) > CONFUSED) & (np.abs(before) < CONFUSED), k=1)
+    pairs = sorted(np.argwhere(high).tolist(), key=lambda pair: -abs(after[pair[0], pair[1]]))
+    return tuple((names[free[i]], names[free[j]], float(after[i, j])) for i, j in pairs)
+
+
+def _correlation(covariance: Covariance) -> Float[np.ndarray, "parameter parameter"]:
+    sd = np.sqrt(np.diag(covariance))
+    return covariance / np.outer(sd, sd)
