@@ -12,6 +12,7 @@ import tyro
 from exograv.errors import ExogravError
 
 from .bench import Bench, run_bench_command
+from .benchmark_identification import BenchmarkIdentification, run_benchmark_identification
 from .calibrate import Calibrate, run_calibrate_command
 from .check_rig import CheckRig, run_check_rig
 from .common import Common, refuse_unwritable, write_json
@@ -35,6 +36,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "check-rig": (CheckRig, run_check_rig),
     "doctor": (Doctor, run_doctor),
     "bench": (Bench, run_bench_command),
+    "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),
 }
 """Word on the command line: its options, and what runs them and returns the figures of `--json`."""
 

@@ -1,6 +1,7 @@
 """Scores the controller on the twin's truth, beside the run and never into it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -33,10 +34,17 @@ class Examination:
     """The controller's side of every held-out posture, and the twin's."""
 
     def __init__(self, laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedMachine):
+        self._laboratory = laboratory
         self._examiner = Examiner(laboratory.description, laboratory.machine, laboratory.wearer)
         self._resting = RestingTorque(assembly, machine)
         self._assembly, self._actuators = assembly, machine.actuators
         self._z: Float[np.ndarray, "posture 4"] | None = None
+
+    @cached_property
+    def _empty(self) -> Examiner:
+        """Of the same machine, set to the same lengths, without the wearer."""
+        laboratory = self._laboratory
+        return Examiner(laboratory.description, laboratory.machine, None, laboratory.wearer.lengths_given)
 
     @property
     def postures(self) -> Postures:
@@ -45,11 +53,6 @@ class Examination:
 
     def score(self, x: Parameters, payload_kg: float = 0.0) -> Score:
         """What is left over with these parameters in the level-0 controller, a hidden weight in the hand."""
-        total, arm = self.left_over(x, payload_kg)
-        return Score(rms(total), rms(arm))
-
-    def left_over(self, x: Parameters, payload_kg: float = 0.0) -> tuple[Postures, Postures]:
-        """The same posture by posture: total, and of the arm alone [N·m]."""
         asked: list[Resting] = []
 
         def all_currents(q: Postures) -> Postures:
@@ -58,7 +61,18 @@ class Examination:
 
         total = self._examiner.left_over(all_currents, payload_kg)
         # The same postures, asked for a moment ago.
-        return total, self._examiner.arm_left_over(lambda _q: self._actuators.current(asked[0].tau_arm), payload_kg)
+        arm = self._examiner.arm_left_over(lambda _q: self._actuators.current(asked[0].tau_arm), payload_kg)
+        return Score(rms(total), rms(arm))
+
+    def arm_error(self, x: Parameters) -> Postures:
+        """What the arm, its weight and its strained cuffs, adds to the torque at rest, minus what is added for it.
+
+        The machine's own error is not in it: no estimate of the arm answers for that.
+        """
+        total = self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, Mode()).tau_desired))
+        empty = Mode(arm_share=0.0)
+        alone = self._empty.left_over(lambda q: self._actuators.current(self._at_rest(q, x, empty).tau_desired))
+        return total - alone
 
     def exo_only(self, x: Parameters) -> Joints:
         """What is left over when only the exoskeleton is carried, RMS per joint [N·m]."""

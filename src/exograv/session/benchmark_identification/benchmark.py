@@ -9,9 +9,9 @@ from typing import Any
 from exograv.session.pilot import Progress
 
 from .bootstrap import RESAMPLES
-from .compared import parts, paired, ratios, winner
+from .compared import paired, parts, ratios, winner
 from .crew import run_all
-from .measures import left_over, row, rounded, time_to
+from .measures import left_over, rounded, row, time_to
 from .options import BenchmarkOptions, machines
 from .replay import DURATIONS_S
 from .runs import Run, RunFile
@@ -80,9 +80,9 @@ def summary(runs: Sequence[Run]) -> dict[str, Any]:
     for (setting, level, profile, *varied), by_method in groups.items():
         results += [row(of_method) for of_method in by_method.values()]
         common = paired([run for of_method in by_method.values() for run in of_method])
+        if any(varied) and (setting, level, profile, None, None, False) in groups:
+            continue  # a part of a remainder, told as such
         place = {"setting": setting, "level": level, "profile": profile}
-        if any(varied):
-            continue
         pairs += [{**place, **one} for one in ratios(common)]
         if setting == "open_loop":
             winners.setdefault(str(level), {})[profile] = winner(common)

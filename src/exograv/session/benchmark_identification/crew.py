@@ -1,6 +1,7 @@
 """Machines worked off one after the other, or by several processes; runs arrive as they are done."""
 
-from collections.abc import Iterator, Sequence
+import signal
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from multiprocessing import get_context
 from multiprocessing.queues import Queue
@@ -15,7 +16,9 @@ _queue: "Queue[Run | str] | None" = None
 """Of a worker process: where it puts finished runs, and sentences about what it does."""
 
 
-def run_all(machines: Sequence[Sequence[Task]], seconds: float, processes: int, tell: Tell) -> Iterator[Run]:
+def run_all(
+    machines: Sequence[Sequence[Task]], seconds: float, processes: int, tell: Tell
+) -> Generator[Run, None, None]:
     """Every run as soon as it is done; closing the iterator ends the processes."""
     if processes == 1:
         for tasks in machines:
@@ -52,6 +55,8 @@ def _arriving(queue: "Queue[Run | str]", futures: Sequence[Future[None]], tell: 
 
 
 def _begin(queue: "Queue[Run | str]") -> None:
+    # Ctrl-C reaches every process of the terminal; this one is ended by the one that started it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     global _queue  # noqa: PLW0603 - the one thing that a worker process is given
     _queue = queue
 
