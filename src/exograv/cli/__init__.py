@@ -17,6 +17,7 @@ from .calibrate import Calibrate, run_calibrate_command
 from .check_rig import CheckRig, run_check_rig
 from .common import Common, refuse_unwritable, write_json
 from .demo import Demo, Identify, run_demo_command
+from .design_motion import DesignMotion, run_design_motion
 from .doctor import Doctor, run_doctor
 from .identify_log import IdentifyLog, run_identify_log
 from .new_rig import NewRig, run_new_rig
@@ -34,6 +35,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "rigs": (Rigs, run_rigs),
     "new-rig": (NewRig, run_new_rig),
     "check-rig": (CheckRig, run_check_rig),
+    "design-motion": (DesignMotion, run_design_motion),
     "doctor": (Doctor, run_doctor),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

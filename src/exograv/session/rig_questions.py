@@ -179,7 +179,7 @@ def _excitation(tree: Tree) -> str:
         for name, wave in (("sine", np.sin), ("cosine", np.cos))
     }
     return (
-        "# The motion that identifies the arm: proposed and small; benchmarks/design_excitation.py finds better.\n"
+        "# The motion that identifies the arm: proposed and small; exograv design-motion finds better.\n"
         f"[excitation]\nperiod_s = {PERIOD_S}\n"
         f'centre_deg = "?"  # {_angles(tree)}: middle of the task workspace\n'
         f"sine_deg = {rows['sine']}\ncosine_deg = {rows['cosine']}\n"
