@@ -21,17 +21,7 @@ import numpy as np
 from streams import load
 
 from exograv.errors import ExogravError
-from exograv.identification import (
-    adam,
-    ekf,
-    forgetting,
-    gradient_full,
-    gradient_prior,
-    kaczmarz,
-    least_squares,
-    methods,
-    nlms,
-)
+from exograv.identification import methods
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.gradient import Gradient
 from exograv.identification.interface import Method
@@ -43,14 +33,7 @@ from exograv.session.names import MethodName
 
 CANDIDATES: Mapping[str, tuple[Mapping[str, float], ...]] = {
     "gradient": tuple({"step": step} for step in (1e-8, 3e-8, 1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4)),
-    "gradient-full": gradient_full.CANDIDATES,
-    "adam": adam.CANDIDATES,
-    "gradient-prior": gradient_prior.CANDIDATES,
-    "nlms": nlms.CANDIDATES,
-    "rls": forgetting.CANDIDATES,
-    "ekf": ekf.CANDIDATES,
-    "kaczmarz": kaczmarz.CANDIDATES,
-    "least-squares": least_squares.CANDIDATES,
+    **methods.CANDIDATES,
 }
 MARKS_S = (10.0, 20.0, 40.0, 60.0)
 TARGET_NM = np.array([0.2, 0.2, 0.2, 0.1])

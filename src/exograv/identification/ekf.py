@@ -10,7 +10,7 @@ from .coordinates import Coordinates
 from .interface import Covariance, Estimate, Sample
 from .pace import DESCENT_PERIOD_S, Pace
 from .setting import Setting
-from .whitened import square_root
+from .whitened import square_root_but
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"noise_factor": noise_factor, "drift": drift})
@@ -43,10 +43,8 @@ class LogCholeskyFilter:
 
     def __init__(self, setting: Setting, noise_factor: float = NOISE_FACTOR, drift: float = DRIFT):
         self._model, self._noise, self._factor = setting.model, setting.noise, noise_factor
-        others = setting.covariance.copy()
-        for body in setting.bodies:
-            others[body, :] = others[:, body] = 0.0
-        self._coordinates = Coordinates(setting.bodies, setting.mean, square_root(others))
+        others = square_root_but(setting.bodies, setting.covariance)
+        self._coordinates = Coordinates(setting.bodies, setting.mean, others)
         self._c = self._coordinates.start.copy()
         self._P = self._coordinates.prior(setting.covariance)
         self._wander = drift**2 * DESCENT_PERIOD_S * self._P

@@ -5,11 +5,11 @@ from types import MappingProxyType
 
 import numpy as np
 
+from .coordinates import Coordinates
 from .interface import Estimate, Sample
 from .pace import DESCENT_PERIOD_S, Pace
-from .physical import PhysicalProjection
 from .setting import Setting
-from .whitened import Whitened
+from .whitened import square_root_but
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"step": step}) for step in (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3)
@@ -19,28 +19,39 @@ STEP = 1e-5
 
 
 class GradientPrior:
-    """`Method`: x += step · P₀ Hᵀ R⁻¹ (τ − τ̂), with the prior covariance P₀ and the noise R of each joint.
+    """`Method`: c += step · P₀ Hᵀ R⁻¹ (τ − τ̂), with the prior covariance P₀ and the noise R of each joint.
 
-    A quasi-Newton step whose curvature is the prior's and never learns; a descent in ξ, x = mean + L ξ, L Lᵀ = P₀. What
-    it publishes is projected onto possible bodies in the prior's metric. It states no uncertainty.
+    A quasi-Newton step whose curvature is the prior's and never learns. c is the log-Cholesky numbers of each body, so
+    that it stays possible, and all else in the prior's scale. It states no uncertainty.
     """
 
     name = "gradient-prior"
 
     def __init__(self, setting: Setting, step: float = STEP):
-        self._model, self._step = Whitened(setting), step
-        self._prior = setting.covariance
-        self._project = PhysicalProjection(setting.bodies, setting.mean)
-        self._xi = np.zeros(self._model.count)
+        self._model, self._noise, self._step = setting.model, setting.noise, step
+        others = square_root_but(setting.bodies, setting.covariance)
+        self._coordinates = Coordinates(setting.bodies, setting.mean, others)
+        self._c = self._coordinates.start.copy()
+        self._P = self._coordinates.prior(setting.covariance)
         self._pace, self._t = Pace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
         """One step downhill, at 50 Hz."""
         self._t = sample.t
-        if self._pace.takes(sample.t):
-            error, H = self._model.rows(sample, self._xi)
-            self._xi += self._step * (H.T @ error)
+        if not self._pace.takes(sample.t):
+            return
+        x, x_by_c = self._coordinates.at(self._c)
+        tau, derivative = self._model.linearise(sample, x)
+        variance = self._noise.sd**2 + self._model.direction_uncertainty(sample.v) ** 2
+        self._c += self._step * (self._P @ (x_by_c.T @ (derivative.T @ ((sample.tau - tau) / variance))))
+
+    def curvature_at(self, sample: Sample) -> float:
+        """Largest eigenvalue of the error's Gauss–Newton Hessian at the start, in the prior's scale [-]."""
+        x, x_by_c = self._coordinates.at(self._coordinates.start)
+        _, derivative = self._model.linearise(sample, x)
+        H = derivative @ x_by_c / self._noise.sd[:, None]
+        return float(np.linalg.eigvalsh(H @ self._P @ H.T)[-1])
 
     def estimate(self) -> Estimate:
-        """Where the descent is now, and where not possible the possible place nearest to it."""
-        return Estimate(self._t, self._project(self._model.x(self._xi), self._prior), None, 0.0, 1.0)
+        """Where the descent is now."""
+        return Estimate(self._t, self._coordinates.at(self._c)[0], None, 0.0, 1.0)

@@ -17,15 +17,9 @@ def _recursive(setting: Setting) -> Method:
     return Recursive(s.model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy)
 
 
-def _gradient(setting: Setting, **tuning: float) -> Method:
-    """The paper's on a robot, which has neither cuffs nor elasticity: plain descent on the robot's model."""
-    return gradient_full.GradientFull(setting, name="gradient", **tuning)
-
-
 BUILDERS: Mapping[str, Builder] = MappingProxyType(
     {
         "recursive": _recursive,
-        "gradient": _gradient,
         "gradient-full": gradient_full.GradientFull,
         "adam": adam.Adam,
         "gradient-prior": gradient_prior.GradientPrior,
@@ -38,6 +32,20 @@ BUILDERS: Mapping[str, Builder] = MappingProxyType(
     }
 )
 """From a setting, and where one is tuned the method's own setting, to the method."""
+
+CANDIDATES: Mapping[str, tuple[Mapping[str, float], ...]] = MappingProxyType(
+    {
+        "gradient-full": gradient_full.CANDIDATES,
+        "adam": adam.CANDIDATES,
+        "gradient-prior": gradient_prior.CANDIDATES,
+        "nlms": nlms.CANDIDATES,
+        "rls": forgetting.CANDIDATES,
+        "ekf": ekf.CANDIDATES,
+        "kaczmarz": kaczmarz.CANDIDATES,
+        "least-squares": least_squares.CANDIDATES,
+    }
+)
+"""What each may be tuned to: at most nine settings. `recursive` and `oracle` have none: theirs is prior and noise."""
 
 
 def built(name: str, setting: Setting, tuning: Mapping[str, Any] = MappingProxyType({})) -> Method:

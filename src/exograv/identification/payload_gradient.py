@@ -5,19 +5,12 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import kernel
-from exograv.model.tree import inertial_parameters
 
 from .interface import Estimate, Parameters, Sample
 from .log_cholesky import phi_from_theta, theta_from_phi
-from .payload import MASS_SD, NOTHING, PAYLOAD, PayloadModel, about_body, robot_torque
-
-TRIAL_LOAD = inertial_parameters(MASS_SD, np.full(3, 0.1), 0.02 * np.eye(3))
-"""What the rehearsal hangs on the unloaded robot: as heavy as the prior expects, a hand's breadth off the frame."""
-
-SHARES_OF_STABLE = np.array([1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01])
-"""Steps that are rehearsed, in shares of the largest that is stable for the trial load [-]."""
-
-FOUND = 0.1  # share of the trial load's mass within which it counts as found
+from .payload import NOTHING, PAYLOAD, PayloadModel, about_body, robot_torque
+from .rehearsal import SHARES_OF_STABLE, TRIAL_LOAD, found_after, with_trial_load
+from .setting import Setting
 
 
 class PayloadGradient:
@@ -71,39 +64,20 @@ class PayloadGradient:
         self._theta, self._step = theta_from_phi(phi), step
 
 
-def rehearsed_step(model: PayloadModel, x: Parameters, unloaded: list[Sample]) -> float:
-    """The step that finds a trial load soonest in a rehearsal on the unloaded log [1/(N·m)²].
-
-    The trial load's torque is added to the measured one, so the rehearsal has this robot's motion, noise and model
-    error, and the loaded log stays unseen: as good a step as can be had honestly.
-    """
-    loaded_x = x.copy()
-    loaded_x[PAYLOAD] = TRIAL_LOAD
-    bare_x = x.copy()
-    bare_x[PAYLOAD] = 0.0
-    rehearsal = []
-    for s in unloaded:
-        added = model.linearise(s, loaded_x)[0] - model.linearise(s, bare_x)[0]
-        rehearsal.append(Sample(s.t, s.q, s.v, s.a, s.tau + added))
-    descent = PayloadGradient(model, x, step=0.0)
+def rehearsed_step(setting: Setting, unloaded: list[Sample]) -> float:
+    """The step that finds a trial load soonest in a rehearsal on the unloaded log [1/(N·m)²]; see `rehearsal`."""
+    model: PayloadModel = setting.model  # pyright: ignore[reportAssignmentType] - by contract
+    rehearsal = with_trial_load(setting, unloaded)
+    descent = PayloadGradient(model, setting.mean, step=0.0)
     descent.restart(TRIAL_LOAD, 0.0)
     stable = 2.0 / max(descent.curvature_at(sample) for sample in rehearsal)
-    steps = stable * SHARES_OF_STABLE
-    return float(min(steps, key=lambda step: _found_after(descent, rehearsal, step)))
+    steps = [stable * share for share in SHARES_OF_STABLE]
+    return min(steps, key=lambda step: _found_after(descent, rehearsal, step))
 
 
 def _found_after(descent: PayloadGradient, rehearsal: list[Sample], step: float) -> tuple[float, float]:
-    """Time until the trial load's mass stays found [s], infinite if never; and the error at the end, for ties."""
     descent.restart(NOTHING, step)
-    found_t, error = rehearsal[0].t, np.inf
-    for sample in rehearsal:
-        descent.update(sample)
-        error = abs(descent.estimate().x[0] / MASS_SD - 1.0)
-        if not error <= FOUND:
-            found_t = np.inf
-        elif not np.isfinite(found_t):
-            found_t = sample.t
-    return found_t, error if np.isfinite(error) else np.inf
+    return found_after(descent, rehearsal)
 
 
 def _squared_error(model: PayloadModel) -> ca.Function:

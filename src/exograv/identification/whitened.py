@@ -50,3 +50,11 @@ def square_root(covariance: Covariance) -> Float[np.ndarray, "parameter unknown"
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     keep = values > 1e-12
     return scale[:, None] * vectors[:, keep] * np.sqrt(values[keep])
+
+
+def square_root_but(bodies: tuple[slice, ...], covariance: Covariance) -> Float[np.ndarray, "parameter unknown"]:
+    """The same of all but the bodies, whose rows are zero."""
+    others = covariance.copy()
+    for body in bodies:
+        others[body, :] = others[:, body] = 0.0
+    return square_root(others)

@@ -10,13 +10,14 @@ from jaxtyping import Float
 
 from exograv.errors import ConfigError, IdentificationError, RecordingError
 from exograv.identification.interface import Estimate, Method, Sample
-from exograv.identification.payload import PAYLOAD, PayloadModel, payload_prior
+from exograv.identification.methods import BUILDERS, built
+from exograv.identification.payload import PAYLOAD, PayloadModel
 from exograv.identification.payload_gradient import PayloadGradient, rehearsed_step
 from exograv.identification.payload_outcome import judge, mass_interval, refuse_negative_mass
 from exograv.identification.payload_samples import refuse_other_robots, samples_of_log
-from exograv.identification.prior import COULOMB_DRIFT, VISCOUS_DRIFT
-from exograv.identification.recursive import Noise, Recursive
-from exograv.identification.robot_from_log import RobotFromLog, felt_covariance, robot_from_log
+from exograv.identification.payload_setting import payload_setting
+from exograv.identification.rehearsal import rehearsed
+from exograv.identification.robot_from_log import RobotFromLog, robot_from_log
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf
 from exograv.recording import MotionLog, read_log
@@ -26,6 +27,12 @@ from .pilot import Progress
 
 LOOK_PERIOD_S = 0.1
 """Between estimates that are compared with a known mass."""
+
+OFFLINE_LOOK_PERIOD_S = 5.0
+"""The same for a method that solves for all samples anew at each."""
+
+METHODS = ("gradient", *BUILDERS)
+"""What can identify a payload."""
 
 SAMPLES_MIN = 100
 FOUND = 0.1  # share of the known mass
@@ -65,7 +72,7 @@ def identify_log(  # noqa: PLR0913 - one argument for each option of the command
         payload_frame: Link or frame of the description in which the payload is stated.
         gains: Joint torque per motor current, one a joint [N·m/A].
         true_kg: Mass of the payload where it is known, for the time until the estimate stays within 10 % of it.
-        method: recursive or gradient.
+        method: One of `METHODS`.
         rows: First and last line of `log` to use, as "first:last"; without it the log is cut to the motion.
         rows_unloaded: The same for `unloaded`.
         gain_sd: Standard deviation of the gains, as a share that all joints have in common.
@@ -131,10 +138,10 @@ def _refuse_options(
         raise ConfigError(f"--true-kg is {true_kg}; it must be a positive mass in kg. Leave it out if it is not known.")
     if not 0.0 <= gain_sd < 1.0:
         raise ConfigError(f"--gain-sd is {gain_sd}; allowed: a share from 0 to below 1, for instance 0.05 for 5 %.")
-    if method == "anthropometric":
+    if method not in METHODS:
         raise ConfigError(
-            "--method anthropometric knows human arms from a table; there is no table of payloads. "
-            "Choose recursive or gradient."
+            f"--method {method} is for arms: a payload has no table and lies in no cuffs. "
+            f"Choose {', '.join(METHODS[:-1])} or {METHODS[-1]}."
         )
 
 
@@ -160,11 +167,12 @@ def _follow(
     """The last estimate; and time [s] and mass [kg] on the way, where they are watched."""
     identifier = _method(loaded, method, progress)
     looks, look_t = [], 0.0
+    period_s = OFFLINE_LOOK_PERIOD_S if getattr(identifier, "offline", False) else LOOK_PERIOD_S
     last = loaded.samples[-1].t
     for sample in loaded.samples:
         identifier.update(sample)
         if sample.t >= look_t:
-            look_t += LOOK_PERIOD_S
+            look_t += period_s
             progress("Identifying the payload", sample.t / last)
             if watch_mass:
                 looks.append((sample.t, identifier.estimate().x[0]))
@@ -176,23 +184,12 @@ def _follow(
 
 
 def _method(loaded: _Loaded, method: MethodName, progress: Progress) -> Method:
-    model, robot = loaded.model, loaded.robot
+    setting = payload_setting(loaded.model, loaded.robot, loaded.unloaded + loaded.samples)
+    text = "Rehearsing on the unloaded log"
+    progress(text, 0.0)
     if method == "gradient":
-        progress("Rehearsing the descent on the unloaded log", 0.0)
-        return PayloadGradient(model, robot.x, rehearsed_step(model, robot.x, loaded.unloaded))
-    phi, phi_covariance = payload_prior()
-    mean = robot.x.copy()
-    mean[PAYLOAD] = phi
-    # The unloaded log leaves the robot a little uncertain; and between the logs friction drifts.
-    drift = np.zeros(model.n_parameters)
-    for block, share in ((model.blocks.coulomb, COULOMB_DRIFT), (model.blocks.viscous, VISCOUS_DRIFT)):
-        drift[block] = share * robot.x[block]
-    motion = loaded.unloaded + loaded.samples
-    covariance = felt_covariance(model, robot, robot.covariance + np.diag(drift**2), motion)
-    covariance[PAYLOAD, PAYLOAD] = phi_covariance
-    # Errors of the model that last for seconds are expected as large as the residual; the data weigh multiples of it.
-    noise = Noise(robot.residual_sd, robot.correlation_s, disturbance_sd=robot.residual_sd)
-    return Recursive(model, mean, covariance, noise, (PAYLOAD,))
+        return PayloadGradient(loaded.model, setting.mean, rehearsed_step(setting, loaded.unloaded))
+    return built(method, setting, rehearsed(method, setting, loaded.unloaded, lambda share: progress(text, share)))
 
 
 def _centre(estimate: Estimate) -> dict[str, list[float] | None]:
