@@ -8,9 +8,11 @@ Source: the method *Average* of Just et al. 2020, J NeuroEng Rehabil 17:13, doi 
 was used there could not be read.
 """
 
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.model.assembly import Assembly
+
 from .interface import Estimate, Parameters, Sample
-from .resting import table_arm, worn_machine
-from .setting import Setting
+from .resting import table_arm
 
 
 class Average:
@@ -30,6 +32,6 @@ class Average:
         return Estimate(self._t, self._table.copy(), None, 0.0, 1.0)
 
 
-def average(setting: Setting) -> Average:
+def average(assembly: Assembly, machine: CalibratedMachine) -> Average:
     """The method for this arm in this machine."""
-    return Average(table_arm(worn_machine("average", setting)))
+    return Average(table_arm(assembly, machine))

@@ -17,31 +17,30 @@ and abstract.
 import numpy as np
 from jaxtyping import Float
 
+from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Layout
+from exograv.model.assembly import Assembly
 
-from .arm_model import ArmModel
 from .rest_choice import Gain
 from .rest_statics import RestStatics
-from .resting import Resting, scaled_body, worn_machine
-from .setting import Setting
+from .resting import Resting, scaled_body
 
 RESTS = 1
 
 
-def equilibrium(setting: Setting) -> Resting:
+def equilibrium(assembly: Assembly, machine: CalibratedMachine) -> Resting:
     """The method for this arm in this machine."""
-    model = worn_machine("equilibrium", setting)
-    segments = _columns(model)
+    segments = _columns(assembly)
 
     def gain_of(Y: Float[np.ndarray, "row phi"]) -> Gain:
         return segments @ np.linalg.pinv(Y @ segments)
 
-    return Resting("equilibrium", RestStatics(model), gain_of, scaled_body, RESTS)
+    return Resting("equilibrium", RestStatics(assembly, machine), gain_of, scaled_body, RESTS)
 
 
-def _columns(model: ArmModel) -> Float[np.ndarray, "phi segment"]:
+def _columns(assembly: Assembly) -> Float[np.ndarray, "phi segment"]:
     """The table's body of each segment, alone."""
-    bodies, phi = Layout.of(model.assembly).bodies, model.assembly.arm.phi
+    bodies, phi = Layout.of(assembly).bodies, assembly.arm.phi
     columns = np.zeros((len(phi), len(bodies)))
     for i, body in enumerate(bodies):
         columns[body, i] = phi[body]

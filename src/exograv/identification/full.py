@@ -17,10 +17,12 @@ abstract.
 import numpy as np
 from jaxtyping import Float
 
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.model.assembly import Assembly
+
 from .rest_choice import Gain, gravity_spread
 from .rest_statics import RestStatics
-from .resting import Resting, measured_body, worn_machine
-from .setting import Setting
+from .resting import Resting, measured_body
 
 RESTS = 2
 
@@ -28,9 +30,9 @@ UNSEEN = 1e-9
 """Share of the largest variance of torque below which a combination does not show: rounding is 1e-16 [-]."""
 
 
-def full(setting: Setting) -> Resting:
+def full(assembly: Assembly, machine: CalibratedMachine) -> Resting:
     """The method for this arm in this machine."""
-    statics = RestStatics(worn_machine("full", setting))
+    statics = RestStatics(assembly, machine)
     spread = gravity_spread(statics)
 
     def gain_of(Y: Float[np.ndarray, "row phi"]) -> Gain:

@@ -1,14 +1,13 @@
 """In which postures an arm should rest, so that what is learned there errs least elsewhere."""
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.parameters import Layout
 
-from .interface import Joints
 from .prior import prior
 from .rest_statics import Balance, RestStatics
 
@@ -41,7 +40,7 @@ def best_rests(statics: RestStatics, gain_of: GainOf, count: int) -> Float[np.nd
     """
     postures = statics.candidates()
     balances = [statics.weight_at(q) for q in postures]
-    pulls = [_elastic_square(statics, balance) for balance in balances]
+    pulls = _elastic_squares(statics, balances)
     spread = gravity_spread(statics)
     importance = np.sum([balance.Y.T @ balance.Y for balance in balances], axis=0)
 
@@ -55,12 +54,11 @@ def best_rests(statics: RestStatics, gain_of: GainOf, count: int) -> Float[np.nd
     return postures[list(min(itertools.combinations(range(len(postures)), count), key=expected_error))]
 
 
-def _elastic_square(statics: RestStatics, balance: Balance) -> Joints:
-    """Expected square of the elastic torque K z − c of each freedom (freedom,) [N²·m²]."""
+def _elastic_squares(statics: RestStatics, balances: Sequence[Balance]) -> Float[np.ndarray, "posture freedom"]:
+    """Expected square of the elastic torque K z − c of each freedom [N²·m²]."""
     layout = Layout.of(statics.assembly)
-    mean, covariance = prior(statics.assembly, statics.model.machine)
+    mean, covariance = prior(statics.assembly, statics.machine)
     K, c = layout.stiffness, layout.spring_offset
-    torque = mean[K] * balance.z - mean[c]
-    variances = np.diag(covariance)
-    variance = variances[K] * balance.z**2 + variances[c] - 2.0 * balance.z * np.diag(covariance[K, c])
-    return torque**2 + variance
+    z, variances = np.array([balance.z for balance in balances]), np.diag(covariance)
+    variance = variances[K] * z**2 + variances[c] - 2.0 * z * np.diag(covariance[K, c])
+    return (mean[K] * z - mean[c]) ** 2 + variance

@@ -20,10 +20,9 @@ from exograv.model.assembly import Assembly
 from exograv.model.loops import LoopSolver
 from exograv.model.support import sample_postures
 
-from .arm_model import ArmModel
 from .interface import Joints, Rest
 
-CANDIDATES = 64
+CANDIDATES = 32
 """Postures of the task workspace among which those of rest are chosen."""
 
 Freedoms = Float[np.ndarray, " freedom"]
@@ -47,10 +46,10 @@ class Balance:
 class RestStatics:
     """Of one arm in one machine."""
 
-    def __init__(self, model: ArmModel):
-        self.model, self.assembly = model, model.assembly
-        self._solver = LoopSolver(model.assembly)
-        self._kernel = kernel.compile(_balance(model.assembly, model.machine))
+    def __init__(self, assembly: Assembly, machine: CalibratedMachine):
+        self.assembly, self.machine = assembly, machine
+        self._solver = LoopSolver(assembly)
+        self._kernel = kernel.compile(_balance(assembly, machine))
 
     def balance(self, rest: Rest) -> Balance:
         """What a rest says about the arm."""

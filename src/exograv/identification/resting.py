@@ -9,15 +9,15 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
+from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Layout, table_parameters
 from exograv.errors import ConfigError
+from exograv.model.assembly import Assembly
 from exograv.model.tree import inertia_about_origin, inertial_parameters
 
-from .arm_model import ArmModel
 from .interface import Estimate, Parameters, Rest, Sample
 from .rest_choice import GainOf, best_rests
 from .rest_statics import RestStatics
-from .setting import Setting
 
 MASS_MIN = 0.2
 """Least mass of a segment, of the table's [-]: what pulls at a cuff may look like less than no weight."""
@@ -40,7 +40,7 @@ class Resting:
         self.name, self.rests_needed = name, rests_needed
         self._statics, self._gain_of, self._possible = statics, gain_of, possible
         self._layout = Layout.of(statics.assembly)
-        self._table, self._t = table_arm(statics.model), 0.0
+        self._table, self._t = table_arm(statics.assembly, statics.machine), 0.0
         self._x = self._table.copy()
         self.rest_s = 0.0
         """What the rests took [s]."""
@@ -78,24 +78,10 @@ class Resting:
         return Estimate(self._t, self._x.copy(), None, 0.0, 1.0)
 
 
-def worn_machine(name: str, setting: Setting) -> ArmModel:
-    """The arm in its machine.
-
-    Raises:
-        ConfigError: There is none.
-    """
-    if not isinstance(setting.model, ArmModel):
-        raise ConfigError(f"'{name}' needs an arm in cuffs; a payload on a robot has none. Choose another method.")
-    return setting.model
-
-
-def table_arm(model: ArmModel) -> Parameters:
+def table_arm(assembly: Assembly, machine: CalibratedMachine) -> Parameters:
     """The table's arm, relaxed and aligned, in the machine as calibrated."""
-    machine = model.machine
-    friction = machine.friction
-    return table_parameters(
-        model.assembly.arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous)
-    )
+    coulomb, viscous = np.asarray(machine.friction.coulomb), np.asarray(machine.friction.viscous)
+    return table_parameters(assembly.arm, machine.rotor_inertia, coulomb, viscous)
 
 
 def measured_body(corrected: Phi, table: Phi) -> Phi:
