@@ -75,7 +75,7 @@ Belief = tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter par
 """Mean and covariance of everything that is learned, in the order of `dynamics.parameters`."""
 
 
-OF_JUST: Mapping[str, Callable[[ArmModel], Method]] = MappingProxyType(
+OF_JUST: Mapping[str, Callable[[Assembly, CalibratedMachine], Method]] = MappingProxyType(
     {"average": average, "full": full, "equilibrium": equilibrium}
 )
 """Just et al.'s methods, which need an arm in cuffs."""
@@ -98,10 +98,9 @@ def build_method(
         return Anthropometric(table_guess(assembly, machine), believed[1])
     if name == "gradient":
         return Gradient(assembly, machine, table_guess(assembly, machine))
-    model = model or ArmModel(assembly, machine)
     if name in OF_JUST:
-        return OF_JUST[name](model)
-    return methods.built(name, setting_of(model, believed))
+        return OF_JUST[name](assembly, machine)
+    return methods.built(name, setting_of(model or ArmModel(assembly, machine), believed))
 
 
 def setting_of(model: ArmModel, belief: Belief) -> Setting:
@@ -157,6 +156,8 @@ class Identifier:
         self.model = ArmModel(assembly, machine)
         """Of this arm in this machine; others take another of it by `again`."""
         method = build_method(name, assembly, machine, self.model.again(), belief)
+        # A batch solve takes seconds: it is asked when the motion is over.
+        self._is_offline = getattr(method, "offline", False)
         self.result = Identification(method, method.estimate().x, covariance)
         self._left_over = LeftOverPrediction(self.model, mean)
         self._rule = StopRule(assembly.description.places)
@@ -176,7 +177,7 @@ class Identifier:
         for follower in self.followers:
             follower(sample)
         self.result.method.update(sample)
-        if sample.t - self._published < PUBLISH_S - 1e-9:
+        if self._is_offline or sample.t - self._published < PUBLISH_S - 1e-9:
             return
         self._published = sample.t
         estimate = self.result.method.estimate()
