@@ -43,6 +43,11 @@ REFUSED = {
     ),
     "figures into a folder": (("demo", "--json", "."), "Give another path with --json"),
     "figures under a file": (("rigs", "--json", "file/x.json"), "Give another path with --json"),
+    "benchmark of no method": (
+        ("benchmark-identification", "--methods", "magic"),
+        "--methods has 'magic'; known: recursive",
+    ),
+    "benchmark of nobody": (("benchmark-identification", "--wearers", "0", "--streams", "0"), "nothing would run"),
     "transparency of no machine": (("transparency", "--machines", "0"), "--machines is 0; allowed: 1 to 100"),
     "transparency without motors": (("transparency", "--rig", "recupera_like_passive"), "nothing can be compensated"),
     "transparency of two arms": (("transparency", "--rig", "recupera_like_dual"), "effort is measured on one"),

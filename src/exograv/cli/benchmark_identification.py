@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from exograv.errors import ConfigError
-
 from .common import Common, write_json
 
 STAGE_0_S, STREAM_S, METHOD_S = 20.0, 6.0, 8.0
@@ -55,19 +53,22 @@ class BenchmarkIdentification(Common):
 def run_benchmark_identification(command: BenchmarkIdentification) -> dict[str, Any]:
     """Run it, show its tables, and write table and figure into the folder of `--out`."""
     from exograv.session.benchmark_identification.benchmark import run_benchmark
-    from exograv.session.benchmark_identification.options import BenchmarkOptions, machines
+    from exograv.session.benchmark_identification.options import (
+        BenchmarkOptions,
+        levels_of,
+        machines,
+        methods_of,
+        profiles_of,
+    )
     from exograv.study.identification_benchmark import write_benchmark_page
     from exograv.terminal import bars
 
-    given: dict[str, Any] = {
-        "levels": tuple(_whole_number(part) for part in command.levels.split(",")),
-        "profiles": tuple(command.profiles.split(",")),
-    }
-    if command.methods is not None:
-        given["methods"] = tuple(command.methods.split(","))
+    chosen: dict[str, Any] = {} if command.methods is None else {"methods": methods_of(command.methods)}
     options = BenchmarkOptions(
         wearers=command.wearers,
         streams=command.streams,
+        levels=levels_of(command.levels),
+        profiles=profiles_of(command.profiles),
         seed_from=command.seed if command.seed_from is None else command.seed_from,
         only=command.only,
         without=command.without,
@@ -75,7 +76,7 @@ def run_benchmark_identification(command: BenchmarkIdentification) -> dict[str, 
         break_down=command.break_down,
         processes=command.processes,
         resume=command.resume,
-        **given,
+        **chosen,
     )
     planned = machines(options)
     tasks = [task for group in planned for task in group]
@@ -97,13 +98,6 @@ def run_benchmark_identification(command: BenchmarkIdentification) -> dict[str, 
     return result
 
 
-def _whole_number(part: str) -> int:
-    try:
-        return int(part)
-    except ValueError as error:
-        raise ConfigError(f"--levels has '{part}'; give whole numbers from 0 to 4 separated by commas.") from error
-
-
 def show_benchmark(result: dict[str, Any]) -> None:
     """The tables, who won, and where the page is."""
     from rich import box
@@ -116,9 +110,11 @@ def show_benchmark(result: dict[str, Any]) -> None:
     for title, lines in tables(told(result)):
         table = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
         for heading in HEADINGS:
-            table.add_column(heading, justify="left" if heading == "method" else "right")
+            is_name = heading == "method"
+            table.add_column(heading.replace(" ", "\n"), justify="left" if is_name else "right", no_wrap=is_name)
         for line in lines:
-            table.add_row(*line)
+            # Two short lines each in place of one that no terminal has room for.
+            table.add_row(*(cell.replace(" / ", "\n").replace(" (", "\n(") for cell in line))
         console.print(table)
     if result["break_down"]:
         headings, lines = break_down_table(result)

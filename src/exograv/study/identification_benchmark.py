@@ -28,7 +28,7 @@ LEGEND = (
     "Times: seconds of motion until what is left over (total) stays below 0.2 N·m at each shoulder axis and 0.1 N·m at "
     "the elbow (coarse: 0.5 and 0.25), median over wearers with its 95 % bootstrap interval; `never` where half of the "
     "wearers or more do not get there. At 20, 60 and 120 s: median of the worst shoulder axis / elbow in N·m. "
-    "Update: median and 99th percentile of the updates that do work."
+    "Update: median and 99th percentile of the updates that do work, processor time."
 )
 
 
@@ -152,6 +152,7 @@ def sentences(result: dict[str, Any]) -> list[str]:
                 lines.append(f"- Level {level}, {PROFILES.get(profile, profile)}: {won['by']}.")
                 continue
             tied = f"; not to be told from it: {', '.join(won['tied_with'])}" if won["tied_with"] else ""
+            tied += f"; off line ahead of it: {', '.join(won['offline_ahead'])}" if won["offline_ahead"] else ""
             lines.append(f"- Level {level}, {PROFILES.get(profile, profile)}: {won['method']}, by {won['by']}{tied}.")
     return [*lines, *(ratio_sentence(one) for one in result["paired_ratios"])]
 

@@ -32,4 +32,4 @@ def fly(
     )
     found = identify_arm(pilot, controller, identifier, seconds)
     # The loop's work is not timed here: the replay did that, with nothing else between the samples.
-    return Trace(estimates, np.empty(0), 0.0, 0.0), Verdict(found.outcome, found.stop_s)
+    return Trace(estimates, np.empty(0), 0.0, np.empty(0), 0.0), Verdict(found.outcome, found.stop_s, found.restless_s)

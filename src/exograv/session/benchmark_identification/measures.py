@@ -72,9 +72,11 @@ def row(runs: Sequence[Run]) -> dict[str, Any]:
         "consistent_share": share(np.array([run.possible_share for run in runs if run.failed is None])),
         "outcomes": outcomes(runs),
         "stop_s": rounded(bootstrap.median(np.array([np.inf if run.stop_s is None else run.stop_s for run in runs]))),
+        "told_restless_share": share(np.array([run.restless_s is not None for run in runs if run.failed is None])),
         "rejected_share": mean_of([run.rejected_share for run in runs if run.failed is None]),
         "noise_scale": mean_of([run.noise_scale for run in runs if run.failed is None]),
-        "update_us": update_us(runs),
+        "update_us": times_us([run.update_us for run in runs]),
+        "estimate_us": times_us([run.estimate_us for run in runs]),
         "work_share": mean_of([run.work_share for run in runs if run.failed is None]),
         "method_s": mean_of([run.method_s for run in runs if run.failed is None]),
         "progress": progress(runs),
@@ -125,9 +127,9 @@ def outcomes(runs: Sequence[Run]) -> dict[str, int]:
     return {name: names.count(name) for name in sorted(set(names))}
 
 
-def update_us(runs: Sequence[Run]) -> dict[str, float | None]:
-    """Medians over the wearers of each run's percentiles, and the longest update of all [µs]."""
-    timed = [run.update_us for run in runs if run.update_us is not None]
+def times_us(of_runs: Sequence[dict[str, float] | None]) -> dict[str, float | None]:
+    """Medians over the wearers of each run's percentiles, and the longest of all [µs]."""
+    timed = [one for one in of_runs if one is not None]
     if not timed:
         return {"p50": None, "p99": None, "max": None}
     p50, p99 = (round(float(np.median([one[key] for one in timed])), 2) for key in ("p50", "p99"))

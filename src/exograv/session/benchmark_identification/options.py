@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 from exograv.errors import ConfigError
 from exograv.rig.twin.levels import ROWS
@@ -45,15 +45,6 @@ class BenchmarkOptions:
 
     def __post_init__(self):
         _refuse_numbers(self)
-        for name, given, known in (
-            ("--methods", self.methods, get_args(MethodName)),
-            ("--profiles", self.profiles, get_args(ProfileName)),
-        ):
-            if not given or len(set(given)) < len(given):
-                raise ConfigError(f"{name} names none, or one twice; known: {', '.join(known)}.")
-            for one in given:
-                if one not in known:
-                    raise ConfigError(f"{name} has '{one}'; known: {', '.join(known)}.")
         if sum(one is not None for one in (self.only, self.without, self.break_down)) > 1:
             raise ConfigError("--only, --without and --break-down exclude each other; give one of them.")
         for name, row in (("--only", self.only), ("--without", self.without)):
@@ -68,11 +59,44 @@ class BenchmarkOptions:
         return tuple(name for name in self.methods if name in FINALISTS and self.break_down is None)
 
 
+def methods_of(text: str) -> tuple[MethodName, ...]:
+    """Methods by their names with commas between them.
+
+    Raises:
+        ConfigError: One is unknown, or named twice.
+    """
+    return cast(tuple[MethodName, ...], _known(text, "--methods", get_args(MethodName)))
+
+
+def profiles_of(text: str) -> tuple[ProfileName, ...]:
+    """Kinds of drive in the same way.
+
+    Raises:
+        ConfigError: One is unknown, or named twice.
+    """
+    return cast(tuple[ProfileName, ...], _known(text, "--profiles", get_args(ProfileName)))
+
+
+def levels_of(text: str) -> tuple[int, ...]:
+    """Disturbance levels in the same way.
+
+    Raises:
+        ConfigError: One is unknown, or named twice.
+    """
+    return tuple(map(int, _known(text, "--levels", ("0", "1", "2", "3", "4"))))
+
+
+def _known(text: str, option: str, known: Sequence[str]) -> tuple[str, ...]:
+    given = tuple(text.split(","))
+    for one in given:
+        if one not in known:
+            raise ConfigError(f"{option} has '{one}'; known: {', '.join(known)}. Separate them by commas, no spaces.")
+        if given.count(one) > 1:
+            raise ConfigError(f"{option} has '{one}' twice; name each once.")
+    return given
+
+
 def _refuse_numbers(options: BenchmarkOptions) -> None:
-    if not options.levels or any(not 0 <= level <= 4 for level in options.levels):
-        raise ConfigError(f"--levels is {_joined(options.levels)}; allowed: 0 (none) to 4 (a bad day), by commas.")
-    if len(set(options.levels)) < len(options.levels):
-        raise ConfigError(f"--levels is {_joined(options.levels)}; name each level once.")
     for name, value in (("--wearers", options.wearers), ("--streams", options.streams)):
         if not 0 <= value <= 1000:
             raise ConfigError(f"{name} is {value}; allowed: 0 to 1000.")
@@ -84,10 +108,6 @@ def _refuse_numbers(options: BenchmarkOptions) -> None:
         )
     if not 1 <= options.processes <= 64:
         raise ConfigError(f"--processes is {options.processes}; allowed: 1 to 64.")
-
-
-def _joined(values: Sequence[object]) -> str:
-    return ",".join(map(str, values)) or "empty"
 
 
 def machines(options: BenchmarkOptions) -> list[list[Task]]:

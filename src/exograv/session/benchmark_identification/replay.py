@@ -4,7 +4,7 @@ import gc
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
@@ -36,36 +36,52 @@ class Trace:
 
     estimates: list[Estimate]
     update_us: Float[np.ndarray, " update"]
-    """Time of the updates that did work [µs]."""
+    """Processor time of the updates that did work [µs]."""
 
     work_share: float
     """Share of the samples that were worked on [-]."""
 
+    estimate_us: Float[np.ndarray, " estimate"]
+    """The same of the estimates; empty where it was not taken [µs]."""
+
     method_s: float
-    """All updates and estimates together [s]."""
+    """The same of everything that the method did [s]."""
 
 
 def replay(method: Method, samples: Samples) -> Trace:
-    """Feed all samples; take the estimate once a second and at the end, of an off-line method after `DURATIONS_S`."""
+    """Feed all samples; take the estimate once a second and at the end, of an off-line method after `DURATIONS_S`.
+
+    Rests that the method took before count as motion: until they are over, its estimate is the first one.
+    """
+    rest_s = float(getattr(method, "rest_s", 0.0))
     notes = _note_times(method, float(samples.t[-1]))
     update, times = method.update, np.empty(len(samples))
-    estimates: list[Estimate] = []
+    estimates, estimate_ns = [], []
+
+    def note() -> None:
+        before = time.thread_time_ns()
+        estimate = method.estimate()
+        estimate_ns.append(time.thread_time_ns() - before)
+        estimates.append(replace(estimate, t=estimate.t + rest_s))
+
     idle_us = _idle_us(samples)
-    start = time.perf_counter()
+    start = time.thread_time()
     with _no_collection():
         for k, sample in enumerate(samples):
-            before = time.perf_counter_ns()
+            # Time of this thread, not of the clock on the wall: whatever else the computer does is not the method's.
+            before = time.thread_time_ns()
             update(sample)
-            times[k] = time.perf_counter_ns() - before
+            times[k] = time.thread_time_ns() - before
             if len(estimates) < len(notes) and sample.t > notes[len(estimates)] - 1e-9:
-                estimates.append(method.estimate())
+                note()
     _finish(method)
-    estimates.append(method.estimate())
+    note()
     update_us = 1e-3 * times
     worked = update_us[update_us > WORK * idle_us]
     if len(worked) < WORK_SHARE_MIN * len(samples):
         worked = worked[:0]
-    return Trace(estimates, worked, len(worked) / len(samples), time.perf_counter() - start)
+    share, method_s = len(worked) / len(samples), time.thread_time() - start
+    return Trace(estimates, worked, share, 1e-3 * np.array(estimate_ns, dtype=float), method_s)
 
 
 def is_offline(method: Method) -> bool:
@@ -92,9 +108,9 @@ def _idle_us(samples: Samples) -> float:
     nothing = np.zeros(1)
     update, times = Anthropometric(nothing, np.zeros((1, 1))).update, []
     for sample in islice(samples, IDLE_SAMPLES):
-        before = time.perf_counter_ns()
+        before = time.thread_time_ns()
         update(sample)
-        times.append(time.perf_counter_ns() - before)
+        times.append(time.thread_time_ns() - before)
     return 1e-3 * float(np.median(times))
 
 

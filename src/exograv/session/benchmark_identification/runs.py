@@ -57,14 +57,20 @@ class Run:
     stop_s: float | None = None
     """When the stop rule would have ended the motion [s]."""
 
+    restless_s: float | None = None
+    """When the wearer was first seen not to relax [s]."""
+
     rejected_share: float = 0.0
     noise_scale: float = 1.0
     update_us: dict[str, float] | None = None
     """Percentiles over the updates that did work; None where none did, or where time was not taken."""
 
+    estimate_us: dict[str, float] | None = None
+    """The same of the estimates."""
+
     work_share: float = 0.0
     method_s: float = 0.0
-    """Time of all updates and estimates [s]."""
+    """Processor time of all updates and estimates [s]."""
 
     @property
     def key(self) -> tuple[str, str, Case]:

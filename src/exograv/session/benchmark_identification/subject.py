@@ -11,7 +11,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Layout
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Covariance, Estimate, Outcome
-from exograv.identification.left_over import LeftOverPrediction, StopRule
+from exograv.identification.left_over import LeftOverPrediction, StopRule, is_restless
 from exograv.identification.prior import prior
 from exograv.model.assembly import Assembly
 from exograv.model.tree import is_physical
@@ -32,6 +32,8 @@ class Verdict:
 
     outcome: Outcome
     stop_s: float | None
+    restless_s: float | None
+    """When the wearer was first seen not to relax [s of motion]."""
 
 
 @dataclass
@@ -75,10 +77,12 @@ class Subject:
             possible_share=float(np.mean([self._is_possible(estimate) for estimate in estimates])),
             intervals=self._intervals(estimates),
             outcome=verdict.outcome.name,
-            stop_s=verdict.stop_s,
+            stop_s=_tenths(verdict.stop_s),
+            restless_s=_tenths(verdict.restless_s),
             rejected_share=round(last.rejected_share, 4),
             noise_scale=round(last.noise_scale, 3),
             update_us=_percentiles(trace.update_us),
+            estimate_us=_percentiles(trace.estimate_us),
             work_share=round(trace.work_share, 5),
             method_s=round(trace.method_s, 3),
         )
@@ -124,15 +128,22 @@ class Subject:
         return outside
 
     def _verdict(self, estimates: Sequence[Estimate]) -> Verdict:
+        """As a session would have come to it (`session.identify`)."""
+        restless_s = next((estimate.t for estimate in estimates if is_restless(estimate)), None)
         rule = StopRule(self.assembly.description.places)
-        if estimates[-1].covariance is None:
-            return Verdict(Outcome.NO_INTERVAL, None)
         for estimate in estimates:
             if estimate.covariance is not None:
                 outcome = rule.judge(estimate, self._prediction.rms(estimate.covariance))
                 if outcome is not Outcome.RUNNING:
-                    return Verdict(outcome, round(estimate.t, 3))
-        return Verdict(Outcome.TIME_IS_UP, None)
+                    return Verdict(outcome, estimate.t, restless_s)
+        if is_restless(estimates[-1]):
+            return Verdict(Outcome.NOT_RELAXED, None, restless_s)
+        states_none = estimates[-1].covariance is None
+        return Verdict(Outcome.NO_INTERVAL if states_none else Outcome.TIME_IS_UP, None, restless_s)
+
+
+def _tenths(seconds: float | None) -> float | None:
+    return None if seconds is None else round(seconds, 1)
 
 
 def latest(estimates: Sequence[Estimate], seconds: float) -> Estimate | None:

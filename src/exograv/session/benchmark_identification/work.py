@@ -12,6 +12,7 @@ from exograv.session.names import MethodName
 from .cases import Case
 from .closed_loop import fly
 from .replay import is_offline, replay
+from .resting import rested
 from .runs import Run, Setting
 from .streams import Calibrated, Recorded, calibrate, record_stream
 from .subject import Subject
@@ -89,17 +90,21 @@ def _replays(
     for name in task.open_loop:
         tell(f"'{name}'", 0.0)
         try:
-            yield _replayed(name, subject, recorded)
+            yield _replayed(name, subject, recorded, calibrated)
         except BREAKDOWNS as error:
             yield _failed(("open_loop", name, task.case), str(error))
 
 
-def _replayed(name: MethodName, subject: Subject, recorded: Recorded) -> Run:
+def _replayed(name: MethodName, subject: Subject, recorded: Recorded, calibrated: Calibrated) -> Run:
     stream = recorded.stream
     method = build_method(name, stream.assembly, stream.machine, subject.model.again())
+    before = rested(method, subject, calibrated, _silent)
     # What a method makes of numbers that run away is its own affair; the examiner counts what is not finite.
     with np.errstate(all="ignore"):
         trace = replay(method, stream.samples)
+        end = float(stream.samples.t[-1])
+        after = [estimate for estimate in trace.estimates if estimate.t <= end + 1e-9]
+        trace = replace(trace, estimates=[*before, *after])
         return replace(subject.judged("open_loop", name, trace), offline=is_offline(method))
 
 
