@@ -24,11 +24,13 @@ from .new_rig import NewRig, run_new_rig
 from .report import Report, run_report
 from .rigs import Rigs, run_rigs
 from .transparency import Transparency, run_transparency_command
+from .weigh import Weigh, run_weigh_command
 
 COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "demo": (Demo, run_demo_command),
     "identify": (Identify, run_demo_command),
     "calibrate": (Calibrate, run_calibrate_command),
+    "weigh": (Weigh, run_weigh_command),
     "transparency": (Transparency, run_transparency_command),
     "identify-log": (IdentifyLog, run_identify_log),
     "report": (Report, run_report),

@@ -88,8 +88,9 @@ def _resting_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Func
     q, x, z_before = ca.SX.sym("q", n), ca.SX.sym("x", Layout.of(assembly).count), ca.SX.sym("z_before", freedoms)
     mode, still = ca.SX.sym("mode", 2), ca.SX.zeros(n)
     all_of_mode = ca.vertcat(0, mode)
+    no_payload = ca.SX.zeros(Layout.of(assembly).phi.stop)
     tick = tick_function(assembly, machine)
-    arguments = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(freedoms, n), still]
+    arguments = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(freedoms, n), still, no_payload]
     results = dict(zip(tick.name_out(), tick.call(arguments), strict=True))
     wanted = ["tau_desired", "tau_arm", "z", "slope", "pivot", "cosine"]
     names = ["q", "x", "z_before", "mode"]

@@ -65,6 +65,9 @@ class Tick:
 
     def _start(self, compiled: kernel.Kernel) -> None:
         self.mode = Mode()
+        self.payload = np.zeros(self._layout.phi.stop)
+        """What the arm carries besides itself, as a change of its inertial parameters (phi,); written between ticks.
+        It is carried in full at every gravity level."""
         self._kernel = compiled
         self._in, self._out, self._evaluate = compiled.inputs, compiled.outputs, compiled.evaluate
         self._closed = False
@@ -110,6 +113,7 @@ class Tick:
         buffers["v_reference"][:] = reference.v
         buffers["a_reference"][:] = reference.a
         buffers["x"][:] = x
+        buffers["payload"][:] = self.payload
         mode = buffers["mode"]
         mode[0], mode[1], mode[2] = self.mode.drive, self.mode.gravity_level, self.mode.arm_share
         if not self._closed:
@@ -174,25 +178,30 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
     x, mode, spring_before = ca.SX.sym("x", layout.count), ca.SX.sym("mode", 3), ca.SX.sym("spring_before", n)
     drive, gravity_level, arm_share = mode[0], mode[1], mode[2]
+    payload = ca.SX.sym("payload", layout.phi.stop)
 
     cuffs = cuff_energy(assembly)
     fit = x[layout.fit]
     predicted = z_before + G_before @ (q - q_before)
+    gravity = ca.DM(machine.gravity)
+    felt = (1 - gravity_level) * gravity
     arm = ArmExpression(
-        arm_share * x[layout.phi],
+        arm_share * x[layout.phi] + payload,
         fit,
         x[layout.stiffness],
         x[layout.spring_offset],
         x[layout.damping],
     )
-    gravity = ca.DM(machine.gravity)
-    felt = (1 - gravity_level) * gravity
+    # The gravity level is felt of the arm alone: at full gravity the machine carries that share of it, and the payload.
+    carried = replace(arm, phi=(1 - gravity_level) * arm_share * x[layout.phi] + payload)
+    unfelt = replace(arm, phi=gravity_level * payload)
     clear = clearance(assembly.arm, predicted)
     passive_share = drive * away_from_singular(clear)
-    z = newton_step(cuffs, q, predicted, fit, static_load(assembly, arm, predicted, felt, passive_share))
-    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, felt, passive_share))
+    z = newton_step(cuffs, q, predicted, fit, static_load(assembly, carried, predicted, gravity, passive_share))
+    closed = closure(cuffs, q, z, fit, static_load(assembly, carried, z, gravity, passive_share))
     motion = (q, drive * v_reference, drive * a_reference)
     load = arm_load(assembly, arm, cuffs, closed, motion, felt, passive_share)
+    load += static_load(assembly, unfelt, z, gravity, 0.0).torque
     torque = LoopTorque(
         exo_torque(assembly, machine.phi, x[layout.rotor], motion, gravity),
         closed.G.T @ load,
@@ -209,8 +218,9 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     kd = ca.DM(assembly.description.per_actuator("weak_kd_Nms_per_rad"))
     feedback = drive * (kp * (q_reference - q) + kd * (v_reference - v))
     names = ["q", "v", "q_reference", "v_reference", "a_reference", "x", "mode"]
-    names += ["q_before", "z_before", "G_before", "spring_before"]
-    inputs = [q, v, q_reference, v_reference, a_reference, x, mode, q_before, z_before, G_before, spring_before]
+    names += ["q_before", "z_before", "G_before", "spring_before", "payload"]
+    inputs = [q, v, q_reference, v_reference, a_reference, x, mode]
+    inputs += [q_before, z_before, G_before, spring_before, payload]
     outputs = {
         "tau_desired": tau_feedforward + feedback,
         "tau_feedforward": tau_feedforward,

@@ -1,5 +1,7 @@
 """The arm's tick together with the parameters in force: what the pilot flies a worn machine with."""
 
+from collections.abc import Mapping
+
 import casadi as ca
 import numpy as np
 from jaxtyping import Float
@@ -9,10 +11,11 @@ from exograv.control.handover import Handover
 from exograv.control.tick import Mode, Tick
 from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
+from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.assembly import Assembly
 from exograv.model.kinematics import body_poses, frame_pose
 from exograv.model.loops import arm_positions, arm_roots
-from exograv.model.tree import Tree
+from exograv.model.tree import Tree, is_physical
 from exograv.signals import Reference
 from exograv.spatial import Transform
 
@@ -27,7 +30,11 @@ class ArmController:
         self._tick = Tick(assembly, machine)
         self._trial = self._tick.again()
         self._handover = Handover(x, dt)
+        self._no_payload = np.zeros(parameters.Layout.of(assembly).phi.stop)
+        self._payloads = Handover(self._no_payload, dt)
+        self._weights: dict[WeightPlace, float] = {}
         self._fit = parameters.Layout.of(assembly).fit
+        self._bodies = parameters.Layout.of(assembly).bodies
         self._skeleton = kernel.compile(_skeleton_function(assembly))
 
     @property
@@ -57,14 +64,18 @@ class ArmController:
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
         """Desired torque [N·m]."""
+        self._tick.payload[:] = self._payloads.step()
         return self._tick.step(q, v, reference, self._handover.step())
 
     def publish(self, x: parameters.Parameters, q: Joints) -> bool:
         """Head for new parameters; they enter no faster than the torque at `q` may change.
 
         Returns:
-            Whether they are taken: not where an arm of these parameters would not lie at rest in its cuffs at `q`.
+            Whether they are taken: not those of an impossible arm, which plain least squares may arrive at, nor where
+            an arm of these parameters would not lie at rest in its cuffs at `q`.
         """
+        if not (np.isfinite(x).all() and all(is_physical(x[body]) for body in self._bodies)):
+            return False
         wanted = self.torque_at_rest(q, x)
         if not self._trial.is_closed:
             return False
@@ -72,9 +83,42 @@ class ArmController:
         self._handover.publish(x, float(np.abs(change).max()))
         return True
 
-    def torque_at_rest(self, q: Joints, x: parameters.Parameters) -> Joints:
-        """Desired torque of the floating controller, in its gravity level, at the present posture at rest [N·m]."""
+    @property
+    def weights(self) -> Mapping[WeightPlace, float]:
+        """Known weights that are carried beside the arm [kg]; the arm's parameters know nothing of them."""
+        return dict(self._weights)
+
+    def carry(self, place: WeightPlace, mass: float, q: Joints) -> bool:
+        """Carry a weight [kg] at this place from now on, in full at every gravity level; zero takes it off.
+
+        It fades in or out no faster than the torque at `q` [rad] may change. The arm's parameters stay untouched, and
+        publishing new ones leaves the weight where it is.
+
+        Returns:
+            Whether it is taken: not where the arm with it would not lie at rest in its cuffs at `q`.
+        """
+        weights = {**self._weights, place: mass}
+        # Summed anew: what is taken off is gone to the last bit.
+        wanted = sum(
+            (held_weight(self.assembly.arm, m, at=where) for where, m in weights.items() if m), self._no_payload
+        )
+        before = self.torque_at_rest(q, self.x)
+        after = self.torque_at_rest(q, self.x, wanted)
+        if not self._trial.is_closed:
+            return False
+        self._weights = {where: m for where, m in weights.items() if m}
+        self._payloads.publish(wanted, float(np.abs(after - before).max()))
+        return True
+
+    def torque_at_rest(
+        self, q: Joints, x: parameters.Parameters, payload: Float[np.ndarray, " phi"] | None = None
+    ) -> Joints:
+        """Desired torque of the floating controller, in its gravity level, at the present posture at rest [N·m].
+
+        With the payload in force, or another one.
+        """
         self._trial.mode = Mode(0.0, self.mode.gravity_level, self.mode.arm_share)
+        self._trial.payload[:] = self._payloads.x if payload is None else payload
         return self._trial.at_rest(q, x, self._tick.z)[0]
 
     def skeleton(self, q: Joints) -> tuple[list[list[float]], list[list[float]]]:

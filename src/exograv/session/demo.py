@@ -33,7 +33,8 @@ from .pilot import Pilot, Progress
 from .provenance import provenance
 from .stage_0 import EmptyTwin
 from .virtual import VirtualLaboratory, draw_laboratory, limits, refuse_motorless
-from .weigh import Weighing, weigh
+from .weighing.estimator import Weighing
+from .weighing.known_weight import weigh
 
 FLOAT_S = 10.0
 WEIGHT_KG = (0.5, 1.0)  # range of the known weight that the wearer takes into the hand; the machine is built for 1 kg
@@ -276,11 +277,10 @@ def _float_and_weigh(
         if isinstance(pilot.rig, Twin):
             pilot.rig.hang("hand", mass if loaded else 0.0)
 
-    weighing: Weighing = weigh(pilot, controller, model, found.last.x, hang)
+    weighing: Weighing = weigh(pilot, controller, model, found.last, hang)
     with_weight = found.last.x.copy()
     assembly = controller.assembly
     with_weight[parameters.Layout.of(assembly).phi] += held_weight(assembly.arm, weighing.mass)
-    controller.publish(with_weight, pilot.q)
     run.result["known_weight"] = {
         "true_kg": round(mass, 4),
         "estimated_kg": round(weighing.mass, 4),

@@ -1,0 +1,41 @@
+"""The first twenty seconds of a worn machine: the table carries, the arm is moved gently, and judged."""
+
+from exograv import motion
+from exograv.dynamics.parameters import Layout
+from exograv.identification.arm_model import ArmModel
+from exograv.model.support import sample_postures
+from exograv.session.arm_controller import ArmController
+from exograv.session.fade import fade
+from exograv.session.pilot import Pilot
+
+from .arm_check import ArmCheck, ArmJudge
+from .listening import Listener
+from .way import telling_way
+
+SECONDS = 20.0
+CANDIDATES = 64  # postures of the task workspace, every pair of which is a way
+SPEED, TRAVEL = 0.35, 0.3  # rad/s: gentle, while nobody knows whom the machine carries
+
+
+def check_arm(pilot: Pilot, controller: ArmController, model: ArmModel, body_mass_kg: float) -> ArmCheck:
+    """Move the arm to and fro and say whether it weighs what the form says.
+
+    Args:
+        pilot: On the worn machine, at the donning posture.
+        controller: Of the table's arm; it drives afterwards.
+        model: Of the same arm.
+        body_mass_kg: As on the form.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    dt, text = pilot.rig.period_s, "Does the arm weigh what the table says?"
+    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+    x = controller.x.copy()
+    postures = sample_postures(model.assembly.description, CANDIDATES)[1:]
+    way = telling_way(model, x, x[Layout.of(model.assembly).phi], SPEED, postures)
+    approach = motion.go_to(pilot.q, way.low, TRAVEL, dt)
+    to_and_fro = way.trajectory(max(SECONDS - approach.seconds, 0.0), dt)
+    listener = Listener(model.n_joints, dt)
+    pilot.run(controller, motion.joined([approach, to_and_fro]), text, listener)
+    return ArmJudge(model).judge(listener.samples, body_mass_kg)
