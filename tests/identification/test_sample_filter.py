@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
+from exograv.identification.arm_model import SLOW_V, ArmModel
 from exograv.identification.interface import Sample
+from exograv.identification.prior import prior
 from exograv.identification.sample_filter import SampleFilter
+from exograv.model.anthropometry import Body
+from exograv.model.description import load_rig
+from exograv.model.support import assemble
+from exograv.session.identify import identification_motion
+from exograv.session.nominal import nominal_machine
 
 DT, DELAY_S = 1e-3, 0.04
 SLOW_HZ = 0.5  # the fastest harmonic of an excitation of 20 s is half of it
@@ -79,3 +86,26 @@ def test_time_counts_the_motion_since_the_filter_was_settled():
     np.testing.assert_allclose(np.diff([s.t for s in samples]), DT)
     assert samples[0].t == pytest.approx(DT)
     assert len(samples) == 1000 - round(6 * DELAY_S / DT)
+
+
+FILTERED_NM = 0.05  # a third of what an identification may leave at a shoulder; reached where the motion sets in
+
+
+def test_the_model_at_the_filtered_motion_gives_the_filtered_torque_of_the_whole_machine():
+    """Else a regressor filtered by parts (Slotine & Li 1991) would be needed to do without accelerations."""
+    assembly = assemble(load_rig("recupera_like"), Body(1.75, 75.0, "male"))
+    machine = nominal_machine(assembly.description, assembly.exo.phi)
+    x, _ = prior(assembly, machine)
+    true, one = ArmModel(assembly, machine), SampleFilter(assembly.n, 5 * DT)
+    filtered = true.again()
+    path = identification_motion(assembly, 12.0, 5 * DT)
+    off = []
+    for k in range(len(path)):
+        still = Sample(5 * DT * k, path.q[k], path.v[k], path.a[k], np.zeros(assembly.n))
+        sample = one.update(path.q[k], true.linearise(still, x)[0])
+        if one.settled:
+            # Where friction turns around, its direction is uncertain to either way; the estimator says so.
+            clear = np.abs(sample.v) > 2 * SLOW_V
+            off.extend((sample.tau - filtered.linearise(sample, x)[0])[clear])
+    assert len(off) > 500
+    assert np.abs(off).max() < FILTERED_NM
