@@ -19,6 +19,7 @@ from .common import Common, refuse_unwritable, write_json
 from .demo import Demo, Identify, run_demo_command
 from .design_motion import DesignMotion, run_design_motion
 from .doctor import Doctor, run_doctor
+from .export_urdf import ExportUrdf, run_export_command
 from .identify_log import IdentifyLog, run_identify_log
 from .new_rig import NewRig, run_new_rig
 from .report import Report, run_report
@@ -33,6 +34,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "weigh": (Weigh, run_weigh_command),
     "transparency": (Transparency, run_transparency_command),
     "identify-log": (IdentifyLog, run_identify_log),
+    "export-urdf": (ExportUrdf, run_export_command),
     "report": (Report, run_report),
     "rigs": (Rigs, run_rigs),
     "new-rig": (NewRig, run_new_rig),

@@ -29,7 +29,7 @@ from .participant_schema import StoredParticipant
 
 JUDGED_S = (5.0, 10.0, 20.0)
 """Motion after which the samples are asked whether they contradict the file [s]."""
-EVIDENCE_PERIOD_S = 0.16
+EVIDENCE_PERIOD_S = 0.32
 CONTRADICTED = -5.0
 """Log evidence of the file over the table below which the file is refused [-]: 150 to 1 for somebody else."""
 SECONDS_PER_DAY = 86400.0

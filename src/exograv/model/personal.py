@@ -1,0 +1,140 @@
+"""One person's arm in one machine in plain numbers: trees with identified masses, and the frames that cuffs hold."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from .assembly import Assembly
+from .kinematics import body_poses, frame_pose
+from .loops import FIT, arm_positions, arm_roots, cuff_pairs
+from .rig_settings import ArmSide
+from .tree import Frame, Tree
+
+Matrix = Float[np.ndarray, "3 3"]
+Vector = Float[np.ndarray, " 3"]
+
+
+@dataclass(frozen=True)
+class CuffHold:
+    """A cuff: two frames that coincide where it was fastened, and the stiffness between them."""
+
+    name: str
+    exo_frame: str
+    arm_frame: str
+    segment: str
+    R_segment_cuff: Matrix
+    p_segment_cuff: Vector
+    """[m]"""
+    stiffness: Float[np.ndarray, " 6"]
+    """Along x, y, z [N/m], then about x, y, z [N·m/rad], in the machine's cuff frame."""
+
+
+@dataclass(frozen=True)
+class Personal:
+    """A machine and the arm in it."""
+
+    exo: Tree
+    arm: Tree
+    """The length that was learned is built in; the shoulder's shift is a joint, `shift` gives its position."""
+    bases: Mapping[ArmSide, Vector]
+    """Where each arm's base is in the machine's: the wearer's shoulder centre [m]."""
+    offsets: Mapping[ArmSide, Vector]
+    """The same from the machine's shoulder centre [m]."""
+    slopes: Mapping[ArmSide, float]
+    """Shift of the shoulder's centre per elevation, mean over the first 90° [m/rad]."""
+    cuffs: tuple[CuffHold, ...]
+
+
+def personal(
+    assembly: Assembly,
+    phi_exo: Float[np.ndarray, "joint 10"],
+    phi_arm: Float[np.ndarray, " phi"],
+    fit: Float[np.ndarray, " fit"],
+) -> Personal:
+    """The assembly with these inertial parameters and this fit (`model.loops.fit_names`)."""
+    arm = assembly.arm
+    masses = np.zeros((len(arm.tree.joints), 10))
+    masses[list(arm.bodies)] = phi_arm.reshape(-1, 10)
+    tree = replace(arm.tree, phi=masses)
+    holds = _holds(assembly, fit)
+    tree = replace(tree, frames={**tree.frames, **{hold.arm_frame: _frame(tree, hold) for hold in holds}})
+    parts = fit.reshape(-1, len(FIT))
+    for limb in reversed(arm.limbs):
+        tree = without_joint(tree, limb.lengthening, float(parts[limb.number, FIT.index("upper_arm_lengthening")]))
+    roots = {
+        limb.side: _vector(root.p) for limb, root in zip(arm.limbs, arm_roots(assembly, _constant(fit)), strict=True)
+    }
+    return Personal(
+        replace(assembly.exo, phi=phi_exo),
+        tree,
+        roots,
+        {limb.side: parts[limb.number, :3] for limb in arm.limbs},
+        {limb.side: float(parts[limb.number, FIT.index("glenohumeral_slope")]) for limb in arm.limbs},
+        holds,
+    )
+
+
+def without_joint(tree: Tree, index: int, position: float) -> Tree:
+    """The same tree with one prismatic joint, of a body without mass, fixed at a position [m]."""
+    gone = tree.joints[index]
+    R, p = gone.R_parent_joint, gone.p_parent_joint + gone.R_parent_joint @ gone.axis * position
+
+    def moved(body: int) -> int:
+        return gone.parent if body == index else body - (body > index)
+
+    joints = tuple(
+        replace(
+            joint,
+            parent=moved(joint.parent),
+            R_parent_joint=R @ joint.R_parent_joint if joint.parent == index else joint.R_parent_joint,
+            p_parent_joint=p + R @ joint.p_parent_joint if joint.parent == index else joint.p_parent_joint,
+        )
+        for i, joint in enumerate(tree.joints)
+        if i != index
+    )
+    frames = {
+        name: Frame(
+            moved(frame.body),
+            R @ frame.R_body_frame if frame.body == index else frame.R_body_frame,
+            p + R @ frame.p_body_frame if frame.body == index else frame.p_body_frame,
+        )
+        for name, frame in tree.frames.items()
+    }
+    bodies = tree.bodies[:index] + tree.bodies[index + 1 :]
+    return Tree(tree.name, joints, bodies, np.delete(tree.phi, index, axis=0), frames)
+
+
+def _holds(assembly: Assembly, fit: Float[np.ndarray, " fit"]) -> tuple[CuffHold, ...]:
+    """Where each cuff is on its segment: as fastened in the donning posture."""
+    description, tree = assembly.description, assembly.arm.tree
+    y, z = _constant(description.donning_posture), _constant(description.arm_donning_posture)
+    exo = body_poses(assembly.exo, y)
+    arm = body_poses(tree, arm_positions(assembly.arm, z, _constant(fit)), arm_roots(assembly, _constant(fit)))
+    holds = []
+    for cuff, pair in zip(assembly.cuffs, cuff_pairs(assembly, exo, arm, _constant(fit)), strict=True):
+        limb = assembly.arm.limb(cuff.side)
+        segment = limb.prefix + cuff.segment
+        place = frame_pose(tree, arm, segment).inverse() @ pair.T_world_arm
+        translation, rotation = np.exp(fit.reshape(-1, len(FIT))[limb.number, 5:])
+        stiffness = cuff.stiffness * np.array([translation] * 3 + [rotation] * 3)
+        name = limb.prefix + cuff.name if not cuff.name.startswith(limb.prefix) else cuff.name
+        R = np.array(ca.evalf(place.R))
+        holds.append(CuffHold(name, cuff.exo_frame, f"{name}_hold", segment, R, _vector(place.p), stiffness))
+    return tuple(holds)
+
+
+def _frame(tree: Tree, hold: CuffHold) -> Frame:
+    segment = tree.frame(hold.segment)
+    R = segment.R_body_frame
+    return Frame(segment.body, R @ hold.R_segment_cuff, segment.p_body_frame + R @ hold.p_segment_cuff)
+
+
+def _constant(values: Float[np.ndarray, " entry"]) -> ca.SX:
+    return ca.SX(ca.DM(values))
+
+
+def _vector(expression: ca.SX) -> Vector:
+    return np.array(ca.evalf(expression)).ravel()
