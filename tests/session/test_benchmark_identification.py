@@ -154,6 +154,23 @@ def test_a_remainder_is_told_by_what_each_disturbance_adds():
     assert list(told["winner_by_level"]["2"]) == ["harmonic"]
 
 
+def test_a_disturbance_alone_is_told_from_none():
+    none = [run("recursive", k, [0.1] * 120) for k in range(3)]
+    none = [replace(one, case=replace(one.case, level=0)) for one in none]
+    alone = [
+        replace(run("recursive", k, [0.15] * 120), case=replace(CASE, wearer_seed=k, only="delay")) for k in range(3)
+    ]
+    told = summary([*none, *alone])
+    assert [part["row"] for part in told["break_down"]] == ["delay"]
+    assert told["break_down"][0]["shoulder_change_Nm"]["median"] == pytest.approx(0.05)
+    assert list(told["winner_by_level"]) == ["0"]
+
+
+def test_the_figure_s_course_is_what_is_left_over_at_each_time():
+    one = run("recursive", 0, [0.5, 0.4, 0.3])
+    assert row([one])["progress"]["shoulder"][1] == [left_over(one, t, "shoulder") for t in one.t]
+
+
 def test_more_wearers_leave_the_first_ones_as_they_were():
     assert population("qdd", 2, 30, 0)[:7] == population("qdd", 2, 7, 0)
 
@@ -205,6 +222,7 @@ def test_streams_and_wearers_count_apart():
         ({"processes": 0}, "--processes is 0"),
         ({"seed_from": -1}, "--seed-from is -1"),
         ({"break_down": "only", "streams": 0}, "--streams is 0"),
+        ({"break_down": "only", "levels": (1, 2)}, "takes one level"),
     ],
 )
 def test_bad_options_are_refused_in_one_line(given, word):

@@ -80,7 +80,7 @@ def summary(runs: Sequence[Run]) -> dict[str, Any]:
     for (setting, level, profile, *varied), by_method in groups.items():
         results += [row(of_method) for of_method in by_method.values()]
         common = paired([run for of_method in by_method.values() for run in of_method])
-        if any(varied) and (setting, level, profile, None, None, False) in groups:
+        if any(varied) and any((one[0], one[2]) == (setting, profile) and not any(one[3:]) for one in groups):
             continue  # a part of a remainder, told as such
         place = {"setting": setting, "level": level, "profile": profile}
         pairs += [{**place, **one} for one in ratios(common)]
@@ -109,18 +109,22 @@ def _grouped(runs: Sequence[Run]) -> dict[Group, dict[str, list[Run]]]:
 
 
 def _broken_down(
-    groups: dict[Group, dict[str, list[Run]]], place: tuple[str, int, str], plain: dict[str, list[Run]]
+    groups: dict[Group, dict[str, list[Run]]], place: tuple[str, int, str], references: dict[str, list[Run]]
 ) -> list[dict[str, Any]]:
-    """Rows of every method whose disturbances were switched one at a time."""
+    """Rows of every method whose disturbances were switched one at a time, against the runs of this place."""
+    setting, level, profile = place
     found = []
-    for method, of_plain in plain.items():
+    for method, reference in references.items():
         for index, kind in ((3, "only"), (4, "without")):
-            varied = {
-                row_name: by_method[method]
+            varied = [
+                by_method[method]
                 for group, by_method in groups.items()
-                if group[:3] == place and method in by_method and (row_name := group[index]) is not None
-            }
-            found += parts(of_plain, {str(name): of_row for name, of_row in varied.items()}, kind)
+                if (group[0], group[2]) == (setting, profile)
+                and group[index] is not None
+                and level == (0 if kind == "only" else group[1])
+                and method in by_method
+            ]
+            found += parts(reference, varied, kind)
     return found
 
 

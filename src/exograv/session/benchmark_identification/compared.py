@@ -99,27 +99,31 @@ def _is_tied(other: Values, best: Values) -> bool:
     return bool((theirs <= bests).mean() >= TIE_SHARE and np.isfinite(bootstrap.median(other)))
 
 
-def parts(plain: Sequence[Run], varied: Mapping[str, Sequence[Run]], key: str) -> list[dict[str, Any]]:
+def parts(reference: Sequence[Run], varied: Sequence[Sequence[Run]], kind: str) -> list[dict[str, Any]]:
     """What each disturbance does to the remainder after 120 s, the largest first.
 
     Args:
-        plain: The same method without the variation, all wearers.
-        varied: Runs by the row that is switched off ("without") or alone ("only").
-        key: "without" or "only".
+        reference: All wearers at the level where one row is switched off ("without"), at level 0 where one is alone
+            ("only").
+        varied: The same wearers with one row switched, one entry a row.
+        kind: "without" or "only".
     """
-    rows = [_part(plain, runs, row, key) for row, runs in varied.items()]
+    rows = [_part(reference, runs, kind) for runs in varied]
     return sorted(rows, key=lambda one: -abs(one["shoulder_change_Nm"]["median"] or 0.0))
 
 
-def _part(plain: Sequence[Run], runs: Sequence[Run], row: str, key: str) -> dict[str, Any]:
-    of_plain = {run.case.wearer_seed: run for run in plain}
-    pairs = [(of_plain[run.case.wearer_seed], run) for run in runs if run.case.wearer_seed in of_plain]
-    found: dict[str, Any] = {"row": row, "meaning": ROWS[row].meaning, "kind": key, "method": runs[0].method}
-    found |= {"profile": runs[0].case.profile, "level": runs[0].case.level, "wearers": len(pairs)}
+def _part(reference: Sequence[Run], runs: Sequence[Run], kind: str) -> dict[str, Any]:
+    before = {run.case.wearer_seed: run for run in reference}
+    pairs = [(before[run.case.wearer_seed], run) for run in runs if run.case.wearer_seed in before]
+    case = runs[0].case
+    row = (case.only if kind == "only" else case.without) or ""
+    found: dict[str, Any] = {"row": row, "meaning": ROWS[row].meaning, "kind": kind, "method": runs[0].method}
+    found |= {"profile": case.profile, "level": case.level, "wearers": len(pairs)}
     for place in ("shoulder", "elbow"):
         values = np.array([[left_over(run, 120.0, place) for run in pair] for pair in pairs]).reshape(-1, 2)
         with np.errstate(invalid="ignore"):
             change = values[:, 1] - values[:, 0]
+        found[f"{place}_reference_Nm"] = rounded(bootstrap.median(values[:, 0]))
         found[f"{place}_Nm"] = rounded(bootstrap.median(values[:, 1]))
         found[f"{place}_change_Nm"] = with_interval(change[np.isfinite(change)])
     return found

@@ -141,12 +141,19 @@ def progress(runs: Sequence[Run]) -> dict[str, list[Any]]:
     times = max((run.t for run in runs), key=len, default=[])
     curves: dict[str, list[Any]] = {"t": list(times)}
     for place in ("shoulder", "elbow"):
-        values = np.array([[left_over(run, t, place) for t in times] for run in runs]).reshape(len(runs), len(times))
-        ordered = np.sort(values, axis=0)
+        ordered = np.sort([_course(run, times, place) for run in runs], axis=0)
         # By rank: infinite ones have no mean.
         ranks = [round(quarter * (len(runs) - 1)) for quarter in (0.25, 0.5, 0.75)]
         curves[place] = [[rounded(value) for value in ordered[rank]] for rank in ranks]
     return curves
+
+
+def _course(run: Run, times: Sequence[float], place: str) -> Float[np.ndarray, " time"]:
+    """`left_over` at many times."""
+    joints = [j for j, where in enumerate(run.places) if where == place]
+    worst = np.append(np.max(table(run)[:, joints], axis=1, initial=0.0), np.inf)
+    # Before the first estimate nothing is known: index -1, which is infinite.
+    return worst[np.searchsorted(np.array(run.t), np.array(times) + SLACK_S, side="right") - 1]
 
 
 def share(values: np.ndarray) -> float | None:

@@ -52,6 +52,8 @@ class BenchmarkOptions:
                 raise ConfigError(f"{name} names no disturbance '{row}'; known: {', '.join(ROWS)}.")
         if self.break_down is not None and self.streams == 0:
             raise ConfigError("--break-down compares open-loop streams; --streams is 0. Give it 1 or more.")
+        if self.break_down is not None and (self.never_relaxed or len(self.levels) > 1):
+            raise ConfigError("--break-down takes one level and no --never-relaxed. Run it once for each.")
 
     @property
     def closed_loop_methods(self) -> tuple[MethodName, ...]:
@@ -119,12 +121,15 @@ def machines(options: BenchmarkOptions) -> list[list[Task]]:
 
 
 def _cases(options: BenchmarkOptions, level: int, profile: ProfileName) -> list[Case]:
-    count = options.streams if options.break_down else max(options.wearers, options.streams)
-    plain = population(profile, level, count, options.seed_from, options.only, options.without, options.never_relaxed)
-    if options.break_down is None:
-        return plain
     kind = options.break_down
-    return [*plain, *(replace(case, **{kind: row}) for row in ROWS for case in plain)]
+    count = options.streams if kind else max(options.wearers, options.streams)
+    more = options.only, options.without, options.never_relaxed
+    whole = population(profile, level, count, options.seed_from, *more)
+    if kind is None:
+        return whole
+    # One alone is told from none, one off from all.
+    reference = whole if kind == "without" else population(profile, 0, count, options.seed_from)
+    return [*reference, *(replace(case, **{kind: row}) for row in ROWS for case in whole)]
 
 
 def _task(options: BenchmarkOptions, case: Case) -> Task:
