@@ -57,6 +57,8 @@ class Wearer:
             if sample.t >= left[0] - SETTLES:
                 left.pop(0)
                 found.append(self._ratio(method.estimate().x))
+                if found[-1] >= WORST:
+                    return found + [WORST] * len(left)
                 if not left:
                     break
         return found

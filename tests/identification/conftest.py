@@ -1,4 +1,4 @@
-"""What the machine of the fit's own model measures, with whatever is hidden in it."""
+"""What the machine of the fit's own model measures, with whatever is hidden in it; and a linear model for laws."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -8,9 +8,12 @@ import pytest
 
 from exograv.identification.empty_fit import EmptyMachine
 from exograv.identification.empty_machine import SAMPLE_PERIOD_S, V_START, Sweeps
+from exograv.identification.interface import Sample
+from exograv.identification.recursive import Noise
+from exograv.identification.setting import Setting
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
-from exograv.model.tree import Tree
+from exograv.model.tree import Tree, inertial_parameters
 from exograv.motion import go_to, joined, sweep
 
 NOISE_SD = 0.1  # N·m
@@ -79,3 +82,86 @@ def _measured(exo: Exo, theta: np.ndarray) -> Sweeps:
     tau = exo.model.batch.of(q.T, v.T, a.T, age, hung.T, theta)[0].T
     noisy = tau + np.random.default_rng(0).normal(0.0, NOISE_SD, tau.shape)
     return Sweeps(times, q, v, a, noisy / exo.description.nominal_gain, hung, start)
+
+
+@dataclass
+class LinearModel:
+    """A linear torque of one body and one more parameter, on two joints; `scale` makes all torques larger."""
+
+    scale: float = 1.0
+    n_joints: int = 2
+    n_parameters: int = 11
+
+    def linearise(self, sample: Sample, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        c, s, a = np.cos(sample.q), np.sin(sample.q), sample.a
+        derivative = np.zeros((2, 11))
+        derivative[0] = [0, 9.81 * c[0], 9.81 * s[1], 9.81 * s[0], a[0], a[1], a[0] * c[1], a[1] * s[0], 0, 0, c[1]]
+        derivative[1] = [c[1], 0, 9.81 * c[1], 9.81 * s[1], a[1], 0, 0, a[0] * s[1], a[1], a[0], s[0]]
+        derivative *= self.scale
+        return derivative @ x, derivative
+
+    def restart(self) -> None:
+        pass
+
+    def direction_uncertainty(self, v: np.ndarray) -> np.ndarray:
+        return np.zeros(2)
+
+
+LINEAR_MEAN = np.append(inertial_parameters(2.0, np.array([0.02, 0.0, -0.15]), 0.5 * np.eye(3)), 0.0)
+LINEAR_SD = np.append(0.15 * np.array([2.0, *[0.3] * 3, *[0.05] * 6]), 1.0)
+
+
+@pytest.fixture
+def linear_setting() -> Callable[..., Setting]:
+    """The linear model before anything has moved, with one body in it or with plain numbers only."""
+
+    def make(scale: float = 1.0, has_body: bool = True) -> Setting:
+        return Setting(
+            model=LinearModel(scale),
+            mean=LINEAR_MEAN,
+            covariance=np.diag(LINEAR_SD**2),
+            noise=Noise(np.array([0.1, 0.05]), np.array([0.2, 0.2]), np.array([0.1, 0.05])),
+            bodies=(slice(0, 10),) if has_body else (),
+            learned=np.ones(11, dtype=bool),
+            machine=np.zeros(11, dtype=bool),
+        )
+
+    return make
+
+
+@pytest.fixture
+def linear_stream() -> Callable[..., list[Sample]]:
+    """What a linear model measures, for parameters this many standard deviations from the mean."""
+
+    def make(setting: Setting, off: np.ndarray, seconds: float = 8.0, noise_seed: int | None = None) -> list[Sample]:
+        samples = []
+        rng = np.random.default_rng(noise_seed)
+        for t in np.arange(1, round(seconds / 0.08)) * 0.08:
+            w, phase = np.array([1.1, 1.7]), np.array([0.0, 0.5])
+            q, v, a = np.sin(w * t + phase), w * np.cos(w * t + phase), -(w**2) * np.sin(w * t + phase)
+            sample = Sample(float(t), q, v, a, np.zeros(2))
+            sample.tau = setting.model.linearise(sample, setting.mean + off * LINEAR_SD)[0]
+            if noise_seed is not None:
+                sample.tau = sample.tau + setting.noise.sd * rng.standard_normal(2)
+            samples.append(sample)
+        return samples
+
+    return make
+
+
+@pytest.fixture
+def posterior() -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+    """Mean and covariance after weighted samples of a linear model, by the textbook's batch formula."""
+
+    def of(setting: Setting, samples: list[Sample], weights: np.ndarray, prior_weight: float = 1.0):
+        information = prior_weight * np.linalg.inv(setting.covariance)
+        slope = np.zeros(len(setting.mean))
+        for sample, weight in zip(samples, weights, strict=True):
+            tau, derivative = setting.model.linearise(sample, setting.mean)
+            H = derivative / setting.noise.sd[:, None]
+            information = information + weight * H.T @ H
+            slope += weight * H.T @ ((sample.tau - tau) / setting.noise.sd)
+        covariance = np.linalg.inv(information)
+        return setting.mean + covariance @ slope, covariance
+
+    return of

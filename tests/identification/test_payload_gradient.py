@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from exograv.identification.interface import Sample
-from exograv.identification.payload import NOTHING, PAYLOAD, PayloadModel
+from exograv.identification.payload import NOTHING, PAYLOAD, PayloadModel, payload_prior
 from exograv.identification.payload_gradient import PayloadGradient, rehearsed_step
+from exograv.identification.recursive import Noise
+from exograv.identification.setting import Setting
 from exograv.model.tree import inertial_parameters, is_physical
 from exograv.model.urdf import read_urdf
 
@@ -32,6 +34,15 @@ def x(model: PayloadModel) -> np.ndarray:
     values = np.zeros(model.n_parameters)
     values[model.blocks.links] = model.tree.phi.ravel()
     return values
+
+
+def setting_of(model: PayloadModel, x: np.ndarray) -> Setting:
+    """A payload of which nothing is known on a robot that is known."""
+    mean, covariance = x.copy(), np.zeros((len(x), len(x)))
+    mean[PAYLOAD], covariance[PAYLOAD, PAYLOAD] = payload_prior()
+    payload = np.arange(len(x)) < PAYLOAD.stop
+    noise = Noise(np.full(1, NOISE_SD), np.full(1, 0.02), np.full(1, NOISE_SD))
+    return Setting(model, mean, covariance, noise, (PAYLOAD,), payload, ~payload)
 
 
 def swing(model: PayloadModel, x: np.ndarray, phi: np.ndarray, seed: int) -> list[Sample]:
@@ -69,7 +80,7 @@ def test_the_slope_is_that_of_finite_differences(model: PayloadModel, x: np.ndar
 
 
 def test_the_rehearsed_step_finds_another_load_and_stays_possible(model: PayloadModel, x: np.ndarray):
-    step = rehearsed_step(model, x, swing(model, x, np.zeros(10), seed=1))
+    step = rehearsed_step(setting_of(model, x), swing(model, x, np.zeros(10), seed=1))
     descent = PayloadGradient(model, x, step)
     for sample in swing(model, x, BODY, seed=2):
         descent.update(sample)

@@ -13,7 +13,7 @@ class Descent:
     """Where a descent is, and which way is down; how far it goes is each method's own."""
 
     def __init__(self, setting: Setting):
-        self._model, self._noise = setting.model, setting.noise
+        self._model, self._sd = setting.model, setting.residual_sd
         loose = setting.learned.copy()
         for body in setting.bodies:
             loose[body] = False
@@ -39,7 +39,7 @@ class Descent:
         """Expected less measured torque [N·m], and its derivative by `c`; by what the model can tell of each joint."""
         x, x_by_c = self.coordinates.at(self.c)
         tau, derivative = self._model.linearise(sample, x)
-        told = self._noise.sd / np.hypot(self._noise.sd, self._model.direction_uncertainty(sample.v))
+        told = self._sd / np.hypot(self._sd, self._model.direction_uncertainty(sample.v))
         return told * (tau - sample.tau), told[:, None] * (derivative @ x_by_c)
 
     def parameters(self) -> Parameters:

@@ -42,7 +42,7 @@ class LogCholeskyFilter:
     name = "ekf"
 
     def __init__(self, setting: Setting, noise_factor: float = NOISE_FACTOR, drift: float = DRIFT):
-        self._model, self._noise, self._factor = setting.model, setting.noise, noise_factor
+        self._model, self._sd, self._factor = setting.model, setting.residual_sd, noise_factor
         others = square_root_but(setting.bodies, setting.covariance)
         self._coordinates = Coordinates(setting.bodies, setting.mean, others)
         self._c = self._coordinates.start.copy()
@@ -59,7 +59,7 @@ class LogCholeskyFilter:
         x, x_by_c = self._coordinates.at(self._c)
         tau, derivative = self._model.linearise(sample, x)
         H, innovation = derivative @ x_by_c, sample.tau - tau
-        variance = self._factor * self._noise.sd**2 + self._model.direction_uncertainty(sample.v) ** 2
+        variance = self._factor * self._sd**2 + self._model.direction_uncertainty(sample.v) ** 2
         self._P += self._wander
         PH = self._P @ H.T
         S = H @ PH + np.diag(variance)

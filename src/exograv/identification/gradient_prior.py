@@ -12,14 +12,14 @@ from .setting import Setting
 from .whitened import square_root_but
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
-    MappingProxyType({"step": step}) for step in (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3)
+    MappingProxyType({"step": step}) for step in (3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 )
-STEP = 1e-5
-"""Of the descent at 50 Hz, in units of prior covariance per noise variance [-]; python benchmarks/tune_methods.py."""
+STEP = 1e-2
+"""Of the descent at 50 Hz, in units of prior covariance [1/(N·m)²]; python benchmarks/tune_methods.py."""
 
 
 class GradientPrior:
-    """`Method`: c += step · P₀ Hᵀ R⁻¹ (τ − τ̂), with the prior covariance P₀ and the noise R of each joint.
+    """`Method`: c += step · P₀ Hᵀ R⁻¹ (τ − τ̂), with the prior covariance P₀ and the joints' noise R, 1 on average.
 
     A quasi-Newton step whose curvature is the prior's and never learns. c is the log-Cholesky numbers of each body, so
     that it stays possible, and all else in the prior's scale. It states no uncertainty.
@@ -28,7 +28,7 @@ class GradientPrior:
     name = "gradient-prior"
 
     def __init__(self, setting: Setting, step: float = STEP):
-        self._model, self._noise, self._step = setting.model, setting.noise, step
+        self._model, self._sd, self._step = setting.model, setting.residual_sd, step
         others = square_root_but(setting.bodies, setting.covariance)
         self._coordinates = Coordinates(setting.bodies, setting.mean, others)
         self._c = self._coordinates.start.copy()
@@ -42,14 +42,14 @@ class GradientPrior:
             return
         x, x_by_c = self._coordinates.at(self._c)
         tau, derivative = self._model.linearise(sample, x)
-        variance = self._noise.sd**2 + self._model.direction_uncertainty(sample.v) ** 2
+        variance = (self._sd**2 + self._model.direction_uncertainty(sample.v) ** 2) / np.mean(self._sd**2)
         self._c += self._step * (self._P @ (x_by_c.T @ (derivative.T @ ((sample.tau - tau) / variance))))
 
     def curvature_at(self, sample: Sample) -> float:
-        """Largest eigenvalue of the error's Gauss–Newton Hessian at the start, in the prior's scale [-]."""
+        """Largest eigenvalue of the error's Gauss–Newton Hessian at the start, in the prior's scale [(N·m)²]."""
         x, x_by_c = self._coordinates.at(self._coordinates.start)
         _, derivative = self._model.linearise(sample, x)
-        H = derivative @ x_by_c / self._noise.sd[:, None]
+        H = derivative @ x_by_c / self._sd[:, None] * np.sqrt(np.mean(self._sd**2))
         return float(np.linalg.eigvalsh(H @ self._P @ H.T)[-1])
 
     def estimate(self) -> Estimate:

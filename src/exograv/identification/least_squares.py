@@ -79,7 +79,7 @@ class _StagedFit:
 
     def __init__(self, setting: Setting, ridge: float):
         self.samples: list[Sample] = []
-        self._model, self._noise = setting.model, setting.noise
+        self._model, self._sd = setting.model, setting.residual_sd
         self._springs, self._mean = setting.springs, setting.mean
         loose = setting.learned & ~setting.machine
         for block in (*setting.bodies, *_spring_blocks(setting)):
@@ -174,7 +174,7 @@ class _StagedFit:
         if springs is not None and z is not None:
             # Torque of a spring is stiffness · angle − offset: the offset's column is its direction, reversed.
             by_u = np.hstack([by_u, -derivative[:, springs.offset] @ self._elasticity.by_numbers(curves, z)])
-        sd = np.hypot(self._noise.sd, self._model.direction_uncertainty(sample.v))
+        sd = np.hypot(self._sd, self._model.direction_uncertainty(sample.v))
         return (tau - sample.tau) / sd, by_u / sd[:, None]
 
 

@@ -153,11 +153,11 @@ class Oracle:
         apart = np.abs(t[:, None] - t)
         slow = np.exp(-apart / noise.disturbance_correlation_s)
         errors = None if discrepancy is None else np.array([discrepancy.errors(sample.q) for sample in samples])
-        factors = []
+        factors, sd = [], self._setting.residual_sd
         for j in range(self._torque.n_joints):
             # An exponential correlation of this integrated time; and a little of it white, as no sensor is exact.
-            own = np.exp(-2.0 * apart / noise.correlation_s[j]) + 0.05 * np.eye(len(t))
-            covariance = noise.sd[j] ** 2 * own + (scale * noise.disturbance_sd[j]) ** 2 * slow
+            own = np.exp(-2.0 * apart / max(noise.correlation_s[j], BATCH_PERIOD_S)) + 0.05 * np.eye(len(t))
+            covariance = sd[j] ** 2 * own + (scale * noise.disturbance_sd[j]) ** 2 * slow
             covariance += np.diag(told_sd[:, j] ** 2 + held[:, j] ** 2)
             if errors is not None:
                 covariance += errors[:, j] @ errors[:, j].T

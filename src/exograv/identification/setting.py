@@ -7,8 +7,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from .discrepancy import Discrepancy
-from .interface import Covariance, Parameters, TorqueModel
+from .interface import Covariance, Joints, Parameters, TorqueModel
 from .recursive import Noise
+
+RESIDUAL_MIN_NM = 0.01
 
 
 @dataclass(frozen=True)
@@ -52,3 +54,8 @@ class Setting:
     discrepancy: Discrepancy | None = None
 
     springs: Springs | None = None
+
+    @property
+    def residual_sd(self) -> Joints:
+        """Stage 0's residual [N·m]; of a machine that was never measured, what no motor is better than."""
+        return np.maximum(self.noise.sd, RESIDUAL_MIN_NM)

@@ -21,7 +21,7 @@ class Whitened:
     """
 
     def __init__(self, setting: Setting):
-        self._model, self._noise = setting.model, setting.noise
+        self._model, self._sd = setting.model, setting.residual_sd
         self.mean, self.L = setting.mean, square_root(setting.covariance)
         self.count = self.L.shape[1]
         """Number of unknowns."""
@@ -30,7 +30,7 @@ class Whitened:
         """Torque that ξ does not explain and its negative derivative by ξ, both in units of the sample's noise [-]."""
         near = np.clip(xi, -PLAUSIBLE_SD, PLAUSIBLE_SD)
         tau, derivative = self._model.linearise(sample, self.mean + self.L @ near)
-        sd = np.hypot(self._noise.sd, self._model.direction_uncertainty(sample.v))
+        sd = np.hypot(self._sd, self._model.direction_uncertainty(sample.v))
         H = derivative @ self.L / sd[:, None]
         return (sample.tau - tau) / sd - H @ (xi - near), H
 
