@@ -17,6 +17,7 @@ from exograv.session.benchmark_identification import benchmark, bootstrap
 from exograv.session.benchmark_identification.benchmark import run_benchmark, summary
 from exograv.session.benchmark_identification.cases import Case, by_machine, population
 from exograv.session.benchmark_identification.compared import paired, ratios, winner
+from exograv.session.benchmark_identification.crew import run_all
 from exograv.session.benchmark_identification.measures import left_over, row, time_to
 from exograv.session.benchmark_identification.options import (
     BenchmarkOptions,
@@ -28,6 +29,7 @@ from exograv.session.benchmark_identification.options import (
 from exograv.session.benchmark_identification.replay import replay
 from exograv.session.benchmark_identification.runs import Intervals, Run, RunFile
 from exograv.session.benchmark_identification.streams import Samples
+from exograv.session.benchmark_identification.work import Task
 
 PLACES = ["shoulder", "shoulder", "shoulder", "elbow"]
 CASE = Case("harmonic", 2, wearer_seed=0, machine_seed=0)
@@ -320,6 +322,15 @@ def test_the_keyboard_stops_it_and_what_is_done_is_kept(tmp_path: Path, monkeypa
     result = run_benchmark(options, tmp_path, lambda _text, _share: None)
     assert (result["interrupted"], result["runs_done"], result["runs_wanted"]) == (True, 2, 6)
     assert len(RunFile(tmp_path / benchmark.FILE, 120.0, resume=True).runs) == 2
+
+
+def test_several_processes_bring_the_same_runs_as_one():
+    # A level that does not exist: refused in every process, in a moment, and counted.
+    tasks = [[Task(replace(CASE, level=9, wearer_seed=k), ("recursive", "ekf"), ())] for k in range(2)]
+    alone, together = (list(run_all(tasks, 1.0, processes, lambda _text: None)) for processes in (1, 2))
+    assert all("level 9 does not exist" in (one.failed or "") for one in alone)
+    assert sorted(alone, key=repr) == sorted(together, key=repr)
+    assert len(alone) == 4
 
 
 @pytest.mark.slow
