@@ -60,7 +60,10 @@ REFUSED = {
     "a new machine over an old one": (("new-rig", str(URDF), "--out", "file"), "file exists already; nothing is over"),
     "a check of nothing": (("check-rig", "nobody"), "No machine 'nobody'"),
     "a giant in a machine": (("check-rig", "recupera_like", "--height-m", "175"), "height is 175.0 m; allowed: 1.2 to"),
-    "a table of payloads": ((*LOG, "--gains", "1,2,3,4", "--method", "anthropometric"), "is for arms: a payload has no table"),
+    "a table of payloads": (
+        (*LOG, "--gains", "1,2,3,4", "--method", "anthropometric"),
+        "is for arms: a payload has no table",
+    ),
 }
 
 

@@ -22,6 +22,7 @@ def test_on_plain_numbers_it_is_the_kalman_filter(linear_setting, linear_stream,
     mean, covariance = posterior(setting, samples, np.ones(len(samples)))
     estimate = run(setting, samples).estimate()
     np.testing.assert_allclose(estimate.x, mean, atol=1e-8)
+    assert estimate.covariance is not None
     np.testing.assert_allclose(estimate.covariance, covariance, atol=1e-8)
 
 

@@ -73,7 +73,7 @@ def samples(arm, model: ArmModel) -> list[Sample]:
 
 @pytest.fixture
 def method(request, arm, model: ArmModel) -> Method:
-    return build_method(request.param, *arm, model.again())
+    return build_method(request.param, *arm, model=model.again())
 
 
 @pytest.mark.parametrize("method", METHODS, indirect=True)
@@ -114,7 +114,7 @@ def test_every_estimate_is_of_the_newest_sample_and_possible_where_the_method_kn
 def test_the_same_samples_give_the_same_estimate_also_when_their_memory_is_used_again(
     name: MethodName, arm, model: ArmModel, samples: list[Sample]
 ):
-    own, shared = (build_method(name, *arm, model.again()) for _ in range(2))
+    own, shared = (build_method(name, *arm, model=model.again()) for _ in range(2))
     buffer = Sample(0.0, *(np.zeros(4) for _ in range(4)))
     for sample in samples[:150]:
         own.update(sample)
@@ -160,7 +160,7 @@ def test_without_noise_it_comes_nearer_to_an_arm_of_its_own_model(name: MethodNa
     mean, _ = prior(*arm)
     x = mean.copy()
     x[:20] *= 1.2
-    clean, method = stream(arm, model, x, 0.0), build_method(name, *arm, model.again())
+    clean, method = stream(arm, model, x, 0.0), build_method(name, *arm, model=model.again())
     before = error_rms(model, mean, clean)
     for sample in clean:
         method.update(sample)
