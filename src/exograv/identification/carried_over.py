@@ -46,12 +46,13 @@ def carried_over(
         table: Mean m and covariance of everything before any motion, in the machine as calibrated today.
         days: Since the last identification [days].
     """
-    mean, covariance = table[0].copy(), table[1].copy()
     kept = kept_part(layout)
     old = (1.0 - new_share(layout)) * np.exp(-max(days - 1.0, 0.0) / FORGETTING_DAYS)
-    rho, fresh = np.sqrt(old), np.sqrt(1.0 - old)
+    rho, fresh = np.sqrt(old), np.ones(len(table[0]))
+    fresh[kept] = np.sqrt(1.0 - old)
+    mean, covariance = table[0].copy(), fresh[:, None] * table[1] * fresh
     mean[kept] += rho * (yesterday[0] - mean[kept])
-    covariance[kept, kept] = rho[:, None] * yesterday[1] * rho + fresh[:, None] * table[1][kept, kept] * fresh
+    covariance[kept, kept] += rho[:, None] * yesterday[1] * rho
     return mean, covariance
 
 

@@ -1,0 +1,133 @@
+"""What a participant's file saves on another day: re-donned with the file against cold, on the same samples.
+
+    python benchmarks/donning.py --seeds 0-9 --level 2 --save donning.json
+    python benchmarks/donning.py --load donning.json
+
+Of each seed: stage 0 once (a calibration is good for 30 days), the first donning identified and kept, then the second
+donning of the same wearer in the same machine, which starts from the file. A second method starts cold on the same
+samples; the feed-forward is by the one with the file. Nothing was tuned on the seeds that are reported.
+"""
+
+import argparse
+import json
+import tempfile
+import time
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import ExogravError
+from exograv.rig.twin import Twin, day_seed
+from exograv.session.arm_controller import ArmController
+from exograv.session.examine import Examination
+from exograv.session.identify import Identifier, identify_arm, table_guess
+from exograv.session.outcome import time_to_target
+from exograv.session.participant_run import ParticipantOptions, ParticipantRun
+from exograv.session.prepare import pilot_of
+from exograv.session.stage_0 import EmptyTwin
+from exograv.session.virtual import draw_laboratory
+from exograv.study.targets import TARGET_NM
+
+ASKED_S = (10.0, 20.0, 60.0)
+SECONDS = 61.0  # the sample filter settles within the first second
+NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
+
+
+def silent(_text: str, _share: float) -> None:
+    """One line a seed is enough."""
+
+
+def run(rig: str, level: int, seed: int) -> dict[str, Any]:
+    """Both days of one wearer."""
+    first = draw_laboratory(rig, None, level, seed)
+    empty = EmptyTwin(first.description, first.machine, seed, first.wearer.lengths_given)
+    calibration, t0 = empty.calibrate(lambda twin, gains: pilot_of(twin, gains, first, silent))
+    machine = calibration.machine
+    targets = [TARGET_NM[place] for place in first.description.places]
+    result: dict[str, Any] = {"seed": seed, "level": level}
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "participant.toml"
+        for donning, files in enumerate((ParticipantOptions(keep=file), ParticipantOptions(participant=file))):
+            laboratory = draw_laboratory(rig, None, level, seed, donning=donning)
+            assembly = laboratory.assembly()
+            person = ParticipantRun(files, assembly, "benchmark", laboratory.body, NOON + timedelta(days=donning))
+            twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, day_seed(seed, donning), t0=t0)
+            pilot = pilot_of(twin, machine.actuators, laboratory, silent)
+            controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
+
+            def note(_t, estimate, predicted, _outcome, person=person) -> None:
+                person.note(estimate, predicted)
+
+            identifier = Identifier(pilot, controller, machine, "recursive", "current", note, person.belief(machine))
+            person.listen(identifier)
+            found = identify_arm(pilot, controller, identifier, SECONDS)
+            kept = person.keep(found, machine, "of the machine's description", "")
+            if kept is not None and kept["file"] is None:
+                return result | {"broke_off": kept["why"]}
+            result["file_bytes"] = file.stat().st_size
+            if person.returning is not None:
+                examination = Examination(laboratory, assembly, machine)
+                result |= person.returning.figures
+                for name, estimates in (("from_file", found.estimates), ("cold", person.returning.cold_estimates)):
+                    scores = {e.t: examination.score(e.x) for e in estimates}
+                    result[f"{name}_true"] = {
+                        "time_to_target_s": time_to_target(scores, targets),
+                        "left_over_Nm": {f"{t:g}": _at(scores, t) for t in ASKED_S},
+                    }
+    return result
+
+
+def _at(scores: dict[float, Any], t: float) -> list[float]:
+    """Left over by the last estimate up to then."""
+    return [round(value, 4) for value in scores[max(s for s in scores if s <= t)].total.tolist()]
+
+
+def show(results: list[dict[str, Any]]) -> None:
+    """Medians over the seeds, cold beside the file."""
+    done = [r for r in results if "broke_off" not in r]
+    print(f"{len(done)} of {len(results)} seeds completed: {[r['seed'] for r in done]}")
+    for name in ("from_file", "cold"):
+        times = [r[f"{name}_true"]["time_to_target_s"] for r in done]
+        reached = [t for t in times if t is not None]
+        median = np.median([np.inf if t is None else t for t in times])
+        print(f"{name:9}: targets reached by {len(reached)} of {len(times)}, median time {median:.0f} s; each {times}")
+        for t in ASKED_S:
+            values = np.array([r[f"{name}_true"]["left_over_Nm"][f"{t:g}"] for r in done])
+            median, worst = (" ".join(f"{v:.3f}" for v in f(values, axis=0)) for f in (np.median, np.max))
+            print(f"  after {t:2g} s: median {median} N·m, worst {worst}")
+        predicted = [r[name]["predicted_target_s"] for r in done]
+        print(f"  by its own prediction within the stop rule's target from {predicted} s; stops at", end=" ")
+        print([r[name]["stop_s"] and round(r[name]["stop_s"]) for r in done])
+    print("log evidence of the file over the table:", [list(r["log_evidence_over_table"].values()) for r in done])
+
+
+def main() -> None:
+    """Run or load, then show."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rig", default="recupera_like")
+    parser.add_argument("--level", type=int, default=2)
+    parser.add_argument("--seeds", default="0-9")
+    parser.add_argument("--save", type=Path)
+    parser.add_argument("--load", type=Path, nargs="*")
+    options = parser.parse_args()
+    if options.load:
+        show([result for path in options.load for result in json.loads(path.read_text())])
+        return
+    first, _, last = options.seeds.partition("-")
+    results = []
+    for seed in range(int(first), int(last or first) + 1):
+        start = time.perf_counter()
+        try:
+            results.append(run(options.rig, options.level, seed))
+        except ExogravError as error:
+            results.append({"seed": seed, "level": options.level, "broke_off": str(error)})
+        print(f"seed {seed}: {time.perf_counter() - start:.0f} s, {results[-1]}", flush=True)
+        if options.save:
+            options.save.write_text(json.dumps(results, indent=1))
+    show(results)
+
+
+if __name__ == "__main__":
+    main()
