@@ -65,6 +65,7 @@ def show_demo(result: dict[str, Any]) -> None:
             f"Known weight of {weight['true_kg']:.3f} kg: found {weight['estimated_kg']:.3f} kg "
             f"(95 % interval {low:.3f} to {high:.3f} kg)."
         )
+    lines += _of_person(result)
     used = result.get("calibration_used", {})
     if used.get("source") == "stored":
         text = f"Calibration {used['hash'][:12]}…, measured {used['measured_utc']}. {used['warning'] or ''}"
@@ -74,6 +75,25 @@ def show_demo(result: dict[str, Any]) -> None:
     for line in lines:
         console.print(line, highlight=False)
     console.print(f"Report: {result['report']}", highlight=False, soft_wrap=True)
+
+
+def _of_person(result: dict[str, Any]) -> list[str]:
+    """What a participant's file saved, and where the next one is."""
+    lines, before, kept = [], result.get("participant"), result.get("participant_kept")
+    if before is not None:
+        shown = {True: "{:.0f} s", False: "not within this motion"}
+        warm, cold = (before[name]["predicted_target_s"] for name in ("from_file", "cold"))
+        true_warm, true_cold = before["examiner"]["from_file_s"], before["examiner"]["cold_s"]
+        predicted, true = (
+            [shown[t is not None].format(t) for t in times] for times in ((warm, cold), (true_warm, true_cold))
+        )
+        lines.append(
+            f"From the file of {before['code']}. Predicted to be within the stop rule's target: {predicted[0]}; from the "
+            f"table on the same samples: {predicted[1]}. By the twin's examiner: {true[0]}; {true[1]}."
+        )
+    if kept is not None:
+        lines.append(kept.get("why") or f"{kept['code']} is kept in {kept['file']}, donning {kept['donnings']}.")
+    return lines
 
 
 def show_payload(result: dict[str, Any]) -> None:

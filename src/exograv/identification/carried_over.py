@@ -10,8 +10,8 @@ Covariance = Float[np.ndarray, "parameter parameter"]
 Kept = Float[np.ndarray, " kept"]
 
 # Share of the table's variance that is new on another day. No source measures all of this on one arm, so all are
-# assumed. The arm: a day moves body mass by about 1 %, and a sleeve weighs as much again: 2 % of a segment's mass, where
-# the table knows it within 10-15 %. Its elasticity: 10 % of stiffness, 4° of neutral angle, against 65 % and 25°.
+# assumed. The arm: a day moves body mass by about 1 %, and a sleeve weighs as much again: 2 % of a segment's mass,
+# where the table knows it within 10-15 %. Its elasticity: 10 % of stiffness, 4° of neutral angle, against 65 % and 25°.
 ARM_NEW = 0.03
 FIT_NEW = np.array([1.0, 1.0, 1.0, 0.2, 0.05, 0.25, 0.25])
 """Of `model.loops.FIT`: the shoulder sits elsewhere; its path is the person's, and the trunk's; the length was told
