@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from exograv.identification.arm_model import SLOW_V, ArmModel
+from exograv.dynamics.parameters import Layout
+from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Sample
 from exograv.identification.prior import prior
 from exograv.identification.sample_filter import SampleFilter
@@ -88,7 +89,7 @@ def test_time_counts_the_motion_since_the_filter_was_settled():
     assert len(samples) == 1000 - round(6 * DELAY_S / DT)
 
 
-FILTERED_NM = 0.05  # a third of what an identification may leave at a shoulder; reached where the motion sets in
+FILTERED_NM = 0.03  # a fifth of what an identification may leave at a shoulder
 
 
 def test_the_model_at_the_filtered_motion_gives_the_filtered_torque_of_the_whole_machine():
@@ -96,16 +97,15 @@ def test_the_model_at_the_filtered_motion_gives_the_filtered_torque_of_the_whole
     assembly = assemble(load_rig("recupera_like"), Body(1.75, 75.0, "male"))
     machine = nominal_machine(assembly.description, assembly.exo.phi)
     x, _ = prior(assembly, machine)
-    true, one = ArmModel(assembly, machine), SampleFilter(assembly.n, 5 * DT)
+    # Where dry friction turns around, its direction is uncertain to either way; the estimator says so.
+    x[Layout.of(assembly).coulomb] = 0.0
+    true, one = ArmModel(assembly, machine), SampleFilter(assembly.n, DT)
     filtered = true.again()
-    path = identification_motion(assembly, 12.0, 5 * DT)
+    path = identification_motion(assembly, 12.0, DT)
     off = []
     for k in range(len(path)):
-        still = Sample(5 * DT * k, path.q[k], path.v[k], path.a[k], np.zeros(assembly.n))
+        still = Sample(DT * k, path.q[k], path.v[k], path.a[k], np.zeros(assembly.n))
         sample = one.update(path.q[k], true.linearise(still, x)[0])
-        if one.settled:
-            # Where friction turns around, its direction is uncertain to either way; the estimator says so.
-            clear = np.abs(sample.v) > 2 * SLOW_V
-            off.extend((sample.tau - filtered.linearise(sample, x)[0])[clear])
-    assert len(off) > 500
+        if one.settled and k % 10 == 0:
+            off.append(sample.tau - filtered.linearise(sample, x)[0])
     assert np.abs(off).max() < FILTERED_NM
