@@ -88,8 +88,8 @@ def _of_person(result: dict[str, Any]) -> list[str]:
             [shown[t is not None].format(t) for t in times] for times in ((warm, cold), (true_warm, true_cold))
         )
         lines.append(
-            f"From the file of {before['code']}. Predicted to be within the stop rule's target: {predicted[0]}; from the "
-            f"table on the same samples: {predicted[1]}. By the twin's examiner: {true[0]}; {true[1]}."
+            f"From the file of {before['code']}. Predicted to be within the stop rule's target: {predicted[0]}; from "
+            f"the table on the same samples: {predicted[1]}. By the twin's examiner: {true[0]}; {true[1]}."
         )
     if kept is not None:
         lines.append(kept.get("why") or f"{kept['code']} is kept in {kept['file']}, donning {kept['donnings']}.")
