@@ -296,7 +296,10 @@ def test_a_resumed_file_gives_the_same_runs_even_if_its_last_line_was_cut(tmp_pa
         file.add(one)
     assert RunFile(path, 120.0, resume=True).runs == runs
     path.write_text(path.read_text()[:-40])
-    assert RunFile(path, 120.0, resume=True).runs == runs[:1]
+    cut = RunFile(path, 120.0, resume=True)
+    assert cut.runs == runs[:1]
+    cut.add(runs[1])
+    assert RunFile(path, 120.0, resume=True).runs == runs
 
 
 def test_runs_of_another_length_are_not_resumed(tmp_path: Path):

@@ -118,14 +118,20 @@ class RunFile:
                     f"{self.path} was made by another version of exograv or a motion of another length ({head}). "
                     "Leave out --resume, or choose another --out."
                 )
-            self.runs = [_run(json.loads(line)) for line in _whole(lines)]
+            whole = _whole(lines)
+            self.runs = [_run(json.loads(line)) for line in whole]
+            self.path.write_text("\n".join([head, *whole]) + "\n", encoding="utf-8")
         except (json.JSONDecodeError, KeyError, TypeError) as error:
             raise RecordingError(f"{self.path} is damaged ({error}). Leave out --resume; it is kept beside.") from error
 
 
 def _whole(lines: Sequence[str]) -> Sequence[str]:
     """Without a last line that was cut off in the middle."""
-    return lines[:-1] if lines and not lines[-1].endswith("}") else lines
+    try:
+        json.loads(lines[-1] if lines else "{}")
+    except json.JSONDecodeError:
+        return lines[:-1]
+    return lines
 
 
 def _run(row: dict[str, Any]) -> Run:
