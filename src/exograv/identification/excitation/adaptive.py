@@ -15,7 +15,8 @@ from exograv.motion import Trajectory
 from .basis import Coefficients, piece
 from .information import LeftOverCriterion, Seen, Statistics
 from .limits import MotionLimits
-from .problem import Problem, solve
+from .optimiser import solve
+from .problem import Problem
 from .regressor import along
 
 PIECE_S = 10.0

@@ -17,7 +17,8 @@ from .basis import Basis, Coefficients, forth_and_back, harmonic
 from .forecast import Forecast
 from .information import Criterion, DeterminantCriterion, LeftOverCriterion, Statistics
 from .limits import MotionLimits
-from .problem import Problem, solve
+from .optimiser import solve
+from .problem import Problem
 from .standard import standard_basis
 
 HORIZONS_S = (20.0, 60.0)
