@@ -144,7 +144,7 @@ EVENT = Channel(
     "Something an operator should know; on disk at once.",
     (
         T,
-        Field("kind", "string", "-", "`note`, `warning` or `stop`"),
+        Field("kind", "string", "-", "`note`, `warning`, `stop`, `near singular`, `not relaxed` …"),
         Field("text", "string", "-", "a sentence"),
     ),
 )
