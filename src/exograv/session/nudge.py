@@ -34,7 +34,7 @@ STARTED = 0.0015
 RATE = 1.0  # of the usual Coulomb friction, a second
 AGAIN = 0.4  # a further push of the same kind starts at this share of the last
 HELD = 0.4  # of the usual Coulomb friction: what it holds on any day
-PUSH_MAX = {"harmonic": 5.0, "quasi_direct": 8.0}
+PUSH_MAX = {"harmonic": 6.0, "quasi_direct": 8.0}
 """Of the usual Coulomb friction, and nine tenths of the motor: what breaks the worst twins away; ripple counts for more
 in light drives [-]."""
 STILL_S, STILL_MAX, WAITS = 0.3, np.deg2rad(0.3), 10  # s, rad in that time, and how often to look
