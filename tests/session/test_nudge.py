@@ -53,7 +53,7 @@ QUICK: dict[str, tuple[str, ...]] = {
     "motors swapped": ("Pushing joint 'shoulder_flexion'", "moved 'shoulder_abduction'", "correct their order"),
     "all swapped": ("'shoulder_flexion', which reads 4.", "is swapped with another"),
     "all reversed": ("'shoulder_flexion', which reads -27.", "this encoder is reversed"),
-    "blocked": ("'shoulder_flexion' did not move under 12.5 N·m", "Free it"),
+    "blocked": ("'shoulder_flexion' did not move under 15.0 N·m", "Free it"),
     "blocked, light": ("'shoulder_flexion' did not move under 2.4 N·m", "Free it"),
     "disconnected": (ASKED, "Its motor is disconnected if nothing flows"),
     "disconnected, noise measured": (ASKED, "Its motor is disconnected if nothing flows"),
