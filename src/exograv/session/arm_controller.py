@@ -97,7 +97,7 @@ class ArmController:
         Returns:
             Whether it is taken: not where the arm with it would not lie at rest in its cuffs at `q`.
         """
-        weights = {**self._weights, place: mass}
+        weights: dict[WeightPlace, float] = {**self._weights, place: mass}
         # Summed anew: what is taken off is gone to the last bit.
         wanted = sum(
             (held_weight(self.assembly.arm, m, at=where) for where, m in weights.items() if m), self._no_payload

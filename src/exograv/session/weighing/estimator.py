@@ -59,7 +59,8 @@ class WeightEstimator:
     """
 
     def __init__(self, model: ArmModel, x: parameters.Parameters, covariance: Covariance, place: WeightPlace):
-        self._model, self._x, self._place = model.again(), x, place
+        self._model, self._x = model.again(), x
+        self._place: WeightPlace = place
         assembly, machine = model.assembly, model.machine
         self._phi = parameters.Layout.of(assembly).phi
         self._spread = square_root(covariance)

@@ -21,8 +21,9 @@ from .slow_torque import CORRELATION_S
 
 Joints = Float[np.ndarray, " joint"]
 
-WHITE_SD_MIN_NM = 0.05  # of the machine's residual: no calibration is that good
-PERIOD_MIN_S = 2.0  # of a sine: a quicker one would shake, and the weight would swing in the cuffs
+MODEL_ERROR_NM = 0.1  # between two postures: more time does not help against it, a larger change of torque does
+PERIOD_MIN_S = 3.0  # of a sine: in a quicker one a weight would swing in the cuffs
+LISTEN_S = 30.0
 EASE_S = 1.0  # from rest to the sine's pace
 
 
@@ -71,8 +72,8 @@ def telling_way(
 ) -> Way:
     """The way along which what is `added` to the arm tells most of itself.
 
-    Signal over noise: half the change of torque between two postures, squared, over the slow torque's power at the
-    pace of the way between them, summed over the joints.
+    Signal over noise: the change of torque between two postures, squared, over the slow torque's power at the pace of
+    the way between them and the model's own error, summed over the joints.
 
     Args:
         model: Of this arm in its machine.
@@ -87,16 +88,16 @@ def telling_way(
     asked = np.array([model.at_rest(q, loaded)[1][:, phi] @ added for q in postures])
     pairs = list(itertools.combinations(range(len(postures)), 2))
     omega = np.array([2.0 * np.pi / _period(postures[i], postures[j], speed) for i, j in pairs])
+    changes = [asked[i] - asked[j] for i, j in pairs]
     told = [
-        float(np.sum((asked[i] - asked[j]) ** 2 / _density(model, w))) for (i, j), w in zip(pairs, omega, strict=True)
+        float(np.sum(d**2 / (_slow_power(model, w) + MODEL_ERROR_NM**2))) for d, w in zip(changes, omega, strict=True)
     ]
     # It begins where less is asked.
     low, high = sorted(pairs[int(np.argmax(told))], key=lambda i: float(np.abs(asked[i]).sum()))
     return Way(postures[low], postures[high], speed)
 
 
-def _density(model: ArmModel, omega: float) -> Joints:
-    """Power of what wearer and machine add at an angular frequency (joint,) [N²·m²·s]."""
-    sd, machine = disturbance_sd(model.assembly.description.places), model.machine
-    floor = np.maximum(machine.residual_sd, WHITE_SD_MIN_NM) ** 2 * machine.correlation_s
-    return 2.0 * sd**2 * CORRELATION_S / (1.0 + (omega * CORRELATION_S) ** 2) + floor
+def _slow_power(model: ArmModel, omega: float) -> Joints:
+    """Of a wearer's slow torque in the amplitude of an angular frequency, after `LISTEN_S` (joint,) [N²·m²]."""
+    sd = disturbance_sd(model.assembly.description.places)
+    return 4.0 * sd**2 * CORRELATION_S / (1.0 + (omega * CORRELATION_S) ** 2) / LISTEN_S

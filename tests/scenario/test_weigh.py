@@ -1,0 +1,57 @@
+"""On the twin: a form in pounds is refused within half a minute, and a weight is found, carried, and put down again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.interface import Estimate
+from exograv.identification.prior import prior
+from exograv.session.weighing.first_motion import check_arm
+from exograv.session.weighing.known_weight import weigh
+
+HALF_A_MINUTE_S = 30.0
+BODY_SHARE = 1.0 / 2.2046
+QUIET = np.array([0.1, 0.1, 0.1, 0.1])
+"""What a calibration would not explain [N·m]; the perfect stage 0 of these tests says nothing of it."""
+
+
+def as_calibrated(worn):
+    gain = ActuatorGain(worn.pilot.actuators.gain, worn.pilot.actuators.gain_sd)
+    return replace(worn.machine, actuators=gain, residual_sd=QUIET, correlation_s=QUIET)
+
+
+@pytest.mark.slow
+def test_the_right_form_is_believed_and_one_in_pounds_is_not(put_on):
+    worn = put_on(level=2)
+    model = ArmModel(worn.controller.assembly, as_calibrated(worn))
+    mass = worn.twin.truth.wearer.body.mass
+    before = worn.twin.t
+    check = check_arm(worn.pilot, worn.controller, model, mass)
+    assert worn.twin.t - before < HALF_A_MINUTE_S
+    assert not check.refused
+    # The same arm under a form of 2.2 times the mass: the table then foretells 2.2 times the arm.
+    arm = worn.controller.assembly.arm
+    heavy = replace(arm, phi=arm.phi / BODY_SHARE, phi_covariance=arm.phi_covariance / BODY_SHARE**2)
+    model.assembly = replace(model.assembly, arm=heavy)
+    check = check_arm(worn.pilot, worn.controller, model, mass / BODY_SHARE)
+    assert check.refused
+    assert "pounds" in check.why
+
+
+@pytest.mark.slow
+def test_a_hidden_weight_is_found_and_carried_beside_the_arm(put_on):
+    worn = put_on(level=1)
+    machine = as_calibrated(worn)
+    model = ArmModel(worn.controller.assembly, machine)
+    mean, covariance = prior(worn.controller.assembly, machine)
+    x = worn.controller.x.copy()
+    arm = Estimate(0.0, mean, covariance, 0.0, 1.0)
+    found = weigh(worn.pilot, worn.controller, model, arm, lambda is_there: worn.twin.hang("hand", 0.8 * is_there))
+    assert found.ci95[0] < 0.8 < found.ci95[1]
+    assert worn.controller.weights == {"hand": found.mass}
+    np.testing.assert_array_equal(worn.controller.x, x)
+    worn.controller.carry("hand", 0.0, worn.pilot.q)
+    assert worn.controller.weights == {}
