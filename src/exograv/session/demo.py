@@ -241,7 +241,9 @@ def _record_person(
 ) -> None:
     """What the participant's file did and what it holds now; the examiner's view is shown and never kept in it."""
     calibration = "" if run.taken is None else run.taken.whole.content_sha256
-    run.of_person["participant_kept"] = run.person.keep(found, machine, "of the machine's description", calibration)
+    kept = run.person.keep(found, machine, run.options.motion, calibration)
+    if kept is not None:
+        run.of_person["participant_kept"] = kept
     returning = run.person.returning
     if returning is not None:
         cold = {estimate.t: examination.score(estimate.x) for estimate in returning.cold_estimates}
