@@ -17,7 +17,15 @@ PROMISED = {
     "simulated_s": float,
     "report": str,
 }
-BEYOND = {"calibration", "calibration_used", "identifiability", "possible_left_over_Nm", "recording"}
+BEYOND = {
+    "calibration",
+    "calibration_used",
+    "donning",
+    "identifiability",
+    "motion",
+    "possible_left_over_Nm",
+    "recording",
+}
 
 
 def test_every_promised_key_is_there_with_its_type_and_nothing_unheard_of(demo):

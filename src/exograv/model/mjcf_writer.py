@@ -20,6 +20,8 @@ CUFF_MASS, CUFF_INERTIA = 1e-3, 1e-6
 """Of a cuff's body [kg], [kg·m²]; its weight is taken off."""
 CUFF_DAMPING, CUFF_DAMPING_ROTATION = 60.0, 0.15
 """[N·s/m], [N·m·s/rad]: assumed, so that the arm settles; no part of what is identified."""
+CUFF_ARMATURE, CUFF_ARMATURE_ROTATION = 0.05, 1e-3
+"""Inertia against the machine [kg], [kg·m²]: so that springs do not outrun the time step; nothing at rest sees it."""
 TIMESTEP_S = 0.0005
 WELD = 'solref="0.002 1" solimp="0.9999 0.9999 0.001 0.5 2"'
 """As stiff as the time step allows; the springs give, not the weld."""
@@ -192,11 +194,15 @@ class _Writer:
         for k, stiffness in enumerate(cuff.stiffness.tolist()):
             name = f"{cuff.name}_{'about_' if k > 2 else ''}{'xyz'[k % 3]}"
             self.order.append(name)
-            kind, damping = ("slide", CUFF_DAMPING) if k < 3 else ("hinge", CUFF_DAMPING_ROTATION)
+            kind, damping, armature = (
+                ("slide", CUFF_DAMPING, CUFF_ARMATURE)
+                if k < 3
+                else ("hinge", CUFF_DAMPING_ROTATION, CUFF_ARMATURE_ROTATION)
+            )
             axis = words(np.eye(3)[k % 3])
             yield (
                 f'{space}  <joint name="{name}" type="{kind}" axis="{axis}" stiffness="{stiffness!r}" '
-                f'damping="{damping}"/>'
+                f'damping="{damping}" armature="{armature}"/>'
             )
         yield f'{space}  <site name="{cuff.name}_strap"/>'
         yield f"{space}</body>"

@@ -1,0 +1,164 @@
+"""Exported machines and arms are the same in Pinocchio and MuJoCo as in ours: tree by tree, and closed by the cuffs."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import casadi as ca
+import mujoco
+import numpy as np
+import pinocchio
+import pytest
+
+from exograv.dynamics.loop_torque import GRAVITY
+from exograv.dynamics.parameters import Layout
+from exograv.dynamics.rnea import rnea
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.prior import prior
+from exograv.model.assembly import Assembly
+from exograv.model.loops import FIT, arm_positions
+from exograv.model.mjcf_writer import Posture, mjcf_text
+from exograv.model.personal import Personal, personal
+from exograv.model.tree import Tree, inertial_parameters, is_physical
+from exograv.model.urdf import read_urdf
+from exograv.model.urdf_writer import roll_pitch_yaw, urdf_text
+from exograv.session.export_urdf import possible_links, springs_of
+from exograv.session.nominal import nominal_machine
+
+TORQUE_TOLERANCE = 1e-9  # N·m, of inverse dynamics tree by tree
+CLOSED_TOLERANCE = 5e-3  # N·m: a cuff's twist is the sine in ours and an angle in the exported hinges
+WORN_FIT = {
+    "shoulder_offset_x": 0.01,
+    "shoulder_offset_y": -0.012,
+    "shoulder_offset_z": 0.008,
+    "upper_arm_lengthening": 0.006,
+    "cuff_log_stiffness": 0.2,
+    "cuff_log_rotational_stiffness": -0.3,
+}
+"""Without a shift of the shoulder's centre: MJCF holds it, ours lets it follow."""
+SETTLE_STEPS = 6_000  # 3 s, half of them on the way
+
+
+@pytest.fixture(scope="module")
+def worn(either_assembly: Assembly) -> tuple[Assembly, np.ndarray]:
+    """A machine and everything that was learned about an arm in it."""
+    machine = nominal_machine(either_assembly.description, either_assembly.exo.phi)
+    x, _ = prior(either_assembly, machine)
+    x = x.copy()
+    x[Layout.of(either_assembly).fit] = [WORN_FIT.get(name, 0.0) for name in FIT]
+    return either_assembly, x
+
+
+@pytest.fixture(scope="module")
+def person(worn: tuple[Assembly, np.ndarray]) -> Personal:
+    assembly, x = worn
+    layout = Layout.of(assembly)
+    return personal(assembly, assembly.exo.phi, x[layout.phi], x[layout.fit])
+
+
+def inverse_dynamics(tree: Tree, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    arguments = [ca.SX(ca.DM(one)) for one in (q, v, a, tree.phi.T, GRAVITY)]
+    return np.array(ca.evalf(rnea(tree, *arguments))).ravel()
+
+
+def motions(tree: Tree, count: int = 10) -> np.ndarray:
+    return np.random.default_rng(0).uniform(-1.0, 1.0, (count, 3, len(tree.joints)))
+
+
+@pytest.mark.parametrize("which", ["exo", "arm"])
+def test_pinocchio_opens_the_urdf_and_has_the_same_torque(person: Personal, which: str):
+    tree: Tree = getattr(person, which)
+    model = pinocchio.buildModelFromXML(urdf_text(tree))
+    assert tuple(model.names)[1:] == tree.joint_names
+    data = model.createData()
+    for q, v, a in motions(tree):
+        np.testing.assert_allclose(
+            pinocchio.rnea(model, data, q, v, a), inverse_dynamics(tree, q, v, a), atol=TORQUE_TOLERANCE
+        )
+
+
+def test_our_own_reader_reads_the_machine_back(person: Personal, tmp_path: Path):
+    (tmp_path / "exo.urdf").write_text(urdf_text(person.exo))
+    again = read_urdf(tmp_path / "exo.urdf")
+    assert again.joint_names == person.exo.joint_names
+    np.testing.assert_allclose(again.phi, person.exo.phi, atol=1e-12)
+    assert set(person.exo.frames) <= set(again.frames)
+
+
+def loaded(worn: tuple[Assembly, np.ndarray], person: Personal, rotor: float = 0.0) -> mujoco.MjModel:
+    assembly, x = worn
+    shifts = {assembly.arm.tree.joints[limb.shift].name: 0.0 for limb in assembly.arm.limbs}
+    description = assembly.description
+    z, fit = ca.SX(ca.DM(description.arm_donning_posture)), ca.SX(ca.DM(x[Layout.of(assembly).fit]))
+    arm = np.array(ca.evalf(arm_positions(assembly.arm, z, fit))).ravel()
+    positions = dict(zip(description.joints, description.donning_posture.tolist(), strict=True))
+    positions |= dict(zip(assembly.arm.tree.joint_names, arm.tolist(), strict=True))
+    text = mjcf_text(person, springs_of(assembly, x), np.full(assembly.n, rotor), GRAVITY, shifts, Posture(positions))
+    return mujoco.MjModel.from_xml_string(text)
+
+
+def test_mujoco_opens_both_and_each_tree_has_the_same_torque(worn: tuple[Assembly, np.ndarray], person: Personal):
+    model = loaded(worn, person)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    model.jnt_stiffness[:], model.dof_damping[:] = 0.0, 0.0
+    data = mujoco.MjData(model)
+    for tree in (person.exo, person.arm):
+        columns = [model.joint(name).qposadr[0] for name in tree.joint_names]
+        for q, v, a in motions(tree):
+            data.qpos[:], data.qvel[:], data.qacc[:] = 0.0, 0.0, 0.0
+            data.qpos[columns], data.qvel[columns], data.qacc[columns] = q, v, a
+            mujoco.mj_inverse(model, data)
+            # Almost nothing: the cuffs' bodies have a gram, whose weight is taken off and whose inertia is not.
+            np.testing.assert_allclose(
+                data.qfrc_inverse[columns], inverse_dynamics(tree, q, v, a), atol=cuffs_inertia(tree, person)
+            )
+
+
+def cuffs_inertia(tree: Tree, person: Personal) -> float:
+    """Of cuffs that ride on the machine: a gram at 0.7 m, at speeds and accelerations of up to 4 of each joint."""
+    return TORQUE_TOLERANCE if tree is person.arm else 2e-3 * len(person.cuffs)
+
+
+def test_the_cuffs_are_without_strain_where_they_were_fastened(worn: tuple[Assembly, np.ndarray], person: Personal):
+    model = loaded(worn, person)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    assert np.abs(data.efc_pos[: 6 * len(person.cuffs)]).max() < 1e-12
+
+
+@pytest.mark.slow
+def test_at_rest_in_its_cuffs_mujoco_asks_the_same_of_the_motors(worn: tuple[Assembly, np.ndarray], person: Personal):
+    assembly, x = worn
+    model = loaded(worn, person, rotor=0.25)
+    model.jnt_stiffness[[model.joint(name).id for name in springs_of(assembly, x).stiffness]] = 0.0
+    exo = [model.joint(name).qposadr[0] for name in person.exo.joint_names]
+    ours = ArmModel(assembly, replace(nominal_machine(assembly.description, assembly.exo.phi), gravity=GRAVITY))
+    lower, upper = assembly.description.workspace
+    data = mujoco.MjData(model)
+    for y in np.random.default_rng(2).uniform(lower, upper, (3, assembly.n)):
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        start = data.qpos[exo].copy()
+        for step in range(SETTLE_STEPS):
+            way = start + min(1.0, 2.0 * step / SETTLE_STEPS) * (y - start)
+            data.qfrc_applied[exo] = 400.0 * (way - data.qpos[exo]) - 40.0 * data.qvel[exo]
+            mujoco.mj_step(model, data)
+        assert np.abs(data.qvel).max() < 1e-3
+        expected, _ = ours.at_rest(data.qpos[exo].copy(), x)
+        np.testing.assert_allclose(data.qfrc_applied[exo], expected, atol=CLOSED_TOLERANCE)
+
+
+def test_a_link_that_no_body_can_be_keeps_what_gravity_sees():
+    possible = inertial_parameters(2.0, np.array([0.0, 0.02, -0.1]), np.diag([0.02, 0.02, 0.004]))
+    impossible = possible.copy()
+    impossible[[4, 6, 9]] -= 0.05
+    phi, changed = possible_links(np.array([possible, impossible]), np.array([possible, possible]), ("a", "b"))
+    assert changed == ("b",)
+    assert is_physical(phi[1])
+    np.testing.assert_array_equal(phi[0], possible)
+    np.testing.assert_allclose(phi[1, :4], impossible[:4], atol=1e-15)
+
+
+@pytest.mark.parametrize("pitch", [0.3, np.pi / 2, -np.pi / 2, 1.5707])
+def test_angles_of_any_rotation_give_it_back(pitch: float):
+    R = pinocchio.rpy.rpyToMatrix(0.4, pitch, -1.1)
+    np.testing.assert_allclose(pinocchio.rpy.rpyToMatrix(*roll_pitch_yaw(R)), R, atol=1e-9)
