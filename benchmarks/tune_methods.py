@@ -14,6 +14,7 @@ nothing to tune: their noise and their prior are not chosen by this criterion.
 import argparse
 import math
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -114,9 +115,11 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, required=True)
     parser.add_argument("--profile", choices=("harmonic", "qdd"), default="harmonic")
     parser.add_argument("--methods", default=",".join(CANDIDATES))
+    parser.add_argument("--streams", type=int, default=6, help="of level 2: so many of the folder")
     options = parser.parse_args()
     disturbed, undisturbed = (
-        [Wearer(recorded) for recorded in load(options.folder, f"{options.profile}-level{level}-*")] for level in (2, 0)
+        [Wearer(recorded) for recorded in islice(load(options.folder, f"{options.profile}-level{level}-*"), count)]
+        for level, count in ((2, options.streams), (0, 2))
     )
     print(f"{len(disturbed)} streams of level 2, {len(undisturbed)} of level 0")
     for name in options.methods.split(","):

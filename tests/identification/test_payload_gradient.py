@@ -1,12 +1,14 @@
-"""Plain descent goes downhill, and its step is chosen without the log that it is judged on."""
+"""Plain descent goes downhill, and what any method is tuned to is chosen without the log that it is judged on."""
 
 import numpy as np
 import pytest
 
 from exograv.identification.interface import Sample
+from exograv.identification.methods import CANDIDATES, built
 from exograv.identification.payload import NOTHING, PAYLOAD, PayloadModel, payload_prior
 from exograv.identification.payload_gradient import PayloadGradient, rehearsed_step
 from exograv.identification.recursive import Noise
+from exograv.identification.rehearsal import TRIAL_LOAD, found_after, rehearsed, with_trial_load
 from exograv.identification.setting import Setting
 from exograv.model.tree import inertial_parameters, is_physical
 from exograv.model.urdf import read_urdf
@@ -96,3 +98,28 @@ def test_without_a_sample_it_knows_nothing_and_says_so(model: PayloadModel, x: n
     estimate = PayloadGradient(model, x, step=1e-3).estimate()
     np.testing.assert_allclose(estimate.x[PAYLOAD], NOTHING, atol=1e-12)
     assert estimate.covariance is None
+
+
+def test_the_rehearsal_is_the_unloaded_log_with_a_load_that_is_known(model: PayloadModel, x: np.ndarray):
+    setting, unloaded = setting_of(model, x), swing(model, x, np.zeros(10), seed=1)
+    for real, trial in zip(unloaded[::100], with_trial_load(setting, unloaded)[::100], strict=True):
+        loaded = x.copy()
+        loaded[PAYLOAD] = TRIAL_LOAD
+        added = model.linearise(real, loaded)[0].copy()
+        np.testing.assert_allclose(trial.tau - real.tau, added - model.linearise(real, x)[0], atol=1e-12)
+
+
+def test_the_setting_that_finds_the_trial_load_soonest_is_taken(model: PayloadModel, x: np.ndarray):
+    setting, unloaded = setting_of(model, x), swing(model, x, np.zeros(10), seed=1)[:300]
+    shares: list[float] = []
+    chosen = rehearsed("nlms", setting, unloaded, shares.append)
+    assert chosen in CANDIDATES["nlms"]
+    assert len(shares) == len(CANDIDATES["nlms"])
+    rehearsal = with_trial_load(setting, unloaded)
+    results = {tuning["share"]: found_after(built("nlms", setting, tuning), rehearsal) for tuning in CANDIDATES["nlms"]}
+    assert results[chosen["share"]] == min(results.values())
+
+
+def test_a_method_with_nothing_to_tune_rehearses_nothing(model: PayloadModel, x: np.ndarray):
+    unloaded = swing(model, x, np.zeros(10), seed=1)[:10]
+    assert dict(rehearsed("recursive", setting_of(model, x), unloaded, lambda _share: None)) == {}

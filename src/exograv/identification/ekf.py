@@ -14,7 +14,7 @@ from .whitened import square_root_but
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"noise_factor": noise_factor, "drift": drift})
-    for noise_factor in (1e2, 1e3, 1e4)
+    for noise_factor in (1e3, 1e4, 1e5)
     for drift in (0.0, 1e-2, 5e-2)
 )
 NOISE_FACTOR, DRIFT = 1e3, 0.0

@@ -10,7 +10,7 @@ from .setting import Setting
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"step": step}) for step in (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3)
 )
-STEP = 1e-5
+STEP = 3e-7
 """Of the descent, for every parameter alike, at 50 Hz [1/(N·m)²]; python benchmarks/tune_methods.py."""
 
 
