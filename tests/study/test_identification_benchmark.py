@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from exograv.study.figures.identification_benchmark import look
-from exograv.study.identification_benchmark import HEADINGS, cells, tables, write_benchmark_page
+from exograv.study.identification_benchmark import HEADINGS, cells, tables, verdicts, write_benchmark_page
 
 NEVER = {"median": None, "ci95": [None, None]}
 
@@ -30,6 +30,11 @@ def row(method: str, **more) -> dict:
         "left_over_Nm": {t: {"shoulder": 0.2, "elbow": None} for t in ("20", "60", "120")},
         "coverage95": {"covered": 19, "of": 20},
         "consistent_share": 1.0,
+        "outcomes": {"CONVERGED": 2, "NOT_RELAXED": 1},
+        "stop_s": 40.0,
+        "told_restless_share": 0.33,
+        "rejected_share": 0.02,
+        "noise_scale": 1.2,
         "update_us": {"p50": 20.0, "p99": 40.0},
         "progress": {"t": [1.0, 2.0, 3.0], "shoulder": curve, "elbow": curve},
         **more,
@@ -80,6 +85,14 @@ def test_the_page_names_winner_ties_and_who_is_ahead_off_line(tmp_path: Path):
         assert words in text
     assert picture is not None
     assert picture.stat().st_size > 10_000
+
+
+def test_what_was_said_about_wearers_is_told_of_methods_that_state_an_uncertainty():
+    silent = row("gradient", coverage95={"covered": 0, "of": 0})
+    _, lines = verdicts([row("recursive", never_relaxed=True), silent])
+    assert [line[0] for line in lines] == ["recursive"]
+    assert "converged 2, not relaxed 1" in lines[0]
+    assert "never relaxed" in lines[0][1]
 
 
 def test_runs_that_gave_nothing_have_a_page_and_no_figure(tmp_path: Path):

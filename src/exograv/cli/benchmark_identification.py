@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from .common import Common, write_json
 
-STAGE_0_S, STREAM_S, METHOD_S = 20.0, 6.0, 8.0
+STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
 """Measured on one core of a server: a machine, a wearer, and one method on one wearer in the middle."""
 
 
@@ -104,7 +104,14 @@ def show_benchmark(result: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from exograv.study.identification_benchmark import HEADINGS, break_down_table, sentences, tables, told
+    from exograv.study.identification_benchmark import (
+        HEADINGS,
+        break_down_table,
+        sentences,
+        tables,
+        told,
+        verdicts,
+    )
 
     console = Console()
     for title, lines in tables(told(result)):
@@ -116,12 +123,15 @@ def show_benchmark(result: dict[str, Any]) -> None:
             # Two short lines each in place of one that no terminal has room for.
             table.add_row(*(cell.replace(" / ", "\n").replace(" (", "\n(") for cell in line))
         console.print(table)
-    if result["break_down"]:
-        headings, lines = break_down_table(result)
-        table = Table(*headings, title="What the remainder after 120 s is made of, N·m", box=box.SIMPLE_HEAD)
+    for title, (headings, lines) in (
+        ("What was said about the wearers", verdicts(told(result))),
+        ("What the remainder after 120 s is made of, N·m", break_down_table(result)),
+    ):
+        table = Table(*headings, title=title, box=box.SIMPLE_HEAD)
         for line in lines:
             table.add_row(*line)
-        console.print(table)
+        if lines:
+            console.print(table)
     for line in sentences(result):
         console.print(line, highlight=False)
     console.print(f"Tables: {result['page']}", highlight=False, soft_wrap=True)

@@ -129,6 +129,9 @@ def markdown(result: dict[str, Any], picture: str | None) -> str:
     for title, of_methods in tables(told(result)):
         lines += [f"**{title}**", "", *_table(HEADINGS, of_methods), ""]
     lines += [*sentences(result), ""]
+    headings, said = verdicts(told(result))
+    if said:
+        lines += ["**What was said about the wearers**", "", *_table(headings, said), ""]
     if result["break_down"]:
         lines += ["**What the remainder after 120 s is made of**", "", *_table(*break_down_table(result)), ""]
     seeds = result["seeds"]
@@ -141,6 +144,22 @@ def told(result: dict[str, Any]) -> list[Row]:
     """Rows for the tables: where disturbances were switched one at a time, those have a table of their own."""
     rows = result["results"]
     return [row for row in rows if not (row["only"] or row["without"])] if result["break_down"] else rows
+
+
+def verdicts(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[list[str]]]:
+    """Headings and lines: what methods that state an uncertainty said about their wearers, and when they would stop."""
+    headings = ("method", "where", "stop rule, wearers", "stop s", "told restless", "rejected", "unrest")
+    lines = []
+    for row in rows:
+        if not row["coverage95"]["of"] or row["setting"] != "open_loop":
+            continue
+        where = f"level {row['level']}, {row['profile']}" + (", never relaxed" if row["never_relaxed"] else "")
+        said = ", ".join(f"{name.lower().replace('_', ' ')} {count}" for name, count in row["outcomes"].items())
+        stop = "–" if row["stop_s"] is None else f"{row['stop_s']:.0f}"
+        shares = [_percent(row["told_restless_share"]), _percent(row["rejected_share"])]
+        unrest = "–" if row["noise_scale"] is None else f"{row['noise_scale']:.1f}"
+        lines.append([row["method"], where, said, stop, *shares, unrest])
+    return headings, lines
 
 
 def sentences(result: dict[str, Any]) -> list[str]:
