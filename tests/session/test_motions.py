@@ -41,7 +41,9 @@ def test_the_designed_motion_is_the_machines_own(assembly: Assembly, machine: Ca
     np.testing.assert_array_equal(path.q, identification_motion(assembly, 20.0, DT).q)
 
 
-@pytest.mark.parametrize("name", ["fixed", pytest.param("fourier", marks=pytest.mark.slow), "adaptive"])
+@pytest.mark.parametrize(
+    "name", ["fixed", pytest.param("fourier", marks=pytest.mark.slow), pytest.param("adaptive", marks=pytest.mark.slow)]
+)
 def test_a_motion_goes_from_rest_to_rest_within_the_limits(
     assembly: Assembly, machine: CalibratedMachine, name: MotionName
 ):
