@@ -35,6 +35,12 @@ REFUSED = {
     "a re-check of nothing": (("calibrate", "--recheck", "--calibration", "none.toml"), "none.toml cannot be read"),
     "a calibration of another kind": (("identify", "--calibration", "file"), "has schema_version None"),
     "a calibration without motors": (("calibrate", "--rig", "recupera_like_passive"), "has no motor"),
+    "a participant who has no file": (("identify", "--participant", "none.toml"), "none.toml cannot be read"),
+    "a participant's file of another kind": (("identify", "--participant", "file"), "has schema_version None"),
+    "a name for a code": (("identify", "--keep", "p.toml", "--code", "anna"), "--code is 'anna'; it must have 3 to 16"),
+    "a file for a participant under a file": (("identify", "--keep", "file/p.toml"), "Give another path with --keep"),
+    "a donning before the first": (("identify", "--donning", "-1"), "--donning is -1; allowed: 0"),
+    "an export of nobody": (("export-urdf", "--participant", "none.toml"), "none.toml cannot be read"),
     "too short a motion": (("identify", "--seconds", "1"), "--seconds is 1.0; allowed: 5 to 600"),
     "a negative seed": (("demo", "--seed", "-1"), "--seed is -1"),
     "a folder that is a file": (

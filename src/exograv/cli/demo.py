@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from exograv.session.names import MethodName, MotionName
 
-from .common import Common
+from .common import Common, refuse_unwritable
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,8 @@ def run_demo_command(command: Demo) -> dict[str, Any]:
     from exograv.session.participant_run import ParticipantOptions
     from exograv.terminal import bars, show_demo
 
+    if command.keep is not None:
+        refuse_unwritable(command.keep, "--keep")
     files = ParticipantOptions(command.keep, command.code, command.participant)
     options = DemoOptions(
         command.rig,
