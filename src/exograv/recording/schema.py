@@ -231,6 +231,7 @@ RESULT = Channel(
         Field("simulated_s", "number", "s", "simulated time", optional=True),
         Field("rig", "string", "-", "name of the machine", optional=True),
         Field("method", "string", "-", "identification method", optional=True),
+        Field("motion", "string", "-", "what moved the arm while it was identified", optional=True),
         Field("disturbance_level", "integer", "-", "level of the twin, 0–4", optional=True),
         Field("seed", "integer", "-", "seed of the run", optional=True),
         Field("joints", "string", "-", "actuated joints", LIST, optional=True),
