@@ -6,7 +6,7 @@ from pathlib import Path
 import casadi as ca
 import mujoco
 import numpy as np
-import pinocchio
+import pinocchio  # pyright: ignore[reportMissingImports] - found through a path file
 import pytest
 
 from exograv.dynamics.loop_torque import GRAVITY

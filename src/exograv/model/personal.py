@@ -64,7 +64,7 @@ def personal(
     parts = fit.reshape(-1, len(FIT))
     for limb in reversed(arm.limbs):
         tree = without_joint(tree, limb.lengthening, float(parts[limb.number, FIT.index("upper_arm_lengthening")]))
-    roots = {
+    roots: dict[ArmSide, Vector] = {
         limb.side: _vector(root.p) for limb, root in zip(arm.limbs, arm_roots(assembly, _constant(fit)), strict=True)
     }
     return Personal(

@@ -23,7 +23,7 @@ class Sealed(Settings):
     """Content of such a file; a kind of file adds its tables and the version it is in."""
 
     VERSION: ClassVar[int]
-    schema_version: int
+    """What its own `schema_version` must be."""
     content_sha256: str = ""
 
     @property
