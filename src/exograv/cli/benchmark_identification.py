@@ -100,7 +100,6 @@ def run_benchmark_identification(command: BenchmarkIdentification) -> dict[str, 
 
 def show_benchmark(result: dict[str, Any]) -> None:
     """The tables, who won, and where the page is."""
-    from rich import box
     from rich.console import Console
     from rich.table import Table
 
@@ -115,7 +114,7 @@ def show_benchmark(result: dict[str, Any]) -> None:
 
     console = Console()
     for title, lines in tables(told(result)):
-        table = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+        table = Table(title=title, box=None, padding=(0, 1, 0, 0), header_style="bold underline")
         for heading in HEADINGS:
             is_name = heading == "method"
             table.add_column(heading.replace(" ", "\n"), justify="left" if is_name else "right", no_wrap=is_name)
@@ -127,7 +126,7 @@ def show_benchmark(result: dict[str, Any]) -> None:
         ("What was said about the wearers", verdicts(told(result))),
         ("What the remainder after 120 s is made of, N·m", break_down_table(result)),
     ):
-        table = Table(*headings, title=title, box=box.SIMPLE_HEAD)
+        table = Table(*headings, title=title, box=None, padding=(0, 1, 0, 0), header_style="bold underline")
         for line in lines:
             table.add_row(*line)
         if lines:
