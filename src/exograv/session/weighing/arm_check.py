@@ -139,7 +139,7 @@ class ArmJudge:
 def _sentence(winner: str, like_kg: float, typed_kg: float) -> str:
     weighs = f"The arm weighs as that of a person of {like_kg:.0f} kg, not {typed_kg:.0f} kg"
     return {
-        "form": f"The arm may be that of a person of {typed_kg:.0f} kg, as the form says; it fits {like_kg:.0f} kg best.",
+        "form": f"The arm may be that of a person of {typed_kg:.0f} kg, as the form says; best fits {like_kg:.0f} kg.",
         "pounds": f"{weighs}: were pounds typed for kilograms? Check body mass.",
         "kilograms": f"{weighs}: was a body mass in kilograms turned into kilograms once more? Check body mass.",
         "somebody else": f"{weighs}: is this another person's form? Check name and body mass.",
