@@ -25,8 +25,8 @@ pytestmark = pytest.mark.slow
 
 
 @cache
-def left_over(name: MethodName, *without: str) -> tuple[np.ndarray, np.ndarray]:
-    """Of the table and of the method [N·m], a wearer of level 2 `without` some disturbances.
+def left_over(name: MethodName, *without: str) -> np.ndarray:
+    """Of the method [N·m], a wearer of level 2 `without` some disturbances.
 
     The machine is as its data sheets have it; the sensors at its cuffs are of level 2.
     """
@@ -41,21 +41,12 @@ def left_over(name: MethodName, *without: str) -> tuple[np.ndarray, np.ndarray]:
     controller, method = ArmController(assembly, known, table, twin.period_s), build_method(name, assembly, known)
     controller.mode.drive = 1.0
     rest_first(pilot, controller, method)
-    examination = Examination(laboratory, assembly, known)
-    return examination.score(table).total, examination.score(method.estimate().x).total
+    return Examination(laboratory, assembly, known).score(method.estimate().x).total
 
 
 def test_a_limp_arm_in_aligned_cuffs_is_found_by_two_rests():
-    by_table, found = left_over("full", *ALIGNED, *LIMP)
-    assert (found <= TARGET_NM).all()
-    assert (found <= by_table).all()
+    assert (left_over("full", *ALIGNED, *LIMP) <= TARGET_NM).all()
 
 
 def test_what_an_arms_own_joints_pull_is_taken_for_weight():
-    (_, limp), (_, elastic) = left_over("full", *ALIGNED, *LIMP), left_over("full", *ALIGNED)
-    assert elastic.max() > 2.0 * limp.max()
-
-
-def test_one_rest_scales_a_limp_arm_nearer_to_the_truth_than_the_table():
-    by_table, found = left_over("equilibrium", *ALIGNED, *LIMP)
-    assert np.linalg.norm(found) < 0.5 * np.linalg.norm(by_table)
+    assert left_over("full", *ALIGNED).max() > 2.0 * left_over("full", *ALIGNED, *LIMP).max()
