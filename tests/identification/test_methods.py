@@ -22,7 +22,7 @@ UNPROJECTED = ("nlms", "kaczmarz", "rls")
 
 LEFT_AFTER: dict[MethodName, float] = {
     "recursive": 0.1,
-    "gradient-full": 0.9,
+    "gradient-full": 0.95,
     "adam": 0.5,
     "gradient-prior": 0.8,
     "nlms": 0.9,

@@ -13,9 +13,7 @@ from .setting import Setting
 from .whitened import Unknowns, Whitened
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
-    MappingProxyType({"window_s": window_s, "ridge": ridge})
-    for window_s in (1.0, 4.0)
-    for ridge in (1e-2, 1e-1, 1.0)
+    MappingProxyType({"window_s": window_s, "ridge": ridge}) for window_s in (1.0, 4.0) for ridge in (1e-2, 1e-1, 1.0)
 )
 WINDOW_S, RIDGE = 4.0, 1e-1
 """How long an equation stays [s], and the weight of the prior's own equations, as a share of the mean square of the
@@ -46,6 +44,7 @@ class Kaczmarz:
 
     def __init__(self, setting: Setting, window_s: float = WINDOW_S, ridge: float = RIDGE):
         self._model, self._ridge = Whitened(setting), ridge
+        self._torque, self._sd = setting.model, setting.residual_sd
         self._rows: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=max(1, round(window_s / BATCH_PERIOD_S)))
         self._xi = np.zeros(self._model.count)
         self._tail = self._xi.copy()
@@ -59,7 +58,9 @@ class Kaczmarz:
         if not self._pace.takes(sample.t):
             return
         error, H = self._model.rows(sample, self._tail)
-        self._rows.append((H, error + H @ self._tail))
+        # A projection meets its equation however unsure that is: of a joint about to turn it is left out.
+        told = self._torque.direction_uncertainty(sample.v) <= self._sd
+        self._rows.append((H[told], (error + H @ self._tail)[told]))
         self._snapshots += 1
         if self._snapshots % ROUND_EVERY == 0:
             self._go_round()
@@ -67,6 +68,8 @@ class Kaczmarz:
     def _go_round(self) -> None:
         A = np.concatenate([H for H, _ in self._rows])
         y = np.concatenate([y for _, y in self._rows])
+        if len(A) == 0:
+            return
         weight = np.sqrt(self._ridge * (A**2).sum() / len(A))
         A = np.concatenate([A, weight * np.eye(self._model.count)])
         y = np.concatenate([y, np.zeros(self._model.count)])

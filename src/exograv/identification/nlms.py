@@ -13,7 +13,7 @@ from .whitened import Whitened
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"share": share}) for share in (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)
 )
-SHARE = 3e-3
+SHARE = 0.03
 """Of an equation's error that one step takes away [-], stable from 0 to 2; python benchmarks/tune_methods.py."""
 
 
