@@ -31,7 +31,7 @@ JUDGED_S = (5.0, 10.0, 20.0)
 """Motion after which the samples are asked whether they contradict the file [s]."""
 EVIDENCE_PERIOD_S = 0.32
 CONTRADICTED = -5.0
-"""Log evidence of the file over the table below which the file is refused [-]: 150 to 1 for somebody else."""
+"""Log evidence of the file over the table below which, twice running, it is refused [-]: 150 to 1 for another."""
 SECONDS_PER_DAY = 86400.0
 
 
@@ -141,7 +141,9 @@ class Returning:
         return by_file - by_table
 
     def _refuse_contradicted(self, t: float) -> None:
-        if self.evidence[t] < CONTRADICTED:
+        # Twice running: a burst of the wearer's alone can speak against any narrow belief.
+        lately = list(self.evidence.values())[-2:]
+        if len(lately) == 2 and max(lately) < CONTRADICTED:
             odds = np.exp(min(-self.evidence[t], 20.0))
             raise IdentificationError(
                 f"{self.path} is not this person's, or much has changed: {t:.0f} s of motion speak {odds:.0f} to 1 "
