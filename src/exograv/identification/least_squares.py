@@ -13,9 +13,7 @@ from .interface import Covariance, Estimate, Parameters, Sample
 from .pace import BATCH_PERIOD_S, Pace
 from .setting import Setting
 
-CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
-    MappingProxyType({"ridge": ridge}) for ridge in (1.0, 30.0, 1e3)
-)
+CANDIDATES: tuple[Mapping[str, float], ...] = tuple(MappingProxyType({"ridge": ridge}) for ridge in (1.0, 30.0, 1e3))
 RIDGE = 1.0
 """Weight of the start, in units of the prior's information [-]; python benchmarks/tune_methods.py."""
 
