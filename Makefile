@@ -7,6 +7,9 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 LOCKED := install --quiet --require-hashes --only-binary :all:
 EDITABLE := install --quiet --no-deps --no-build-isolation --editable .
 
+# As the command line does: threads of OpenBLAS wait for each other, and our matrices are small.
+export OPENBLAS_NUM_THREADS := 1
+
 .PHONY: help demo setup setup-dev test test-slow check format bench bench-setup lock clean
 .DELETE_ON_ERROR:
 

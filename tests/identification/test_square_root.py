@@ -156,3 +156,27 @@ def test_dense_algebra_is_told_the_noise_of_each_joint_and_not_their_mean():
     stream = Stream(0)
     R = Dense(stream, np.zeros(JOINTS)).R
     np.testing.assert_array_equal(R, block_diag(*(np.diag(sd**2) for sd in stream.noise_sd)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_many_measurements_at_once_are_the_same_as_one_after_another(seed: int):
+    stream = Stream(seed, samples=130)
+    one = fed(stream, considered=CONSIDERED)
+    many = FilterBank(UNKNOWNS, SIZES, CORRELATION_S, CONSIDERED)
+    half = len(stream.dt) // 2
+    for part in (slice(None, half), slice(half, None)):
+        many.update_all(stream.dt[part], stream.H[part], stream.y[part], stream.noise_sd[part], stream.errors[part])
+    np.testing.assert_allclose(many.mean(), one.mean(), atol=SAME)
+    np.testing.assert_allclose(many.covariance(), one.covariance(), atol=SAME)
+    np.testing.assert_allclose(np.diff(many.log_likelihood), np.diff(one.log_likelihood), rtol=1e-6)
+
+
+def test_known_unknowns_leave_every_ordinary_sample_its_weight_and_hold_a_burst_back():
+    stream = Stream(0, samples=200)
+    residual = stream.y - stream.H @ stream.xi
+    residual[100] += 50.0
+    gated, surprise = fed(stream).all_held_back(stream.dt, residual, stream.noise_sd)
+    ordinary = np.delete(np.arange(200), [100, 101])
+    assert (gated[ordinary] == stream.noise_sd[ordinary]).mean() > 0.95
+    assert surprise[100] > 10.0
+    assert (gated[100] > 15.0).all()

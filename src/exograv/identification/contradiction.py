@@ -81,4 +81,3 @@ def _gaussian(y: Stacked, covariance: Float[np.ndarray, "measurement measurement
     lower = cholesky(covariance, lower=True)
     solved = cho_solve((lower, True), y)
     return float(-0.5 * y @ solved - np.log(np.diag(lower)).sum()), solved
-

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from scipy.linalg import qr, solve_triangular
 
 from .interface import Covariance, Parameters
-from .whitened import square_root
+from .square_root import square_root
 
 TOLD = 0.5
 """A parameter counts as told by the data where less than this share of the prior's standard deviation is left [-]."""

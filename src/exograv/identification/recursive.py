@@ -8,7 +8,7 @@ from jaxtyping import Float
 from .discrepancy import Discrepancy
 from .interface import Covariance, Estimate, Joints, Parameters, Sample, TorqueModel
 from .physical import PhysicalProjection
-from .square_root import GATE, FilterBank
+from .square_root import GATE, FilterBank, square_root
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Noise:
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8])
 """Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
 
-UNLIKELY = 1e-3
+UNLIKELY = 1e-6
 """Probability below which an assumed size is not carried on at the next linearisation [-]."""
 
 UPDATE_PERIOD_S = 0.08
@@ -43,6 +43,24 @@ PLAUSIBLE_SD = 2.5
 
 RELINEARISE_FIRST_S, RELINEARISE_GROWTH = 2.0, 1.6
 """When all samples are linearised anew: after 2 s of motion, then at times that grow geometrically."""
+
+
+REWEIGHTINGS = 2
+"""How often samples are weighed anew by what the newest estimate leaves of them, at each linearisation [-]."""
+
+_Row = tuple[float, np.ndarray, Joints, Joints, np.ndarray | None]
+"""Seconds since the one before, derivative, measurement, its noise, and what each considered error would add."""
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """All samples as measurements of the unknowns."""
+
+    dt: Float[np.ndarray, " sample"]
+    H: Float[np.ndarray, "sample joint unknown"]
+    y: Float[np.ndarray, "sample joint"]
+    noise_sd: Float[np.ndarray, "sample joint"]
+    errors: Float[np.ndarray, "sample joint considered"] | None
 
 
 class Recursive:
@@ -61,7 +79,7 @@ class Recursive:
     ):
         self._model, self._noise, self._discrepancy = model, noise, discrepancy
         self._mean = mean
-        self._unwhiten = _square_root(covariance)
+        self._unwhiten = square_root(covariance)
         self._free = self._unwhiten.shape[1]
         self._scales = DISTURBANCE_SCALES
         self._bank = self._empty_bank()
@@ -91,33 +109,49 @@ class Recursive:
         What was learned at the wrong place (a shoulder centimetres off) is forgotten that way. It takes some
         milliseconds per second of motion and belongs to a worker, not to the loop.
         """
-        history, self._history = self._history, []
+        if not self._history:
+            return
         self._scales = self._plausible_scales()
-        self._bank = self._empty_bank()
-        self._samples = self._rejected = 0
-        self._model.restart()
-        frozen = self._x.copy()
-        for sample in history:
-            self._take(sample, frozen)
-            self._history.append(sample)
+        linear, xi = self._linearised(), self._bank.mean()
+        likely = self._bank
+        for _ in range(REWEIGHTINGS):
+            noise_sd, surprise = likely.all_held_back(linear.dt, linear.y - linear.H @ xi, linear.noise_sd)
+            bank = self._empty_bank()
+            bank.update_all(linear.dt, linear.H, linear.y, noise_sd, linear.errors)
+            likely, xi = bank, bank.mean()
+        self._bank = likely
+        self._samples, self._rejected = len(surprise), int((surprise > 2 * GATE).sum())
         self._x = self._plausible()
 
-    def _take(self, sample: Sample, x_linear: Parameters | None = None) -> None:
+    def _linearised(self) -> "_Linear":
+        """All samples, linearised at the newest estimate."""
+        self._model.restart()
+        x, before, rows = self._x.copy(), -np.inf, []
+        for sample in self._history:
+            rows.append(self._row(sample, x, min(sample.t - before, 1.0)))
+            before = sample.t
+        dt, H, y, noise_sd, errors = zip(*rows, strict=True)
+        together = None if errors[0] is None else np.array(errors)
+        return _Linear(np.array(dt), np.array(H), np.array(y), np.array(noise_sd), together)
+
+    def _take(self, sample: Sample) -> None:
         dt = min(sample.t - self._history[-1].t, 1.0) if self._history else 1.0
-        x = self._x if x_linear is None else x_linear
-        tau, derivative = self._model.linearise(sample, x)
-        H = derivative @ self._unwhiten
-        y = sample.tau - tau + derivative @ (x - self._mean)
-        # A correlated residual says less: its variance grows by the number of samples that say the same.
-        repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
-        noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
+        _, H, y, noise_sd, errors = self._row(sample, self._x, dt)
         noise_sd, surprise = self._bank.held_back(dt, H, y, noise_sd)
         self._samples += 1
         self._rejected += int(surprise > 2 * GATE)
-        errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q)
         self._bank.update(dt, H, y, noise_sd, errors)
-        if x_linear is None and self._samples % 5 == 0:
+        if self._samples % 5 == 0:
             self._x = self._plausible()
+
+    def _row(self, sample: Sample, x: Parameters, dt: float) -> "_Row":
+        """One sample as measurement of the unknowns, linearised at `x`, `dt` seconds after the one before."""
+        tau, derivative = self._model.linearise(sample, x)
+        # A correlated residual says less: its variance grows by the number of samples that say the same.
+        repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
+        noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
+        errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q)
+        return dt, derivative @ self._unwhiten, sample.tau - tau + derivative @ (x - self._mean), noise_sd, errors
 
     def estimate(self) -> Estimate:
         """What is known now; bodies projected onto possible ones."""
@@ -149,13 +183,3 @@ class Recursive:
     def covariance(self) -> Covariance:
         """Of all parameters."""
         return self._unwhiten @ self._bank.covariance() @ self._unwhiten.T
-
-
-def _square_root(covariance: Covariance) -> Float[np.ndarray, "parameter free"]:
-    """Factor L with L Lᵀ = covariance, scaled first so that small units do not count as singular."""
-    sd = np.sqrt(np.diag(covariance))
-    known = sd > 0.0
-    scale = np.where(known, sd, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    keep = values > 1e-12
-    return scale[:, None] * vectors[:, keep] * np.sqrt(values[keep])

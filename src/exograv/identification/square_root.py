@@ -1,7 +1,5 @@
 """The recursive filter's arithmetic: a bank of square-root information filters with a coloured disturbance each."""
 
-from collections.abc import Iterator
-
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import get_lapack_funcs
@@ -10,6 +8,9 @@ Joints = Float[np.ndarray, " joint"]
 
 GATE = 2.5
 """Innovation in standard deviations beyond which a measurement loses weight."""
+
+BLOCK_SAMPLES = 50
+"""Measurements that a batch puts under the triangle at once [-]."""
 
 REFLECTORS = 12
 """How many LAPACK applies at once [-]; the quickest of 2 to 49 at 51 unknowns."""
@@ -22,15 +23,16 @@ class FilterBank:
     """Constant unknowns ξ ~ N(0, 1) and, per joint, a slow disturbance b, seen through y = H ξ + b + noise.
 
     The disturbance is an Ornstein–Uhlenbeck process of known correlation time; its size is not known, so one filter
-    runs for each assumed size and the data weigh them. Each filter keeps the upper triangle R and the right side r of
-    its information: R (b, ξ) = r + unit noise. Updated by QR, so that information never becomes negative. b comes
-    first: what time does to it leaves the rows of ξ alone, and most of the triangle stays as it is.
+    runs for each assumed size and the data weigh them. For known ξ a joint's disturbance is a scalar Kalman filter, and
+    a linear one: it goes over every column of (H, y) as over y itself. What it leaves of a row, the innovations over
+    their standard deviation, has unit noise and no memory, and enters the information of ξ: an upper triangle R and a
+    right side r with R ξ = r + unit noise, updated by QR, so that information never becomes negative.
 
     `considered` further right sides go through the same updates: what each of so many possible errors of the model
     would do to the estimate (Schmidt's consider covariance). They widen the covariance and leave the mean alone.
 
-    Source: Bierman 1977, Factorization Methods for Discrete Sequential Estimation, ch. VI (square-root information
-    filter with process noise).
+    Source: Bierman 1977, Factorization Methods for Discrete Sequential Estimation, ch. V (square-root information
+    filter); whitening by the innovations of the noise's own filter after Kailath 1968, IEEE TAC 13:646.
     """
 
     def __init__(
@@ -40,20 +42,19 @@ class FilterBank:
         correlation_s: float,
         considered: int = 0,
     ):
-        self._n = unknowns
-        self._sd = disturbance_sd
+        self._n, self._considered = unknowns, considered
+        self._variance = disturbance_sd**2
         self._filters, self._joints = disturbance_sd.shape
         self._correlation_s = correlation_s
-        size, sides = self._joints + unknowns, 1 + considered
+        sides = 1 + considered
         # Transposed: LAPACK works on columns, in place.
-        self._R = np.tile(np.eye(size), (self._filters, 1, 1)).transpose(0, 2, 1)
-        self._r = np.zeros((self._filters, sides, size)).transpose(0, 2, 1)
-        self._measured = np.zeros((self._filters, size + sides, self._joints)).transpose(0, 2, 1)
-        views = (self._R, self._r, self._measured[:, :, :size], self._measured[:, :, size:])
+        self._R = np.tile(np.eye(unknowns), (self._filters, 1, 1)).transpose(0, 2, 1)
+        self._r = np.zeros((self._filters, sides, unknowns)).transpose(0, 2, 1)
+        self._measured = np.zeros((self._filters, unknowns + sides, self._joints)).transpose(0, 2, 1)
+        views = (self._R, self._r, self._measured[:, :, :unknowns], self._measured[:, :, unknowns:])
         self._each = list(zip(*views, strict=True))
-        self._block = min(REFLECTORS, size)
-        self._passed = np.zeros((self._filters, 2 * self._joints, self._joints + size + sides))
-        self._passed[:, : self._joints, : self._joints] = np.eye(self._joints)
+        self._block = min(REFLECTORS, unknowns)
+        self._slow = _SlowDisturbance(self._variance, unknowns + sides)
         self.log_likelihood = np.zeros(self._filters)
         """How well each assumed size explains the data."""
 
@@ -74,36 +75,38 @@ class FilterBank:
             noise_sd: Standard deviation of its white noise.
             errors: What each considered error of the model, one standard deviation of it, would add.
         """
-        self._pass_time(dt)
-        k, size = self._joints, self._joints + self._n
-        weight, rows = 1.0 / noise_sd, self._measured
-        rows[:, :, :k] = weight * self._sd[:, None, :] * np.eye(k)
-        rows[:, :, k:size] = weight[:, None] * H
-        rows[:, :, size] = weight * y
-        rows[:, :, size + 1 :] = 0.0 if errors is None else weight[:, None] * errors
-        for R, r, seen, right in self._each:
-            # Triangle and measurement to a triangle, with nothing done to the zeros; all in place.
-            _, reflectors, scales, _ = _tpqrt(0, self._block, R, seen, overwrite_a=1, overwrite_b=1)
-            _tpmqrt(0, reflectors, scales, r, right, trans="T", overwrite_a=1, overwrite_b=1)
-        unexplained = (rows[:, :, size] ** 2).sum(axis=1)
-        self.log_likelihood += np.log(weight).sum() - _log_determinant(self._R) - 0.5 * unexplained
+        rows = self._columns(H, y, errors)
+        self._measured[:], spread = self._slow.innovations(self._keep(dt), rows, noise_sd**2)
+        before = _log_determinant(self._R)
+        unexplained = np.array([self._absorb(*each) for each in self._each])
+        self.log_likelihood += before - _log_determinant(self._R) - np.log(spread).sum(axis=1) - 0.5 * unexplained
 
-    def _pass_time(self, dt: float) -> None:
-        """From b before to b after, by b_before = (b − fresh·w)/keep with unit noise w."""
-        k, size = self._joints, self._joints + self._n
+    def update_all(
+        self,
+        dt: Float[np.ndarray, " sample"],
+        H: Float[np.ndarray, "sample joint unknown"],
+        y: Float[np.ndarray, "sample joint"],
+        noise_sd: Float[np.ndarray, "sample joint"],
+        errors: Float[np.ndarray, "sample joint considered"] | None = None,
+    ) -> None:
+        """Take many measurements, as `update` one after another would, to rounding; some ten times as fast."""
+        n, width = self._n, self._n + 1 + self._considered
         keep = np.exp(-dt / self._correlation_s)
-        fresh = np.sqrt(1.0 - keep**2)
-        self.log_likelihood += _log_determinant(self._R)
-        # Columns: w, b, ξ, right side.
-        work = self._passed
-        work[:, k:, k : 2 * k] = self._R[:, :k, :k] / keep
-        work[:, k:, :k] = -fresh * work[:, k:, k : 2 * k]
-        work[:, k:, 2 * k : k + size] = self._R[:, :k, k:]
-        work[:, k:, k + size :] = self._r[:, :k]
-        triangle = np.asarray(np.linalg.qr(work, mode="r"))
-        self._R[:, :k] = triangle[:, k:, k : k + size]
-        self._r[:, :k] = triangle[:, k:, k + size :]
-        self.log_likelihood -= _log_determinant(triangle[:, :k, :k])
+        whitened, total = self._slow.all_innovations(keep, self._columns(H, y, errors), noise_sd**2)
+        spreads = 0.5 * np.log(total).sum(axis=(0, 2))
+        before = _log_determinant(self._R)
+        for f, (R, r, _, _) in enumerate(self._each):
+            for block in np.array_split(whitened[:, f], max(1, len(dt) // BLOCK_SAMPLES)):
+                together = block.reshape(-1, width)
+                self.log_likelihood[f] -= 0.5 * self._absorb(R, r, together[:, :n], together[:, n:])
+        self.log_likelihood += before - _log_determinant(self._R) - spreads
+
+    def _absorb(self, R: np.ndarray, r: np.ndarray, seen: np.ndarray, right: np.ndarray) -> float:
+        """Triangle and rows to a triangle, in place, nothing done to the zeros; what is left unexplained, squared."""
+        seen, right = np.asfortranarray(seen), np.asfortranarray(right)
+        _, reflectors, scales, _ = _tpqrt(0, self._block, R, seen, overwrite_a=1, overwrite_b=1)
+        _, left, _ = _tpmqrt(0, reflectors, scales, r, right, trans="T", overwrite_a=1, overwrite_b=1)
+        return float(left[:, 0] @ left[:, 0])
 
     def held_back(
         self, dt: float, H: Float[np.ndarray, "joint unknown"], y: Joints, noise_sd: Joints
@@ -117,9 +120,27 @@ class FilterBank:
             Standard deviation of the noise per joint, and the largest surprise before [standard deviations].
         """
         expected, expected_sd = self.predicted(dt, H)
-        off = np.abs(y - expected)
-        surprise = float((off / np.hypot(expected_sd, noise_sd)).max())
-        return np.sqrt(np.maximum(noise_sd**2, (off / GATE) ** 2 - expected_sd**2)), surprise
+        return _gated(y - expected, expected_sd, noise_sd)
+
+    def all_held_back(
+        self,
+        dt: Float[np.ndarray, " sample"],
+        residual: Float[np.ndarray, "sample joint"],
+        noise_sd: Float[np.ndarray, "sample joint"],
+    ) -> tuple[Float[np.ndarray, "sample joint"], Float[np.ndarray, " sample"]]:
+        """The same for many measurements from their residuals y − H ξ at a known ξ, by the most likely size."""
+        best = int(np.argmax(self.log_likelihood))
+        stationary, mean = self._variance[best], np.zeros(self._joints)
+        variance, gated, surprise = stationary, np.empty_like(noise_sd), np.empty_like(noise_sd)
+        keep = np.exp(-dt / self._correlation_s)
+        for k in range(len(dt)):
+            mean, variance = keep[k] * mean, keep[k] ** 2 * variance + (1.0 - keep[k] ** 2) * stationary
+            off = residual[k] - mean
+            surprise[k] = np.abs(off) / np.sqrt(variance + noise_sd[k] ** 2)
+            white = np.maximum(noise_sd[k] ** 2, (off / GATE) ** 2 - variance)
+            mean, variance = mean + variance / (variance + white) * off, variance * white / (variance + white)
+            gated[k] = np.sqrt(white)
+        return gated, surprise.max(axis=1)
 
     @property
     def weights(self) -> Float[np.ndarray, " filter"]:
@@ -129,14 +150,14 @@ class FilterBank:
 
     def mean(self) -> Float[np.ndarray, " unknown"]:
         """Best unknowns, over all filters."""
-        return self.weights @ np.array([_solved(R, r[:, 0]) for R, r in self._unknown_part()])
+        return self.weights @ np.array([_solved(R, r[:, 0]) for R, r, _, _ in self._each])
 
     def covariance(self) -> Float[np.ndarray, "unknown unknown"]:
         """Of the unknowns, with the spread between the filters and what the considered errors do."""
         weights = self.weights
-        solutions = np.array([_solved(R, r) for R, r in self._unknown_part()])
+        solutions = np.array([_solved(R, r) for R, r, _, _ in self._each])
         means, moved = solutions[:, :, :1], solutions[:, :, 1:]
-        inverse = np.array([_solved(R, np.eye(self._n)) for R, _ in self._unknown_part()])
+        inverse = np.array([_solved(R, np.eye(self._n)) for R, _, _, _ in self._each])
         spread = means - np.tensordot(weights, means, axes=1)
         columns = np.sqrt(weights)[:, None, None] * np.concatenate([inverse, moved, spread], axis=2)
         half = columns.transpose(1, 0, 2).reshape(self._n, -1)
@@ -145,14 +166,81 @@ class FilterBank:
     def predicted(self, dt: float, H: Float[np.ndarray, "joint unknown"]) -> tuple[Joints, Joints]:
         """Mean and standard deviation of the next measurement without its noise, by the most likely filter."""
         best = int(np.argmax(self.log_likelihood))
-        keep = np.exp(-dt / self._correlation_s)
-        row = np.hstack([np.diag(keep * self._sd[best]), H])
-        half = _solved(self._R[best], row.T, transposed=True)
-        return half.T @ self._r[best, :, 0], np.sqrt((half**2).sum(axis=0) + (1 - keep**2) * self._sd[best] ** 2)
+        slow, variance = self._slow.predicted(self._keep(dt))
+        slow = slow[best]
+        half = _solved(self._R[best], (H - slow[:, : self._n]).T, transposed=True)
+        mean = slow[:, self._n] + half.T @ self._r[best, :, 0]
+        return mean, np.sqrt((half**2).sum(axis=0) + variance[best])
 
-    def _unknown_part(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Triangle and right side of ξ alone, filter by filter."""
-        return zip(self._R[:, self._joints :, self._joints :], self._r[:, self._joints :], strict=True)
+    def _keep(self, dt: float) -> float:
+        return float(np.exp(-dt / self._correlation_s))
+
+    def _columns(self, H: np.ndarray, y: np.ndarray, errors: np.ndarray | None) -> np.ndarray:
+        if errors is None:
+            errors = np.zeros((*y.shape, self._considered))
+        return np.concatenate([H, y[..., None], errors], axis=-1)
+
+
+class _SlowDisturbance:
+    """Scalar Kalman filters of the disturbance, one a filter and joint, over all columns at once."""
+
+    def __init__(self, variance: Float[np.ndarray, "filter joint"], columns: int):
+        self._stationary = variance
+        self._variance = variance.copy()
+        self._mean = np.zeros((*variance.shape, columns))
+
+    def predicted(
+        self, keep: float
+    ) -> tuple[Float[np.ndarray, "filter joint column"], Float[np.ndarray, "filter joint"]]:
+        """Mean and variance a moment later, of which the share `keep` is remembered."""
+        return keep * self._mean, keep**2 * self._variance + (1.0 - keep**2) * self._stationary
+
+    def innovations(
+        self, keep: float, rows: Float[np.ndarray, "joint column"], noise_variance: Joints
+    ) -> tuple[Float[np.ndarray, "filter joint column"], Float[np.ndarray, "filter joint"]]:
+        """Rows less what the disturbance explains, over their standard deviation; and that."""
+        whitened, total = self.all_innovations(np.array([keep]), rows[None], noise_variance[None])
+        return whitened[0], np.sqrt(total[0])
+
+    def all_innovations(
+        self,
+        keep: Float[np.ndarray, " sample"],
+        rows: Float[np.ndarray, "sample joint column"],
+        noise_variance: Float[np.ndarray, "sample joint"],
+    ) -> tuple[Float[np.ndarray, "sample filter joint column"], Float[np.ndarray, "sample filter joint"]]:
+        """The same for samples in their order; and their variances."""
+        totals = np.empty((len(keep), *self._variance.shape))
+        whitened = np.empty((*totals.shape, rows.shape[-1]))
+        mean, variance = self._mean, self._variance
+        for k, (kept, row, noise, left) in enumerate(zip(keep.tolist(), rows, noise_variance, whitened, strict=True)):
+            mean *= kept
+            variance = kept**2 * variance + (1.0 - kept**2) * self._stationary
+            totals[k] = total = variance + noise
+            np.subtract(row, mean, out=left)
+            gain = variance / total
+            mean += gain[:, :, None] * left
+            variance = gain * noise
+        self._variance = variance
+        whitened /= np.sqrt(totals)[..., None]
+        return whitened, totals
+
+
+def _gated(off: Joints, expected_sd: Joints, noise_sd: Joints) -> tuple[Joints, float]:
+    """Noise grown until the surprise is `GATE`, and the largest surprise before."""
+    surprise = float((np.abs(off) / np.hypot(expected_sd, noise_sd)).max())
+    return np.sqrt(np.maximum(noise_sd**2, (off / GATE) ** 2 - expected_sd**2)), surprise
+
+
+def square_root(
+    covariance: Float[np.ndarray, "parameter parameter"],
+) -> Float[np.ndarray, "parameter unknown"]:
+    """Factor L with L Lᵀ = covariance, scaled first so that small units do not count as singular."""
+    sd = np.sqrt(np.diag(covariance))
+    known = sd > 0.0
+    scale = np.where(known, sd, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    keep = values > 1e-12
+    return scale[:, None] * vectors[:, keep] * np.sqrt(values[keep])
 
 
 def _solved(triangle: np.ndarray, right: np.ndarray, *, transposed: bool = False) -> np.ndarray:

@@ -5,6 +5,7 @@ from jaxtyping import Float
 
 from .interface import Covariance, Joints, Parameters, Sample
 from .setting import Setting
+from .square_root import square_root
 
 PLAUSIBLE_SD = 2.5
 """Standard deviations from the prior up to which the model is linearised; beyond it goes on straight. With parameters
@@ -43,17 +44,8 @@ class Whitened:
         return self.L @ of_xi @ self.L.T
 
 
-def square_root(covariance: Covariance) -> Float[np.ndarray, "parameter unknown"]:
-    """Factor L with L Lᵀ = covariance, scaled first so that small units do not count as singular."""
-    sd = np.sqrt(np.diag(covariance))
-    scale = np.where(sd > 0.0, sd, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    keep = values > 1e-12
-    return scale[:, None] * vectors[:, keep] * np.sqrt(values[keep])
-
-
 def square_root_but(bodies: tuple[slice, ...], covariance: Covariance) -> Float[np.ndarray, "parameter unknown"]:
-    """The same of all but the bodies, whose rows are zero."""
+    """Square root of the covariance of all but the bodies, whose rows are zero."""
     others = covariance.copy()
     for body in bodies:
         others[body, :] = others[:, body] = 0.0
