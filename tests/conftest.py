@@ -5,7 +5,7 @@ import os
 # As the command line does: threads of OpenBLAS wait for each other, and our matrices are small. Before NumPy comes.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from hypothesis import settings  # noqa: E402
+from hypothesis import settings
 
 # The first call compiles a kernel, which takes longer than any fair deadline for the second.
 settings.register_profile("desk", deadline=None)
