@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -78,11 +79,12 @@ def identifiability(names: Sequence[str], prior: Covariance, posterior: Covarian
     sd = np.sqrt(np.diag(prior))
     free = np.flatnonzero(sd > 0.0)
     regressor = _data_square_root(prior[np.ix_(free, free)], posterior[np.ix_(free, free)]) * sd[free]
-    _, R, order = qr(regressor, mode="economic", pivoting=True)
+    decomposed: Any = qr(regressor, mode="r", pivoting=True)  # what it returns depends on its arguments
+    R, order = np.asarray(decomposed[0]), np.asarray(decomposed[1])
     singular = np.abs(np.diag(R))
     rank = int((singular > 1.0).sum())
     carried = solve_triangular(R[:rank, :rank], R[:rank, rank:])
-    chosen, other = free[order[:rank]], free[order[rank:]]
+    chosen, other = free[order[:rank]].tolist(), free[order[rank:]]
     base = []
     for i, entry in enumerate(chosen):
         weights = np.zeros(len(sd))
@@ -90,12 +92,12 @@ def identifiability(names: Sequence[str], prior: Covariance, posterior: Covarian
         large = np.abs(carried[i]) > SHOWN
         weights[other[large]] = carried[i, large] * sd[entry] / sd[other[large]]
         spread = float(np.sqrt(weights @ posterior @ weights))
-        by_name = {names[entry]: 1.0} | {names[j]: float(weights[j]) for j in other[large]}
+        by_name = {names[entry]: 1.0} | {names[j]: float(weights[j]) for j in other[large].tolist()}
         base.append(BaseParameter(by_name, float(weights @ x), spread))
     values = np.linalg.svd(regressor, compute_uv=False)
     condition = float(values[0] / values[rank - 1]) if rank else float("nan")
     left = np.sqrt(np.maximum(np.diag(posterior)[free], 0.0)) / sd[free]
-    shares = {names[j]: float(share) for j, share in zip(free, left, strict=True)}
+    shares = {names[int(j)]: float(share) for j, share in zip(free, left, strict=True)}
     return Identifiability(len(free), tuple(base), condition, shares, _confused(names, free, prior, posterior))
 
 
@@ -114,7 +116,8 @@ def _confused(
     after, before = (_correlation(covariance[np.ix_(free, free)]) for covariance in (posterior, prior))
     high = np.triu((np.abs(after) > CONFUSED) & (np.abs(before) < CONFUSED), k=1)
     pairs = sorted(np.argwhere(high).tolist(), key=lambda pair: -abs(after[pair[0], pair[1]]))
-    return tuple((names[free[i]], names[free[j]], float(after[i, j])) for i, j in pairs)
+    known = [names[int(j)] for j in free]
+    return tuple((known[i], known[j], float(after[i, j])) for i, j in pairs)
 
 
 def _correlation(covariance: Covariance) -> Float[np.ndarray, "parameter parameter"]:

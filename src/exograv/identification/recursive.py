@@ -112,13 +112,13 @@ class Recursive:
         if not self._history:
             return
         self._scales = self._plausible_scales()
-        linear, xi = self._linearised(), self._bank.mean()
-        likely = self._bank
+        linear, likely = self._linearised(), self._bank
+        surprise = np.zeros(len(self._history))
         for _ in range(REWEIGHTINGS):
-            noise_sd, surprise = likely.all_held_back(linear.dt, linear.y - linear.H @ xi, linear.noise_sd)
-            bank = self._empty_bank()
-            bank.update_all(linear.dt, linear.H, linear.y, noise_sd, linear.errors)
-            likely, xi = bank, bank.mean()
+            residual = linear.y - linear.H @ likely.mean()
+            noise_sd, surprise = likely.all_held_back(linear.dt, residual, linear.noise_sd)
+            likely = self._empty_bank()
+            likely.update_all(linear.dt, linear.H, linear.y, noise_sd, linear.errors)
         self._bank = likely
         self._samples, self._rejected = len(surprise), int((surprise > 2 * GATE).sum())
         self._x = self._plausible()
