@@ -92,7 +92,7 @@ def identifiability(names: Sequence[str], prior: Covariance, posterior: Covarian
         large = np.abs(carried[i]) > SHOWN
         weights[other[large]] = carried[i, large] * sd[entry] / sd[other[large]]
         spread = float(np.sqrt(weights @ posterior @ weights))
-        by_name = {names[entry]: 1.0} | {names[j]: float(weights[j]) for j in other[large].tolist()}
+        by_name = {names[int(j)]: float(weights[int(j)]) for j in (entry, *other[large])}
         base.append(BaseParameter(by_name, float(weights @ x), spread))
     values = np.linalg.svd(regressor, compute_uv=False)
     condition = float(values[0] / values[rank - 1]) if rank else float("nan")
