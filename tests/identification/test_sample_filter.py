@@ -15,7 +15,7 @@ from exograv.session.identify import identification_motion
 from exograv.session.nominal import nominal_machine
 
 DT, DELAY_S = 1e-3, 0.04
-SLOW_HZ = 0.5  # the fastest harmonic of an excitation of 20 s is half of it
+SLOW_HZ = 0.5  # the fastest harmonic of a usual excitation is half of it
 FLAT = 1e-3  # of the delay: Bessel, third order, at a twentieth of its corner
 
 
