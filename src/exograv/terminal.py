@@ -49,10 +49,7 @@ def show_demo(result: dict[str, Any]) -> None:
         f"Method '{result['method']}'. Left over stays within target (shoulder 0.2, elbow 0.1, wrist 0.05 N·m) "
         + ("never in this run." if reached is None else f"from {reached:.0f} s on."),
     ]
-    possible = result["possible_left_over_Nm"]
-    if possible is not None:
-        limits = ", ".join(f"{value:.2f}" for value in possible["p95"])
-        lines.append(f"By the estimate's own uncertainty, 95 % of the possible arms leave over at most {limits} N·m.")
+    lines += _of_estimate(result)
     if "float" in result:
         drift = ", ".join(f"{angle:.1f}°" for angle in result["float"]["drift_deg"])
         lines.append(f"Floated for {result['float']['window_s']:.0f} s: the joints drifted by {drift}.")
@@ -75,6 +72,23 @@ def show_demo(result: dict[str, Any]) -> None:
     for line in lines:
         console.print(line, highlight=False)
     console.print(f"Report: {result['report']}", highlight=False, soft_wrap=True)
+
+
+def _of_estimate(result: dict[str, Any]) -> list[str]:
+    """How sure it is, what the motion told, and whether the person relaxed."""
+    lines, possible, told = [], result["possible_left_over_Nm"], result["identifiability"]
+    if possible is not None:
+        limits = ", ".join(f"{value:.2f}" for value in possible["p95"])
+        lines.append(f"By the estimate's own uncertainty, 95 % of the possible arms leave over at most {limits} N·m.")
+    if told is not None:
+        lines.append(
+            f"The motion told {len(told['by_data'])} of {told['learnable']} parameters, in "
+            f"{len(told['base_parameters'])} combinations; the others are the prior's."
+        )
+    restless_s = result["identification"]["restless_s"]
+    if restless_s is not None:
+        lines.append(f"From {restless_s:.0f} s on the person was seen not to relax.")
+    return lines
 
 
 def _of_person(result: dict[str, Any]) -> list[str]:

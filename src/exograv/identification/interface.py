@@ -41,7 +41,7 @@ class Outcome(enum.Enum):
     EXHAUSTED = "More of this motion would tell little more: the next 10 s improve the prediction by less than 5 %."
     TIME_IS_UP = "The motion ended before the target was reached. Run a longer one."
     NOT_EXCITED = "The joints moved too little to tell the arm's weight. Run the longer motion."
-    NOT_RELAXED = "Many samples did not fit a relaxed arm. Ask the person to let go, then repeat."
+    NOT_RELAXED = "The person did not relax. Ask the person to let go, then repeat."
     TABLE_ONLY = "Nothing was measured: the arm is the one of the anthropometric table."
     NO_INTERVAL = (
         "The motion is over. This method states no uncertainty, so nothing says whether the arm is identified."
