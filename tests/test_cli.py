@@ -223,8 +223,14 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
         "seed": 0,
         "joints": ["shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion"],
         "left_over_rms_Nm": {"total": {"exo_only": four, "table": four, "identified": four}},
-        "identification": {"motion_s": 5.0, "time_to_target_s": None, "outcome": "The arm is identified."},
+        "identification": {
+            "motion_s": 5.0,
+            "time_to_target_s": None,
+            "outcome": "The arm is identified.",
+            "restless_s": 12.0,
+        },
         "possible_left_over_Nm": {"median": four, "p95": four},
+        "identifiability": {"learnable": 51, "by_data": ["forearm.mz"], "base_parameters": [{}, {}]},
         "tick_us": {"p50": 60.0, "p99": 100.0},
         "wall_s": 40.0,
         "report": "out/report.html",
@@ -235,3 +241,5 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
     assert "out/report.html" in shown
     assert "never in this run" in " ".join(shown.split())
     assert "at most 1.00, 2.00, 3.00, 4.00 N·m" in " ".join(shown.split())
+    assert "told 1 of 51 parameters, in 2 combinations" in " ".join(shown.split())
+    assert "From 12 s on the person was seen not to relax." in " ".join(shown.split())
