@@ -17,7 +17,7 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     for noise_factor in (1e3, 1e4, 1e5)
     for drift in (0.0, 1e-2, 5e-2)
 )
-NOISE_FACTOR, DRIFT = 1e3, 5e-2
+NOISE_FACTOR, DRIFT = 1e3, 1e-2
 """By how much the variance of a sample exceeds stage 0's residual, and how far the state may wander in a second, in
 standard deviations of the prior [-]; python benchmarks/tune_methods.py."""
 

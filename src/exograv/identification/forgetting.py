@@ -15,7 +15,7 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     for memory_s in (20.0, 80.0, np.inf)
     for noise_factor in (1e2, 1e3, 1e4)
 )
-MEMORY_S, NOISE_FACTOR = 80.0, 1e3
+MEMORY_S, NOISE_FACTOR = np.inf, 1e3
 """Age at which a sample counts 1/e [s], and by how much the variance of a sample exceeds stage 0's residual [-]: the
 start's P against R, which the textbook leaves to the user; python benchmarks/tune_methods.py."""
 

@@ -14,7 +14,7 @@ from .whitened import square_root_but
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"step": step}) for step in (3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 )
-STEP = 2e-2
+STEP = 1e-2
 """Of the descent at 50 Hz, in units of prior covariance [1/(N·m)²]; python benchmarks/tune_methods.py."""
 
 

@@ -15,7 +15,7 @@ from .whitened import Unknowns, Whitened
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"window_s": window_s, "ridge": ridge}) for window_s in (1.0, 4.0) for ridge in (1e-2, 1e-1, 1.0)
 )
-WINDOW_S, RIDGE = 4.0, 1e-1
+WINDOW_S, RIDGE = 4.0, 1e-2
 """How long an equation stays [s], and the weight of the prior's own equations, as a share of the mean square of the
 others [-]; python benchmarks/tune_methods.py."""
 

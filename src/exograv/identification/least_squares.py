@@ -14,7 +14,7 @@ from .pace import BATCH_PERIOD_S, Pace
 from .setting import Setting
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(MappingProxyType({"ridge": ridge}) for ridge in (1.0, 30.0, 1e3))
-RIDGE = 1.0
+RIDGE = 1e3
 """Weight of the start, in units of the prior's information [-]; python benchmarks/tune_methods.py."""
 
 STEPS_MAX, SETTLED = 25, 1e-4
