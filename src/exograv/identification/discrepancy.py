@@ -10,6 +10,15 @@ from jaxtyping import Float
 
 Joints = Float[np.ndarray, " joint"]
 
+CLOSURE_ERROR_NM = 0.05
+"""Of the soft loops, as tests/agreement holds them to [N·m]."""
+
+POSTURE_LENGTH_RAD = 0.5
+"""Distance in posture over which an error of the model changes: half a joint's range [rad]."""
+
+FEATURES = 16
+"""Of a joint's field [-]."""
+
 
 class Discrepancy:
     """A Gaussian field per joint, by random Fourier features.
@@ -32,6 +41,11 @@ class Discrepancy:
         self._sd = np.diag(sd)[:, :, None]
         self.count = features * len(sd)
         """Number of independent errors."""
+
+    @classmethod
+    def of_machine(cls, residual_sd: Joints) -> "Discrepancy":
+        """Of a worn machine: what stage 0 left unexplained (joint,) [N·m] may be a function of posture as well as noise."""
+        return cls(np.hypot(CLOSURE_ERROR_NM, residual_sd), POSTURE_LENGTH_RAD, FEATURES)
 
     def errors(self, q: Joints) -> Float[np.ndarray, "joint considered"]:
         """What each error of standard size adds to the torque at posture `q` [rad] [N·m]."""

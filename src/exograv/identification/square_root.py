@@ -235,9 +235,8 @@ def square_root(
     covariance: Float[np.ndarray, "parameter parameter"],
 ) -> Float[np.ndarray, "parameter unknown"]:
     """Factor L with L Lᵀ = covariance, scaled first so that small units do not count as singular."""
-    sd = np.sqrt(np.diag(covariance))
-    known = sd > 0.0
-    scale = np.where(known, sd, 1.0)
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(sd > 0.0, sd, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     keep = values > 1e-12
     return scale[:, None] * vectors[:, keep] * np.sqrt(values[keep])

@@ -40,9 +40,6 @@ NOTE_S = 1.0  # and are noted, judged and drawn once a second
 EASE_S = 2.0  # a periodic motion starts and ends with speed, an arm does not
 TRAVEL = 0.6  # rad/s to the motion's first posture
 SKELETON_TICKS = 50
-CLOSURE_ERROR_NM = 0.05  # of the soft loops, as tests/agreement holds them to
-POSTURE_LENGTH_RAD = 0.5  # over which an error of the model changes: half a joint's range
-FEATURES = 16
 
 
 @dataclass
@@ -105,9 +102,7 @@ def build_method(
 
 def setting_of(model: ArmModel, belief: Belief) -> Setting:
     """What the methods that serve any model start from; `model` becomes the method's own."""
-    # What stage 0 could not explain may be a function of posture as well as noise.
-    size = np.hypot(CLOSURE_ERROR_NM, model.machine.residual_sd)
-    return arm_setting(model, *belief, Discrepancy(size, POSTURE_LENGTH_RAD, FEATURES))
+    return arm_setting(model, *belief, Discrepancy.of_machine(model.machine.residual_sd))
 
 
 def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Parameters:

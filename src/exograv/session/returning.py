@@ -24,7 +24,7 @@ from exograv.identification.prior import disturbance_sd, prior
 from exograv.identification.recursive import Noise
 from exograv.model.assembly import Assembly
 
-from .identify import CLOSURE_ERROR_NM, FEATURES, NOTE_S, POSTURE_LENGTH_RAD, Belief, build_method
+from .identify import NOTE_S, Belief, build_method
 from .participant_schema import StoredParticipant
 
 JUDGED_S = (5.0, 10.0, 20.0)
@@ -98,7 +98,7 @@ class Returning:
         target = np.array([TARGET_NM[place] for place in places])
         self.warm, self.cold = (Progress(StopRule(places), target) for _ in range(2))
         noise = Noise(self.machine.residual_sd, self.machine.correlation_s, disturbance_sd(places))
-        errors = Discrepancy(np.hypot(CLOSURE_ERROR_NM, self.machine.residual_sd), POSTURE_LENGTH_RAD, FEATURES)
+        errors = Discrepancy.of_machine(self.machine.residual_sd)
         self._unexplained = Unexplained(noise, errors)
         self._samples: list[Sample] = []
         self._noted = 0.0

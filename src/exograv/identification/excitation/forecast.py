@@ -6,16 +6,15 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.identification.arm_model import ArmModel
-from exograv.identification.discrepancy import Discrepancy
+from exograv.identification.discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
 from exograv.identification.interface import Covariance, Parameters, Sample
 from exograv.identification.left_over import LeftOverPrediction
-from exograv.identification.square_root import FilterBank
+from exograv.identification.square_root import FilterBank, square_root
 from exograv.motion import Trajectory
 
-from .information import CORRELATION_S, FIELD_LENGTH_RAD, Statistics, square_root
+from .information import CORRELATION_S, Statistics
 
 STEP_S = 0.16
-FEATURES = 16
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -27,7 +26,7 @@ class Forecast:
         self._model, self._x, self._statistics = model, x, statistics
         self._root = square_root(covariance)
         self._left_over = LeftOverPrediction(model, x)
-        self._field = Discrepancy(statistics.field_sd, FIELD_LENGTH_RAD, FEATURES)
+        self._field = Discrepancy(statistics.field_sd, POSTURE_LENGTH_RAD, FEATURES)
 
     def left_over(self, path: Trajectory, times: Sequence[float]) -> Mapping[float, Joints]:
         """Predicted left over (joint,) [N·m] after each of `times` [s], in rising order."""

@@ -16,9 +16,11 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 
 from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.discrepancy import CLOSURE_ERROR_NM, POSTURE_LENGTH_RAD
 from exograv.identification.interface import Covariance
 from exograv.identification.left_over import TARGET_NM, LeftOverPrediction
 from exograv.identification.prior import disturbance_sd
+from exograv.identification.square_root import square_root
 from exograv.model.rig_settings import Place
 
 from .regressor import Along
@@ -32,9 +34,6 @@ NOMINAL_RESIDUAL_SD, NOMINAL_REPEAT_S = 0.12, 0.16
 
 CORRELATION_S = 3.0
 """Of the wearer's slow disturbance, as `recursive.Noise` has it [s]."""
-
-CLOSURE_ERROR_NM, FIELD_LENGTH_RAD = 0.05, 0.5
-"""Of the field, as the session has them for `discrepancy.Discrepancy`: least size, and over what it changes."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +126,7 @@ class Seen:
     def field(self) -> Float[np.ndarray, "joint sample sample"]:
         """Φ of each joint [N²m²]."""
         apart = ((self.q[:, None] - self.q[None]) ** 2).sum(axis=2)
-        return self.statistics.field_sd[:, None, None] ** 2 * np.exp(-0.5 * apart / FIELD_LENGTH_RAD**2)
+        return self.statistics.field_sd[:, None, None] ** 2 * np.exp(-0.5 * apart / POSTURE_LENGTH_RAD**2)
 
     def information(self, passes: float) -> tuple[Square, Square]:
         """F and B of the unknowns after so many passes."""
@@ -145,7 +144,7 @@ class Seen:
         by_H = 2.0 * (whitened @ by_F + moved @ by_B)
         by_S = -whitened @ by_F @ whitened.mT - 2.0 * whitened @ by_B @ moved.mT
         by_sd = 2.0 * self.along.direction_sd * np.einsum("jss->sj", by_S)
-        pull = (whitened @ by_B @ whitened.mT * field).sum(axis=0) / FIELD_LENGTH_RAD**2
+        pull = (whitened @ by_B @ whitened.mT * field).sum(axis=0) / POSTURE_LENGTH_RAD**2
         by_q = -2.0 * (pull.sum(axis=1)[:, None] * self.q - pull @ self.q)
         return value, Slopes(np.einsum("jsu,pu->sjp", by_H, self.criterion.root), by_sd, by_q)
 
@@ -178,12 +177,3 @@ def gram(prediction: LeftOverPrediction, count: int) -> Float[np.ndarray, "joint
             both = units[i] + units[k]
             A[:, i, k] = A[:, k, i] = 0.5 * (prediction.rms(np.outer(both, both)) ** 2 - diagonal[i] - diagonal[k])
     return A
-
-
-def square_root(covariance: Covariance) -> Float[np.ndarray, "parameter unknown"]:
-    """L with L Lᵀ = covariance; scaled first, so that small units do not count as nothing."""
-    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    scale = np.where(sd > 0.0, sd, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    keep = values > 1e-9
-    return scale[:, None] * vectors[:, keep] * np.sqrt(values[keep])

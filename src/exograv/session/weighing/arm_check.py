@@ -12,11 +12,11 @@ from jaxtyping import Float
 
 from exograv.dynamics.parameters import Layout, Parameters
 from exograv.identification.arm_model import ArmModel
-from exograv.identification.discrepancy import Discrepancy
+from exograv.identification.discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
 from exograv.identification.interface import Sample
 from exograv.identification.prior import disturbance_sd, prior
+from exograv.identification.square_root import square_root
 
-from .estimator import FEATURES, POSTURE_LENGTH_RAD, square_root
 from .listening import SAMPLE_S
 from .slow_torque import Belief, Information, Rows, believed, told
 

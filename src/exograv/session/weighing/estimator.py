@@ -8,9 +8,10 @@ from jaxtyping import Float
 
 from exograv.dynamics import parameters
 from exograv.identification.arm_model import ArmModel
-from exograv.identification.discrepancy import Discrepancy
+from exograv.identification.discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
 from exograv.identification.interface import Covariance, Sample
 from exograv.identification.prior import LENGTH_SD, disturbance_sd
+from exograv.identification.square_root import square_root
 from exograv.model.arm import WeightPlace, held_weight
 
 from .listening import SAMPLE_S
@@ -20,7 +21,6 @@ WEIGHT_SD_KG = 2.0  # of the prior, about nothing
 PLACE_SD_M = 0.010  # where in the hand, or along the forearm, a weight is
 SWING_SD = 0.05  # share of its inertial torque: the cuffs are soft, and a weight swings in them by more than they move
 STEPS = 2  # of Gauss-Newton; the second also knows which samples surprise
-POSTURE_LENGTH_RAD, FEATURES = 0.5, 16  # as in identification
 
 
 @dataclass(frozen=True)
@@ -119,12 +119,3 @@ class WeightEstimator:
         swing = SWING_SD * (asked - mass * (steady @ self._per_kg))
         farther = mass * (by_phi @ self._per_step)
         return np.column_stack([farther, swing, np.diag(self._gain_sd * asked)])
-
-
-def square_root(covariance: Covariance) -> Float[np.ndarray, "parameter free"]:
-    """Factor L with L Lᵀ = covariance, scaled first so that small units do not count as singular."""
-    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    scale = np.where(sd > 0.0, sd, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    keep = values > 1e-9
-    return scale[:, None] * vectors[:, keep] * np.sqrt(values[keep])
