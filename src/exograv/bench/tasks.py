@@ -82,9 +82,12 @@ def general_tick_task(n: int) -> Task:
     x = table_guess(assembly, machine)
     x[Layout.of(assembly).fit] = FIT_SD * np.random.default_rng(SEED).choice([-1.0, 1.0], len(FIT_SD))
     closing = _Closing(kernel.compile(function), LoopSolver(assembly))
-    states = _draw(lambda generator: closing.closed({**_moment(generator, assembly), "x": x}, generator))
+    # Empty hands; the same program carries a weight.
+    constants = {"x": x, "payload": np.zeros(Layout.of(assembly).phi.stop)}
+    states = _draw(lambda generator: closing.closed({**_moment(generator, assembly), **constants}, generator))
     compared = (*TICK_RESULTS, "z", "G", "pivot")
-    return Task(f"tick_general_{n}", "tick_general", function, assembly.exo, states, ("x", "mode"), compared)
+    shared = ("x", "mode", "payload")
+    return Task(f"tick_general_{n}", "tick_general", function, assembly.exo, states, shared, compared)
 
 
 class _Closing:

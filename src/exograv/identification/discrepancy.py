@@ -44,7 +44,7 @@ class Discrepancy:
 
     @classmethod
     def of_machine(cls, residual_sd: Joints) -> "Discrepancy":
-        """Of a worn machine: what stage 0 left unexplained (joint,) [N·m] may be a function of posture as well as noise."""
+        """What stage 0 left unexplained (joint,) [N·m] may be a function of posture as well as noise."""
         return cls(np.hypot(CLOSURE_ERROR_NM, residual_sd), POSTURE_LENGTH_RAD, FEATURES)
 
     def errors(self, q: Joints) -> Float[np.ndarray, "joint considered"]:
