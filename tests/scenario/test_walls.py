@@ -11,13 +11,26 @@ from exograv.session import identify
 from exograv.session.identify import Identifier
 
 SOURCE = Path(exograv.__file__).parent
-DECIDING = sorted(path for room in ("control", "identification", "dynamics") for path in (SOURCE / room).glob("*.py"))
+DECIDING = sorted(path for room in ("control", "identification", "dynamics") for path in (SOURCE / room).rglob("*.py"))
 TRUTH = {"Truth", "truth", "Examiner", "Examination", "VirtualLaboratory", "parameter_truth", "Wearer", "Machine"}
 SHARED = {
     "pilot.py",
     "identify.py",
     "arm_controller.py",
-    "weigh.py",
+    "motions.py",
+    "resting_poses.py",
+    "returning.py",
+    "followers.py",
+    "participant_file.py",
+    "participant_schema.py",
+    "sealed_file.py",
+    "weighing/arm_check.py",
+    "weighing/estimator.py",
+    "weighing/first_motion.py",
+    "weighing/known_weight.py",
+    "weighing/listening.py",
+    "weighing/slow_torque.py",
+    "weighing/way.py",
     "float_arm.py",
     "fade.py",
     "nominal.py",
@@ -41,7 +54,7 @@ def imported(path: Path) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("path", DECIDING, ids=lambda path: f"{path.parent.name}/{path.name}")
+@pytest.mark.parametrize("path", DECIDING, ids=lambda path: str(path.relative_to(SOURCE)))
 def test_no_room_that_decides_imports_the_rig(path: Path):
     assert not {name for name in imported(path) if "rig" in name.split(".")}
 
@@ -56,5 +69,5 @@ def test_no_session_that_would_serve_hardware_too_touches_the_truth(name: str):
 
 def test_the_identifier_is_given_a_way_to_note_and_no_way_to_look():
     names = list(inspect.signature(Identifier).parameters)
-    assert names == ["pilot", "controller", "machine", "name", "torque_source", "note"]
+    assert names == ["pilot", "controller", "machine", "name", "torque_source", "note", "belief"]
     assert not any("exam" in name.lower() or "laboratory" in name.lower() for name in vars(identify))
