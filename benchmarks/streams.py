@@ -1,8 +1,8 @@
 """Streams of virtual wearers in files, to tune a method on them again and again without flying the twin anew.
 
-    python benchmarks/streams.py --seeds 1000-1005 --level 2 --profile harmonic --folder /tmp/streams
+    python benchmarks/streams.py --seeds 1000-1005 --level 2 --profile harmonic --folder out/streams
 
-Then `for recorded in load(Path("/tmp/streams")): ...`. What a method may know is `recorded.stream`; the truth is
+Then `for recorded in load(Path("out/streams")): ...`. What a method may know is `recorded.stream`; the truth is
 `recorded.laboratory`, for `session.examine.Examination` alone. Tune on seeds from 1000 on; reported are 0 and after.
 The files are pickles of this version of exograv: for a temporary folder, not for an archive.
 """

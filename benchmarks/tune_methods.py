@@ -1,8 +1,8 @@
 """What each identification method is tuned to, and on what: the same budget for all, on training wearers only.
 
-    python benchmarks/streams.py --seeds 1000-1005 --level 2 --folder /tmp/streams
-    python benchmarks/streams.py --seeds 1000-1001 --level 0 --folder /tmp/streams
-    python benchmarks/tune_methods.py --folder /tmp/streams
+    python benchmarks/streams.py --seeds 1000-1005 --level 2 --folder out/streams
+    python benchmarks/streams.py --seeds 1000-1001 --level 0 --folder out/streams
+    python benchmarks/tune_methods.py --folder out/streams
 
 At most nine settings a method (`CANDIDATES` in its file), on the first 60 s of the six streams of level 2. Criterion:
 the larger of left over / target at shoulder (0.2 N·m, worst axis) and elbow (0.1 N·m), as the mean over 10, 20, 40 and
