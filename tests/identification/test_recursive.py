@@ -8,7 +8,8 @@ import pytest
 from exograv.identification import recursive, square_root
 from exograv.identification.discrepancy import Discrepancy
 from exograv.identification.interface import Sample
-from exograv.identification.recursive import DISTURBANCE_SCALES, UPDATE_PERIOD_S, Noise, Recursive
+from exograv.identification.pace import BATCH_PERIOD_S
+from exograv.identification.recursive import DISTURBANCE_SCALES, Noise, Recursive
 from exograv.model.tree import inertial_parameters, is_physical
 
 JOINTS, BODY = 2, slice(0, 10)
@@ -46,10 +47,10 @@ class Toy:
         return np.zeros(JOINTS)
 
 
-def motion(seconds: float) -> list[Sample]:
+def motion(seconds: float, period_s: float = BATCH_PERIOD_S) -> list[Sample]:
     """Two joints on incommensurable sines."""
     samples = []
-    for t in np.arange(0.0, seconds, UPDATE_PERIOD_S):
+    for t in np.arange(0.0, seconds, period_s):
         w, phase = np.array([1.1, 1.7]), np.array([0.0, 0.5])
         q, v, a = np.sin(w * t + phase), w * np.cos(w * t + phase), -(w**2) * np.sin(w * t + phase)
         samples.append(Sample(float(t), q, v, a, np.zeros(JOINTS)))
@@ -57,11 +58,16 @@ def motion(seconds: float) -> list[Sample]:
 
 
 def stream(
-    x: np.ndarray, seed: int, seconds: float = 10.0, model: Toy | None = None, scale: float = 1.0
+    x: np.ndarray,
+    seed: int,
+    seconds: float = 10.0,
+    model: Toy | None = None,
+    scale: float = 1.0,
+    period_s: float = BATCH_PERIOD_S,
 ) -> list[Sample]:
     """The model's own world: torque of `x`, a slow disturbance of `scale` times the assumed size, and white noise."""
-    generator, samples = np.random.default_rng(seed), motion(seconds)
-    keep = np.exp(-UPDATE_PERIOD_S / NOISE.disturbance_correlation_s)
+    generator, samples = np.random.default_rng(seed), motion(seconds, period_s)
+    keep = np.exp(-period_s / NOISE.disturbance_correlation_s)
     b = scale * NOISE.disturbance_sd * generator.standard_normal(JOINTS)
     for sample in samples:
         fresh = scale * NOISE.disturbance_sd * generator.standard_normal(JOINTS)
@@ -186,11 +192,16 @@ def test_on_a_linear_model_running_over_all_samples_again_changes_nothing_but_th
     np.testing.assert_allclose(method.estimate().sd, before.sd, atol=1e-8)
 
 
-def test_samples_that_only_repeat_each_other_are_passed_over():
-    samples = stream(drawn(0), 0, 4.0)
-    between = [Sample(s.t + 0.01, s.q, s.v, s.a, s.tau + 100.0) for s in samples]
-    both = [s for pair in zip(samples, between, strict=True) for s in pair]
-    np.testing.assert_array_equal(taught(both).estimate().x, taught(samples).estimate().x)
+def test_a_ripple_that_beats_with_the_period_of_the_updates_changes_nothing():
+    calm = stream(drawn(0), 0, 10.0, period_s=BATCH_PERIOD_S / 4)
+    rippled = [Sample(s.t, s.q, s.v, s.a, s.tau + np.cos(2 * np.pi * s.t / BATCH_PERIOD_S)) for s in calm[1:]]
+    np.testing.assert_allclose(taught([calm[0], *rippled]).estimate().x, taught(calm).estimate().x, atol=1e-6)
+
+
+def test_the_mean_of_many_samples_says_what_one_of_their_length_would():
+    slow = [Sample(s.t, s.q, s.v, s.a, s.tau) for s in stream(drawn(0), 0, 10.0)]
+    often = [Sample(s.t + k * 1e-4, s.q, s.v, s.a, s.tau) for s in slow for k in range(40)]
+    np.testing.assert_allclose(taught(often).estimate().x, taught(slow).estimate().x, rtol=0.02, atol=0.02)
 
 
 def test_what_the_prior_knows_for_certain_is_never_moved():

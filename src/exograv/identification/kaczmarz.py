@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .interface import Estimate, Sample
-from .pace import BATCH_PERIOD_S, Pace
+from .pace import BATCH_PERIOD_S, Averages
 from .setting import Setting
 from .whitened import Unknowns, Whitened
 
@@ -50,16 +50,17 @@ class Kaczmarz:
         self._tail = self._xi.copy()
         self._snapshots = 0
         self._generator = np.random.default_rng(SEED)
-        self._pace, self._t = Pace(BATCH_PERIOD_S), 0.0
+        self._averages, self._t = Averages(BATCH_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
-        """Take the sample's equations into the window, every 0.08 s, and go round, every fourth time."""
+        """Take the equations of each 0.08 s into the window, and go round, every fourth time."""
         self._t = sample.t
-        if not self._pace.takes(sample.t):
+        mean = self._averages.take(sample)
+        if mean is None:
             return
-        error, H = self._model.rows(sample, self._tail)
+        error, H = self._model.rows(mean, self._tail)
         # A projection meets its equation however unsure that is: of a joint about to turn it is left out.
-        told = self._torque.direction_uncertainty(sample.v) <= self._sd
+        told = self._torque.direction_uncertainty(mean.v) <= self._sd
         self._rows.append((H[told], (error + H @ self._tail)[told]))
         self._snapshots += 1
         if self._snapshots % ROUND_EVERY == 0:

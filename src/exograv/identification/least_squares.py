@@ -10,7 +10,7 @@ from jaxtyping import Float
 from .coordinates import Coordinates
 from .elasticity import DoubleExponential
 from .interface import Covariance, Estimate, Parameters, Sample
-from .pace import BATCH_PERIOD_S, Pace
+from .pace import BATCH_PERIOD_S, Averages
 from .setting import Setting
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(MappingProxyType({"ridge": ridge}) for ridge in (1.0, 30.0, 1e3))
@@ -51,15 +51,15 @@ class LeastSquares:
     offline = True
 
     def __init__(self, setting: Setting, ridge: float = RIDGE):
-        self._setting, self._pace, self._t = setting, Pace(BATCH_PERIOD_S), 0.0
+        self._setting, self._averages, self._t = setting, Averages(BATCH_PERIOD_S), 0.0
         self._fit = _StagedFit(setting, ridge)
         self._done: Estimate | None = None
 
     def update(self, sample: Sample) -> None:
-        """Keep the sample, one in 0.08 s."""
+        """Keep the mean of each 0.08 s."""
         self._t = sample.t
-        if self._pace.takes(sample.t):
-            kept = Sample(sample.t, sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy())
+        kept = self._averages.take(sample)
+        if kept is not None:
             self._fit.samples.append(kept)
             self._done = None
 

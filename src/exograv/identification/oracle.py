@@ -7,7 +7,7 @@ from jaxtyping import Float
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 
 from .interface import Estimate, Joints, Parameters, Sample
-from .pace import BATCH_PERIOD_S, Pace
+from .pace import BATCH_PERIOD_S, Averages
 from .physical import PhysicalProjection
 from .recursive import DISTURBANCE_SCALES
 from .setting import Setting
@@ -54,15 +54,15 @@ class Oracle:
         self._project = PhysicalProjection(setting.bodies, setting.mean)
         self._inverse = np.linalg.pinv(self._model.L)
         self._samples: list[Sample] = []
-        self._pace, self._t = Pace(BATCH_PERIOD_S), 0.0
+        self._averages, self._t = Averages(BATCH_PERIOD_S), 0.0
         self._factors: list[Float[np.ndarray, "sample sample"]] = []
         self._done: Estimate | None = None
 
     def update(self, sample: Sample) -> None:
-        """Keep the sample, one in 0.08 s."""
+        """Keep the mean of each 0.08 s."""
         self._t = sample.t
-        if self._pace.takes(sample.t):
-            kept = Sample(sample.t, sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy())
+        kept = self._averages.take(sample)
+        if kept is not None:
             self._samples.append(kept)
             self._done = None
 

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from .discrepancy import Discrepancy
 from .interface import Covariance, Estimate, Joints, Parameters, Sample, TorqueModel
+from .pace import BATCH_PERIOD_S, Averages
 from .physical import PhysicalProjection
 from .square_root import GATE, FilterBank, square_root
 
@@ -34,9 +35,6 @@ DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8])
 
 UNLIKELY = 1e-6
 """Probability below which an assumed size is not carried on at the next linearisation [-]."""
-
-UPDATE_PERIOD_S = 0.08
-"""The motion is slow and the filter's corner at 7 Hz: more samples would only repeat each other."""
 
 PLAUSIBLE_SD = 2.5
 """Standard deviations from the prior up to which the model is linearised; the estimate itself may go farther."""
@@ -86,17 +84,18 @@ class Recursive:
         self._project = PhysicalProjection(bodies, mean)
         self._x = mean.copy()
         self._t = 0.0
+        self._averages = Averages(BATCH_PERIOD_S)
         self._history: list[Sample] = []
         self._relinearise_t = RELINEARISE_FIRST_S
         self._samples = 0
         self._rejected = 0
 
     def update(self, sample: Sample) -> None:
-        """Take one sample; those within `UPDATE_PERIOD_S` of the last used one are passed over."""
+        """Take one sample; every 0.08 s their mean is used."""
         self._t = sample.t
-        if self._history and sample.t - self._history[-1].t < UPDATE_PERIOD_S - 1e-9:
+        kept = self._averages.take(sample)
+        if kept is None:
             return
-        kept = Sample(sample.t, sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy())
         self._take(kept)
         self._history.append(kept)
         if sample.t >= self._relinearise_t:

@@ -8,11 +8,10 @@ from jaxtyping import Float
 
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Parameters, Sample
+from exograv.identification.pace import BATCH_PERIOD_S, Averages
 
 AHEAD_S = 1.0
 """A sample is predicted by what was known so long before [s]."""
-PERIOD_S = 0.08
-"""As often as the recursive filter takes one."""
 WINDOW_S = 20.0
 """A period of the usual motion: every posture once."""
 
@@ -25,18 +24,18 @@ class HeldOut:
     def __init__(self, model: ArmModel, estimate: Callable[[], Parameters]):
         self._model, self._estimate = model, estimate
         self._x = estimate()
-        self._renewed = self._asked = -np.inf
+        self._renewed, self._averages = -np.inf, Averages(BATCH_PERIOD_S)
         self._errors: deque[tuple[float, Joints]] = deque()
 
     def __call__(self, sample: Sample) -> None:
         """One sample, before the method takes it."""
         if sample.t - self._renewed > AHEAD_S - 1e-9:
             self._x, self._renewed = self._estimate(), sample.t
-        if sample.t - self._asked < PERIOD_S - 1e-9:
+        mean = self._averages.take(sample)
+        if mean is None:
             return
-        self._asked = sample.t
-        expected, _ = self._model.linearise(sample, self._x)
-        self._errors.append((sample.t, sample.tau - expected))
+        expected, _ = self._model.linearise(mean, self._x)
+        self._errors.append((mean.t, mean.tau - expected))
         while self._errors[-1][0] - self._errors[0][0] > WINDOW_S:
             self._errors.popleft()
 

@@ -16,10 +16,11 @@ from exograv.dynamics.parameters import Layout
 from exograv.errors import IdentificationError
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.carried_over import carried_over
-from exograv.identification.contradiction import Unexplained, log_evidence
+from exograv.identification.contradiction import Unexplained, log_odds
 from exograv.identification.discrepancy import Discrepancy
 from exograv.identification.interface import Estimate, Outcome, Sample
 from exograv.identification.left_over import TARGET_NM, LeftOverPrediction, StopRule
+from exograv.identification.pace import BATCH_PERIOD_S, Averages
 from exograv.identification.prior import disturbance_sd, prior
 from exograv.identification.recursive import Noise
 from exograv.model.assembly import Assembly
@@ -29,7 +30,8 @@ from .participant_schema import StoredParticipant
 
 JUDGED_S = (5.0, 10.0, 20.0)
 """Motion after which the samples are asked whether they contradict the file [s]."""
-EVIDENCE_PERIOD_S = 0.32
+ONE_IN = 4
+"""Of the means over `BATCH_PERIOD_S` that are asked [-]."""
 CONTRADICTED = -5.0
 """Log evidence of the file over the table below which, twice running, it is refused [-]: 150 to 1 for another."""
 SECONDS_PER_DAY = 86400.0
@@ -100,6 +102,7 @@ class Returning:
         noise = Noise(self.machine.residual_sd, self.machine.correlation_s, disturbance_sd(places))
         errors = Discrepancy.of_machine(self.machine.residual_sd)
         self._unexplained = Unexplained(noise, errors)
+        self._averages, self._since = Averages(BATCH_PERIOD_S), 0
         self._samples: list[Sample] = []
         self._noted = 0.0
 
@@ -127,18 +130,18 @@ class Returning:
         """Collect samples, and ask them when it is time."""
         if sample.t > JUDGED_S[-1] + 1.0:
             return
-        if not self._samples or sample.t - self._samples[-1].t > EVIDENCE_PERIOD_S - 1e-9:
-            self._samples.append(Sample(sample.t, sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy()))
+        mean = self._averages.take(sample)
+        self._since += mean is not None
+        if mean is not None and (self._since == ONE_IN or not self._samples):
+            self._samples.append(mean)
+            self._since = 0
         due = [t for t in JUDGED_S if t not in self.evidence and sample.t >= t]
         if due:
             self.evidence[due[0]] = self._file_over_table()
             self._refuse_contradicted(due[0])
 
     def _file_over_table(self) -> float:
-        by_file, by_table = (
-            log_evidence(belief, self._samples, self._model, self._unexplained) for belief in (self.belief, self.table)
-        )
-        return by_file - by_table
+        return log_odds(self.belief, self.table, self._samples, self._model, self._unexplained)
 
     def _refuse_contradicted(self, t: float) -> None:
         # Twice running: a burst of the wearer's alone can speak against any narrow belief.
