@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from exograv.identification.contradiction import Unexplained, log_evidence
+from exograv.identification import contradiction
+from exograv.identification.contradiction import Unexplained, log_odds
 from exograv.identification.discrepancy import Discrepancy
 from exograv.identification.interface import Sample
 from exograv.identification.recursive import Noise
@@ -11,6 +12,7 @@ from exograv.identification.recursive import Noise
 NOISE = Noise(np.array([0.1, 0.1]), np.array([0.1, 0.1]), np.array([0.3, 0.3]))
 UNEXPLAINED = Unexplained(NOISE, Discrepancy(np.array([0.05, 0.05]), 0.5, 8))
 T = np.arange(0.0, 10.0, 0.32)
+BURST_NM, BURST_EVERY_S, BURST_S = 4.0, 5.0, 1.0
 CLEAR_ODDS = 5.0  # as a logarithm: 150 to 1
 
 
@@ -42,8 +44,9 @@ def motion(x: np.ndarray, seed: int, bias: float = 0.3) -> list[Sample]:
     return samples
 
 
-def evidence(mean: np.ndarray, sd: float, samples: list[Sample]) -> float:
-    return log_evidence((mean, sd**2 * np.eye(2)), samples, TwoLinks(), UNEXPLAINED)
+def odds(one: tuple[np.ndarray, float], other: tuple[np.ndarray, float], samples: list[Sample]) -> float:
+    beliefs = ((mean, sd**2 * np.eye(2)) for mean, sd in (one, other))
+    return log_odds(*beliefs, samples, TwoLinks(), UNEXPLAINED)
 
 
 TABLE = np.array([0.8, 0.3])
@@ -52,21 +55,37 @@ TABLE = np.array([0.8, 0.3])
 @pytest.mark.parametrize("seed", range(5))
 def test_the_right_persons_file_is_borne_out(seed: int):
     person = TABLE + 0.1 * np.random.default_rng(100 + seed).standard_normal(2)
-    samples = motion(person, seed)
-    assert evidence(person, 0.01, samples) > evidence(TABLE, 0.1, samples)
+    assert odds((person, 0.01), (TABLE, 0.1), motion(person, seed)) > 0.0
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_somebody_elses_file_is_contradicted(seed: int):
-    samples = motion(TABLE + np.array([0.12, -0.1]), seed)
-    assert evidence(TABLE - np.array([0.12, -0.1]), 0.01, samples) < evidence(TABLE, 0.1, samples) - CLEAR_ODDS
+    off = np.array([0.12, -0.1])
+    assert odds((TABLE - off, 0.01), (TABLE, 0.1), motion(TABLE + off, seed)) < -CLEAR_ODDS
 
 
 def test_equal_beliefs_are_equally_likely():
-    samples = motion(TABLE, 0)
-    assert evidence(TABLE, 0.1, samples) == evidence(TABLE.copy(), 0.1, samples)
+    assert odds((TABLE, 0.1), (TABLE.copy(), 0.1), motion(TABLE, 0)) == 0.0
 
 
 def test_a_wearer_who_pushes_is_not_taken_for_another():
-    samples = motion(TABLE, 3, bias=1.0)
-    assert evidence(TABLE, 0.02, samples) > evidence(TABLE, 0.1, samples) - CLEAR_ODDS
+    assert odds((TABLE, 0.02), (TABLE, 0.1), motion(TABLE, 3, bias=1.0)) > -CLEAR_ODDS
+
+
+def test_a_wearer_with_bursts_is_not_taken_for_another_where_they_are_held_back(monkeypatch: pytest.MonkeyPatch):
+    samples = motion(TABLE, 3)
+    for sample in samples:
+        sample.tau = sample.tau + BURST_NM * np.sin(sample.q.sum()) * (sample.t % BURST_EVERY_S < BURST_S)
+    beliefs = (TABLE, 0.01), (TABLE, 0.1)
+    assert odds(*beliefs, samples) > -CLEAR_ODDS
+    monkeypatch.setattr(contradiction, "REWEIGHTINGS", 0)
+    assert odds(*beliefs, samples) < -CLEAR_ODDS
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_bursts_do_not_hide_somebody_else(seed: int):
+    off = np.array([0.12, -0.1])
+    samples = motion(TABLE + off, seed)
+    for sample in samples:
+        sample.tau = sample.tau + BURST_NM * np.sin(sample.q.sum()) * (sample.t % BURST_EVERY_S < BURST_S)
+    assert odds((TABLE - off, 0.01), (TABLE, 0.1), samples) < -CLEAR_ODDS

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from exograv.identification.empty_machine import SAMPLE_PERIOD_S
 from exograv.identification.interface import Sample
 from exograv.identification.payload import PAYLOAD, PayloadModel
 from exograv.identification.robot_from_log import RobotFromLog, felt_covariance, robot_from_log
@@ -75,9 +76,9 @@ def test_the_torque_of_a_new_posture_is_right_though_the_description_is_not(
         np.testing.assert_allclose(model.linearise(s, found.x)[0], model.linearise(s, truth)[0], atol=0.3)
 
 
-def test_what_is_left_over_is_the_noise_and_lasts_one_sample(found: RobotFromLog):
-    np.testing.assert_allclose(found.residual_sd, NOISE_SD, rtol=0.1)
-    assert found.correlation_s[0] < 0.08
+def test_what_is_left_over_is_the_noise_of_a_mean_and_lasts_one_mean(found: RobotFromLog):
+    np.testing.assert_allclose(found.residual_sd, NOISE_SD / np.sqrt(SAMPLE_PERIOD_S / DT), rtol=0.1)
+    assert found.correlation_s[0] < 2 * SAMPLE_PERIOD_S
 
 
 def test_no_payload_is_read_into_an_unloaded_log(found: RobotFromLog):

@@ -39,20 +39,20 @@ class Averages:
 
     def __init__(self, period_s: float):
         self._least_s = (1.0 - EARLY) * period_s
-        self._sum: np.ndarray | None = None
-        self._count = 0
+        self._values: list[np.ndarray] = []
         self._start_t = self._before_t = -np.inf
 
     def take(self, sample: Sample) -> Sample | None:
-        """The mean of the period that `sample` is the last of, a copy; None while the period lasts."""
-        values = np.array([sample.q, sample.v, sample.a, sample.tau])
+        """The mean of the period that `sample` is the last of, a copy; None while the period lasts.
+
+        It is the last if one more, as far off as the one before, would lie beyond the period.
+        """
+        if not self._values:
+            self._start_t = sample.t
+        self._values.append(np.array([sample.q, sample.v, sample.a, sample.tau]))
         gap_s, self._before_t = sample.t - self._before_t, sample.t
-        if self._sum is None:
-            self._sum, self._count, self._start_t = values, 1, sample.t
-        else:
-            self._sum += values
-            self._count += 1
         if sample.t + gap_s - self._start_t < self._least_s:
             return None
-        mean, self._sum = self._sum / self._count, None
+        mean = np.mean(self._values, axis=0)
+        self._values.clear()
         return Sample(0.5 * (self._start_t + sample.t), *mean)

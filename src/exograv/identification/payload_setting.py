@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
 from .interface import Sample
 from .payload import PAYLOAD, PayloadModel, payload_prior
 from .prior import COULOMB_DRIFT, VISCOUS_DRIFT
@@ -38,4 +39,6 @@ def payload_setting(model: PayloadModel, robot: RobotFromLog, motion: list[Sampl
         bodies=(PAYLOAD,),
         learned=payload,
         machine=~payload,
+        # As of an arm: what the unloaded log leaves unexplained may repeat with the posture.
+        discrepancy=Discrepancy(robot.residual_sd, POSTURE_LENGTH_RAD, FEATURES),
     )

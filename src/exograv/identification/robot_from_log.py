@@ -14,6 +14,7 @@ from .arm_model import SLOW_V
 from .correlation import integrated_correlation
 from .empty_machine import SAMPLE_PERIOD_S
 from .interface import Covariance, Joints, Parameters, Sample
+from .pace import Averages
 from .payload import PayloadModel, RobotBlocks
 
 # The description is a start, not the truth: published inertias of robot arms are nominal, often those of plain bodies.
@@ -71,9 +72,10 @@ def robot_from_log(model: PayloadModel, samples: list[Sample]) -> RobotFromLog:
 
 
 def thinned(samples: list[Sample]) -> list[Sample]:
-    """Samples about `SAMPLE_PERIOD_S` apart: closer ones repeat each other after the filter."""
-    every = max(1, round(SAMPLE_PERIOD_S / (samples[1].t - samples[0].t)))
-    return samples[::every]
+    """Means over `SAMPLE_PERIOD_S`: closer samples repeat each other after the filter."""
+    averages = Averages(SAMPLE_PERIOD_S)
+    means = (averages.take(sample) for sample in samples)
+    return [mean for mean in means if mean is not None]
 
 
 def felt_covariance(
