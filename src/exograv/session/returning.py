@@ -16,24 +16,15 @@ from exograv.dynamics.parameters import Layout
 from exograv.errors import IdentificationError
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.carried_over import carried_over
-from exograv.identification.contradiction import Unexplained, log_odds
-from exograv.identification.discrepancy import Discrepancy
 from exograv.identification.interface import Estimate, Outcome, Sample
 from exograv.identification.left_over import TARGET_NM, LeftOverPrediction, StopRule
-from exograv.identification.pace import BATCH_PERIOD_S, Averages
-from exograv.identification.prior import disturbance_sd, prior
-from exograv.identification.recursive import Noise
+from exograv.identification.prior import prior
 from exograv.model.assembly import Assembly
 
 from .identify import NOTE_S, Belief, build_method
 from .participant_schema import StoredParticipant
+from .person_check import PersonCheck
 
-JUDGED_S = (5.0, 10.0, 20.0)
-"""Motion after which the samples are asked whether they contradict the file [s]."""
-ONE_IN = 4
-"""Of the means over `BATCH_PERIOD_S` that are asked [-]."""
-CONTRADICTED = -5.0
-"""Log evidence of the file over the table below which, twice running, it is refused [-]: 150 to 1 for another."""
 SECONDS_PER_DAY = 86400.0
 
 
@@ -86,24 +77,17 @@ class Returning:
     table: Belief
     assembly: Assembly
     machine: CalibratedMachine
-    evidence: dict[float, float] = field(default_factory=dict)
-    """Log evidence of the file over the table after so much motion."""
     cold_estimates: list[Estimate] = field(default_factory=list)
     """Of the method that started cold, one a second."""
 
     def begin(self, model: ArmModel) -> None:
         """Before the first sample."""
         places = self.assembly.description.places
-        self._model = model.again()
         self._cold = build_method("recursive", self.assembly, self.machine, model.again())
-        self._left_over = LeftOverPrediction(self._model, self.table[0])
+        self._left_over = LeftOverPrediction(model.again(), self.table[0])
         target = np.array([TARGET_NM[place] for place in places])
         self.warm, self.cold = (Progress(StopRule(places), target) for _ in range(2))
-        noise = Noise(self.machine.residual_sd, self.machine.correlation_s, disturbance_sd(places))
-        errors = Discrepancy.of_machine(self.machine.residual_sd)
-        self._unexplained = Unexplained(noise, errors)
-        self._averages, self._since = Averages(BATCH_PERIOD_S), 0
-        self._samples: list[Sample] = []
+        self._check = PersonCheck(model.again(), self.machine, self.belief, self.table)
         self._noted = 0.0
 
     def __call__(self, sample: Sample) -> None:
@@ -113,7 +97,8 @@ class Returning:
             IdentificationError: The motion contradicts the file.
         """
         self._cold.update(sample)
-        self._question(sample)
+        if self._check.take(sample) and self._check.is_contradicted:
+            raise self._contradicted(sample.t)
         if sample.t - self._noted > NOTE_S - 1e-9:
             self._noted = sample.t
             estimate = self._cold.estimate()
@@ -126,33 +111,13 @@ class Returning:
         if predicted is not None:
             self.warm.judge(estimate, predicted)
 
-    def _question(self, sample: Sample) -> None:
-        """Collect samples, and ask them when it is time."""
-        if sample.t > JUDGED_S[-1] + 1.0:
-            return
-        mean = self._averages.take(sample)
-        self._since += mean is not None
-        if mean is not None and (self._since == ONE_IN or not self._samples):
-            self._samples.append(mean)
-            self._since = 0
-        due = [t for t in JUDGED_S if t not in self.evidence and sample.t >= t]
-        if due:
-            self.evidence[due[0]] = self._file_over_table()
-            self._refuse_contradicted(due[0])
-
-    def _file_over_table(self) -> float:
-        return log_odds(self.belief, self.table, self._samples, self._model, self._unexplained)
-
-    def _refuse_contradicted(self, t: float) -> None:
-        # Twice running: a burst of the wearer's alone can speak against any narrow belief.
-        lately = list(self.evidence.values())[-2:]
-        if len(lately) == 2 and max(lately) < CONTRADICTED:
-            odds = np.exp(min(-self.evidence[t], 20.0))
-            raise IdentificationError(
-                f"{self.path} is not this person's, or much has changed: {t:.0f} s of motion speak {odds:.0f} to 1 "
-                f"for anybody of this size against the arm of '{self.code}'. Check the code and what is held in the "
-                "hand; without --participant the person is identified from the start."
-            )
+    def _contradicted(self, t: float) -> IdentificationError:
+        odds = np.exp(min(-list(self._check.evidence.values())[-1], 20.0))
+        return IdentificationError(
+            f"{self.path} is not this person's, or much has changed: {t:.0f} s of motion speak {odds:.0f} to 1 "
+            f"for anybody of this size against the arm of '{self.code}'. Check the code and what is held in the "
+            "hand; without --participant the person is identified from the start."
+        )
 
     @property
     def figures(self) -> dict[str, Any]:
@@ -161,7 +126,7 @@ class Returning:
         return {
             "code": self.code,
             "file": str(self.path),
-            "log_evidence_over_table": {f"{t:g}": round(value, 2) for t, value in self.evidence.items()},
+            "log_evidence_over_table": {f"{t:g}": round(value, 2) for t, value in self._check.evidence.items()},
             "from_file": self.warm.figures,
             "cold": self.cold.figures,
             "saved_s": None if warm is None or cold is None else round(cold - warm, 1),

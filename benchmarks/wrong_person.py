@@ -1,0 +1,133 @@
+"""Whose file is it? Each person's second donning against everybody's file: right ones kept, wrong ones refused.
+
+    python benchmarks/wrong_person.py --seeds 0-9 --level 2 --save persons
+    python benchmarks/wrong_person.py --seeds 0-9 --level 2 --save persons --no-run
+
+Every person is identified and kept on a first day, and moves for 20 s on a second with the right file driving. Then
+that motion is asked for every file (`session/person_check.py`). All have the same height and weight: other body data
+are refused before any motion. Nothing was tuned on the seeds that are reported.
+"""
+
+import argparse
+import pickle
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from donning import silent
+
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.dynamics.parameters import Layout
+from exograv.errors import ExogravError
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.carried_over import carried_over, kept_part
+from exograv.identification.interface import Estimate, Sample
+from exograv.identification.prior import prior
+from exograv.rig.twin import Twin, day_seed
+from exograv.session.arm_controller import ArmController
+from exograv.session.identify import Belief, Identifier, identify_arm, table_guess
+from exograv.session.person_check import JUDGED_S, PersonCheck
+from exograv.session.prepare import pilot_of
+from exograv.session.stage_0 import EmptyTwin
+from exograv.session.virtual import draw_laboratory
+
+FIRST_S, SECOND_S = 61.0, JUDGED_S[-1] + 2.0
+KEPT_EVERY_S = 0.004
+
+
+def record(rig: str, level: int, seed: int) -> dict[str, Any]:
+    """Both days of one person: what was learned on the first, the samples of the second."""
+    first = draw_laboratory(rig, None, level, seed)
+    empty = EmptyTwin(first.description, first.machine, seed, first.wearer.lengths_given)
+    calibration, t0 = empty.calibrate(lambda twin, gains: pilot_of(twin, gains, first, silent))
+    machine = calibration.machine
+
+    def day(donning: int, seconds: float, belief: Belief | None) -> tuple[Estimate, list[Sample]]:
+        laboratory = draw_laboratory(rig, None, level, seed, donning=donning)
+        assembly = laboratory.assembly()
+        twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, day_seed(seed, donning), t0=t0)
+        pilot = pilot_of(twin, machine.actuators, laboratory, silent)
+        controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
+        identifier = Identifier(pilot, controller, machine, "recursive", "current", lambda *_: None, belief)
+        samples = list[Sample]()
+
+        def listen(sample: Sample) -> None:
+            if not samples or sample.t - samples[-1].t > KEPT_EVERY_S - 1e-9:
+                samples.append(Sample(sample.t, *(a.copy() for a in (sample.q, sample.v, sample.a, sample.tau))))
+
+        identifier.followers.append(listen)
+        return identify_arm(pilot, controller, identifier, seconds).last, samples
+
+    found, _ = day(0, FIRST_S, None)
+    assembly = first.assembly()
+    layout, covariance = Layout.of(assembly), found.covariance
+    assert covariance is not None, "the recursive method states one"
+    kept = kept_part(layout)
+    whole: dict[str, Any] = {"mean": found.x[kept], "covariance": covariance[kept, kept]}
+    _, samples = day(1, SECOND_S, today(whole, layout, prior(assembly, machine)))
+    return whole | {"seed": seed, "machine": machine, "samples": samples, "rig": rig, "level": level}
+
+
+def today(whole: dict[str, Any], layout: Layout, table: Belief) -> Belief:
+    """A file, a day later."""
+    return carried_over(layout, (whole["mean"], whole["covariance"]), table, 1.0)
+
+
+def asked(person: dict[str, Any], files: list[dict[str, Any]]) -> list[PersonCheck]:
+    """One person's second day, asked for each file."""
+    machine: CalibratedMachine = person["machine"]
+    assembly = draw_laboratory(person["rig"], None, person["level"], person["seed"], donning=1).assembly()
+    model, table, layout = ArmModel(assembly, machine), prior(assembly, machine), Layout.of(assembly)
+    checks = [PersonCheck(model.again(), machine, today(file, layout, table), table) for file in files]
+    for check in checks:
+        for sample in person["samples"]:
+            if check.take(sample) and check.is_contradicted:
+                break
+    return checks
+
+
+def main() -> None:
+    """Run what is not there yet, then ask."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rig", default="recupera_like")
+    parser.add_argument("--level", type=int, default=2)
+    parser.add_argument("--seeds", default="0-9")
+    parser.add_argument("--save", type=Path, default=Path("persons"))
+    parser.add_argument("--no-run", action="store_true", help="ask those that are there")
+    options = parser.parse_args()
+    options.save.mkdir(parents=True, exist_ok=True)
+    first, _, last = options.seeds.partition("-")
+    people = []
+    for seed in range(int(first), int(last or first) + 1):
+        path = options.save / f"{options.rig}_{options.level}_{seed}.pickle"
+        if not path.exists() and not options.no_run:
+            start = time.perf_counter()
+            try:
+                path.write_bytes(pickle.dumps(record(options.rig, options.level, seed)))
+            except ExogravError as error:
+                print(f"seed {seed}: {error}")
+                continue
+            print(f"seed {seed}: {time.perf_counter() - start:.0f} s", flush=True)
+        if path.exists():
+            people.append(pickle.loads(path.read_bytes()))
+    show(people)
+
+
+def show(people: list[dict[str, Any]]) -> None:
+    """Refused files, right and wrong, and what the last judgement said."""
+    refused, last = np.zeros((len(people),) * 2, dtype=bool), np.zeros((len(people),) * 2)
+    for p, person in enumerate(people):
+        checks = asked(person, people)
+        refused[p] = [check.is_contradicted for check in checks]
+        last[p] = [list(check.evidence.values())[-1] for check in checks]
+        own = {t: round(value, 1) for t, value in checks[p].evidence.items()}
+        wrong = int(refused[p].sum() - refused[p, p])
+        print(f"seed {person['seed']}: own file {own}; of {len(people) - 1} others refused: {wrong}", flush=True)
+    right = np.eye(len(people), dtype=bool)
+    print(f"right files refused: {refused[right].sum()} of {right.sum()}, least evidence {last[right].min():+.1f}")
+    print(f"wrong files refused: {refused[~right].sum()} of {(~right).sum()}, down to {last[~right].min():+.0f}")
+
+
+if __name__ == "__main__":
+    main()
