@@ -9,7 +9,8 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Estimate
 from exograv.identification.prior import prior
-from exograv.session.weighing.first_motion import check_arm
+from exograv.session.weighing.arm_check import ArmJudge
+from exograv.session.weighing.first_motion import first_motion
 from exograv.session.weighing.known_weight import weigh
 
 HALF_A_MINUTE_S = 30.0
@@ -29,14 +30,15 @@ def test_the_right_form_is_believed_and_one_in_pounds_is_not(put_on):
     model = ArmModel(worn.controller.assembly, as_calibrated(worn))
     mass = worn.twin.truth.wearer.body.mass
     before = worn.twin.t
-    check = check_arm(worn.pilot, worn.controller, model, mass)
+    samples = first_motion(worn.pilot, worn.controller, model)
+    check = ArmJudge(model).judge([samples], mass)
     assert worn.twin.t - before < HALF_A_MINUTE_S
     assert not check.refused
     # The same arm under a form of 2.2 times the mass: the table then foretells 2.2 times the arm.
     arm = worn.controller.assembly.arm
     heavy = replace(arm, phi=arm.phi / BODY_SHARE, phi_covariance=arm.phi_covariance / BODY_SHARE**2)
     model.assembly = replace(model.assembly, arm=heavy)
-    check = check_arm(worn.pilot, worn.controller, model, mass / BODY_SHARE)
+    check = ArmJudge(model).judge([first_motion(worn.pilot, worn.controller, model)], mass / BODY_SHARE)
     assert check.refused
     assert "pounds" in check.why
 

@@ -30,7 +30,7 @@ def judged(model, samples, factor: float) -> ArmCheck:
     typed = copy.copy(model)
     wrong = replace(arm, phi=factor * arm.phi, phi_covariance=factor**2 * arm.phi_covariance)
     typed.assembly = replace(model.assembly, arm=wrong)
-    return ArmJudge(typed).judge(samples, factor * BODY_KG)
+    return ArmJudge(typed).judge([samples], factor * BODY_KG)
 
 
 def test_the_right_form_is_believed_and_the_interval_holds_the_arm(model, believed_arm, samples):

@@ -1,4 +1,4 @@
-"""Twenty seconds before anything else: does the arm weigh what the table says of the person on the form?
+"""Does the arm weigh what the table says of the person on the form?
 
 Every body mass foretells an arm, with the table's spread. The motion says how probable it is under each: under the mass
 on the form, under that mass with kilograms and pounds mixed up, and under anybody's. The most probable wins.
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from scipy.special import softmax
 
 from exograv.dynamics.parameters import Layout, Parameters
 from exograv.identification.arm_model import ArmModel
@@ -34,6 +35,9 @@ KG = np.geomspace(25.0, 250.0, 47)
 
 STEPS = 2  # of Gauss-Newton
 
+SURE = 0.99
+"""Probability of the winner from which on more motion is not worth while [-]."""
+
 
 @dataclass(frozen=True)
 class ArmCheck:
@@ -51,6 +55,14 @@ class ArmCheck:
     refused: bool
     why: str
     """A sentence for the operator."""
+
+    probability: float
+    """Of what `why` says against the other explanations [-]."""
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether more motion would hardly change the verdict."""
+        return self.probability >= SURE
 
     @property
     def ci95(self) -> tuple[float, float]:
@@ -79,12 +91,12 @@ class ArmJudge:
         # The table's arm in these unknowns: so far is an arm without mass from it, the other way.
         self._table, *_ = np.linalg.lstsq(bodies, self._mean[phi], rcond=None)
 
-    def judge(self, samples: Sequence[Sample], body_mass_kg: float) -> ArmCheck:
-        """What a motion says of the arm, and of the body mass on the form [kg]."""
+    def judge(self, motions: Sequence[Sequence[Sample]], body_mass_kg: float) -> ArmCheck:
+        """What motions, with pauses between them, say of the arm, and of the body mass on the form [kg]."""
         x, expected = self._mean, None
         information: list[Information] = []
         for _ in range(STEPS):
-            information = told([self._rows(samples, x)], self._sd, expected)
+            information = told([self._rows(samples, x) for samples in motions], self._sd, expected)
             expected = self._belief(information, 1.0).mean
             x = self._mean + self._spread @ np.clip(expected[: self._spread.shape[1]], -2.0, 2.0)
         evidence = np.array([self._belief(information, kg / body_mass_kg).log_evidence for kg in KG])
@@ -93,7 +105,8 @@ class ArmJudge:
         winner = max(hypotheses, key=lambda name: hypotheses[name])
         share = SHARES.get(winner, like_kg / body_mass_kg)
         mass, sd = self._mass(self._belief(information, share))
-        return ArmCheck(mass, sd, like_kg, winner != "form", _sentence(winner, like_kg, body_mass_kg))
+        why, probability = _sentence(winner, like_kg, body_mass_kg), float(softmax(list(hypotheses.values())).max())
+        return ArmCheck(mass, sd, like_kg, winner != "form", why, probability)
 
     def _hypotheses(
         self, information: Sequence[Information], evidence: Float[np.ndarray, " kg"], body_mass_kg: float

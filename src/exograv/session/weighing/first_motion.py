@@ -1,14 +1,14 @@
-"""The first twenty seconds of a worn machine: the table carries, the arm is moved gently, and judged."""
+"""The first twenty seconds of a worn machine: the table carries, and the arm is moved gently."""
 
 from exograv import motion
 from exograv.dynamics.parameters import Layout
 from exograv.identification.arm_model import ArmModel
+from exograv.identification.interface import Sample
 from exograv.model.support import sample_postures
 from exograv.session.arm_controller import ArmController
 from exograv.session.fade import fade
 from exograv.session.pilot import Pilot
 
-from .arm_check import ArmCheck, ArmJudge
 from .listening import Listener
 from .way import telling_way
 
@@ -17,14 +17,13 @@ CANDIDATES = 64  # postures of the task workspace, every pair of which is a way
 SPEED, TRAVEL = 0.35, 0.3  # rad/s: gentle, while nobody knows whom the machine carries
 
 
-def check_arm(pilot: Pilot, controller: ArmController, model: ArmModel, body_mass_kg: float) -> ArmCheck:
-    """Move the arm to and fro and say whether it weighs what the form says.
+def first_motion(pilot: Pilot, controller: ArmController, model: ArmModel) -> list[Sample]:
+    """Move the arm to and fro and listen.
 
     Args:
         pilot: On the worn machine, at the donning posture.
         controller: Of the table's arm; it drives afterwards.
         model: Of the same arm.
-        body_mass_kg: As on the form.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -38,4 +37,4 @@ def check_arm(pilot: Pilot, controller: ArmController, model: ArmModel, body_mas
     to_and_fro = way.trajectory(max(SECONDS - approach.seconds, 0.0), dt)
     listener = Listener(model.n_joints, dt)
     pilot.run(controller, motion.joined([approach, to_and_fro]), text, listener)
-    return ArmJudge(model).judge(listener.samples, body_mass_kg)
+    return listener.samples

@@ -26,10 +26,11 @@ from exograv.session.prepare import MOTION_S, pilot_of
 from exograv.session.stage_0 import EmptyTwin
 from exograv.session.virtual import VirtualLaboratory, draw_laboratory, refuse_motorless
 
-from .arm_check import ArmCheck
+from .arm_check import ArmCheck, ArmJudge
 from .estimator import Weighing
-from .first_motion import check_arm
+from .first_motion import first_motion
 from .known_weight import HEAVIEST_KG, weigh
+from .listening import Kept
 
 DRAWN_KG = (0.5, 1.0, 1.5, 2.0)
 
@@ -76,6 +77,8 @@ class _Found:
 
     check: ArmCheck | None = None
     why: str = ""
+    identified_s: float = 0.0
+    """Motion of the identification that was asked beside the first twenty seconds."""
     weights: dict[WeightPlace, Weighing] = field(default_factory=dict)
 
 
@@ -114,12 +117,16 @@ def _weigh_all(
     pilot = pilot_of(twin, machine.actuators, laboratory, progress)
     controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
     model = ArmModel(assembly, machine)
-    found.check = check_arm(pilot, controller, model, body.mass_kg)
-    found.why = found.check.why
-    if found.check.refused or not options.weights:
+    judge, gentle = ArmJudge(model), first_motion(pilot, controller, model)
+    found.check = judge.judge([gentle], body.mass_kg)
+    if found.check.is_sure and (found.check.refused or not options.weights):
         return twin.t
-    identifier = Identifier(pilot, controller, machine, "recursive", "current", lambda *_found: None)
+    identifier, kept = Identifier(pilot, controller, machine, "recursive", "current", lambda *_found: None), Kept()
+    identifier.followers.append(kept)
     arm = identify_arm(pilot, controller, identifier, MOTION_S).last
+    found.check, found.identified_s = judge.judge([gentle, kept.samples], body.mass_kg), MOTION_S
+    if found.check.refused:
+        return twin.t
     for place, mass in options.weights.items():
         found.weights[place] = weigh(pilot, controller, model, arm, _hanging(twin, place, mass), place)
     return twin.t
@@ -163,7 +170,9 @@ def _figures(options: WeighOptions, laboratory: VirtualLaboratory, typed: float,
         "hand_weight_kg": None if hand is None else round(hand.mass, 4),
         "ci95_hand_kg": None if hand is None else _interval(hand.ci95),
         "refused": check is None or check.refused,
-        "why": found.why,
+        "why": found.why if check is None else check.why,
+        "probability": None if check is None else round(check.probability, 4),
+        "identified_s": found.identified_s,
         "weights": [
             {
                 "place": place,
