@@ -27,7 +27,7 @@ histories = st.lists(st.tuples(torques, speeds, st.booleans()), min_size=1, max_
 
 def held(envelope: Envelope, tau: np.ndarray, v: np.ndarray, ticks: int) -> np.ndarray:
     """What comes out after so many ticks of the same."""
-    return np.array([envelope.limit(tau, v) for _ in range(ticks)])[-1]
+    return np.array([envelope.limit(tau, STILL, v) for _ in range(ticks)])[-1]
 
 
 def settled(tau: np.ndarray = TORQUE) -> Envelope:
@@ -43,7 +43,7 @@ def test_no_history_gives_a_torque_that_is_infinite_beyond_the_limit_or_a_jump(h
     for tau_desired, v, operator_resets in history:
         if operator_resets:
             envelope.reset()
-        tau = envelope.limit(tau_desired, v)
+        tau = envelope.limit(tau_desired, STILL, v)
         assert np.isfinite(tau).all()
         assert (np.abs(tau) <= LIMITS.torque_max_Nm).all()
         assert (np.abs(tau - before) <= RATE + ROUNDING).all()
@@ -55,7 +55,7 @@ def test_a_stop_stays_until_reset(history):
     envelope = Envelope(LIMITS, DT)
     reason = None
     for tau_desired, v, _ in history:
-        envelope.limit(tau_desired, v)
+        envelope.limit(tau_desired, STILL, v)
         assert reason is None or envelope.stop is reason
         reason = envelope.stop
 
@@ -65,7 +65,7 @@ def test_a_stop_stays_until_reset(history):
 def test_what_is_within_the_limits_passes_unchanged(tau: np.ndarray, v: np.ndarray):
     envelope = settled(tau)
     clipped = envelope.clipped_ticks
-    np.testing.assert_array_equal(envelope.limit(tau, v), tau)
+    np.testing.assert_array_equal(envelope.limit(tau, STILL, v), tau)
     assert envelope.stop is None
     assert envelope.clipped_ticks == clipped
 
@@ -83,9 +83,9 @@ def test_what_is_within_the_limits_passes_unchanged(tau: np.ndarray, v: np.ndarr
 )
 def test_a_fault_starts_a_descent_that_ends_within_three_seconds_and_begins_without_a_drop(tau, v, reason):
     envelope = settled()
-    envelope.limit(tau, v)
+    envelope.limit(tau, STILL, v)
     assert envelope.stop is reason
-    descent = np.array([envelope.limit(tau, STILL) for _ in range(round(LIMITS.descent_s / DT))])
+    descent = np.array([envelope.limit(tau, STILL, STILL) for _ in range(round(LIMITS.descent_s / DT))])
     # The torque is never simply off: half of it is there half-way.
     half_way = descent[len(descent) // 2]
     np.testing.assert_allclose(half_way, 0.5 * TORQUE, rtol=0.02)
@@ -95,14 +95,14 @@ def test_a_fault_starts_a_descent_that_ends_within_three_seconds_and_begins_with
 def test_a_lost_velocity_does_not_stop_the_descent():
     envelope = settled()
     lost = np.full(4, np.nan)
-    descent = np.array([envelope.limit(lost, lost) for _ in range(3001)])
+    descent = np.array([envelope.limit(lost, STILL, lost) for _ in range(3001)])
     np.testing.assert_allclose(descent[1500], 0.5 * TORQUE, rtol=0.01)
     np.testing.assert_array_equal(descent[-1], 0.0)
 
 
 def test_the_descent_damps_every_motion():
     envelope = settled()
-    envelope.limit(np.full(4, np.nan), STILL)
+    envelope.limit(np.full(4, np.nan), STILL, STILL)
     v = np.array([1.0, -1.0, 0.5, -0.5])
     np.testing.assert_allclose(held(envelope, TORQUE, v, 3200), -LIMITS.damping_Nms_per_rad * v)
 
@@ -119,24 +119,24 @@ def test_motion_above_four_radians_per_second_is_braked_and_slower_motion_is_not
 
 def test_after_a_reset_torque_goes_on_from_the_descent():
     envelope = settled()
-    envelope.limit(np.full(4, np.nan), STILL)
-    before = envelope.limit(TORQUE, STILL)
+    envelope.limit(np.full(4, np.nan), STILL, STILL)
+    before = envelope.limit(TORQUE, STILL, STILL)
     envelope.reset()
     assert envelope.stop is None
-    np.testing.assert_allclose(envelope.limit(TORQUE, STILL), before, atol=RATE)
+    np.testing.assert_allclose(envelope.limit(TORQUE, STILL, STILL), before, atol=RATE)
 
 
 def test_a_caller_that_overwrites_its_torque_does_not_move_the_limits():
     envelope, other = settled(), settled()
-    envelope.limit(TORQUE, STILL)[:] = 1e9
-    other.limit(TORQUE, STILL)
-    np.testing.assert_array_equal(envelope.limit(-TORQUE, STILL), other.limit(-TORQUE, STILL))
+    envelope.limit(TORQUE, STILL, STILL)[:] = 1e9
+    other.limit(TORQUE, STILL, STILL)
+    np.testing.assert_array_equal(envelope.limit(-TORQUE, STILL, STILL), other.limit(-TORQUE, STILL, STILL))
 
 
 def test_clipped_ticks_are_counted():
     envelope = Envelope(LIMITS, DT)
     for _ in range(10):
-        envelope.limit(np.full(4, 100.0), STILL)
+        envelope.limit(np.full(4, 100.0), STILL, STILL)
     assert envelope.clipped_ticks == 10
 
 

@@ -92,4 +92,4 @@ def test_after_a_stop_nothing_but_a_reset_brings_torque_back(put_on):
     for _ in range(2):
         with pytest.raises(RigError):
             worn.pilot.run(worn.controller, hold, "Again")
-    assert np.abs(worn.pilot.envelope.limit(np.full(4, 10.0), np.zeros(4))).max() < 1e-9
+    assert np.abs(worn.pilot.envelope.limit(np.full(4, 10.0), np.zeros(4), np.zeros(4))).max() < 1e-9

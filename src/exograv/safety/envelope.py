@@ -1,7 +1,8 @@
 """The last stage before the motors: whatever control asks for, what reaches a person is finite, bounded and slow.
 
-A first envelope: torque, torque rate, speed, finiteness. Research software, informed by the medical standards, not
-compliant with them; a worn machine needs an independent hardware emergency stop.
+Torque, torque rate, speed, finiteness; with a person in the machine, also what is plausible for this person in this
+posture (`person.py`). Research software, informed by the medical standards, not compliant with them; a worn machine
+needs an independent hardware emergency stop.
 """
 
 import enum
@@ -12,6 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import ConfigError
+
+from .person import Person
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -59,8 +62,9 @@ class StopReason(enum.Enum):
 
     NOT_FINITE = "Control asked for a torque that is not a number."
     TOO_FAST = "A joint moved faster than allowed."
-    NO_MEASUREMENT = "A joint's velocity is not a number."
+    NO_MEASUREMENT = "A joint's position or velocity is not a number."
     MODEL_LOST = "The model of the arm in the machine no longer fits its posture."
+    PAST_A_STOP = "A joint is where its stops do not let it be."
     ASTRAY = "A joint did not follow where it was led."
 
 
@@ -71,35 +75,62 @@ class Envelope:
         self.limits = limits
         self.stop: StopReason | None = None
         """Set once, by the first fault."""
+        self.person: Person | None = None
+        """Who is in the machine; the drives' own limits alone while nobody is."""
         self.clipped_ticks = 0
         """How often torque or torque rate was limited."""
-        self._rate = limits.torque_rate_max_Nm_per_s * dt
+        self._step = limits.torque_rate_max_Nm_per_s * dt
         self._dt = dt
         self._bounds: list[float] = limits.torque_max_Nm.tolist()
         self._damping: list[float] = limits.damping_Nms_per_rad.tolist()
         self._tau = [0.0] * len(self._bounds)
+        self._q = [0.0] * len(self._bounds)
         self._tau_at_stop = self._tau
         self._since_stop = 0.0
 
-    def limit(self, tau_desired: Joints, v: Joints) -> Joints:
-        """Torque (joint,) [N·m] that may go out, for a desired one and the joints' velocity [rad/s]."""
+    def limit(self, tau_desired: Joints, q: Joints, v: Joints) -> Joints:
+        """Torque (joint,) [N·m] that may go out.
+
+        Args:
+            tau_desired: What control asks for (joint,) [N·m].
+            q: Where the joints are (joint,) [rad].
+            v: How fast they are (joint,) [rad/s].
+        """
         # Plain numbers: for a handful of joints they take a quarter of the time of arrays.
         desired, speeds = tau_desired.tolist(), v.tolist()
         # Finite on both sides: minimum and maximum would hide a NaN.
         fastest = max(map(abs, speeds)) if all(map(math.isfinite, speeds)) else None
+        self._see(q.tolist())
         if self.stop is None:
             self._watch(desired, fastest)
         wanted = desired if self.stop is None else self._descent()
-        if fastest is not None and (self.stop is not None or fastest > self.limits.v_damping_rad_s):
+        if fastest is not None:
             wanted = [tau - self._brake(joint, speeds[joint]) for joint, tau in enumerate(wanted)]
+        known = speeds if fastest is not None else [0.0] * len(speeds)
+        plausible = wanted if self.person is None else self._for_person(self.person, wanted, known)
         tau = [
-            _within(_within(w, -bound, bound), last - self._rate, last + self._rate)
-            for w, bound, last in zip(wanted, self._bounds, self._tau, strict=True)
+            _within(_within(w, -bound, bound), last - self._step, last + self._step)
+            for w, bound, last in zip(plausible, self._bounds, self._tau, strict=True)
         ]
+        if self.person is not None:
+            self.person.pay(tau, known, self._dt)
         if self.stop is None and tau != wanted:
             self.clipped_ticks += 1
         self._tau = tau
         return np.array(tau)
+
+    def _see(self, q: list[float]) -> None:
+        """Positions that mean nothing leave the last ones in force."""
+        if all(map(math.isfinite, q)):
+            self._q = q
+        else:
+            self.trip(StopReason.NO_MEASUREMENT)
+
+    def _for_person(self, person: Person, wanted: list[float], v: list[float]) -> list[float]:
+        """Within what is plausible for this person, with no more power than the tank can pay for."""
+        person.look(np.array(self._q), v)
+        bounded = [_within(tau, *person.allowed(joint, self._q[joint])) for joint, tau in enumerate(wanted)]
+        return person.afford(bounded, v, self.limits.torque_rate_max_Nm_per_s)
 
     def trip(self, reason: StopReason) -> None:
         """Start the soft descent for a reason that somebody else found; the first reason stays."""
@@ -119,6 +150,8 @@ class Envelope:
             self.stop = StopReason.NOT_FINITE
         elif fastest > self.limits.v_trip_rad_s:
             self.stop = StopReason.TOO_FAST
+        elif self.person is not None and self.person.past_a_stop(self._q):
+            self.stop = StopReason.PAST_A_STOP
         self._tau_at_stop = self._tau
 
     def _descent(self) -> list[float]:
@@ -127,12 +160,13 @@ class Envelope:
         return [tau * share for tau in self._tau_at_stop]
 
     def _brake(self, joint: int, v: float) -> float:
-        """Damping torque: on all motion while descending, on the excess over the first speed limit otherwise."""
+        """Damping torque: on all motion while descending; else on what is too fast, and before a joint's stop."""
         v = _within(v, -V_CREDIBLE_RAD_S, V_CREDIBLE_RAD_S)
         if self.stop is not None:
             return self._damping[joint] * v
-        excess = abs(v) - self.limits.v_damping_rad_s
-        return math.copysign(self._damping[joint] * excess, v) if excess > 0.0 else 0.0
+        excess = max(abs(v) - self.limits.v_damping_rad_s, 0.0)
+        in_wall = 0.0 if self.person is None else self.person.wall(joint, self._q[joint], v) * abs(v)
+        return math.copysign(self._damping[joint] * max(excess, in_wall), v)
 
 
 def _within(value: float, low: float, high: float) -> float:

@@ -56,6 +56,6 @@ class MovingTick:
         reference = self._references[period % len(self._references)]
         observer, tick = self._observer, self.tick
         observer.update(reference.q)
-        self._envelope.limit(tick.step(observer.q, observer.v, reference, self._x), observer.v)
+        self._envelope.limit(tick.step(observer.q, observer.v, reference, self._x), observer.q, observer.v)
         if not tick.closure_slope < CLOSURE_SLOPE_MAX:
             self.open_ticks += 1

@@ -125,7 +125,7 @@ class Pilot:
         self.observer.update(state.q)
         q, v = self.observer.q, self.observer.v
         tau_desired = controller.step(q, v, reference)
-        tau_commanded = self.envelope.limit(tau_desired, v)
+        tau_commanded = self.envelope.limit(tau_desired, q, v)
         current = self.actuators.current(tau_commanded)
         tick_us = 1e-3 * (time.perf_counter_ns() - start)
         self.rig.write(Command(state.t, state.sequence, state.t + COMMAND_LIFE_S, tau_commanded, current))

@@ -1,0 +1,192 @@
+"""Whatever control asks for stays near what is plausible for this person, away from stops, and paid by the tank."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from exograv.errors import ConfigError
+from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.person import MARGIN_NM, SHARE_MAX, Person, PersonLimits
+from exograv.safety.plausible import Chain, PlausibleTable
+
+DT = 1e-3
+MACHINE = Limits(np.array([60.0, 60.0]), np.array([10.0, 4.0]))
+STEP = MACHINE.torque_rate_max_Nm_per_s * DT
+ROUNDING = 1e-9
+ARM_NM, EXO_NM = np.array([10.0, 3.0]), np.array([5.0, 1.0])
+DRY, VISCOUS, ERROR = np.array([2.0, 1.0]), np.array([0.5, 0.2]), np.array([0.05, 0.02])
+ACTIVE = np.array([8.0, 4.0])
+STILL = np.zeros(2)
+
+
+def sine(weight: np.ndarray) -> np.ndarray:
+    """Of two joints that carry nothing of each other: weight · sin q."""
+    table = np.zeros((2, 9))
+    # Products in the order of `Features`: 1 and cos and sin of the first joint, then these times those of the second.
+    table[0, 2], table[1, 6] = weight
+    return table
+
+
+TABLE = PlausibleTable((Chain((0, 1), 2, sine(EXO_NM), sine(ARM_NM)),), ERROR, DRY, VISCOUS)
+LIMITS = PersonLimits(TABLE, ACTIVE, np.full(2, -2.0), np.full(2, 2.0))
+
+
+def worn(gravity_level: float = 0.0, limits: PersonLimits = LIMITS, machine: Limits = MACHINE) -> Envelope:
+    envelope = Envelope(machine, DT)
+    envelope.person = Person(limits, gravity_level)
+    return envelope
+
+
+def held(tau: np.ndarray, q: np.ndarray, v: np.ndarray, gravity_level: float = 0.0, limits: PersonLimits = LIMITS):
+    """What comes out in the end, where torque may change as fast as it likes."""
+    return worn(gravity_level, limits, replace(MACHINE, torque_rate_max_Nm_per_s=1e6)).limit(tau, q, v)
+
+
+def plausible(q: np.ndarray, gravity_level: float = 0.0) -> np.ndarray:
+    return (EXO_NM + (1.0 - gravity_level) * ARM_NM) * np.sin(q)
+
+
+def bounds(q: np.ndarray, v: np.ndarray, gravity_level: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Both rows of the reference's table, written once more."""
+    p, f = plausible(q, gravity_level), DRY + VISCOUS * np.abs(v) + ERROR
+    down, up = np.minimum(p, 0.0), np.maximum(p, 0.0)
+    low = np.maximum(SHARE_MAX * down - f - MARGIN_NM, down - f - ACTIVE)
+    return low, np.minimum(SHARE_MAX * up + f + MARGIN_NM, up + f + ACTIVE)
+
+
+inside = arrays(float, 2, elements=st.floats(-1.8, 1.8))
+anywhere = arrays(float, 2, elements=st.floats(-2.03, 2.03))
+slow = arrays(float, 2, elements=st.floats(-3.9, 3.9))
+wild = arrays(float, 2, elements=st.one_of(st.floats(-1e3, 1e3), st.floats(allow_nan=True, allow_infinity=True)))
+levels = st.floats(0.0, 1.8)
+
+
+@given(inside, wild, levels)
+def test_no_torque_stays_outside_what_is_plausible_for_the_person(q: np.ndarray, tau: np.ndarray, level: float):
+    out = held(tau, q, STILL, level)
+    low, high = bounds(q, STILL, level)
+    assert (low - ROUNDING <= out).all()
+    assert (out <= high + ROUNDING).all()
+
+
+@given(st.lists(st.tuples(anywhere, slow, wild), min_size=2, max_size=40), levels)
+def test_no_history_jumps_or_leaves_the_drives_limits(history, level: float):
+    envelope, before = worn(level), np.zeros(2)
+    for q, v, tau in history:
+        out = envelope.limit(tau, q, v)
+        assert np.isfinite(out).all()
+        assert (np.abs(out - before) <= STEP + ROUNDING).all()
+        assert (np.abs(out) <= MACHINE.torque_max_Nm).all()
+        before = out
+
+
+@given(inside, levels)
+def test_carrying_machine_and_arm_passes_unchanged_and_costs_nothing(q: np.ndarray, level: float):
+    envelope = worn(level, machine=replace(MACHINE, torque_rate_max_Nm_per_s=1e6))
+    tau, person = plausible(q, level), envelope.person
+    assert person is not None
+    for _ in range(3):
+        np.testing.assert_allclose(envelope.limit(tau, q, np.array([0.5, -0.5])), tau, atol=ROUNDING)
+    assert person.energy_J == pytest.approx(LIMITS.tank_start_J, abs=1e-12)
+
+
+def test_a_body_weight_typed_ten_times_too_high_is_held_to_a_little_over_the_arm():
+    q = np.array([1.2, 0.8])
+    out = held(10.0 * plausible(q), q, STILL)
+    over = out - plausible(q)
+    assert (over <= 0.3 * plausible(q) + MARGIN_NM + DRY + ERROR + ROUNDING).all()
+    assert (over <= ACTIVE + DRY + ERROR + ROUNDING).all()
+
+
+def test_above_one_gravity_the_arm_may_be_pushed_down_with_its_share_and_below_it_may_not():
+    q, down = np.array([1.5, 0.0]), np.array([-40.0, 0.0])
+    heavy = held(down, q, STILL, 1.8)[0]
+    light = held(down, q, STILL)[0]
+    assert heavy == pytest.approx(bounds(q, STILL, 1.8)[0][0])
+    assert light == pytest.approx(-MARGIN_NM - DRY[0] - ERROR[0])
+    assert heavy < light
+
+
+@given(st.floats(0.0, 0.1745), st.sampled_from([-1.0, 1.0]))
+def test_in_the_wall_before_a_stop_nothing_pushes_on_and_motion_to_it_is_braked(depth: float, side: float):
+    limits = replace(LIMITS, table=replace(TABLE, chains=(Chain((0, 1), 2, 0.0 * sine(EXO_NM), 0.0 * sine(ARM_NM)),)))
+    q = np.array([side * (2.0 - 0.1745 + depth), 0.0])
+    push = held(np.array([side * 50.0, 0.0]), q, STILL, limits=limits)[0]
+    free = MARGIN_NM + DRY[0] + ERROR[0]
+    assert side * push == pytest.approx(free * (1.0 - depth / math.radians(10.0)), abs=0.01)
+    towards = held(STILL, q, np.array([side * 0.3, 0.0]), limits=limits)[0]
+    away = held(STILL, q, np.array([-side * 0.3, 0.0]), limits=limits)[0]
+    assert side * towards == pytest.approx(-0.3 * 10.0 * depth / math.radians(10.0), abs=0.01)
+    assert away == 0.0
+
+
+@pytest.mark.parametrize("q", [np.array([2.04, 0.0]), np.array([0.0, -2.04])])
+def test_a_joint_past_its_stop_starts_the_descent(q: np.ndarray):
+    envelope = worn()
+    envelope.limit(STILL, np.array([2.03, -2.03]), STILL)
+    assert envelope.stop is None
+    envelope.limit(STILL, q, STILL)
+    assert envelope.stop is StopReason.PAST_A_STOP
+
+
+def test_a_lost_position_starts_the_descent_and_leaves_the_last_posture_in_force():
+    envelope, q = worn(), np.array([1.2, 0.8])
+    tau = np.array([envelope.limit(plausible(q), q, STILL) for _ in range(150)])[-1]
+    out = envelope.limit(plausible(q), np.array([np.nan, 0.8]), STILL)
+    assert envelope.stop is StopReason.NO_MEASUREMENT
+    np.testing.assert_allclose(out, tau, atol=STEP)
+
+
+@given(st.lists(st.tuples(wild, arrays(float, 2, elements=st.floats(-0.1, 0.1))), min_size=10, max_size=120))
+def test_the_tank_is_never_overdrawn_where_speed_is_that_of_a_body(history):
+    envelope, v, q = worn(), np.zeros(2), np.zeros(2)
+    person = envelope.person
+    assert person is not None
+    for tau, change in history:
+        v = np.clip(v + change, -3.9, 3.9)
+        q = np.clip(q + v * DT, -1.8, 1.8)
+        envelope.limit(tau, q, v)
+        assert person.energy_J >= -TANK_DEBT_J
+        assert person.energy_J <= LIMITS.tank_max_J
+
+
+TANK_DEBT_J = 0.02
+"""While torque comes down at its rate and the joint still gains speed."""
+
+
+def test_a_push_that_follows_every_motion_ends_with_the_tank():
+    envelope, v, into, q, out = worn(), np.array([1.0, 0.0]), 0.0, np.zeros(2), np.zeros(2)
+    for _ in range(800):
+        out = envelope.limit(np.array([50.0, 0.0]), q, v)
+        into += DT * (out[0] - DRY[0] - VISCOUS[0]) * v[0] if out[0] > DRY[0] + VISCOUS[0] else 0.0
+    assert into <= LIMITS.tank_start_J + TANK_DEBT_J
+    assert out[0] == pytest.approx(DRY[0] + VISCOUS[0], abs=0.05)
+
+
+def test_braking_fills_the_tank_to_its_cap_and_no_farther():
+    envelope, v = worn(), np.array([3.0, 0.0])
+    for _ in range(150):
+        envelope.limit(np.array([-10.0, 0.0]), np.zeros(2), v)
+    assert envelope.person is not None
+    assert envelope.person.energy_J == LIMITS.tank_max_J
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"q_upper": np.array([2.0, -1.9])}, "Joint 1 moves from -2.0 to -1.9"),
+        ({"q_lower": np.array([np.nan, -2.0])}, "Joint 0 moves from nan"),
+        ({"active_max_Nm": np.array([0.0, 4.0])}, "active_max_Nm"),
+        ({"tank_start_J": 2.0}, "tank_start_J is 2.0; allowed: above 0 and up to tank_max_J, 1.0"),
+        ({"tank_start_J": 0.0}, "tank_start_J is 0.0"),
+    ],
+)
+def test_limits_of_nonsense_are_refused(change: dict, word: str):
+    with pytest.raises(ConfigError) as error:
+        replace(LIMITS, **change)
+    assert word in str(error.value)

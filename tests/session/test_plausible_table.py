@@ -1,0 +1,76 @@
+"""The guard's table says what control's own model says, in postures that neither was fitted to."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exograv.control.resting import RestingTorque
+from exograv.control.tick import Mode
+from exograv.errors import ModelError
+from exograv.model.anthropometry import Body
+from exograv.model.description import load_rig
+from exograv.model.support import assemble
+from exograv.session import plausible_table as room
+from exograv.session.identify import table_guess
+from exograv.session.nominal import nominal_machine
+from exograv.session.plausible_table import plausible_table
+
+BODY = Body(1.78, 75.0, "male")
+ERROR_MAX_NM = 0.15
+"""Half the least margin that it stands beside would still be ten times as much."""
+
+
+@pytest.fixture(scope="module")
+def worn():
+    description = load_rig("recupera_like")
+    assembly = assemble(description, BODY)
+    machine = nominal_machine(description, assembly.exo.phi)
+    return assembly, machine, table_guess(assembly, machine), RestingTorque(assembly, machine)
+
+
+@pytest.fixture(scope="module")
+def table(worn):
+    assembly, machine, x, resting = worn
+    return plausible_table(assembly, machine, x, resting)
+
+
+def test_its_error_is_small_beside_every_margin(table):
+    assert (table.error < ERROR_MAX_NM).all()
+    assert (table.error > 0.0).all()
+
+
+@pytest.mark.parametrize("gravity_level", [0.0, 0.4, 1.0, 1.8])
+def test_at_other_postures_it_is_off_by_no_more_than_it_says(worn, table, gravity_level: float):
+    assembly, _, x, resting = worn
+    lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
+    q = np.random.default_rng(7).uniform(lower, upper, (300, assembly.n))
+    start = resting.cold_start(q, x)
+    found = resting(q, np.tile(x, (len(q), 1)), start, Mode(gravity_level=gravity_level))
+    usable = found.is_closed
+    off = np.abs([table.torque(one, gravity_level) for one in q[usable]] - found.tau_desired[usable])
+    assert usable.mean() > 0.5
+    assert (off <= table.error).mean() > 0.98
+
+
+def test_friction_is_at_least_what_the_joint_takes_in_slow_motion(worn, table):
+    _, machine, _, _ = worn
+    assert (table.dry >= machine.friction.coulomb).all()
+    assert (table.viscous == machine.friction.viscous).all()
+
+
+def test_limbs_that_hang_from_the_base_side_by_side_are_chains_of_their_own():
+    description = load_rig("recupera_like_dual")
+    chains = room._chains(assemble(description, BODY))
+    assert sum(len(chain) for chain in chains) == len(description.joints)
+    assert len(chains) == 2
+
+
+def test_an_arm_that_lies_in_its_cuffs_almost_nowhere_has_no_table(worn, monkeypatch: pytest.MonkeyPatch):
+    assembly, machine, x, resting = worn
+    monkeypatch.setattr(room, "_postures", lambda *_: np.tile(assembly.description.donning_posture, (64, 1)))
+    found = resting(np.zeros((64, 4)), np.tile(x, (64, 1)), np.zeros((64, 4)))
+    nowhere = replace(found, is_closed=np.zeros(64, dtype=bool))
+    monkeypatch.setattr(RestingTorque, "__call__", lambda *_args, **_more: nowhere)
+    with pytest.raises(ModelError, match=r"lies in the cuffs of .* in only 0%"):
+        plausible_table(assembly, machine, x, resting)
