@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,7 @@ from .known_weight import HEAVIEST_KG, weigh
 from .listening import Kept
 
 DRAWN_KG = (0.5, 1.0, 1.5, 2.0)
+RESTLESS_TEXT = "The person does not relax: the form cannot be checked. Ask the person to let go, then repeat."
 
 
 @dataclass(frozen=True)
@@ -123,8 +124,11 @@ def _weigh_all(
         return twin.t
     identifier, kept = Identifier(pilot, controller, machine, "recursive", "current", lambda *_found: None), Kept()
     identifier.followers.append(kept)
-    arm = identify_arm(pilot, controller, identifier, MOTION_S).last
-    found.check, found.identified_s = judge.judge([gentle, kept.samples], body.mass_kg), MOTION_S
+    identified = identify_arm(pilot, controller, identifier, MOTION_S)
+    arm, found.identified_s = identified.last, MOTION_S
+    found.check = judge.judge([gentle, kept.samples], body.mass_kg)
+    if not found.check.is_sure and identified.restless_s is not None:
+        found.check = replace(found.check, refused=False, why=f"{RESTLESS_TEXT} {found.check.why}")
     if found.check.refused:
         return twin.t
     for place, mass in options.weights.items():

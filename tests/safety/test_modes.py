@@ -1,0 +1,137 @@
+"""Nothing happens to a worn machine but what the table says: no short cut into an arm, none out of a fault."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exograv.safety.modes import (
+    DRIFT_MAX_RAD,
+    RAMP_IN_S,
+    RAMP_OUT_S,
+    SPEED_MAX_RAD_S,
+    TRANSITIONS,
+    WORN,
+    Event,
+    Mode,
+    ModeMachine,
+)
+
+DT = 1e-3
+INTO_AN_ARM = (Event.TEST, Event.PASSED, Event.TAKE_ARM)
+STEEPEST_PER_S = 0.32  # pi / (2 * 5 s), in shares of the arm
+
+
+def after(*events: Event) -> ModeMachine:
+    machine = ModeMachine()
+    for event in events:
+        assert machine.take(event), event
+    return machine
+
+
+def ramped(machine: ModeMachine, seconds: float, drift: float = 0.0, fastest: float = 0.0) -> list[float]:
+    shares = []
+    for _ in range(round(seconds / DT) + 1):
+        machine.step(DT, drift, fastest)
+        shares.append(machine.arm_share)
+    return shares
+
+
+@pytest.mark.parametrize(("mode", "event"), list(itertools.product(Mode, Event)))
+def test_an_event_does_what_the_table_says_and_else_nothing(mode: Mode, event: Event):
+    machine = ModeMachine(mode, 0.25 if mode in WORN else 0.0)
+    before = (machine.mode, machine.arm_share)
+    expected = TRANSITIONS.get((mode, event))
+    assert machine.take(event) == (expected is not None)
+    assert machine.mode is (expected or mode)
+    if expected is None:
+        assert (machine.mode, machine.arm_share) == before
+
+
+def test_every_mode_can_be_reached_and_left():
+    assert set(TRANSITIONS.values()) == set(Mode)
+    assert {mode for mode, _ in TRANSITIONS} == set(Mode)
+
+
+def test_nobody_gets_into_a_machine_that_has_not_passed_its_self_test():
+    for (mode, event), to in TRANSITIONS.items():
+        if to is Mode.EXO_ONLY:
+            assert (mode, event) in ((Mode.SELF_TEST, Event.PASSED), (Mode.RAMP_OUT, Event.ARRIVED))
+        if to in WORN and mode not in WORN:
+            assert (mode, event, to) == (Mode.EXO_ONLY, Event.TAKE_ARM, Mode.RAMP_IN)
+
+
+@pytest.mark.parametrize("mode", [mode for mode in Mode if mode in WORN])
+def test_a_worn_machine_is_not_switched_off_and_a_fault_in_it_leads_to_safety(mode: Mode):
+    assert (mode, Event.SWITCH_OFF) not in TRANSITIONS
+    assert TRANSITIONS[mode, Event.FAULT] is Mode.SAFE
+
+
+def test_safety_is_left_by_a_reset_only_and_the_reset_starts_nothing():
+    assert [(event, to) for (mode, event), to in TRANSITIONS.items() if mode is Mode.SAFE] == [(Event.RESET, Mode.OFF)]
+
+
+@pytest.mark.parametrize("over", [True, False])
+@pytest.mark.parametrize("still", [True, False])
+def test_no_reset_while_an_arm_still_comes_down(over: bool, still: bool):
+    machine = after(*INTO_AN_ARM, Event.FAULT)
+    assert machine.may_reset(over, still) == (over and still)
+    assert not ModeMachine(Mode.FLOATING).may_reset(True, True)
+
+
+def test_the_arm_s_share_comes_without_a_step_and_ends_whole():
+    machine = after(*INTO_AN_ARM)
+    shares = ramped(machine, RAMP_IN_S)
+    assert machine.mode is Mode.FLOATING
+    assert shares[-1] == 1.0
+    rate = np.diff([0.0, *shares]) / DT
+    assert (rate >= 0.0).all()
+    assert rate.max() < STEEPEST_PER_S
+
+
+@pytest.mark.parametrize(
+    ("drift", "fastest", "goes_on"),
+    [
+        (DRIFT_MAX_RAD, SPEED_MAX_RAD_S, True),
+        (1.01 * DRIFT_MAX_RAD, 0.0, False),
+        (0.0, 1.01 * SPEED_MAX_RAD_S, False),
+        (float("nan"), 0.0, False),
+        (0.0, float("nan"), False),
+    ],
+)
+def test_an_arm_that_moves_while_it_is_taken_is_given_back(drift: float, fastest: float, goes_on: bool):
+    machine = after(*INTO_AN_ARM)
+    ramped(machine, 1.0)
+    machine.step(DT, drift, fastest)
+    assert machine.mode is (Mode.RAMP_IN if goes_on else Mode.RAMP_OUT)
+
+
+@given(st.floats(0.0, RAMP_IN_S))
+@settings(max_examples=15)
+def test_given_back_half_way_the_share_goes_down_from_where_it_was(seconds: float):
+    machine = after(*INTO_AN_ARM)
+    ramped(machine, 0.2 * seconds)
+    share = machine.arm_share
+    if machine.mode is Mode.RAMP_IN:
+        machine.take(Event.GIVE_BACK)
+        shares = ramped(machine, RAMP_OUT_S)
+        assert (np.diff([share, *shares]) <= 0.0).all()
+        assert machine.mode is Mode.EXO_ONLY
+        assert machine.arm_share == 0.0
+
+
+def test_between_floating_moving_and_weighing_the_whole_arm_stays_carried():
+    machine = after(*INTO_AN_ARM)
+    ramped(machine, RAMP_IN_S)
+    for event in (Event.MOVE, Event.WEIGH, Event.FLOAT, Event.WEIGH, Event.MOVE, Event.FLOAT):
+        assert machine.take(event)
+        machine.step(DT, 1.0, 4.0)
+        assert machine.arm_share == 1.0
+
+
+@pytest.mark.parametrize("event", [Event.FLOAT, Event.MOVE, Event.WEIGH])
+def test_no_mode_is_entered_before_the_arm_is_carried(event: Event):
+    for events in ((), (Event.TEST,), (Event.TEST, Event.PASSED), INTO_AN_ARM):
+        assert not after(*events).take(event)
