@@ -1,0 +1,124 @@
+"""No measurement is believed that is no number, old, out of order, a jump or of a dead encoder; good ones all are."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exograv.safety.ingress import AGE_MAX_S, FROZEN_TICKS, JUMPS_MAX, Doubt, Ingress, Seen
+from exograv.signals import JointState, TorqueSource
+
+DT = 1e-3
+V_TRIP = 5.0
+JUMP = 1.5 * V_TRIP * DT
+FINE = 1e-9
+COUNT = 2 * np.pi / 2**14
+"""Of a fine encoder, and of a coarse one [rad]."""
+
+
+def state(k: int, q: list[float], current: float = 1.0, source: TorqueSource = TorqueSource.CURRENT) -> JointState:
+    measured = np.full(len(q), current)
+    nothing = np.full(len(q), np.nan)
+    both = (measured, nothing) if source is TorqueSource.CURRENT else (nothing, measured)
+    return JointState(k * DT, k, np.array(q), *both, source)
+
+
+def seen(positions: list[list[float]], count: float = FINE) -> list[Seen]:
+    ingress = Ingress([count] * len(positions[0]), DT, V_TRIP)
+    return [ingress.see(state(k, q), k * DT) for k, q in enumerate(positions)]
+
+
+@pytest.mark.parametrize("source", [TorqueSource.CURRENT, TorqueSource.JOINT_SENSOR])
+def test_what_a_machine_measures_in_good_order_is_all_believed(source: TorqueSource):
+    ingress = Ingress([FINE, FINE], DT, V_TRIP)
+    for k in range(100):
+        one = state(k, [0.004 * k, -0.001 * k], source=source)
+        assert ingress.see(one, k * DT + 0.002) == Seen(one)
+
+
+@given(st.lists(st.floats(-4.9, 4.9), min_size=60, max_size=60), st.sampled_from([FINE, COUNT, 8 * COUNT]))
+@settings(max_examples=40)
+def test_no_motion_of_a_body_is_doubted_however_coarse_the_encoder(speeds: list[float], count: float):
+    v, q, positions = 0.0, 0.0, []
+    for wanted in np.repeat(speeds, 3):
+        v += float(np.clip(wanted - v, -0.05, 0.05))  # 50 rad/s²: far more than a motor can do to an arm
+        q += v * DT
+        positions.append([count * round(q / count), 0.0])
+    assert all(one.state is not None and not one.doubts for one in seen(positions, count))
+
+
+def test_an_arm_at_rest_on_a_coarse_encoder_is_not_taken_for_a_dead_one():
+    slow = [[COUNT * (k // 30), 0.0] for k in range(600)]
+    assert not any(one.doubts for one in seen(slow, COUNT))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_number_that_is_none_is_not_used_and_its_joint_is_named(bad: float):
+    ingress = Ingress([FINE, FINE], DT, V_TRIP)
+    assert ingress.see(state(0, [0.0, bad]), 0.0) == Seen(None, ((Doubt.NOT_FINITE, 1),))
+    assert ingress.see(state(1, [0.0, 0.0], current=bad), DT).doubts == ((Doubt.NOT_FINITE, 0), (Doubt.NOT_FINITE, 1))
+    assert ingress.see(state(2, [0.0, 0.0]), 2 * DT).state is not None
+
+
+def test_one_spike_is_passed_over_and_three_in_a_row_are_a_fault_of_their_joint():
+    ingress = Ingress([FINE, FINE], DT, V_TRIP)
+    ingress.see(state(0, [0.0, 0.0]), 0.0)
+    assert ingress.see(state(1, [0.0, 0.5]), DT) == Seen(None)
+    assert ingress.see(state(2, [0.0, 0.0]), 2 * DT).state is not None
+    found = [ingress.see(state(k, [0.0, 0.5]), k * DT) for k in range(3, 3 + JUMPS_MAX)]
+    assert found[-2] == Seen(None)
+    assert found[-1] == Seen(None, ((Doubt.JUMP, 1),))
+
+
+def test_a_position_just_within_reach_is_no_jump_and_one_just_beyond_it_is():
+    assert seen([[0.0, 0.0], [0.999 * JUMP, 0.0]])[1].state is not None
+    assert seen([[0.0, 0.0], [1.001 * JUMP, 0.0]])[1].state is None
+
+
+def test_after_lost_ticks_a_joint_may_be_farther_away():
+    ingress = Ingress([FINE], DT, V_TRIP)
+    ingress.see(state(0, [0.0]), 0.0)
+    assert ingress.see(None, DT) == Seen(None, ((Doubt.MISSING, None),))
+    assert ingress.see(state(2, [1.9 * JUMP]), 2 * DT).state is not None
+
+
+def test_what_is_too_old_is_not_used_as_fresh():
+    ingress = Ingress([FINE], DT, V_TRIP)
+    assert ingress.see(state(1, [0.0]), DT + 1.001 * AGE_MAX_S) == Seen(None, ((Doubt.STALE, None),))
+    assert ingress.see(state(2, [0.0]), 2 * DT + 0.999 * AGE_MAX_S).state is not None
+    nameless = JointState(np.nan, 3, np.zeros(1), np.zeros(1), np.full(1, np.nan), TorqueSource.CURRENT)
+    assert ingress.see(nameless, 3 * DT).doubts == ((Doubt.STALE, None),)
+
+
+@given(st.permutations(range(12)), st.lists(st.integers(0, 11), max_size=5))
+def test_whatever_comes_twice_or_late_the_outcome_is_that_of_the_newest_alone(order: list[int], twice: list[int]):
+    arrivals = [state(k, [0.001 * k]) for k in [*order, *twice]]
+    ingress, newest, used = Ingress([FINE], DT, V_TRIP), -1, []
+    for one in arrivals:
+        before = newest
+        newest = max(newest, one.sequence)
+        result = ingress.see(one, one.t)
+        assert (result.doubts == ((Doubt.OUT_OF_ORDER, None),)) == (one.sequence <= before)
+        used += [result.state.sequence] if result.state is not None else []
+    assert used == sorted(set(used))
+    assert ingress.dropped == len(arrivals) - len(used)
+
+
+def test_an_encoder_that_stops_dead_in_motion_is_found_after_twenty_ticks_and_not_before():
+    moving = [[0.0005 * k, 0.0] for k in range(100)]
+    stuck = [[moving[-1][0], 0.0]] * (FROZEN_TICKS + 5)
+    found = seen(moving + stuck)
+    first = next(k for k, one in enumerate(found) if one.doubts)
+    assert found[first].doubts == ((Doubt.FROZEN, 0),)
+    assert first == len(moving) - 1 + FROZEN_TICKS
+    assert found[first].state is not None
+
+
+def test_a_joint_that_comes_to_rest_like_a_body_is_not_found():
+    v, q, positions = 0.5, 0.0, []
+    while v > 0.0:
+        v -= 0.004  # 4 rad/s²: what dry friction does
+        q += v * DT
+        positions.append([COUNT * round(q / COUNT), 0.0])
+    positions += [positions[-1]] * 100
+    assert not any(one.doubts for one in seen(positions, COUNT))
