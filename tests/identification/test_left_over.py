@@ -21,15 +21,17 @@ def judged(ratio_at, seconds: int = 60, rejected_share: float = 0.0) -> list[Out
     return [rule.judge(estimate(float(t), rejected_share), ratio_at(t) * TARGETS) for t in range(1, seconds + 1)]
 
 
-def test_at_the_target_the_arm_is_identified_at_once():
-    assert judged(lambda t: 1.0)[0] is Outcome.CONVERGED
+def test_at_the_target_the_arm_is_identified_after_ten_seconds_and_not_before():
+    verdicts = judged(lambda t: 1.0, seconds=10)
+    assert verdicts[9] is Outcome.CONVERGED
+    assert set(verdicts[:9]) == {Outcome.RUNNING}
 
 
 @pytest.mark.parametrize("joint", range(4))
 def test_one_joint_beyond_its_target_is_enough_to_go_on(joint: int):
     predicted = 0.5 * TARGETS
     predicted[joint] = 1.01 * TARGETS[joint]
-    assert StopRule(PLACES).judge(estimate(1.0), predicted) is Outcome.RUNNING
+    assert StopRule(PLACES).judge(estimate(15.0), predicted) is Outcome.RUNNING
 
 
 def test_a_prediction_that_keeps_improving_runs_until_its_target():

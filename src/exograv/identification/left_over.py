@@ -64,7 +64,8 @@ class StopRule:
         self._history.append((estimate.t, ratio))
         if estimate.rejected_share > REJECTED_MAX and is_restless(estimate):
             return Outcome.NOT_RELAXED
-        if ratio <= 1.0:
+        # Before, a belief from another day can be sure of what the first seconds have not shown (docs/participants.md).
+        if ratio <= 1.0 and estimate.t >= LOOK_AHEAD_S:
             return Outcome.CONVERGED
         earlier = [r for t, r in self._history if t <= estimate.t - LOOK_AHEAD_S]
         # The motion repeats: the next seconds will teach about as much as the last ones did, never more.
