@@ -7,6 +7,7 @@ needs an independent hardware emergency stop.
 
 import enum
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,9 @@ Joints = Float[np.ndarray, " joint"]
 
 V_CREDIBLE_RAD_S = 1e3
 """No joint is faster; beyond, a velocity is a broken signal, whose product with the damping must still be finite."""
+
+WITHOUT_MODEL = 2.0
+"""Damping without a model over that of the soft descent: a falling hand then stays below 0.74 m/s (docs/safety.md)."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,11 @@ class StopReason(enum.Enum):
     MODEL_LOST = "The model of the arm in the machine no longer fits its posture."
     PAST_A_STOP = "A joint is where its stops do not let it be."
     ASTRAY = "A joint did not follow where it was led."
+    CONTROL_SILENT = "Control did not answer in time."
+    MACHINE_SILENT = "The machine did not say in time where it is."
+    ENCODER_JUMPED = "An encoder jumped farther than its joint can move."
+    ENCODER_DEAD = "An encoder stood still while its joint was moving."
+    TORQUE_WRONG = "The motors do not give the torque that they are told."
 
 
 class Envelope:
@@ -79,12 +88,17 @@ class Envelope:
         """Who is in the machine; the drives' own limits alone while nobody is."""
         self.clipped_ticks = 0
         """How often torque or torque rate was limited."""
+        self.isolated: frozenset[int] = frozenset()
+        """Joints whose encoder is not believed any more; their own drives brake them."""
+        self.without_model = False
+        """Whether the descent only damps, because torques by the model are not believed any more."""
         self._step = limits.torque_rate_max_Nm_per_s * dt
         self._dt = dt
         self._bounds: list[float] = limits.torque_max_Nm.tolist()
         self._damping: list[float] = limits.damping_Nms_per_rad.tolist()
         self._tau = [0.0] * len(self._bounds)
         self._q = [0.0] * len(self._bounds)
+        self._none = [0.0] * len(self._bounds)
         self._tau_at_stop = self._tau
         self._since_stop = 0.0
 
@@ -97,16 +111,18 @@ class Envelope:
             v: How fast they are (joint,) [rad/s].
         """
         # Plain numbers: for a handful of joints they take a quarter of the time of arrays.
-        desired, speeds = tau_desired.tolist(), v.tolist()
+        desired, speeds, positions = tau_desired.tolist(), v.tolist(), q.tolist()
+        for joint in self.isolated:
+            speeds[joint], positions[joint] = 0.0, self._q[joint]
         # Finite on both sides: minimum and maximum would hide a NaN.
         fastest = max(map(abs, speeds)) if all(map(math.isfinite, speeds)) else None
-        self._see(q.tolist())
+        self._see(positions)
         if self.stop is None:
             self._watch(desired, fastest)
         wanted = desired if self.stop is None else self._descent()
         if fastest is not None:
             wanted = [tau - self._brake(joint, speeds[joint]) for joint, tau in enumerate(wanted)]
-        known = speeds if fastest is not None else [0.0] * len(speeds)
+        known = speeds if fastest is not None else self._none
         plausible = wanted if self.person is None else self._for_person(self.person, wanted, known)
         tau = [
             _within(_within(w, -bound, bound), last - self._step, last + self._step)
@@ -132,15 +148,34 @@ class Envelope:
         bounded = [_within(tau, *person.allowed(joint, self._q[joint])) for joint, tau in enumerate(wanted)]
         return person.afford(bounded, v, self.limits.torque_rate_max_Nm_per_s)
 
-    def trip(self, reason: StopReason) -> None:
-        """Start the soft descent for a reason that somebody else found; the first reason stays."""
+    @property
+    def drive_damping(self) -> Joints:
+        """What each drive adds by its own encoder (joint,) [N·m·s/rad]: that of the descent for an isolated joint."""
+        return np.array([d if j in self.isolated else 0.0 for j, d in enumerate(self._damping)])
+
+    @property
+    def descent_is_over(self) -> bool:
+        """Whether nothing of the torque at the stop is left."""
+        return self.stop is not None and self._since_stop >= self.limits.descent_s
+
+    def trip(self, reason: StopReason, *, without_model: bool = False, isolate: Iterable[int] = ()) -> None:
+        """Start the soft descent for a reason that somebody else found; the first reason stays, what is worse is added.
+
+        Args:
+            reason: What was found.
+            without_model: Torques by the model are not believed: damp only, twice as hard.
+            isolate: Joints whose encoder is not believed: their motion is not fed back, their drives brake them.
+        """
         if self.stop is None:
             self.stop = reason
             self._tau_at_stop = self._tau
+        self.without_model = self.without_model or without_model
+        self.isolated |= frozenset(isolate)
 
     def reset(self) -> None:
         """Leave the latched stop; an act of the operator. Torque goes on from where the descent has brought it."""
         self.stop = None
+        self.without_model, self.isolated = False, frozenset()
         self._since_stop = 0.0
 
     def _watch(self, tau_desired: list[float], fastest: float | None) -> None:
@@ -156,6 +191,8 @@ class Envelope:
 
     def _descent(self) -> list[float]:
         self._since_stop += self._dt
+        if self.without_model:
+            return self._none
         share = max(0.0, 1.0 - self._since_stop / self.limits.descent_s)
         return [tau * share for tau in self._tau_at_stop]
 
@@ -163,7 +200,7 @@ class Envelope:
         """Damping torque: on all motion while descending; else on what is too fast, and before a joint's stop."""
         v = _within(v, -V_CREDIBLE_RAD_S, V_CREDIBLE_RAD_S)
         if self.stop is not None:
-            return self._damping[joint] * v
+            return (WITHOUT_MODEL if self.without_model else 1.0) * self._damping[joint] * v
         excess = max(abs(v) - self.limits.v_damping_rad_s, 0.0)
         in_wall = 0.0 if self.person is None else self.person.wall(joint, self._q[joint], v) * abs(v)
         return math.copysign(self._damping[joint] * max(excess, in_wall), v)

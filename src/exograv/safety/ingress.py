@@ -6,8 +6,9 @@ Sources of all figures: docs/safety.md.
 import enum
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from exograv.signals import JointState, TorqueSource
 
@@ -26,8 +27,9 @@ FROZEN_TICKS = 20
 FROZEN_FROM_RAD_S = 0.2
 """Speed from which on that is certain [rad/s]."""
 
-FROZEN_COUNTS = 4
-"""Of the encoder that the joint must have moved by before: within one count nobody comes to rest from there [-]."""
+MOVING_TICKS, MOVING_COUNTS = 5, 4
+"""Just before, in which the joint must have been so fast, and moved by so many counts of its encoder: from there nobody
+comes to rest within one count, braked by 50 rad/s², which is more than any motor does to an arm."""
 
 
 class Doubt(enum.Enum):
@@ -69,12 +71,13 @@ class Ingress:
         self.dropped = 0
         """Measurements that came twice or after a newer one: counted, and never used."""
 
-    def see(self, state: JointState | None, now: float) -> Seen:
+    def see(self, state: JointState | None, now: float, ignored: Collection[int] = ()) -> Seen:
         """One tick.
 
         Args:
             state: What came, None if nothing.
             now: On the rig's clock [s].
+            ignored: Joints that are not believed any more: what they say makes no measurement worse.
         """
         if state is None:
             return Seen(None, ((Doubt.MISSING, None),))
@@ -84,19 +87,23 @@ class Ingress:
         self._sequence = state.sequence
         if not now - state.t <= AGE_MAX_S:
             return Seen(None, ((Doubt.STALE, None),))
-        values = list(zip(state.q.tolist(), _measured(state), strict=True))
-        broken = [j for j, both in enumerate(values) if not all(map(math.isfinite, both))]
+        believed = {
+            j: values
+            for j, values in enumerate(zip(state.q.tolist(), _measured(state), strict=True))
+            if j not in ignored
+        }
+        broken = [j for j, both in believed.items() if not all(map(math.isfinite, both))]
         if broken:
             return Seen(None, tuple((Doubt.NOT_FINITE, j) for j in broken))
         ticks = max(round((state.t - self._t) / self._period_s), 1) if math.isfinite(self._t) else 1
         # All of them look, whatever the first one finds.
-        jumped = [encoder.jumps(q, ticks) for encoder, (q, _) in zip(self._encoders, values, strict=True)]
-        if any(jumped):
-            certain = (j for j, encoder in enumerate(self._encoders) if encoder.jumped >= JUMPS_MAX)
+        jumped = [j for j, (q, _) in believed.items() if self._encoders[j].jumps(q, ticks)]
+        if jumped:
+            certain = (j for j in jumped if self._encoders[j].jumped >= JUMPS_MAX)
             return Seen(None, tuple((Doubt.JUMP, j) for j in certain))
         self._t = state.t
-        frozen = [encoder.is_frozen(q) for encoder, (q, _) in zip(self._encoders, values, strict=True)]
-        return Seen(state, tuple((Doubt.FROZEN, j) for j, is_frozen in enumerate(frozen) if is_frozen))
+        frozen = [j for j, (q, _) in believed.items() if self._encoders[j].is_frozen(q)]
+        return Seen(state, tuple((Doubt.FROZEN, j) for j in frozen))
 
 
 class _Encoder:
@@ -104,8 +111,8 @@ class _Encoder:
 
     def __init__(self, jump_rad: float, count_rad: float, period_s: float):
         self._jump = jump_rad + count_rad
-        self._way = max(FROZEN_FROM_RAD_S * FROZEN_TICKS * period_s, FROZEN_COUNTS * count_rad)
-        self._last: deque[float] = deque(maxlen=2 * FROZEN_TICKS + 1)
+        self._way = max(FROZEN_FROM_RAD_S * MOVING_TICKS * period_s, MOVING_COUNTS * count_rad)
+        self._last: deque[float] = deque(maxlen=MOVING_TICKS + FROZEN_TICKS + 1)
         self.jumped = 0
         """Positions in a row that were too far off."""
 
@@ -119,9 +126,9 @@ class _Encoder:
         """Use this position; whether it has been the same for long after a clear motion."""
         last = self._last
         last.append(q)
-        if len(last) <= 2 * FROZEN_TICKS or any(last[-k - 2] != q for k in range(FROZEN_TICKS)):
+        if last[0] == q or len(last) <= MOVING_TICKS + FROZEN_TICKS:
             return False
-        return abs(last[FROZEN_TICKS] - last[0]) >= self._way
+        return all(one == q for one in islice(last, MOVING_TICKS, None)) and abs(q - last[0]) >= self._way
 
 
 def _measured(state: JointState) -> list[float]:

@@ -1,0 +1,202 @@
+"""Stands between control and the machine: believes neither, bridges what is short, lets the arm down for what is not.
+
+It needs no model and no control: a measurement and a submitted torque come in, or do not; what may go out goes out.
+"""
+
+import enum
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.signals import JointState
+
+from .envelope import Envelope, StopReason
+from .ingress import Doubt, Ingress
+
+Joints = Float[np.ndarray, " joint"]
+
+IN_A_ROW_MAX = 3
+"""Missed ticks that are bridged by the last valid torque [-]; the next one is one too many."""
+
+WINDOW, IN_WINDOW_MAX = 20, 3
+"""Ticks, and how many of them may be missed."""
+
+SECOND, IN_SECOND_MAX = 1000, 10
+"""The same of a second."""
+
+SPEED_FILTER_S = 0.008
+"""Of the guard's own velocity: a count of a coarse encoder is then a tenth of a radian per second [s]."""
+
+
+class SafeState(enum.IntEnum):
+    """What protects the person now; of several the greatest is in force (docs/safety.md, SS0 to SS3)."""
+
+    NONE = -1
+    """Control's own torque goes out, limited."""
+    BRIDGE = 0
+    """The last valid torque is held for some ticks."""
+    DESCENT = 1
+    """Soft descent."""
+    DAMPING = 2
+    """Damping only."""
+    ISOLATION = 3
+    """Soft descent, a distrusted joint braked by its own drive."""
+
+
+@dataclass(frozen=True)
+class Submitted:
+    """What control asks for."""
+
+    sequence: int
+    """The measurement that it answers."""
+
+    valid_until: float
+    """On the rig's clock [s]."""
+
+    tau: Joints
+    """[N·m]"""
+
+
+@dataclass(frozen=True)
+class Guarded:
+    """What goes out."""
+
+    tau: Joints
+    """[N·m]"""
+
+    drive_damping: Joints
+    """What each drive adds by its own encoder [N·m·s/rad]."""
+
+    safe_state: SafeState
+
+
+_STOPS: dict[Doubt, StopReason] = {
+    Doubt.JUMP: StopReason.ENCODER_JUMPED,
+    Doubt.FROZEN: StopReason.ENCODER_DEAD,
+    Doubt.NOT_FINITE: StopReason.NO_MEASUREMENT,
+}
+
+
+class Guard:
+    """Of one machine; latched by the first fault until `reset`."""
+
+    def __init__(self, envelope: Envelope, ingress: Ingress, period_s: float):
+        joints = len(envelope.limits.torque_max_Nm)
+        self.envelope = envelope
+        self._ingress, self._period_s = ingress, period_s
+        self._speeds = _Speeds(joints, period_s)
+        self._measured, self._answered = _Misses(), _Misses()
+        self._q = self._v = np.zeros(joints)
+        self._held = np.zeros(joints)
+        self._everywhere = range(joints)
+        self._broken: frozenset[int] = frozenset()
+
+    def step(self, state: JointState | None, submitted: Submitted | None, now: float) -> Guarded:
+        """One tick.
+
+        Args:
+            state: What the machine said in this tick, None if nothing.
+            submitted: What control answered to it, None if nothing.
+            now: On the rig's clock [s].
+        """
+        seen = self._ingress.see(state, now, self.envelope.isolated)
+        self._doubt(seen.doubts)
+        if seen.state is not None:
+            self._q = seen.state.q
+            self._v = self._speeds.update(seen.state.q.tolist(), seen.state.t)
+        bridges = self._count(seen.state, submitted, now)
+        tau = self.envelope.limit(self._held, self._q, self._v)
+        return Guarded(tau, self.envelope.drive_damping, self._safe_state(bridges))
+
+    def reset(self) -> bool:
+        """Whether the latch was left: not while an arm still comes down."""
+        believed = [j for j in self._everywhere if j not in self.envelope.isolated]
+        standing = bool((np.abs(self._v[believed]) < STANDING_RAD_S).all())
+        if not (self.envelope.descent_is_over and standing):
+            return False
+        self.envelope.reset()
+        self._speeds = _Speeds(len(self._everywhere), self._period_s)
+        self._measured, self._answered = _Misses(), _Misses()
+        self._held = np.zeros(len(self._held))
+        return True
+
+    def _doubt(self, doubts: Sequence[tuple[Doubt, int | None]]) -> None:
+        """Joints that are certainly not to be believed are isolated; a number that is none first has three ticks."""
+        for doubt, joint in doubts:
+            if joint is not None and doubt is not Doubt.NOT_FINITE:
+                self.envelope.trip(_STOPS[doubt], isolate=(joint,))
+                # Without this joint the next measurement is a good one.
+                self._measured = _Misses()
+        self._broken = frozenset(j for doubt, j in doubts if doubt is Doubt.NOT_FINITE and j is not None)
+
+    def _count(self, state: JointState | None, submitted: Submitted | None, now: float) -> bool:
+        """Take control's torque if it answers in time; whether the last one is held in its place."""
+        if self._measured.add(state is None):
+            reason = StopReason.NO_MEASUREMENT if self._broken else StopReason.MACHINE_SILENT
+            self.envelope.trip(reason, isolate=self._broken or self._everywhere)
+        if state is None:
+            return True
+        answers = submitted is not None and submitted.sequence == state.sequence and now <= submitted.valid_until
+        if self._answered.add(not answers):
+            self.envelope.trip(StopReason.CONTROL_SILENT)
+        if submitted is None or not answers:
+            return True
+        self._held = submitted.tau.copy()
+        return False
+
+    def _safe_state(self, bridges: bool) -> SafeState:
+        if self.envelope.isolated:
+            return SafeState.ISOLATION
+        if self.envelope.without_model:
+            return SafeState.DAMPING
+        if self.envelope.stop is not None:
+            return SafeState.DESCENT
+        return SafeState.BRIDGE if bridges else SafeState.NONE
+
+
+STANDING_RAD_S = 0.05
+"""Speed below which a joint stands still."""
+
+
+class _Misses:
+    """Missed ticks, and whether they are too many to bridge."""
+
+    def __init__(self):
+        self._row = self._count = 0
+        self._window: deque[bool] = deque(maxlen=WINDOW)
+        self._second: deque[bool] = deque(maxlen=SECOND)
+
+    def add(self, is_missed: bool) -> bool:
+        """One tick; whether the bridge ends with it."""
+        if len(self._second) == SECOND:
+            self._count -= self._second[0]
+        self._second.append(is_missed)
+        self._count += is_missed
+        self._window.append(is_missed)
+        self._row = self._row + 1 if is_missed else 0
+        if not is_missed:
+            return False
+        return self._row > IN_A_ROW_MAX or sum(self._window) > IN_WINDOW_MAX or self._count > IN_SECOND_MAX
+
+
+class _Speeds:
+    """The guard's own velocities: filtered differences of positions, nothing of control's observer."""
+
+    def __init__(self, joints: int, period_s: float):
+        self._period_s = period_s
+        self._v = [0.0] * joints
+        self._q: list[float] | None = None
+        self._t = 0.0
+
+    def update(self, q: list[float], t: float) -> Joints:
+        """Take positions [rad] of the time `t` [s]; velocities [rad/s]."""
+        if self._q is not None:
+            passed = max(t - self._t, 0.5 * self._period_s)
+            share = passed / (SPEED_FILTER_S + passed)
+            pairs = zip(self._v, q, self._q, strict=True)
+            self._v = [v + share * ((at - was) / passed - v) for v, at, was in pairs]
+        self._q, self._t = q, t
+        return np.array(self._v)

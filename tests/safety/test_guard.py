@@ -1,0 +1,204 @@
+"""Control may be late, mad or dead, and encoders may say anything: what goes out is bounded, and the arm comes down."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.guard import IN_A_ROW_MAX, IN_SECOND_MAX, Guard, Guarded, SafeState, Submitted
+from exograv.safety.ingress import FROZEN_TICKS, Ingress
+from exograv.signals import JointState, TorqueSource
+
+DT = 1e-3
+LIMITS = Limits(np.array([60.0, 30.0]), np.array([10.0, 4.0]))
+STEP = LIMITS.torque_rate_max_Nm_per_s * DT
+ROUNDING = 1e-9
+TORQUE = np.array([10.0, -3.0])
+LIFE_S = 0.005
+BUDGET_TICKS = 6
+"""F04, F14: from the first missed tick to the safe state, at 1 kHz."""
+
+
+class Bench:
+    """A guard, a machine that moves as it is told to, and control that answers."""
+
+    def __init__(self):
+        self.guard = Guard(Envelope(LIMITS, DT), Ingress([1e-6, 1e-6], DT, LIMITS.v_trip_rad_s), DT)
+        self.k, self.q, self.v = 0, np.array([0.3, 0.6]), np.zeros(2)
+
+    def state(self, q: np.ndarray | None = None) -> JointState:
+        q = self.q if q is None else q
+        return JointState(self.k * DT, self.k, q.copy(), np.ones(2), np.full(2, np.nan), TorqueSource.CURRENT)
+
+    def tick(self, tau: np.ndarray | None = TORQUE, q: np.ndarray | None = None, *, lost: bool = False) -> Guarded:
+        """One tick: control's torque or silence, the true position or another one, or none."""
+        self.k += 1
+        self.q = self.q + self.v * DT
+        now = self.k * DT
+        submitted = None if tau is None else Submitted(self.k, now + LIFE_S, tau)
+        return self.guard.step(None if lost else self.state(q), submitted, now)
+
+    def settled(self, ticks: int = 100) -> "Bench":
+        for _ in range(ticks):
+            self.tick()
+        return self
+
+
+def test_in_good_order_control_s_torque_goes_out_unchanged():
+    out = Bench().settled().tick()
+    np.testing.assert_array_equal(out.tau, TORQUE)
+    assert out.safe_state is SafeState.NONE
+    assert not out.drive_damping.any()
+
+
+def test_three_silent_ticks_are_bridged_and_the_fourth_lets_the_arm_down():
+    bench = Bench().settled()
+    bridged = [bench.tick(None) for _ in range(IN_A_ROW_MAX)]
+    assert all(out.safe_state is SafeState.BRIDGE for out in bridged)
+    assert all((out.tau == TORQUE).all() for out in bridged)
+    out = bench.tick(None)
+    assert out.safe_state is SafeState.DESCENT
+    assert bench.guard.envelope.stop is StopReason.CONTROL_SILENT
+    assert IN_A_ROW_MAX + 1 <= BUDGET_TICKS
+
+
+def test_four_misses_in_twenty_ticks_are_too_many_though_never_two_in_a_row():
+    bench = Bench().settled()
+    for _ in range(3):
+        bench.tick(None)
+        assert bench.tick().safe_state is SafeState.NONE
+    assert bench.tick(None).safe_state is SafeState.DESCENT
+
+
+def test_one_percent_of_a_second_missed_is_too_many_though_never_four_in_twenty():
+    bench = Bench().settled()
+    for _ in range(IN_SECOND_MAX):
+        assert bench.tick(None).safe_state is SafeState.BRIDGE
+        bench.settled(10)
+    assert bench.tick(None).safe_state is SafeState.DESCENT
+
+
+def test_a_miss_every_hundred_and_tenth_tick_is_bridged_for_ever():
+    bench = Bench().settled()
+    for _ in range(30):
+        assert bench.tick(None).safe_state is SafeState.BRIDGE
+        bench.settled(109)
+    assert bench.guard.envelope.stop is None
+
+
+@pytest.mark.parametrize("of_before", [True, False])
+def test_an_answer_to_another_measurement_or_one_that_has_expired_is_none(of_before: bool):
+    bench = Bench().settled()
+    bench.k += 1
+    now = bench.k * DT
+    other = Submitted(bench.k - 1, now + LIFE_S, TORQUE) if of_before else Submitted(bench.k, now - DT, TORQUE)
+    out = bench.guard.step(bench.state(), other, now)
+    assert out.safe_state is SafeState.BRIDGE
+
+
+def test_a_machine_that_falls_silent_is_braked_by_its_drives_within_six_ticks():
+    bench = Bench().settled()
+    outs = [bench.tick(lost=True) for _ in range(BUDGET_TICKS)]
+    assert [out.safe_state for out in outs[:3]] == [SafeState.BRIDGE] * 3
+    assert outs[-1].safe_state is SafeState.ISOLATION
+    np.testing.assert_array_equal(outs[-1].drive_damping, LIMITS.damping_Nms_per_rad)
+    assert bench.guard.envelope.stop is StopReason.MACHINE_SILENT
+
+
+def test_an_encoder_that_says_nothing_is_isolated_and_the_other_joint_is_still_watched_and_damped():
+    bench = Bench().settled()
+    broken = np.array([np.nan, 0.6])
+    outs = [bench.tick(q=broken) for _ in range(4)]
+    assert [out.safe_state for out in outs] == [SafeState.BRIDGE] * 3 + [SafeState.ISOLATION]
+    assert bench.guard.envelope.isolated == {0}
+    assert np.isfinite([out.tau for out in outs]).all()
+    out = [bench.tick(q=np.array([np.nan, 0.6 + 0.001 * k])) for k in range(200)][-1]
+    assert out.drive_damping.tolist() == [10.0, 0.0]
+    falling = -3.0 * (1 - 0.2 / 3.0) - 4.0 * 1.0
+    assert out.tau[1] == pytest.approx(falling, abs=0.2)
+
+
+def test_a_spike_changes_no_torque_by_more_than_a_step_and_three_isolate_the_joint():
+    bench = Bench().settled()
+    spike = bench.q + np.array([0.0, 0.4])
+    out = bench.tick(q=spike)
+    assert (np.abs(out.tau - TORQUE) <= STEP).all()
+    assert bench.tick().safe_state is SafeState.NONE
+    outs = [bench.tick(q=spike) for _ in range(3)]
+    assert outs[-1].safe_state is SafeState.ISOLATION
+    assert bench.guard.envelope.isolated == {1}
+    assert bench.guard.envelope.stop is StopReason.ENCODER_JUMPED
+
+
+def test_an_encoder_that_dies_in_motion_is_isolated_within_thirty_ticks():
+    bench = Bench()
+    bench.v = np.array([0.5, 0.2])
+    bench.settled()
+    dead = bench.q[0]
+    ticks = 0
+    while bench.guard.envelope.stop is None:
+        bench.tick(q=np.array([dead, bench.q[1] + 0.2 * DT]))
+        ticks += 1
+    assert FROZEN_TICKS <= ticks <= 30
+    assert bench.guard.envelope.isolated == {0}
+    assert bench.guard.envelope.stop is StopReason.ENCODER_DEAD
+
+
+def test_of_two_faults_the_worse_state_is_in_force_and_the_first_reason_stays():
+    bench = Bench().settled()
+    for _ in range(4):
+        bench.tick(None)
+    spike = bench.q + np.array([0.4, 0.0])
+    out = [bench.tick(None, q=spike) for _ in range(3)][-1]
+    assert out.safe_state is SafeState.ISOLATION
+    assert bench.guard.envelope.stop is StopReason.CONTROL_SILENT
+
+
+def test_a_torque_that_is_not_believed_is_damped_without_and_twice_as_hard():
+    bench = Bench().settled()
+    bench.guard.envelope.trip(StopReason.TORQUE_WRONG, without_model=True)
+    bench.v = np.array([0.5, 0.0])
+    out = [bench.tick() for _ in range(400)][-1]
+    assert out.safe_state is SafeState.DAMPING
+    np.testing.assert_allclose(out.tau, [-2.0 * 10.0 * 0.5, 0.0], atol=0.01)
+
+
+def test_nothing_leaves_the_latch_but_a_reset_after_the_descent_at_rest():
+    bench = Bench().settled()
+    for _ in range(4):
+        bench.tick(None)
+    assert not bench.guard.reset()
+    out = [bench.tick(np.array([50.0, 20.0])) for _ in range(3100)][-1]
+    assert out.safe_state is SafeState.DESCENT
+    assert not out.tau.any()
+    bench.v = np.array([0.2, 0.0])
+    bench.settled(50)
+    assert not bench.guard.reset()
+    bench.v = np.zeros(2)
+    bench.settled(50)
+    assert bench.guard.reset()
+    out = bench.tick()
+    assert out.safe_state is SafeState.NONE
+    assert (np.abs(out.tau) <= STEP + ROUNDING).all()
+
+
+numbers = st.one_of(st.floats(-1e3, 1e3), st.sampled_from([np.nan, np.inf, -np.inf, 1e308]))
+pairs = st.tuples(numbers, numbers).map(np.array)
+near = st.tuples(st.floats(-0.002, 0.002), st.floats(-0.002, 0.002)).map(np.array)
+
+
+@given(st.lists(st.tuples(st.none() | pairs, st.one_of(near, pairs), st.booleans()), min_size=1, max_size=60))
+@settings(max_examples=60)
+def test_whatever_comes_in_what_goes_out_is_finite_bounded_slow_and_never_less_safe_than_before(history):
+    bench = Bench().settled(20)
+    before, worst = bench.guard.envelope.limit(TORQUE, bench.q, np.zeros(2)), SafeState.NONE
+    for tau, off, lost in history:
+        out = bench.tick(tau, bench.q + off, lost=lost)
+        assert np.isfinite(out.tau).all()
+        assert (np.abs(out.tau) <= LIMITS.torque_max_Nm).all()
+        assert (np.abs(out.tau - before) <= STEP + ROUNDING).all()
+        assert np.isfinite(out.drive_damping).all()
+        if worst >= SafeState.DESCENT:
+            assert out.safe_state >= worst
+        before, worst = out.tau, max(worst, out.safe_state)
