@@ -44,8 +44,8 @@ def motion(x: np.ndarray, seed: int, bias: float = 0.3) -> list[Sample]:
 
 
 def odds(one: tuple[np.ndarray, float], other: tuple[np.ndarray, float], samples: list[Sample]) -> float:
-    beliefs = ((mean, sd**2 * np.eye(2)) for mean, sd in (one, other))
-    return log_odds(*beliefs, samples, TwoLinks(), UNEXPLAINED)
+    first, second = ((mean, sd**2 * np.eye(2)) for mean, sd in (one, other))
+    return log_odds(first, second, samples, TwoLinks(), UNEXPLAINED)
 
 
 TABLE = np.array([0.8, 0.3])

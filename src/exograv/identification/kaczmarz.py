@@ -21,6 +21,9 @@ others [-]; python benchmarks/tune_methods.py."""
 
 ROUND_EVERY = 4  # snapshots
 
+TURNING = 0.1
+"""Share of its uncertainty at rest up to which a joint's direction of motion counts as known [-]."""
+
 SEED = 20_251_004
 """Of the choice among violated equations; part of the method, not of the data."""
 
@@ -44,7 +47,7 @@ class Kaczmarz:
 
     def __init__(self, setting: Setting, window_s: float = WINDOW_S, ridge: float = RIDGE):
         self._model, self._ridge = Whitened(setting), ridge
-        self._torque, self._sd = setting.model, setting.residual_sd
+        self._torque = setting.model
         self._rows: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=max(1, round(window_s / BATCH_PERIOD_S)))
         self._xi = np.zeros(self._model.count)
         self._tail = self._xi.copy()
@@ -60,7 +63,8 @@ class Kaczmarz:
             return
         error, H = self._model.rows(mean, self._tail)
         # A projection meets its equation however unsure that is: of a joint about to turn it is left out.
-        told = self._torque.direction_uncertainty(mean.v) <= self._sd
+        unsure = self._torque.direction_uncertainty(mean.v)
+        told = unsure <= TURNING * self._torque.direction_uncertainty(np.zeros_like(mean.v))
         self._rows.append((H[told], (error + H @ self._tail)[told]))
         self._snapshots += 1
         if self._snapshots % ROUND_EVERY == 0:
