@@ -12,8 +12,8 @@ from jaxtyping import Float
 from exograv.dynamics.parameters import Layout
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Method, Sample
+from exograv.identification.pace import BATCH_PERIOD_S
 from exograv.identification.prior import prior
-from exograv.identification.recursive import UPDATE_PERIOD_S
 from exograv.kernel import compilation
 from exograv.session.identify import build_method, identification_motion
 from exograv.session.names import MethodName
@@ -67,10 +67,10 @@ def _samples(seconds: float) -> list[Sample]:
     x[layout.phi] *= HEAVIER
     x[layout.fit] += OFFSET
     model, noise = ArmModel(assembly, machine), np.random.default_rng(SEED)
-    path = identification_motion(assembly, seconds, UPDATE_PERIOD_S)
+    path = identification_motion(assembly, seconds, BATCH_PERIOD_S)
     samples = []
     for i, (q, v, a) in enumerate(zip(path.q, path.v, path.a, strict=True)):
-        sample = Sample(UPDATE_PERIOD_S * i, q, v, a, np.zeros(assembly.n))
+        sample = Sample(BATCH_PERIOD_S * i, q, v, a, np.zeros(assembly.n))
         sample.tau = model.linearise(sample, x)[0] + noise.normal(0.0, RESIDUAL_SD, assembly.n)
         samples.append(sample)
     return samples
