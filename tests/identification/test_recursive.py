@@ -192,6 +192,36 @@ def test_on_a_linear_model_running_over_all_samples_again_changes_nothing_but_th
     np.testing.assert_allclose(method.estimate().sd, before.sd, atol=1e-8)
 
 
+def test_an_estimate_far_from_the_prior_is_fitted_once_more_from_there_and_the_better_one_kept():
+    x, bent = drawn(0), Toy(bend=2.0)
+    x[10] = 0.3
+    method = taught(stream(x, 0, 20.0, bent, scale=0.3), bent)
+    right = method.estimate().x[10]
+    assert abs(right - x[10]) < 0.1
+    # As if the first seconds had led it to the next branch of the sine.
+    wrong = method._mean.copy()
+    wrong[10] = np.pi - x[10]
+    method._x = wrong
+    method._step()
+    assert abs(method.estimate().x[10] - x[10]) > 1.0
+    evidence = method._bank.log_evidence
+    method._doubt()
+    assert abs(method.estimate().x[10] - x[10]) < 0.1
+    assert method._bank.log_evidence > evidence
+    method._doubt()
+    assert abs(method.estimate().x[10] - x[10]) < 0.1
+
+
+def test_an_estimate_that_explains_more_than_a_fresh_one_stays(monkeypatch: pytest.MonkeyPatch):
+    method = taught(stream(drawn(0), 0, 6.0))
+    before, kept = method.estimate(), method._bank
+    monkeypatch.setattr(recursive, "ASTRAY_SD", 0.0)
+    monkeypatch.setattr(recursive, "FRESH_STEPS", 0)
+    method._doubt()
+    assert method._bank is kept
+    np.testing.assert_array_equal(method.estimate().x, before.x)
+
+
 def test_a_ripple_that_beats_with_the_period_of_the_updates_changes_nothing():
     calm = stream(drawn(0), 0, 10.0, period_s=BATCH_PERIOD_S / 4)
     rippled = [Sample(s.t, s.q, s.v, s.a, s.tau + np.cos(2 * np.pi * s.t / BATCH_PERIOD_S)) for s in calm[1:]]

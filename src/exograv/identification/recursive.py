@@ -43,6 +43,13 @@ RELINEARISE_FIRST_S, RELINEARISE_GROWTH = 2.0, 1.6
 """When all samples are linearised anew: after 2 s of motion, then at times that grow geometrically."""
 
 
+ASTRAY_SD = 4.0
+"""Standard deviations from the prior beyond which an estimate is doubted: the first seconds can lead a bent model to
+another fit of the same torques, from where each step looks right."""
+
+FRESH_STEPS = 4
+"""Linearisations of a second fit, which starts from the prior again."""
+
 REWEIGHTINGS = 2
 """How often samples are weighed anew by what the newest estimate leaves of them, at each linearisation [-]."""
 
@@ -110,6 +117,21 @@ class Recursive:
         """
         if not self._history:
             return
+        self._step()
+        if np.abs(self._bank.mean()).max() > ASTRAY_SD:
+            self._doubt()
+
+    def _doubt(self) -> None:
+        """Fit everything once more from the prior, and keep what explains the samples better."""
+        before = self._bank, self._x, self._scales, self._rejected
+        self._bank, self._x = self._empty_bank(), self._mean.copy()
+        for _ in range(FRESH_STEPS):
+            self._step()
+        if before[0].log_evidence > self._bank.log_evidence:
+            self._bank, self._x, self._scales, self._rejected = before
+
+    def _step(self) -> None:
+        """One Gauss–Newton step of all samples, bursts held back."""
         self._scales = self._plausible_scales()
         linear, likely = self._linearised(), self._bank
         surprise = np.zeros(len(self._history))

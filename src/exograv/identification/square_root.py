@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import get_lapack_funcs
+from scipy.special import logsumexp
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -147,6 +148,11 @@ class FilterBank:
         """Probability of each assumed size of the disturbance, all equal before the first measurement."""
         likelihood = np.exp(self.log_likelihood - self.log_likelihood.max())
         return likelihood / likelihood.sum()
+
+    @property
+    def log_evidence(self) -> float:
+        """How well prior and model explain all measurements, over the assumed sizes."""
+        return float(logsumexp(self.log_likelihood) - np.log(self._filters))
 
     def mean(self) -> Float[np.ndarray, " unknown"]:
         """Best unknowns, over all filters."""
