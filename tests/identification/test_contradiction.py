@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from exograv.identification import contradiction
 from exograv.identification.contradiction import Unexplained, log_odds
 from exograv.identification.discrepancy import Discrepancy
 from exograv.identification.interface import Sample
@@ -12,6 +13,7 @@ NOISE = Noise(np.array([0.1, 0.1]), np.array([0.1, 0.1]), np.array([0.3, 0.3]))
 UNEXPLAINED = Unexplained(NOISE, Discrepancy(np.array([0.05, 0.05]), 0.5, 8))
 T = np.arange(0.0, 10.0, 0.32)
 BURST_NM, BURST_EVERY_S, BURST_S = 2.0, 5.0, 1.0
+TWITCH_NM, TWITCH_EVERY = 15.0, 10  # one sample in so many
 CLEAR_ODDS = 5.0  # as a logarithm: 150 to 1
 
 
@@ -78,3 +80,12 @@ def test_bursts_do_not_hide_somebody_else(seed: int):
     for sample in samples:
         sample.tau = sample.tau + BURST_NM * np.sin(sample.q.sum()) * (sample.t % BURST_EVERY_S < BURST_S)
     assert odds((TABLE - off, 0.01), (TABLE, 0.1), samples) < -CLEAR_ODDS
+
+
+def test_twitches_speak_against_the_right_persons_file_only_where_they_are_not_held_back(monkeypatch):
+    samples = motion(TABLE, 0)
+    for sample in samples[::TWITCH_EVERY]:
+        sample.tau = sample.tau + TWITCH_NM * np.sin(sample.q.sum())
+    assert odds((TABLE, 0.01), (TABLE, 0.1), samples) > 0.0
+    monkeypatch.setattr(contradiction, "REWEIGHTINGS", 0)
+    assert odds((TABLE, 0.01), (TABLE, 0.1), samples) < -CLEAR_ODDS

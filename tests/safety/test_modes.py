@@ -73,14 +73,6 @@ def test_safety_is_left_by_a_reset_only_and_the_reset_starts_nothing():
     assert [(event, to) for (mode, event), to in TRANSITIONS.items() if mode is Mode.SAFE] == [(Event.RESET, Mode.OFF)]
 
 
-@pytest.mark.parametrize("over", [True, False])
-@pytest.mark.parametrize("still", [True, False])
-def test_no_reset_while_an_arm_still_comes_down(over: bool, still: bool):
-    machine = after(*INTO_AN_ARM, Event.FAULT)
-    assert machine.may_reset(over, still) == (over and still)
-    assert not ModeMachine(Mode.FLOATING).may_reset(True, True)
-
-
 def test_the_arm_s_share_comes_without_a_step_and_ends_whole():
     machine = after(*INTO_AN_ARM)
     shares = ramped(machine, RAMP_IN_S)

@@ -122,7 +122,7 @@ def _unexplained(
     """Covariance of what else is in the torques: of known size, and the unrest for each size of one."""
     known = np.diag(noise_sd.ravel() ** 2)
     if rest.discrepancy is not None:
-        errors = np.vstack([rest.discrepancy.errors(sample.q) for sample in samples])
+        errors = np.vstack([rest.discrepancy.errors(sample.q, sample.v) for sample in samples])
         known += errors @ errors.T
     t = np.array([sample.t for sample in samples])
     together = np.exp(-np.abs(t[:, None] - t) / rest.noise.disturbance_correlation_s)

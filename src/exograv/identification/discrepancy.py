@@ -1,4 +1,4 @@
-"""What no parameter explains: a smooth field of torque over the postures, so that intervals stay true.
+"""What no parameter explains: smooth fields of torque over the postures, so that intervals stay true.
 
 A model is never right everywhere. Without this every further pass through the same posture would be taken as new
 evidence, and the intervals would shrink past the truth. The field is considered, not estimated: it widens the
@@ -17,11 +17,14 @@ POSTURE_LENGTH_RAD = 0.5
 """Distance in posture over which an error of the model changes: half a joint's range [rad]."""
 
 FEATURES = 16
-"""Of a joint's field [-]."""
+"""Of a joint's field, and again of the one that turns its sign with the motion [-]."""
+
+TURNS_RAD_S = 0.05
+"""Joint speed over which an error of the friction turns its sign [rad/s]."""
 
 
 class Discrepancy:
-    """A Gaussian field per joint, by random Fourier features.
+    """Two Gaussian fields per joint, by random Fourier features: one that stays, and one that turns with the motion.
 
     Source: Rahimi & Recht 2007, NeurIPS 20 (features); Kennedy & O'Hagan 2001, JRSS B 63:425 (the idea).
     """
@@ -36,10 +39,10 @@ class Discrepancy:
             seed: Of the features; part of the method, not of the data.
         """
         generator = np.random.default_rng(seed)
-        self._frequencies = generator.standard_normal((features, len(sd))) / length_rad
-        self._phases = generator.uniform(0.0, 2 * np.pi, features)
-        self._sd = np.diag(sd)[:, :, None]
-        self.count = features * len(sd)
+        self._frequencies = generator.standard_normal((2 * features, len(sd))) / length_rad
+        self._phases = generator.uniform(0.0, 2 * np.pi, 2 * features)
+        self._features, self._sd = features, sd
+        self.count = 2 * features * len(sd)
         """Number of independent errors."""
 
     @classmethod
@@ -47,7 +50,11 @@ class Discrepancy:
         """What stage 0 left unexplained (joint,) [N·m] may be a function of posture as well as noise."""
         return cls(np.hypot(CLOSURE_ERROR_NM, residual_sd), POSTURE_LENGTH_RAD, FEATURES)
 
-    def errors(self, q: Joints) -> Float[np.ndarray, "joint considered"]:
-        """What each error of standard size adds to the torque at posture `q` [rad] [N·m]."""
-        values = np.sqrt(2.0 / len(self._phases)) * np.cos(self._frequencies @ q + self._phases)
-        return (self._sd * values).reshape(len(q), -1)
+    def errors(self, q: Joints, v: Joints) -> Float[np.ndarray, "joint considered"]:
+        """What each error of standard size adds to the torque [N·m] at posture `q` [rad] and speed `v` [rad/s]."""
+        n, values = self._features, np.cos(self._frequencies @ q + self._phases)
+        turning = np.outer(self._sd * np.tanh(v / TURNS_RAD_S), values[n:])
+        by_joint = np.hstack([np.outer(self._sd, values[:n]), turning])
+        errors = np.zeros((len(q), len(q), 2 * n))
+        errors[np.arange(len(q)), np.arange(len(q))] = np.sqrt(2.0 / n) * by_joint
+        return errors.reshape(len(q), -1)

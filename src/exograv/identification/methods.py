@@ -4,17 +4,29 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+from scipy.linalg import block_diag
+
 from . import adam, ekf, forgetting, gradient_full, gradient_prior, kaczmarz, least_squares, nlms, oracle
 from .interface import Method
 from .recursive import Recursive
+from .relaxation import SHARE_SD, Relaxing
 from .setting import Setting
 
 Builder = Callable[..., Method]
 
 
 def _recursive(setting: Setting) -> Method:
+    """With the fast part of the wearer's springs beside what every method learns."""
     s = setting
-    return Recursive(s.model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy)
+    if s.springs is None:
+        return Recursive(s.model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy)
+    stiffness = s.springs.stiffness
+    fast_sd = SHARE_SD * s.mean[stiffness]
+    mean = np.append(s.mean, np.zeros_like(fast_sd))
+    covariance = block_diag(s.covariance, np.diag(fast_sd**2))
+    model = Relaxing(s.model, stiffness)
+    return Recursive(model, mean, covariance, s.noise, s.bodies, s.discrepancy, hidden=len(fast_sd))
 
 
 BUILDERS: Mapping[str, Builder] = MappingProxyType(

@@ -152,7 +152,9 @@ class Oracle:
         t = np.array([sample.t for sample in samples])
         apart = np.abs(t[:, None] - t)
         slow = np.exp(-apart / noise.disturbance_correlation_s)
-        errors = None if discrepancy is None else np.array([discrepancy.errors(sample.q) for sample in samples])
+        errors = (
+            None if discrepancy is None else np.array([discrepancy.errors(sample.q, sample.v) for sample in samples])
+        )
         factors, sd = [], self._setting.residual_sd
         for j in range(self._torque.n_joints):
             # An exponential correlation of this integrated time; and a little of it white, as no sensor is exact.

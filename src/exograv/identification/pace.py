@@ -33,8 +33,8 @@ class Averages:
     """Means of the samples over one period after another; the first sample is a mean of its own.
 
     One sample in 0.08 s would be enough for the motion, not for what rides on it: the ripple of a gear passes the
-    7 Hz filter, and at the speed at which it turns once a period it looks like a torque of the posture. A cuff came out
-    0.35 N·m/rad too soft so (docs/identification.md). In the mean it cancels.
+    7 Hz filter, and at the speed at which it turns once a period it looks like a torque of the posture, and
+    stays in the estimate of whatever springs there are (docs/identification.md). In the mean it cancels.
     """
 
     def __init__(self, period_s: float):

@@ -36,7 +36,7 @@ class PhysicalProjection:
 
     def __init__(self, bodies: tuple[slice, ...], prior: Float[np.ndarray, " parameter"]):
         self._bodies = bodies
-        self._entries = np.concatenate([np.arange(body.start, body.stop) for body in bodies])
+        self._entries = np.array([entry for body in bodies for entry in range(body.start, body.stop)], dtype=int)
         self._prior = prior[self._entries]
 
     def is_physical(self, x: Float[np.ndarray, " parameter"]) -> bool:

@@ -81,7 +81,20 @@ class Recursive:
         noise: Noise,
         bodies: tuple[slice, ...],
         discrepancy: Discrepancy | None = None,
+        hidden: int = 0,
     ):
+        """Before any motion.
+
+        Args:
+            model: Of the torque.
+            mean: Of what is believed beforehand.
+            covariance: Of that.
+            noise: What the model cannot explain.
+            bodies: Inertial parameters of the bodies.
+            discrepancy: Errors of the model that come again with the posture.
+            hidden: So many parameters at the end are learned and not told: they are nobody's outside of this method.
+        """
+        self._told = len(mean) - hidden
         self._model, self._noise, self._discrepancy = model, noise, discrepancy
         self._mean = mean
         self._unwhiten = square_root(covariance)
@@ -113,7 +126,8 @@ class Recursive:
         """Run over all samples again, linearised at the newest estimate: one Gauss–Newton step of the whole batch.
 
         What was learned at the wrong place (a shoulder centimetres off) is forgotten that way. It takes some
-        milliseconds per second of motion and belongs to a worker, not to the loop.
+        milliseconds per second of motion, five times as many where the estimate is doubted, and belongs to a worker,
+        not to the loop.
         """
         if not self._history:
             return
@@ -171,7 +185,7 @@ class Recursive:
         # A correlated residual says less: its variance grows by the number of samples that say the same.
         repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
         noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
-        errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q)
+        errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q, sample.v)
         return dt, derivative @ self._unwhiten, sample.tau - tau + derivative @ (x - self._mean), noise_sd, errors
 
     def estimate(self) -> Estimate:
@@ -179,7 +193,8 @@ class Recursive:
         covariance = self.covariance()
         x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
         scale = float(self._bank.weights @ self._scales)
-        return Estimate(self._t, x, covariance, self._rejected / max(self._samples, 1), scale)
+        told, rejected = slice(0, self._told), self._rejected / max(self._samples, 1)
+        return Estimate(self._t, x[told], covariance[told, told], rejected, scale)
 
     def _plausible(self) -> Parameters:
         """Where to linearise: the mean, but not beyond `PLAUSIBLE_SD`: early, a few samples can point anywhere."""

@@ -27,6 +27,9 @@ WINDOW, IN_WINDOW_MAX = 20, 3
 SECOND, IN_SECOND_MAX = 1000, 10
 """The same of a second."""
 
+STANDING_RAD_S = 0.05
+"""Speed below which a joint stands still."""
+
 SPEED_FILTER_S = 0.008
 """Of the guard's own velocity: a count of a coarse encoder is then a tenth of a radian per second [s]."""
 
@@ -155,10 +158,6 @@ class Guard:
         if self.envelope.stop is not None:
             return SafeState.DESCENT
         return SafeState.BRIDGE if bridges else SafeState.NONE
-
-
-STANDING_RAD_S = 0.05
-"""Speed below which a joint stands still."""
 
 
 class _Misses:

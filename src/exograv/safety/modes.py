@@ -94,10 +94,6 @@ class ModeMachine:
             self.arm_share = 0.0
         return True
 
-    def may_reset(self, descent_is_over: bool, stands_still: bool) -> bool:
-        """Whether a reset is allowed: not while an arm still comes down."""
-        return self.mode is Mode.SAFE and descent_is_over and stands_still
-
     def step(self, dt: float, drift_rad: float, fastest_rad_s: float) -> None:
         """Let time pass.
 

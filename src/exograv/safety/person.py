@@ -23,9 +23,6 @@ SHARE_MAX = 1.3
 MARGIN_NM = 3.0
 """Beyond that share and friction [N·m]."""
 
-GRAVITY_LEVEL_FREE = 1.0
-"""Up to which a gravity level needs no deliberate act of its own [-]."""
-
 
 @dataclass(frozen=True)
 class PersonLimits:

@@ -9,7 +9,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 
 from .calibration_file import CLOCK_ERROR, identity_of, refuse_other_machine
-from .participant_schema import CODE, StoredParticipant, is_code, parameter_names
+from .participant_schema import CODE, Person, StoredParticipant, is_code, parameter_names
 from .sealed_file import read_sealed, write_sealed
 
 AGAIN = "Identify the person again: `exograv identify --keep FILE`."
@@ -88,7 +88,13 @@ def refuse_other_body(path: Path, whole: StoredParticipant, told: Body) -> None:
     Raises:
         ConfigError: What is told of this person is not what the file says.
     """
-    person = whole.person
+    differs = other_body(whole.person, told)
+    if differs is not None:
+        raise ConfigError(f"{path} is of somebody else: {differs}. Give this person's own file, or none.")
+
+
+def other_body(person: Person, told: Body) -> str | None:
+    """What of a person's measures is not what is told now; None where a tape and a scale could differ as much."""
     lengths = told.lengths_m or {}
     pairs = [
         ("height", "m", person.height_m, told.height_m, HEIGHT_M),
@@ -100,12 +106,6 @@ def refuse_other_body(path: Path, whole: StoredParticipant, told: Body) -> None:
     ]
     for name, unit, stored, present, allowed in pairs:
         if abs(stored - present) > allowed:
-            raise ConfigError(
-                f"{path} is of somebody else: {name} {stored:g} {unit} there, {present:.4g} {unit} told now; "
-                f"{allowed:g} {unit} may lie between two days. Give this person's own file, or none."
-            )
-    if person.sex != told.sex:
-        raise ConfigError(
-            f"{path} is of somebody else: {person.sex} there, {told.sex} told now. "
-            "Give this person's own file, or none."
-        )
+            far = f"{name} {stored:g} {unit} there, {present:.4g} {unit} told now"
+            return f"{far}; {allowed:g} {unit} may lie between two days"
+    return None if person.sex == told.sex else f"{person.sex} there, {told.sex} told now"

@@ -8,7 +8,7 @@ import pytest
 
 from exograv.dynamics.parameters import Layout
 from exograv.model.support import sample_postures
-from exograv.session.weighing.arm_check import POUNDS_PER_KG, ArmCheck, ArmJudge
+from exograv.session.weighing.arm_check import POUNDS_PER_KG, SURE, ArmCheck, ArmJudge
 from exograv.session.weighing.way import telling_way
 
 BODY_KG = 75.0  # as in conftest.py
@@ -57,3 +57,16 @@ def test_somebody_elses_form_is_named_as_such(model, samples):
 
 def test_a_form_a_little_off_is_no_reason_to_refuse(model, samples):
     assert not judged(model, samples, 1.1).refused
+
+
+def test_two_motions_say_more_than_one_of_them(model, samples):
+    judge = ArmJudge(model)
+    one, both = judge.judge([samples], BODY_KG), judge.judge([samples, samples], BODY_KG)
+    assert both.sd < one.sd
+    wrong = judged(model, samples, 1 / POUNDS_PER_KG)
+    assert 0.5 < wrong.probability <= 1.0
+
+
+@pytest.mark.parametrize(("probability", "sure"), [(SURE - 1e-6, False), (SURE, True), (1.0, True)])
+def test_a_verdict_is_sure_from_99_to_1_on(probability: float, sure: bool):
+    assert ArmCheck(3.0, 0.2, 75.0, True, "", probability).is_sure == sure

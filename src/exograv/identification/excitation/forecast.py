@@ -41,7 +41,9 @@ class Forecast:
             _, derivative = self._model.linearise(sample, self._x)
             white = np.sqrt(self._statistics.white / (stride * path.dt))
             noise = np.hypot(white, self._model.direction_uncertainty(sample.v))
-            bank.update(stride * path.dt, derivative @ self._root, nothing, noise, self._field.errors(sample.q))
+            bank.update(
+                stride * path.dt, derivative @ self._root, nothing, noise, self._field.errors(sample.q, sample.v)
+            )
             while remaining and sample.t + stride * path.dt >= remaining[0] - 1e-9:
                 found[remaining.pop(0)] = self._left_over.rms(self._root @ bank.covariance() @ self._root.T)
         return found

@@ -144,7 +144,7 @@ class ArmJudge:
             tau, derivative = self._model.linearise(sample, x)
             noise = np.hypot(machine.residual_sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
             y = sample.tau - tau + derivative @ (x - self._mean)
-            rows.append((np.hstack([derivative @ self._spread, self._field.errors(sample.q)]), y, noise))
+            rows.append((np.hstack([derivative @ self._spread, self._field.errors(sample.q, sample.v)]), y, noise))
         H, y, noise = (np.array(column) for column in zip(*rows, strict=True))
         return Rows(np.array([sample.t for sample in samples]), H, y, noise)
 

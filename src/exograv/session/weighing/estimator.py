@@ -100,7 +100,7 @@ class WeightEstimator:
         tau, derivative = self._model.linearise(sample, x)
         by_phi = share * derivative[:, self._phi]
         by_weight = (WEIGHT_SD_KG * by_phi @ self._per_kg)[:, None]
-        learned = [by_weight, derivative @ self._spread, self._field.errors(sample.q)]
+        learned = [by_weight, derivative @ self._spread, self._field.errors(sample.q, sample.v)]
         H = np.hstack([*learned, self._considered(sample, x, by_phi, share * mass)])
         y = sample.tau - tau + by_weight[:, 0] * mass / WEIGHT_SD_KG
         machine = self._model.machine

@@ -25,7 +25,7 @@ from .way import Way, telling_way
 HEAVIEST_KG = 2.0  # that a person is given; nothing is hung before the machine is known to carry it
 TORQUE_SHARE = 0.8  # of a motor's torque that arm, weight and friction may ask at rest; the rest is for moving
 SPEED = 0.7  # rad/s: a little faster than a relaxed arm is moved by hand
-PASS_S = 30.0
+PASS_S = 60.0
 CANDIDATES = 64  # postures of the task workspace, every pair of which is a way
 TRAVEL, SETTLE_S = 0.6, 1.0  # rad/s, s
 

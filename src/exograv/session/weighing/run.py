@@ -120,20 +120,34 @@ def _weigh_all(
     model = ArmModel(assembly, machine)
     judge, gentle = ArmJudge(model), first_motion(pilot, controller, model)
     found.check = judge.judge([gentle], body.mass_kg)
-    if found.check.is_sure and (found.check.refused or not options.weights):
+    if is_enough(found.check, wants_weights=bool(options.weights)):
         return twin.t
     identifier, kept = Identifier(pilot, controller, machine, "recursive", "current", lambda *_found: None), Kept()
     identifier.followers.append(kept)
     identified = identify_arm(pilot, controller, identifier, MOTION_S)
     arm, found.identified_s = identified.last, MOTION_S
-    found.check = judge.judge([gentle, kept.samples], body.mass_kg)
-    if not found.check.is_sure and identified.restless_s is not None:
-        found.check = replace(found.check, refused=False, why=f"{RESTLESS_TEXT} {found.check.why}")
+    both = judge.judge([gentle, kept.samples], body.mass_kg)
+    found.check = in_doubt_not_refused(both, identified.restless_s is not None)
     if found.check.refused:
         return twin.t
     for place, mass in options.weights.items():
         found.weights[place] = weigh(pilot, controller, model, arm, _hanging(twin, place, mass), place)
     return twin.t
+
+
+def is_enough(check: ArmCheck, wants_weights: bool) -> bool:
+    """Whether the first motion is all that is needed: nothing is to be weighed, or the form is surely wrong.
+
+    A weight needs the arm identified first; a doubtful form is asked of that motion too.
+    """
+    return check.is_sure and (check.refused or not wants_weights)
+
+
+def in_doubt_not_refused(check: ArmCheck, is_restless: bool) -> ArmCheck:
+    """The verdict, unless a doubtful one rests on the torques of a person who does not relax: then a request."""
+    if check.is_sure or not is_restless:
+        return check
+    return replace(check, refused=False, why=f"{RESTLESS_TEXT} {check.why}")
 
 
 def _hanging(twin: Twin, place: WeightPlace, mass: float) -> Callable[[bool], None]:
