@@ -1,7 +1,8 @@
 """Memory that processes share: a mailbox for the newest value, a ring for all values in their order. Nobody ever waits.
 
-One process writes, others read. A count is written after the value that it counts. On x86 a reader sees them in that order, and what it copied is
-checked against the count again; a processor that reorders stores (Arm) needs a barrier that Python does not have.
+One process writes, others read. A count is written after the value that it counts. On x86 a reader sees them in that
+order, and what it copied is checked against the count again; a processor that reorders stores (Arm) needs a barrier
+that Python does not have.
 """
 
 from dataclasses import dataclass
