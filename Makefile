@@ -10,6 +10,9 @@ EDITABLE := install --quiet --no-deps --no-build-isolation --editable .
 # As the command line does: threads of OpenBLAS wait for each other, and our matrices are small.
 export OPENBLAS_NUM_THREADS := 1
 
+# A worker that has nothing left takes from the others; at first each has a run of neighbours, which share fixtures.
+ON_ALL_CORES := --numprocesses auto --dist worksteal
+
 .PHONY: help demo setup setup-dev test test-slow check format bench bench-setup lock clean
 .DELETE_ON_ERROR:
 
@@ -28,10 +31,10 @@ demo: setup
 	$(BIN)/exograv demo
 
 test: setup-dev
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" $(ON_ALL_CORES)
 
 test-slow: setup-dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(ON_ALL_CORES)
 
 check: setup-dev
 	$(BIN)/ruff check

@@ -24,7 +24,7 @@ def _recursive(setting: Setting) -> Method:
     stiffness = s.springs.stiffness
     fast_sd = SHARE_SD * s.mean[stiffness]
     mean = np.append(s.mean, np.zeros_like(fast_sd))
-    covariance = block_diag(s.covariance, np.diag(fast_sd**2))
+    covariance = np.asarray(block_diag(s.covariance, np.diag(fast_sd**2)))
     model = Relaxing(s.model, stiffness)
     return Recursive(model, mean, covariance, s.noise, s.bodies, s.discrepancy, hidden=len(fast_sd))
 
