@@ -59,6 +59,9 @@ class Command:
     current: Joints
     """The same as motor current [A], by the calibrated actuator."""
 
+    damping: Joints | None = None
+    """What each drive brakes its own motor with, by its own encoder [N·m·s/rad]; None where nothing brakes."""
+
 
 @dataclass(frozen=True, slots=True)
 class Reference:

@@ -128,7 +128,7 @@ def test_ripple_repeats_with_every_turn_of_the_motor(rig):
 
 def drive_function(machine: Machine) -> ca.Function:
     state, asked, q, v = ca.SX.sym("state", 4), ca.SX.sym("asked"), ca.SX.sym("q"), ca.SX.sym("v")
-    step = drive_step(machine, ELBOW, state, DriveInput(asked, q, v, ca.SX(0)), DT)
+    step = drive_step(machine, ELBOW, state, DriveInput(asked, q, v, ca.SX(0), ca.SX(0)), DT)
     return ca.Function("drive", [state, asked, q, v], [step.tau_joint, step.state_next])
 
 

@@ -138,6 +138,27 @@ def test_a_command_that_expires_on_its_way_never_becomes_torque(make_twin):
         assert (twin.truth.tau_motor != 0.0).all() == is_torque
 
 
+def falling_speed(make_twin, life_s: float, damping: np.ndarray | None, seconds: float = 0.3) -> float:
+    """Of the shoulder, let go with the arm stretched forward [rad/s]; a command's life counts from the first tick."""
+    twin = make_twin(LEVELS[1], start_posture=np.array([1.2, 0.2, 0.0, 0.4]))
+    until, fastest = twin.t + life_s, 0.0
+    while twin.t < seconds:
+        twin.write(Command(twin.t, twin.read().sequence, until, np.zeros(4), np.zeros(4), damping))
+        fastest = max(fastest, abs(twin.truth.v[0]))
+    return fastest
+
+
+def test_a_drive_brakes_with_the_damping_that_it_is_told(make_twin):
+    none = falling_speed(make_twin, 1.0, None)
+    braked = falling_speed(make_twin, 1.0, np.array([10.0, 10.0, 10.0, 4.0]))
+    assert braked < 0.5 * none
+
+
+def test_a_drive_that_hears_nothing_brakes_by_itself(make_twin):
+    heard, unheard = falling_speed(make_twin, 1.0, None), falling_speed(make_twin, 0.005, None)
+    assert unheard < 0.6 * heard
+
+
 def test_the_motors_saturate(make_twin):
     twin = make_twin(LEVELS[0])
     run(twin, 0.005, 1e3)

@@ -26,8 +26,13 @@ class Rig(Protocol):
         """Time between two measurements [s]."""
         ...
 
+    @property
+    def t(self) -> float:
+        """The rig's clock [s]."""
+        ...
+
     def read(self) -> JointState:
-        """What the machine measures now."""
+        """What the machine measured last: the same as before where nothing new has come."""
         ...
 
     def write(self, command: Command) -> None:

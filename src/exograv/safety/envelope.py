@@ -99,6 +99,8 @@ class Envelope:
         self._tau = [0.0] * len(self._bounds)
         self._q = [0.0] * len(self._bounds)
         self._none = [0.0] * len(self._bounds)
+        self._no_damping = np.zeros(len(self._bounds))
+        self._no_damping.flags.writeable = False  # every tick without a fault shares it
         self._tau_at_stop = self._tau
         self._since_stop = 0.0
 
@@ -120,14 +122,14 @@ class Envelope:
         if self.stop is None:
             self._watch(desired, fastest)
         wanted = desired if self.stop is None else self._descent()
-        if fastest is not None:
+        if fastest is not None and self._brakes(fastest):
             wanted = [tau - self._brake(joint, speeds[joint]) for joint, tau in enumerate(wanted)]
         known = speeds if fastest is not None else self._none
         plausible = wanted if self.person is None else self._for_person(self.person, wanted, known)
-        tau = [
-            _within(_within(w, -bound, bound), last - self._step, last + self._step)
-            for w, bound, last in zip(plausible, self._bounds, self._tau, strict=True)
-        ]
+        tau, step = [], self._step
+        for w, bound, last in zip(plausible, self._bounds, self._tau, strict=True):
+            bounded = -bound if w < -bound else bound if w > bound else w
+            tau.append(last - step if bounded < last - step else last + step if bounded > last + step else bounded)
         if self.person is not None:
             self.person.pay(tau, known, self._dt)
         if self.stop is None and tau != wanted:
@@ -151,6 +153,8 @@ class Envelope:
     @property
     def drive_damping(self) -> Joints:
         """What each drive adds by its own encoder (joint,) [N·m·s/rad]: that of the descent for an isolated joint."""
+        if not self.isolated:
+            return self._no_damping
         return np.array([d if j in self.isolated else 0.0 for j, d in enumerate(self._damping)])
 
     @property
@@ -195,6 +199,10 @@ class Envelope:
             return self._none
         share = max(0.0, 1.0 - self._since_stop / self.limits.descent_s)
         return [tau * share for tau in self._tau_at_stop]
+
+    def _brakes(self, fastest: float) -> bool:
+        """Whether any joint may be braked now."""
+        return self.stop is not None or self.person is not None or fastest > self.limits.v_damping_rad_s
 
     def _brake(self, joint: int, v: float) -> float:
         """Damping torque: on all motion while descending; else on what is too fast, and before a joint's stop."""

@@ -96,6 +96,7 @@ class Guard:
         self._held = np.zeros(joints)
         self._everywhere = range(joints)
         self._broken: frozenset[int] = frozenset()
+        self._seen: JointState | None = None
 
     def step(self, state: JointState | None, submitted: Submitted | None, now: float) -> Guarded:
         """One tick.
@@ -105,12 +106,22 @@ class Guard:
             submitted: What control answered to it, None if nothing.
             now: On the rig's clock [s].
         """
+        self.see(state, now)
+        return self.decide(submitted, now)
+
+    def see(self, state: JointState | None, now: float) -> JointState | None:
+        """First half of a tick: what may be believed of a measurement, for control to answer to; None if nothing."""
         seen = self._ingress.see(state, now, self.envelope.isolated)
         self._doubt(seen.doubts)
+        self._seen = seen.state
         if seen.state is not None:
             self._q = seen.state.q
             self._v = self._speeds.update(seen.state.q.tolist(), seen.state.t)
-        bridges = self._count(seen.state, submitted, now)
+        return seen.state
+
+    def decide(self, submitted: Submitted | None, now: float) -> Guarded:
+        """Second half: what goes out, whether control has answered or not."""
+        bridges = self._count(self._seen, submitted, now)
         tau = self.envelope.limit(self._held, self._q, self._v)
         return Guarded(tau, self.envelope.drive_damping, self._safe_state(bridges))
 

@@ -94,7 +94,8 @@ class Person:
 
     def look(self, q: Joints, v: Sequence[float]) -> None:
         """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture."""
-        level = min(max(self.gravity_level, 0.0), GRAVITY_LEVEL_MAX)
+        # In this order a level that is no number counts as 0; in the other it would lift every bound.
+        level = min(max(0.0, self.gravity_level), GRAVITY_LEVEL_MAX)
         self._plausible = self.limits.table.torque(q, level).tolist()
         self._friction = [dry + slope * abs(w) for dry, slope, w in zip(self._dry, self._viscous, v, strict=True)]
 
@@ -134,9 +135,10 @@ class Person:
         """
         over = self._over(tau, v)
         needed = sum(a * a * abs(w) for a, w in zip(over, v, strict=True) if a * w > 0.0) / (2.0 * rate)
-        if needed <= self.energy_J:
+        has = max(self.energy_J, 0.0)
+        if needed <= has:
             return tau
-        kept = math.sqrt(max(self.energy_J, 0.0) / needed)
+        kept = math.sqrt(has / needed)
         return [one - (1.0 - kept) * a if a * w > 0.0 else one for one, a, w in zip(tau, over, v, strict=True)]
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:

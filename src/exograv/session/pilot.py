@@ -17,6 +17,8 @@ from exograv.recording import RecordingWriter
 from exograv.rig import Rig
 from exograv.runtime.pace import Pace
 from exograv.safety.envelope import Envelope, StopReason
+from exograv.safety.guard import Guard, Submitted
+from exograv.safety.ingress import COARSEST_COUNT_RAD, Ingress
 from exograv.signals import Command, JointState, Reference
 
 Joints = Float[np.ndarray, " joint"]
@@ -86,7 +88,10 @@ class Pilot:
     """Time that each decision took, envelope included [µs]."""
 
     def __post_init__(self):
-        self.observer = Observer(len(self.rig.joints), self.rig.period_s)
+        joints, period_s = len(self.rig.joints), self.rig.period_s
+        self.observer = Observer(joints, period_s)
+        ingress = Ingress([COARSEST_COUNT_RAD] * joints, period_s, self.envelope.limits.v_trip_rad_s)
+        self.guard = Guard(self.envelope, ingress, period_s)
         self._near_singular = False
         self.q = self.rig.read().q.copy()
         """Where the joints were at the last tick [rad]."""
@@ -120,16 +125,21 @@ class Pilot:
         self.progress(text, 1.0)
 
     def _tick(self, controller: Controller, reference: Reference) -> Moment:
-        state = self.rig.read()
+        state, now = self.rig.read(), self.rig.t
         start = time.perf_counter_ns()
-        self.observer.update(state.q)
+        believed, submitted = self.guard.see(state, now), None
         q, v = self.observer.q, self.observer.v
-        tau_desired = controller.step(q, v, reference)
-        tau_commanded = self.envelope.limit(tau_desired, q, v)
-        current = self.actuators.current(tau_commanded)
+        if believed is not None:
+            self.observer.update(believed.q)
+            tau_desired = controller.step(q, v, reference)
+            submitted = Submitted(believed.sequence, now + COMMAND_LIFE_S, tau_desired)
+            self.q = believed.q
+        guarded = self.guard.decide(submitted, now)
+        tau_desired = guarded.tau if submitted is None else submitted.tau
+        tau_commanded, current = guarded.tau, self.actuators.current(guarded.tau)
         tick_us = 1e-3 * (time.perf_counter_ns() - start)
-        self.rig.write(Command(state.t, state.sequence, state.t + COMMAND_LIFE_S, tau_commanded, current))
-        self.q = state.q
+        until = now + COMMAND_LIFE_S
+        self.rig.write(Command(now, state.sequence, until, tau_commanded, current, guarded.drive_damping))
         self.tick_us.append(tick_us)
         slope = controller.closure_slope
         if not slope < CLOSURE_SLOPE_MAX:

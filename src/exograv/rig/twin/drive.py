@@ -69,6 +69,9 @@ class DriveInput:
     warmth: ca.SX
     """0 cold, 1 after a long run [-]."""
 
+    damping: ca.SX
+    """With which the drive brakes its motor, by the encoder on its shaft [N·m·s/rad]."""
+
 
 @dataclass(frozen=True)
 class DriveStep:
@@ -85,9 +88,12 @@ def drive_step(machine: Machine, joint: int, state: ca.SX, now: DriveInput, dt: 
     """One step of `dt` [s] of the drive of a joint, from a state in the order of `DRIVE_STATES`."""
     drives = machine.drives
     bristle, theta, omega, tau_motor = ca.vertsplit(state)
-    # exp(-inf) is zero: a motor without lag forgets its torque at once.
-    tau_motor = now.tau_asked + (tau_motor - now.tau_asked) * np.exp(-2.0 * np.pi * drives.bandwidth[joint] * dt)
     stiffness, inertia = drives.gear_stiffness[joint], drives.rotor_inertia[joint]
+    # By the encoder on the motor's own shaft, through the same current loop, with no more than the motor has.
+    brake = now.damping * (now.v if np.isinf(stiffness) else omega)
+    asked = ca.fmin(ca.fmax(now.tau_asked - brake, -drives.torque_max[joint]), drives.torque_max[joint])
+    # exp(-inf) is zero: a motor without lag forgets its torque at once.
+    tau_motor = asked + (tau_motor - asked) * np.exp(-2.0 * np.pi * drives.bandwidth[joint] * dt)
     if np.isinf(stiffness):
         rubbed, bristle = friction_step(machine, joint, bristle, Rubbing(now.q, now.v, tau_motor, now.warmth), dt)
         return DriveStep(tau_motor - rubbed, ca.vertcat(bristle, now.q, now.v, tau_motor))

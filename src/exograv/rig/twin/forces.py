@@ -16,6 +16,11 @@ from .scene import TIMESTEP, Scene
 from .wearer import Wearer
 
 
+WATCHDOG_S = 0.02
+"""After which a drive that has heard of no valid command brakes its motor by itself [s]; docs/safety.md: 20 to 30 ms
+after the last one, of which five were its life."""
+
+
 @dataclass(frozen=True)
 class StepInput:
     """What a step starts from, as symbols; the step's kernel has its memory under the same names."""
@@ -28,6 +33,9 @@ class StepInput:
 
     current: ca.SX
     """Of the newest command (joint,) [A]."""
+
+    damping: ca.SX
+    """Of the newest command (joint,) [N·m·s/rad]."""
 
     valid_until: ca.SX
     """Of that command [s]."""
@@ -54,7 +62,7 @@ class StepInput:
     """Of the arm's joints (arm,) [rad]."""
 
     commands: ca.SX
-    """On their way to the motors (torque of each joint [N·m] and valid until [s], step)."""
+    """On their way to the motors (torque [N·m] and damping [N·m·s/rad] of each joint, valid until [s], step)."""
 
     measurements: ca.SX
     """On their way to the computer (position [rad] and motor torque [N·m] of each joint, step)."""
@@ -64,10 +72,10 @@ class StepInput:
         """Fresh symbols."""
         n, n_arm = len(scene.exo), len(scene.arm)
         sizes = {
-            "qpos": (scene.model.nq,), "qvel": (scene.model.nv,), "current": (n,), "valid_until": (),
+            "qpos": (scene.model.nq,), "qvel": (scene.model.nv,), "current": (n,), "damping": (n,), "valid_until": (),
             "tau_muscle": (n_arm,), "tau_voluntary": (n_arm,), "warmth": (), "start": (), "steps": (),
             "drives": (len(DRIVE_STATES), n), "hysteresis": (n_arm,),
-            "commands": (n + 1, delays.to_motors), "measurements": (2 * n, delays.to_computer),
+            "commands": (2 * n + 1, delays.to_motors), "measurements": (2 * n, delays.to_computer),
         }  # fmt: skip
         return cls(**{name: ca.SX.sym(name, *size) for name, size in sizes.items()})
 
@@ -79,10 +87,10 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
     """
     kinematics, now = Kinematics.of(scene.model.nbody), StepInput.of(scene, Delays.of(machine.sensors.delay))
     carried: dict[str, ca.SX] = {"steps": now.steps + 1}
-    tau_asked, carried["commands"] = _arriving_torque(machine, now)
+    told, carried["commands"] = _arriving(machine, now)
     at_joints = ca.vertcat(now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T)
     carried["measurements"] = passed(now.measurements, at_joints)[1]
-    qfrc, carried["drives"] = _drive_forces(scene, machine, now, tau_asked)
+    qfrc, carried["drives"] = _drive_forces(scene, machine, now, told)
     xfrc = ca.SX.zeros(6, scene.model.nbody)
     if wearer is not None:
         xfrc = cuff_wrenches(scene, wearer.cuffs, kinematics)
@@ -96,20 +104,37 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
     return kernel.compile(function, _bindings(scene, kinematics), carry={name: f"{name}_next" for name in carried})
 
 
-def _arriving_torque(machine: Machine, now: StepInput) -> tuple[ca.SX, ca.SX]:
-    """What reaches the motors in this step (joint,) [N·m], and the commands behind it."""
+@dataclass(frozen=True)
+class _Told:
+    """What reaches the drives in one step, one entry a joint."""
+
+    tau: ca.SX
+    """[N·m]"""
+
+    damping: ca.SX
+    """[N·m·s/rad]"""
+
+
+def _arriving(machine: Machine, now: StepInput) -> tuple[_Told, ca.SX]:
+    """What reaches the drives in this step, and the commands behind it.
+
+    A command that has expired is none: no torque. Where no other comes for long, each drive brakes by itself.
+    """
     drives = machine.drives
     torque_max = ca.DM(drives.torque_max)
     tau = ca.fmin(ca.fmax(ca.DM(drives.gain) * now.current, -torque_max), torque_max)
-    oldest, behind = passed(now.commands, ca.vertcat(tau, now.valid_until))
-    return ca.if_else(oldest[-1] >= now.start + now.steps * TIMESTEP, oldest[:-1], 0.0), behind
+    oldest, behind = passed(now.commands, ca.vertcat(tau, now.damping, now.valid_until))
+    tau, damping, valid_until = ca.vertsplit(oldest, [0, tau.numel(), 2 * tau.numel(), 2 * tau.numel() + 1])
+    age = now.start + now.steps * TIMESTEP - valid_until
+    braked = ca.if_else(age > WATCHDOG_S, ca.DM(drives.watchdog_damping), 0.0)
+    return _Told(ca.if_else(age <= 0.0, tau, 0.0), ca.if_else(age <= 0.0, damping, braked)), behind
 
 
-def _drive_forces(scene: Scene, machine: Machine, now: StepInput, tau_asked: ca.SX) -> tuple[ca.SX, ca.SX]:
+def _drive_forces(scene: Scene, machine: Machine, now: StepInput, told: "_Told") -> tuple[ca.SX, ca.SX]:
     """Of all drives (dof,) [N·m], and their next states."""
     qfrc, next_states = ca.SX.zeros(scene.model.nv), []
     for joint, dof in enumerate(scene.exo.tolist()):
-        seen = DriveInput(tau_asked[joint], now.qpos[dof], now.qvel[dof], now.warmth)
+        seen = DriveInput(told.tau[joint], now.qpos[dof], now.qvel[dof], now.warmth, told.damping[joint])
         step = drive_step(machine, joint, now.drives[:, joint], seen, TIMESTEP)
         qfrc[dof] += step.tau_joint
         next_states.append(step.state_next)

@@ -13,6 +13,9 @@ from .streams import stream, uniform
 GRAVITY = 9.81
 """[m/s²]"""
 
+WATCHDOG_DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
+"""What a drive is set to when the machine is put together [N·m·s/rad]; as in a soft descent, docs/safety.md."""
+
 Joints = Float[np.ndarray, " joint"]
 
 
@@ -67,6 +70,9 @@ class TrueDrives:
 
     bandwidth: Joints
     """Of the torque; infinite where it follows at once [Hz]."""
+
+    watchdog_damping: Joints
+    """With which a drive brakes its motor when it has heard nothing for long [N·m·s/rad]."""
 
 
 @dataclass(frozen=True)
@@ -201,6 +207,7 @@ def _draw_drives(draw: _Draw) -> TrueDrives:
         rotor_inertia=draw.by_drive("rotor_inertia"),
         gear_stiffness=1e3 * draw.by_drive("gear_stiffness"),
         bandwidth=draw.by_drive("torque_bandwidth"),
+        watchdog_damping=np.array([WATCHDOG_DAMPING[place] for place in description.places]),
     )
 
 

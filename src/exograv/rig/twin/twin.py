@@ -159,6 +159,7 @@ class Twin:
             )
         memory = self._memory
         memory["current"][:] = command.current
+        memory["damping"][:] = 0.0 if command.damping is None else command.damping
         memory["valid_until"][0] = command.valid_until
         for muscles, freedoms in zip(self._muscles, self._freedoms, strict=True):
             memory["tau_muscle"][freedoms] = muscles.next_torque()
@@ -227,5 +228,5 @@ class Twin:
         drives[OMEGA] = 0.0
         memory["hysteresis"][:] = q_arm
         # As if the machine had stood still for long; transposed, a delay of one step looks like all others.
-        np.atleast_2d(memory["commands"].T)[:] = [*tau, math.inf]
+        np.atleast_2d(memory["commands"].T)[:] = [*tau, *np.zeros(len(q)), math.inf]
         np.atleast_2d(memory["measurements"].T)[:] = [*q, *tau]
