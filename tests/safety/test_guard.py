@@ -202,3 +202,23 @@ def test_whatever_comes_in_what_goes_out_is_finite_bounded_slow_and_never_less_s
         if worst >= SafeState.DESCENT:
             assert out.safe_state >= worst
         before, worst = out.tau, max(worst, out.safe_state)
+
+
+def test_machine_and_control_by_turns_hold_no_torque_for_longer_than_either():
+    bench = Bench().settled()
+    assert bench.tick(lost=True).safe_state is SafeState.BRIDGE
+    assert bench.tick(None).safe_state is SafeState.BRIDGE
+    assert bench.tick(lost=True).safe_state is SafeState.BRIDGE
+    assert bench.tick(None).safe_state is SafeState.DESCENT
+
+
+def test_a_joint_that_was_isolated_is_believed_again_after_a_reset_wherever_it_now_is():
+    bench = Bench().settled()
+    spike = bench.q + np.array([0.0, 0.4])
+    for _ in range(3):
+        bench.tick(q=spike)
+    bench.q = bench.q - np.array([0.0, 0.5])
+    for _ in range(3010):
+        bench.tick()
+    assert bench.guard.reset()
+    assert all(bench.tick().safe_state is SafeState.NONE for _ in range(60))

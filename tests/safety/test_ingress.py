@@ -122,3 +122,23 @@ def test_a_joint_that_comes_to_rest_like_a_body_is_not_found():
         positions.append([COUNT * round(q / COUNT), 0.0])
     positions += [positions[-1]] * 100
     assert not any(one.doubts for one in seen(positions, COUNT))
+
+
+@pytest.mark.parametrize("ahead", [1.001 * AGE_MAX_S, 1.0, np.inf])
+def test_a_time_to_come_is_not_used_and_excuses_no_jump(ahead: float):
+    ingress = Ingress([FINE], DT, V_TRIP)
+    ingress.see(state(0, [0.0]), 0.0)
+    future = JointState(DT + ahead, 1, np.array([0.5]), np.zeros(1), np.full(1, np.nan), TorqueSource.CURRENT)
+    assert ingress.see(future, DT) == Seen(None, ((Doubt.STALE, None),))
+    assert ingress.see(state(2, [0.5]), 2 * DT) == Seen(None)
+
+
+@pytest.mark.parametrize("says_anything", [True, False])
+def test_a_joint_that_is_believed_again_has_no_past(says_anything: bool):
+    ingress = Ingress([FINE], DT, V_TRIP)
+    for k in range(50):
+        ingress.see(state(k, [0.001 * k]), k * DT)
+    ingress.see(state(50, [0.9]) if says_anything else None, 50 * DT, {0})
+    for k in range(51, 51 + 2 * FROZEN_TICKS):
+        one = state(k, [1.0])
+        assert ingress.see(one, k * DT) == Seen(one)

@@ -190,3 +190,29 @@ def test_limits_of_nonsense_are_refused(change: dict, word: str):
     with pytest.raises(ConfigError) as error:
         replace(LIMITS, **change)
     assert word in str(error.value)
+
+
+@pytest.mark.parametrize("level", [np.nan, -np.inf, np.inf])
+def test_a_gravity_level_that_is_no_number_lifts_no_bound_and_spoils_no_tank(level: float):
+    envelope, q = worn(level, machine=replace(MACHINE, torque_rate_max_Nm_per_s=1e6)), np.array([1.2, 0.8])
+    out = envelope.limit(np.array([60.0, 60.0]), q, STILL)
+    assert (out <= bounds(q, STILL, 1.8 if level > 0.0 else 0.0)[1] + ROUNDING).all()
+    assert envelope.person is not None
+    assert envelope.person.energy_J == LIMITS.tank_start_J
+
+
+def test_at_rest_and_braking_an_overdrawn_tank_takes_nothing_away():
+    envelope = worn()
+    assert envelope.person is not None
+    envelope.person.energy_J = -0.01
+    for v in (STILL, np.array([0.5, 0.5])):
+        brake = np.array([-0.1, -0.1])
+        np.testing.assert_allclose(envelope.limit(brake, np.zeros(2), v), brake, atol=ROUNDING)
+
+
+def test_a_speed_that_nobody_has_lifts_no_bound_and_empties_no_tank():
+    envelope = worn(machine=replace(MACHINE, torque_rate_max_Nm_per_s=1e6))
+    out = envelope.limit(STILL, np.zeros(2), np.array([1e308, 0.0]))
+    assert out[0] == pytest.approx(bounds(np.zeros(2), STILL)[0][0])
+    assert envelope.person is not None
+    assert envelope.person.energy_J == LIMITS.tank_start_J

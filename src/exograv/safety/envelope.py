@@ -124,7 +124,8 @@ class Envelope:
         wanted = desired if self.stop is None else self._descent()
         if fastest is not None and self._brakes(fastest):
             wanted = [tau - self._brake(joint, speeds[joint]) for joint, tau in enumerate(wanted)]
-        known = speeds if fastest is not None else self._none
+        # The friction of an incredible speed would lift every bound, and its power empty the tank for ever.
+        known = self._none if fastest is None or fastest > V_CREDIBLE_RAD_S else speeds
         plausible = wanted if self.person is None else self._for_person(self.person, wanted, known)
         tau, step = [], self._step
         for w, bound, last in zip(plausible, self._bounds, self._tau, strict=True):

@@ -151,9 +151,13 @@ class Guard:
         if self._measured.add(state is None):
             reason = StopReason.NO_MEASUREMENT if self._broken else StopReason.MACHINE_SILENT
             self.envelope.trip(reason, isolate=self._broken or self._everywhere)
-        if state is None:
-            return True
-        answers = submitted is not None and submitted.sequence == state.sequence and now <= submitted.valid_until
+        answers = (
+            state is not None
+            and submitted is not None
+            and submitted.sequence == state.sequence
+            and now <= submitted.valid_until
+        )
+        # What the machine does not say counts too: by turns, each within its own bounds, the two would hold a torque on.
         if self._answered.add(not answers):
             self.envelope.trip(StopReason.CONTROL_SILENT)
         if submitted is None or not answers:

@@ -1,0 +1,323 @@
+"""Machines, people and faults drawn at random, and what the guard of `exograv.safety` makes of them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.safety.ingress import Ingress
+from exograv.safety.person import Person, PersonLimits
+from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.signals import JointState, TorqueSource
+
+from .second_envelope import RAN_WELL, Machines, SecondEnvelope, SecondGuard, Tick
+
+EXTREMES = np.array([np.nan, np.inf, -np.inf, 1e308, -1e308, 1e4, -60.0, 0.0, -0.0])
+TRIPS = {1: ("MODEL_LOST", False), 2: ("TORQUE_WRONG", True), 3: ("ASTRAY", False)}
+"""Faults that others find, and whether the model is then not believed."""
+
+TOLERANCE = 1e-5
+"""N·m, J, of itself where it is above 1: of an all but empty tank the root is taken, which makes 1e-8 of 1e-16 J of
+rounding, and the torque over carrying is multiplied by it."""
+
+
+@dataclass
+class History:
+    """What happens to all machines: tick by tick, and what others do to them between ticks."""
+
+    ticks: list[Tick]
+    reset: np.ndarray
+    """(tick, machine)"""
+    trip: np.ndarray
+    """(tick, machine): a key of `TRIPS`, or 0."""
+    v: np.ndarray
+    """Velocities for an envelope without a guard (tick, machine, joint)."""
+
+
+@dataclass
+class Trace:
+    """What went out, and what is remembered; (tick, machine, …)."""
+
+    tau: np.ndarray
+    drive_damping: np.ndarray
+    safe_state: np.ndarray
+    reason: np.ndarray
+    isolated: np.ndarray
+    without_model: np.ndarray
+    energy: np.ndarray
+    clipped: np.ndarray
+    dropped: np.ndarray
+    left: np.ndarray
+    """Whether a reset left the latch."""
+
+    @classmethod
+    def empty(cls, ticks: int, machines: int, joints: int) -> "Trace":
+        """Nothing has happened."""
+        shape = (ticks, machines)
+        return cls(
+            tau=np.zeros((*shape, joints)),
+            drive_damping=np.zeros((*shape, joints)),
+            safe_state=np.zeros(shape, dtype=int),
+            reason=np.full(shape, RAN_WELL, dtype="<U20"),
+            isolated=np.zeros((*shape, joints), dtype=bool),
+            without_model=np.zeros(shape, dtype=bool),
+            energy=np.zeros(shape),
+            clipped=np.zeros(shape, dtype=int),
+            dropped=np.zeros(shape, dtype=int),
+            left=np.zeros(shape, dtype=bool),
+        )
+
+
+def draw_machines(rng: np.random.Generator, machines: int, joints: int) -> Machines:
+    """Half of them worn; some with limits, tables and encoders that no real one has."""
+    each, every = (machines,), (machines, joints)
+    halves = ([0, 2], [3, 1]) if joints == 4 else (list(range(joints)),)
+    chains = []
+    for part in halves:
+        most = int(rng.integers(1, len(part) + 1))
+        shape = (machines, len(part), sum(math.comb(len(part), k) * 2**k for k in range(most + 1)))
+        chains.append((part, most, rng.normal(0.0, 3.0, shape), rng.normal(0.0, 4.0, shape)))
+    v_trip = rng.choice([5.0, 5.0, 2.0], each)
+    lower = rng.uniform(-2.5, -0.5, every)
+    tank_max = rng.uniform(0.1, 1.5, each)
+    return Machines(
+        period=rng.choice([1e-3, 5e-4, 2e-3], each),
+        torque_max=rng.uniform(2.0, 60.0, every),
+        damping=rng.uniform(1.0, 12.0, every),
+        rate=rng.choice([150.0, 150.0, 30.0, 5000.0], each),
+        v_damping=v_trip * rng.uniform(0.5, 1.1, each),
+        v_trip=v_trip,
+        descent=rng.choice([3.0, 0.3, 0.05, 0.01], each),
+        count=10.0 ** rng.uniform(-9.0, -2.5, every),
+        worn=rng.random(each) < 0.7,
+        chains=chains,
+        error=rng.uniform(0.0, 0.2, every),
+        dry=rng.uniform(0.0, 3.0, every),
+        viscous=rng.uniform(0.0, 1.0, every),
+        active=rng.uniform(1.0, 8.0, every),
+        lower=lower,
+        upper=lower + rng.uniform(0.8, 4.0, every),
+        wall=rng.uniform(0.05, 0.3, each),
+        trip=rng.uniform(0.0, 0.1, each),
+        tank_start=tank_max * rng.uniform(0.1, 1.0, each),
+        tank_max=tank_max,
+    )
+
+
+def draw_history(rng: np.random.Generator, m: Machines, ticks: int) -> History:
+    """Motion that starts and stops, control of all tempers, and faults from one in a thousand ticks to one in ten."""
+    machines, joints = m.torque_max.shape
+    shape, every = (ticks, machines), (ticks, machines, joints)
+    rarity = 10.0 ** rng.uniform(-4.0, -1.3, machines)
+
+    def happens(share: float = 1.0) -> np.ndarray:
+        """Bursts of one to six ticks."""
+        starts = rng.random(shape) < share * rarity
+        longest = rng.integers(1, 7, shape)
+        return np.any([np.roll(starts & (longest > k), k, axis=0) for k in range(6)], axis=0)
+
+    v = _motion(rng, m, ticks)
+    start = m.lower + rng.uniform(0.0, 1.0, (machines, joints)) * (m.upper - m.lower)
+    q_true = start + np.cumsum(v * m.period[:, None], axis=0)
+    q = np.where(rng.random((machines, joints)) < 0.5, m.count * np.round(q_true / m.count), q_true)
+    q = _frozen(rng, q, rarity)
+    spikes = happens()[..., None] & (rng.random(every) < 0.5)
+    q = np.where(spikes, q + rng.choice([0.4, -0.01, 1e3, 0.03], every), q)
+    q = _extreme(rng, q, happens())
+    measured = _extreme(rng, rng.normal(0.0, 1.0, every), happens(0.5))
+    sequence = np.arange(ticks)[:, None] * np.ones(machines, dtype=int)
+    now = sequence * m.period + rng.uniform(0.0, 1e-4, shape)
+    t = now - rng.uniform(0.0, 3e-4, shape)
+    t = np.where(happens(), now - rng.choice([0.00299, 0.00301, 1.0, -0.5, np.inf, -np.inf, np.nan, 0.001], shape), t)
+    came = ~happens()
+    earlier = np.maximum(sequence - rng.integers(0, 6, shape), 0)
+    sequence = np.where(happens(0.5), earlier, sequence)
+    tau = _extreme(rng, _temper(rng, m, v), happens(0.02))
+    answers = np.where(happens(0.3), sequence - 1, sequence)
+    valid = np.where(happens(0.3), now - rng.choice([0.0, 1e-6, np.nan], shape), now + 0.005)
+    level = 0.9 + 1.5 * np.cumsum(rng.normal(0.0, 0.03, shape), axis=0)
+    level = _extreme(rng, level[..., None], rng.random(shape) < 0.01)[..., 0]
+    spoke = ~happens()
+    rows = zip(now, came, sequence, t, q, measured, spoke, answers, valid, tau, level, strict=True)
+    trip = np.where(rng.random(shape) < 0.1 * rarity, rng.integers(1, 4, shape), 0)
+    bare = _extreme(rng, v, happens(0.3))
+    return History([Tick(*row) for row in rows], rng.random(shape) < 0.02, trip, bare)
+
+
+def _motion(rng: np.random.Generator, m: Machines, ticks: int) -> np.ndarray:
+    """Velocities (tick, machine, joint) that wander, stop for a while, and are now and then too fast."""
+    machines, joints = m.torque_max.shape
+    lively = 10.0 ** rng.uniform(-1.0, 0.8, (machines, joints))
+    v, now, moves = np.zeros((ticks, machines, joints)), np.zeros((machines, joints)), np.ones(machines, dtype=bool)
+    for k in range(ticks):
+        moves ^= rng.random(machines) < 0.003
+        towards = np.where(moves[:, None], lively * rng.normal(0.0, 6.0, now.shape), 0.0)
+        now = now + 0.03 * (towards - now)
+        v[k] = now
+    return v
+
+
+def _temper(rng: np.random.Generator, m: Machines, v: np.ndarray) -> np.ndarray:
+    """Torques (tick, machine, joint): slow, pushing with every motion, or anything."""
+    slow = np.cumsum(rng.normal(0.0, 0.5, v.shape), axis=0)
+    pushing = np.sign(v) * rng.uniform(0.0, 30.0, v.shape[1:])
+    wild = rng.normal(0.0, 40.0, v.shape)
+    temper = rng.integers(0, 3, (v.shape[1], 1))
+    return np.select([temper == 0, temper == 1], [slow, pushing], wild)
+
+
+def _frozen(rng: np.random.Generator, q: np.ndarray, rarity: np.ndarray) -> np.ndarray:
+    """Some encoders stand still for a time around that after which they are dead."""
+    q = q.copy()
+    for k, machine in np.argwhere(rng.random(q.shape[:2]) < 0.3 * rarity):
+        joint, length = rng.integers(q.shape[2]), rng.integers(15, 60)
+        q[k : k + length, machine, joint] = q[k, machine, joint]
+    return q
+
+
+def _extreme(rng: np.random.Generator, values: np.ndarray, where: np.ndarray) -> np.ndarray:
+    """One of the values at `where` is put to an extreme."""
+    chosen = where[..., None] & (rng.random(values.shape) < 0.6)
+    return np.where(chosen, rng.choice(EXTREMES, values.shape), values)
+
+
+def first_envelope(m: Machines, k: int) -> Envelope:
+    """That of `exograv.safety`, of machine k."""
+    limits = Limits(
+        torque_max_Nm=m.torque_max[k],
+        damping_Nms_per_rad=m.damping[k],
+        torque_rate_max_Nm_per_s=float(m.rate[k]),
+        v_damping_rad_s=float(m.v_damping[k]),
+        v_trip_rad_s=float(m.v_trip[k]),
+        descent_s=float(m.descent[k]),
+    )
+    envelope = Envelope(limits, float(m.period[k]))
+    if m.worn[k]:
+        chains = tuple(Chain(tuple(joints), most, exo[k], arm[k]) for joints, most, exo, arm in m.chains)
+        table = PlausibleTable(chains, m.error[k], m.dry[k], m.viscous[k])
+        angles = {"wall_rad": float(m.wall[k]), "trip_rad": float(m.trip[k])}
+        tank = {"tank_start_J": float(m.tank_start[k]), "tank_max_J": float(m.tank_max[k])}
+        envelope.person = Person(PersonLimits(table, m.active[k], m.lower[k], m.upper[k], **angles, **tank))
+    return envelope
+
+
+def first_guards(m: Machines, history: History) -> Trace:
+    """The guards of `exograv.safety`, one machine after the other."""
+    machines, joints = m.torque_max.shape
+    trace = Trace.empty(len(history.ticks), machines, joints)
+    none = np.full(joints, np.nan)
+    for b in range(machines):
+        envelope = first_envelope(m, b)
+        ingress = Ingress(m.count[b].tolist(), float(m.period[b]), float(m.v_trip[b]))
+        guard = Guard(envelope, ingress, float(m.period[b]))
+        for k, tick in enumerate(history.ticks):
+            if history.reset[k, b]:
+                trace.left[k, b] = guard.reset()
+            _between(envelope, history.trip[k, b], tick.level[b])
+            state = submitted = None
+            if tick.came[b]:
+                sensors = (tick.measured[b], none, TorqueSource.CURRENT)
+                state = JointState(float(tick.t[b]), int(tick.sequence[b]), tick.q[b], *sensors)
+            if tick.spoke[b]:
+                submitted = Submitted(int(tick.answers[b]), float(tick.valid_until[b]), tick.tau[b])
+            out = guard.step(state, submitted, float(tick.now[b]))
+            trace.tau[k, b], trace.drive_damping[k, b] = out.tau, out.drive_damping
+            trace.safe_state[k, b], trace.dropped[k, b] = out.safe_state, ingress.dropped
+            _note(trace, envelope, k, b)
+    return trace
+
+
+def first_envelopes(m: Machines, history: History) -> Trace:
+    """The envelopes of `exograv.safety` alone: nobody has looked at what they are told."""
+    machines, joints = m.torque_max.shape
+    trace = Trace.empty(len(history.ticks), machines, joints)
+    for b in range(machines):
+        envelope = first_envelope(m, b)
+        for k, tick in enumerate(history.ticks):
+            if history.reset[k, b]:
+                envelope.reset()
+            _between(envelope, history.trip[k, b], tick.level[b])
+            trace.tau[k, b] = envelope.limit(tick.tau[b], tick.q[b], history.v[k, b])
+            _note(trace, envelope, k, b)
+    return trace
+
+
+def _between(envelope: Envelope, trip: int, level: float) -> None:
+    """What others do between two ticks."""
+    if trip:
+        reason, without_model = TRIPS[trip]
+        envelope.trip(StopReason[reason], without_model=without_model)
+    if envelope.person is not None:
+        envelope.person.gravity_level = float(level)
+
+
+def _note(trace: Trace, envelope: Envelope, k: int, b: int) -> None:
+    trace.reason[k, b] = RAN_WELL if envelope.stop is None else envelope.stop.name
+    trace.isolated[k, b, list(envelope.isolated)] = True
+    trace.without_model[k, b], trace.clipped[k, b] = envelope.without_model, envelope.clipped_ticks
+    trace.energy[k, b] = 0.0 if envelope.person is None else envelope.person.energy_J
+
+
+def second(m: Machines, history: History, has_guard: bool) -> Trace:
+    """Those of `second_envelope.py`, all machines at once."""
+    trace = Trace.empty(len(history.ticks), len(m.period), m.torque_max.shape[1])
+    guard = SecondGuard(m)
+    envelope = guard.envelope if has_guard else SecondEnvelope(m)
+    with np.errstate(all="ignore"):
+        for k, tick in enumerate(history.ticks):
+            if has_guard:
+                trace.left[k] = guard.reset(history.reset[k])
+            else:
+                envelope.reset(history.reset[k])
+            for number, (reason, without_model) in TRIPS.items():
+                here = history.trip[k] == number
+                envelope.trip(here, reason)
+                envelope.without_model |= here & without_model
+            if has_guard:
+                trace.tau[k], trace.drive_damping[k], trace.safe_state[k] = guard.step(tick)
+                trace.dropped[k] = guard.ingress.dropped
+            else:
+                trace.tau[k] = envelope.limit(tick.tau, tick.q, history.v[k], tick.level)
+            trace.reason[k], trace.isolated[k] = envelope.reason, envelope.isolated
+            trace.without_model[k], trace.clipped[k] = envelope.without_model, envelope.clipped
+            trace.energy[k] = np.where(m.worn, envelope.energy, 0.0)
+    return trace
+
+
+@dataclass
+class Comparison:
+    """Of the two, over a batch of machines."""
+
+    ticks: int
+    disagreements: int
+    """Ticks in which a machine's two traces differ; after the first one all of its others may."""
+    largest_Nm: float
+    """Difference of the torques."""
+    first: list[str]
+    """Where each machine that differs begins to."""
+    covered: dict[str, int]
+    """Ticks in each safe state, with each reason, and resets that left the latch."""
+
+
+def compare(one: Trace, other: Trace) -> Comparison:
+    """Numbers within `TOLERANCE`, all else exactly; a number that is none is a disagreement."""
+    bad, found = np.zeros(one.reason.shape, dtype=bool), []
+    for field in fields(Trace):
+        a, b = getattr(one, field.name), getattr(other, field.name)
+        same = np.abs(a - b) <= TOLERANCE * np.maximum(np.abs(a), 1.0) if a.dtype.kind == "f" else a == b
+        same = same.all(axis=2) if same.ndim == 3 else same
+        found += [(k, b, field.name) for k, b in _first_of_each(~same)]
+        bad |= ~same
+    states = [(f"state {state.name}", one.safe_state == state) for state in SafeState]
+    reasons = [(f"stop {reason}", one.reason == reason) for reason in np.unique(one.reason)]
+    counted = {name: int(np.count_nonzero(where)) for name, where in [*states, *reasons, ("resets", one.left)]}
+    lines = [f"tick {k}, machine {b}: {name}" for k, b, name in sorted(found)]
+    return Comparison(bad.size, int(bad.sum()), float(np.abs(one.tau - other.tau).max()), lines, counted)
+
+
+def _first_of_each(bad: np.ndarray) -> Iterator[tuple[int, int]]:
+    for b in np.flatnonzero(bad.any(axis=0)):
+        yield int(bad[:, b].argmax()), int(b)

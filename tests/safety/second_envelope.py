@@ -1,0 +1,315 @@
+"""What may go out in a tick, written a second time: from docs/safety.md, for many machines at once, without the first.
+
+Nothing of `exograv` is imported, so that an error of the one is not an error of the other. Machines are the first axis
+of every array; each of them is a guard of its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+RAN_WELL = ""
+"""In the place of the reason for a stop."""
+
+
+@dataclass
+class Machines:
+    """What the machines and the people in them are: (machine,), (machine, joint), (machine, joint, product)."""
+
+    period: np.ndarray
+    torque_max: np.ndarray
+    damping: np.ndarray
+    rate: np.ndarray
+    v_damping: np.ndarray
+    v_trip: np.ndarray
+    descent: np.ndarray
+    count: np.ndarray
+    """Of the encoders [rad]."""
+
+    worn: np.ndarray
+    """Whether somebody is in it; the rest is about this person."""
+    chains: Sequence[tuple[list[int], int, np.ndarray, np.ndarray]]
+    """Joints, most factors in a product, table of the machine and of the arm."""
+    error: np.ndarray
+    dry: np.ndarray
+    viscous: np.ndarray
+    active: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    wall: np.ndarray
+    trip: np.ndarray
+    tank_start: np.ndarray
+    tank_max: np.ndarray
+
+
+@dataclass
+class Tick:
+    """What happens to every machine in one tick; `came` and `spoke`: where a machine and its control said anything."""
+
+    now: np.ndarray
+    came: np.ndarray
+    sequence: np.ndarray
+    t: np.ndarray
+    q: np.ndarray
+    measured: np.ndarray
+    spoke: np.ndarray
+    answers: np.ndarray
+    """The sequence number that control answers."""
+    valid_until: np.ndarray
+    tau: np.ndarray
+    level: np.ndarray
+    """Of gravity."""
+
+
+def products(q: np.ndarray, most_factors: int) -> np.ndarray:
+    """Of one of 1, cos and sin a joint (machine, product), the first joint's changing fastest."""
+    found, factors = np.ones((len(q), 1)), np.zeros(1, dtype=int)
+    for angle in q.T:
+        three = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
+        found = (three[:, :, None] * found[:, None, :]).reshape(len(q), -1)
+        factors = np.add.outer([0, 1, 1], factors).ravel()
+    return found[:, factors <= most_factors]
+
+
+def any_joint(joints: np.ndarray) -> np.ndarray:
+    """Machines of which any joint is so."""
+    return np.logical_or.reduce(joints, axis=1)
+
+
+class SecondEnvelope:
+    """Torque, rate, speed, stops, plausibility and tank of all machines."""
+
+    def __init__(self, machines: Machines):
+        self.m = machines
+        shape = machines.torque_max.shape
+        self.reason = np.full(shape[0], RAN_WELL, dtype="<U20")
+        self.isolated = np.zeros(shape, dtype=bool)
+        self.without_model = np.zeros(shape[0], dtype=bool)
+        self.stopped_for = np.zeros(shape[0])
+        self.tau = np.zeros(shape)
+        self.tau_at_stop = np.zeros(shape)
+        self.q = np.zeros(shape)
+        self.energy = machines.tank_start.copy()
+        self.clipped = np.zeros(shape[0], dtype=int)
+
+    @property
+    def stopped(self) -> np.ndarray:
+        """Machines that are latched."""
+        return np.not_equal(self.reason, RAN_WELL)
+
+    def trip(self, where: np.ndarray, reason: str) -> None:
+        """Latch some machines; who is latched keeps the first reason, and the torque of its time."""
+        new = where & ~self.stopped
+        self.tau_at_stop[new] = self.tau[new]
+        self.reason[new] = reason
+
+    def reset(self, where: np.ndarray) -> None:
+        """Leave the latch."""
+        self.reason[where] = RAN_WELL
+        self.isolated[where], self.without_model[where], self.stopped_for[where] = False, False, 0.0
+
+    def limit(self, tau: np.ndarray, q: np.ndarray, v: np.ndarray, level: np.ndarray) -> np.ndarray:
+        """Torque (machine, joint) that may go out."""
+        m = self.m
+        v, q = np.where(self.isolated, 0.0, v), np.where(self.isolated, self.q, q)
+        knows_q, knows_v = np.isfinite(q).all(axis=1), np.isfinite(v).all(axis=1)
+        self.q = np.where(knows_q[:, None], q, self.q)
+        v = np.where(knows_v[:, None], v, 0.0)
+        self.trip(~knows_q | ~knows_v, "NO_MEASUREMENT")
+        self.trip(any_joint(~np.isfinite(tau)), "NOT_FINITE")
+        self.trip(any_joint(np.abs(v) > m.v_trip[:, None]), "TOO_FAST")
+        past = (self.q > m.upper + m.trip[:, None]) | (self.q < m.lower - m.trip[:, None])
+        self.trip(m.worn & any_joint(past), "PAST_A_STOP")
+        wanted = np.where(self.stopped[:, None], self._descent(), tau) + self._brake(v)
+        # Nobody moves like that: the person's bounds and the tank are then those at rest.
+        v = np.where(any_joint(np.abs(v) > 1e3)[:, None], 0.0, v)
+        bounded = np.where(m.worn[:, None], self._for_the_person(wanted, v, level), wanted)
+        out = np.clip(bounded, -m.torque_max, m.torque_max)
+        step = (m.rate * m.period)[:, None]
+        out = np.clip(out, self.tau - step, self.tau + step)
+        self._pay(out, v)
+        self.clipped += ~self.stopped & (out != wanted).any(axis=1)
+        self.tau = out
+        return out
+
+    def _descent(self) -> np.ndarray:
+        self.stopped_for = np.where(self.stopped, self.stopped_for + self.m.period, self.stopped_for)
+        left = np.clip(1.0 - self.stopped_for / self.m.descent, 0.0, 1.0)
+        return self.tau_at_stop * np.where(self.without_model, 0.0, left)[:, None]
+
+    def _depth(self) -> tuple[np.ndarray, np.ndarray]:
+        """How deep in the wall before the upper and the lower stop; 0 where nobody is in the machine."""
+        wall, worn = self.m.wall[:, None], self.m.worn[:, None]
+        upper = np.clip((self.q - (self.m.upper - wall)) / wall, 0.0, 1.0)
+        lower = np.clip(((self.m.lower + wall) - self.q) / wall, 0.0, 1.0)
+        return np.where(worn, upper, 0.0), np.where(worn, lower, 0.0)
+
+    def _brake(self, v: np.ndarray) -> np.ndarray:
+        v = np.clip(v, -1e3, 1e3)
+        upper, lower = self._depth()
+        braked = np.maximum(np.abs(v) - self.m.v_damping[:, None], np.where(v > 0.0, upper, lower) * np.abs(v))
+        descending = np.where(self.without_model, 2.0, 1.0)[:, None] * np.abs(v)
+        speed = np.where(self.stopped[:, None], descending, np.maximum(braked, 0.0))
+        return -self.m.damping * speed * np.sign(v)
+
+    def _for_the_person(self, tau: np.ndarray, v: np.ndarray, level: np.ndarray) -> np.ndarray:
+        m = self.m
+        level = np.clip(np.nan_to_num(level, nan=0.0), 0.0, 1.8)
+        self.carried = np.empty_like(tau)
+        for joints, most_factors, machine, arm in m.chains:
+            table = machine + (1.0 - level)[:, None, None] * arm
+            self.carried[:, joints] = np.einsum("bjf,bf->bj", table, products(self.q[:, joints], most_factors))
+        p, self.friction = self.carried, m.dry + m.viscous * np.abs(v)
+        room = self.friction + m.error
+        high = np.maximum(p, 0.0) + np.minimum(0.3 * np.maximum(p, 0.0) + 3.0, m.active) + room
+        low = np.minimum(p, 0.0) - np.minimum(0.3 * np.maximum(-p, 0.0) + 3.0, m.active) - room
+        upper, lower = self._depth()
+        tau = np.clip(tau, (1.0 - lower) * low + lower * p, (1.0 - upper) * high + upper * p)
+        driving = np.maximum(self._over(tau, v), 0.0)
+        needed = (driving**2 * np.abs(v)).sum(axis=1) / (2.0 * m.rate)
+        has = np.maximum(self.energy, 0.0)
+        kept = np.where(needed > self.energy, np.sqrt(has / np.where(needed > 0.0, needed, 1.0)), 1.0)
+        return tau - np.sign(v) * (1.0 - kept)[:, None] * driving
+
+    def _over(self, tau: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Torque in the direction of motion, beyond carrying and friction; negative where it brakes."""
+        along = np.sign(v) * (tau - self.carried)
+        return along - np.clip(along, 0.0, self.friction)
+
+    def _pay(self, tau: np.ndarray, v: np.ndarray) -> None:
+        power = (self._over(tau, v) * np.abs(v)).sum(axis=1)
+        after = np.minimum(self.energy - power * self.m.period, self.m.tank_max)
+        self.energy = np.where(self.m.worn, after, self.energy)
+
+
+class Missed:
+    """Which ticks of the last second were missed, in a ring that all machines share."""
+
+    def __init__(self, machines: int):
+        self.ring, self.at = np.zeros((1000, machines), dtype=bool), 0
+        self.row = np.zeros(machines, dtype=int)
+
+    def add(self, is_missed: np.ndarray) -> np.ndarray:
+        """Machines for which this tick is one too many."""
+        self.at = (self.at + 1) % 1000
+        self.ring[self.at] = is_missed
+        self.row = np.where(is_missed, self.row + 1, 0)
+        in_twenty = self.ring[np.arange(self.at - 19, self.at + 1)].sum(axis=0)
+        return is_missed & ((self.row > 3) | (in_twenty > 3) | (self.ring.sum(axis=0) > 10))
+
+    def forget(self, where: np.ndarray) -> None:
+        """As if nothing had been missed."""
+        self.ring[:, where], self.row[where] = False, 0
+
+
+class SecondIngress:
+    """Which measurements are used, and which joints are not believed."""
+
+    USES = 26
+    """Five of motion, then the same position and twenty times no other."""
+
+    def __init__(self, machines: Machines):
+        self.m = machines
+        shape = machines.torque_max.shape
+        self.newest = np.full(shape[0], -1)
+        self.dropped = np.zeros(shape[0], dtype=int)
+        self.used_at = np.full(shape[0], np.nan)
+        self.history = np.full((self.USES, *shape), np.nan)
+        self.uses = np.zeros(shape, dtype=int)
+        self.same = np.zeros(shape, dtype=int)
+        self.far = np.zeros(shape, dtype=int)
+
+    def see(self, tick: Tick, isolated: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Machines whose measurement is used; joints that jumped, stand still without reason, are no numbers."""
+        m, believed = self.m, ~isolated
+        # A joint that is not believed has no past when it is believed again.
+        self.uses[isolated], self.far[isolated] = 0, 0
+        new = tick.came & (tick.sequence > self.newest)
+        self.dropped += tick.came & ~new
+        self.newest = np.where(new, tick.sequence, self.newest)
+        of_now = new & (np.abs(tick.now - tick.t) <= 0.003)
+        no_number = of_now[:, None] & believed & ~(np.isfinite(tick.q) & np.isfinite(tick.measured))
+        good = of_now & ~no_number.any(axis=1)
+        ticks = np.fmax(np.rint((tick.t - self.used_at) / m.period), 1.0)
+        last = self._used(1)
+        reach = ticks[:, None] * (1.5 * m.v_trip * m.period)[:, None] + ticks[:, None] * m.count
+        off = good[:, None] & believed & (self.uses > 0) & (np.abs(tick.q - last) > reach)
+        self.far = np.where(good[:, None] & believed, np.where(off, self.far + 1, 0), self.far)
+        used = good & ~off.any(axis=1)
+        self.used_at = np.where(used, tick.t, self.used_at)
+        dead = self._use(tick.q, used[:, None] & believed, last)
+        return used, off & (self.far >= 3), dead, no_number
+
+    def _used(self, ago: int) -> np.ndarray:
+        """The position that many uses ago, 1 for the last one."""
+        return np.take_along_axis(self.history, ((self.uses - ago) % self.USES)[None], axis=0)[0]
+
+    def _use(self, q: np.ndarray, where: np.ndarray, last: np.ndarray) -> np.ndarray:
+        same = np.where((self.uses > 0) & (q == last), self.same + 1, 1)
+        self.same = np.where(where, same, self.same)
+        place = (self.uses % self.USES)[None]
+        now_there = np.take_along_axis(self.history, place, axis=0)[0]
+        np.put_along_axis(self.history, place, np.where(where, q, now_there)[None], axis=0)
+        self.uses = self.uses + where
+        way = np.maximum(0.2 * 5 * self.m.period[:, None], 4.0 * self.m.count)
+        moved = np.abs(q - self._used(self.USES)) >= way
+        return where & (self.uses >= self.USES) & (self.same > 20) & moved
+
+
+class SecondGuard:
+    """Ingress, bridge and envelope of all machines."""
+
+    def __init__(self, machines: Machines):
+        self.m = machines
+        self.envelope, self.ingress = SecondEnvelope(machines), SecondIngress(machines)
+        shape = machines.torque_max.shape
+        self.silent, self.bridged = Missed(shape[0]), Missed(shape[0])
+        self.held, self.q, self.v = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self.q_before, self.t_before = np.full(shape, np.nan), np.zeros(shape[0])
+        self.has_before = np.zeros(shape[0], dtype=bool)
+
+    def step(self, tick: Tick) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Torque, damping by the drives, and the number of the safe state."""
+        envelope, everybody = self.envelope, np.ones_like(tick.came)
+        used, jumped, dead, no_number = self.ingress.see(tick, envelope.isolated.copy())
+        for joints, reason in ((jumped, "ENCODER_JUMPED"), (dead, "ENCODER_DEAD")):
+            envelope.trip(any_joint(joints), reason)
+            envelope.isolated |= joints
+            self.silent.forget(any_joint(joints))
+        self._move(tick, used)
+        too_silent = self.silent.add(~used)
+        known = any_joint(no_number)
+        envelope.trip(too_silent & known, "NO_MEASUREMENT")
+        envelope.trip(too_silent & ~known, "MACHINE_SILENT")
+        envelope.isolated |= too_silent[:, None] & np.where(known[:, None], no_number, everybody[:, None])
+        answered = used & tick.spoke & (tick.answers == tick.sequence) & (tick.valid_until >= tick.now)
+        envelope.trip(self.bridged.add(~answered), "CONTROL_SILENT")
+        self.held = np.where(answered[:, None], tick.tau, self.held)
+        tau = envelope.limit(self.held, self.q, self.v, tick.level)
+        ranks = ((answered, -1), (~answered, 0), (envelope.stopped, 1), (envelope.without_model, 2))
+        state = np.max([np.where(where, rank, -1) for where, rank in ranks], axis=0)
+        state = np.where(envelope.isolated.any(axis=1), 3, state)
+        return tau, np.where(envelope.isolated, self.m.damping, 0.0), state
+
+    def reset(self, where: np.ndarray) -> np.ndarray:
+        """Machines whose latch was left."""
+        envelope = self.envelope
+        down = envelope.stopped & (envelope.stopped_for >= self.m.descent)
+        standing = (envelope.isolated | (np.abs(self.v) < 0.05)).all(axis=1)
+        left = where & down & standing
+        envelope.reset(left)
+        self.silent.forget(left)
+        self.bridged.forget(left)
+        self.held[left], self.has_before[left] = 0.0, False
+        # What moved before the reset is not known any more; the speed in force stays until the next measurement.
+        return left
+
+    def _move(self, tick: Tick, used: np.ndarray) -> None:
+        passed = np.maximum(tick.t - self.t_before, 0.5 * self.m.period)[:, None]
+        difference = (tick.q - self.q_before) / passed
+        v = (0.008 * self.v + passed * difference) / (0.008 + passed)
+        self.v = np.where(used[:, None], np.where(self.has_before[:, None], v, 0.0), self.v)
+        self.q = np.where(used[:, None], tick.q, self.q)
+        self.q_before = np.where(used[:, None], tick.q, self.q_before)
+        self.t_before, self.has_before = np.where(used, tick.t, self.t_before), self.has_before | used
