@@ -39,6 +39,12 @@ class JointState:
 
     torque_source: TorqueSource
 
+    q_motor: Joints | None = None
+    """The same positions by the encoders on the motors' shafts [rad]; None where there are none."""
+
+    faulty: tuple[int, ...] = ()
+    """Joints whose drive reports a fault."""
+
 
 @dataclass(frozen=True, slots=True)
 class Command:

@@ -20,6 +20,7 @@ from .demo import Demo, Identify, run_demo_command
 from .design_motion import DesignMotion, run_design_motion
 from .doctor import Doctor, run_doctor
 from .export_urdf import ExportUrdf, run_export_command
+from .faults import Faults, run_faults_command
 from .identify_log import IdentifyLog, run_identify_log
 from .new_rig import NewRig, run_new_rig
 from .report import Report, run_report
@@ -41,6 +42,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "check-rig": (CheckRig, run_check_rig),
     "design-motion": (DesignMotion, run_design_motion),
     "doctor": (Doctor, run_doctor),
+    "faults": (Faults, run_faults_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),
 }

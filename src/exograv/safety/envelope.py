@@ -75,6 +75,9 @@ class StopReason(enum.Enum):
     ENCODER_JUMPED = "An encoder jumped farther than its joint can move."
     ENCODER_DEAD = "An encoder stood still while its joint was moving."
     TORQUE_WRONG = "The motors do not give the torque that they are told."
+    ENCODERS_PART = "A joint's encoder and its motor's do not say the same."
+    DRIVE_FAULT = "A drive reports a fault."
+    STOP_PRESSED = "Stop was pressed."
 
 
 class Envelope:
@@ -103,6 +106,11 @@ class Envelope:
         self._no_damping.flags.writeable = False  # every tick without a fault shares it
         self._tau_at_stop = self._tau
         self._since_stop = 0.0
+
+    def begin(self, tau: Joints) -> None:
+        """The machine gives this torque already (joint,) [N·m]: the next one follows it no faster than any other."""
+        self._tau = [_within(one, -bound, bound) for one, bound in zip(tau.tolist(), self._bounds, strict=True)]
+        self._tau_at_stop = self._tau
 
     def limit(self, tau_desired: Joints, q: Joints, v: Joints) -> Joints:
         """Torque (joint,) [N·m] that may go out.

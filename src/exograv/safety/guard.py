@@ -15,6 +15,7 @@ from exograv.signals import JointState
 
 from .envelope import Envelope, StopReason
 from .ingress import Doubt, Ingress
+from .monitors import Monitors
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -86,10 +87,19 @@ _STOPS: dict[Doubt, StopReason] = {
 class Guard:
     """Of one machine; latched by the first fault until `reset`."""
 
-    def __init__(self, envelope: Envelope, ingress: Ingress, period_s: float):
+    def __init__(self, envelope: Envelope, ingress: Ingress, period_s: float, gain: Sequence[float] | None = None):
+        """Nothing has happened yet.
+
+        Args:
+            envelope: Limits, and the person's where one is in the machine.
+            ingress: Looks at what the machine says.
+            period_s: Between two ticks [s].
+            gain: Torque per motor current, as calibrated (joint,) [N·m/A]; None where torque has sensors of its own.
+        """
         joints = len(envelope.limits.torque_max_Nm)
         self.envelope = envelope
         self._ingress, self._period_s = ingress, period_s
+        self._monitors = Monitors(joints, period_s, gain)
         self._speeds = _Speeds(joints, period_s)
         self._measured, self._answered = _Misses(), _Misses()
         self._q = self._v = np.zeros(joints)
@@ -117,13 +127,20 @@ class Guard:
         if seen.state is not None:
             self._q = seen.state.q
             self._v = self._speeds.update(seen.state.q.tolist(), seen.state.t)
+            for reason, joint in self._monitors.look(seen.state, self.envelope.isolated):
+                self._distrust(reason, joint)
         return seen.state
 
     def decide(self, submitted: Submitted | None, now: float) -> Guarded:
         """Second half: what goes out, whether control has answered or not."""
         bridges = self._count(self._seen, submitted, now)
         tau = self.envelope.limit(self._held, self._q, self._v)
+        self._monitors.told(tau.tolist())
         return Guarded(tau, self.envelope.drive_damping, self._safe_state(bridges))
+
+    def press_stop(self) -> None:
+        """Somebody wants it to end: a soft descent, as for a fault."""
+        self.envelope.trip(StopReason.STOP_PRESSED)
 
     def reset(self) -> bool:
         """Whether the latch was left: not while an arm still comes down."""
@@ -136,6 +153,13 @@ class Guard:
         self._measured, self._answered = _Misses(), _Misses()
         self._held = np.zeros(len(self._held))
         return True
+
+    def _distrust(self, reason: StopReason, joint: int) -> None:
+        """A torque that is not what was told may come from any cause: no torque by the model then, damping only."""
+        if reason is StopReason.TORQUE_WRONG:
+            self.envelope.trip(reason, without_model=True)
+        else:
+            self.envelope.trip(reason, isolate=(joint,))
 
     def _doubt(self, doubts: Sequence[tuple[Doubt, int | None]]) -> None:
         """Joints that are certainly not to be believed are isolated; a number that is none first has three ticks."""

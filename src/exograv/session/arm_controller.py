@@ -1,5 +1,6 @@
 """The arm's tick together with the parameters in force: what the pilot flies a worn machine with."""
 
+import copy
 from collections.abc import Mapping
 
 import casadi as ca
@@ -29,6 +30,7 @@ class ArmController:
         self.assembly = assembly
         self._tick = Tick(assembly, machine)
         self._trial = self._tick.again()
+        self._dt = dt
         self._handover = Handover(x, dt)
         self._no_payload = np.zeros(parameters.Layout.of(assembly).phi.stop)
         self._payloads = Handover(self._no_payload, dt)
@@ -36,6 +38,14 @@ class ArmController:
         self._fit = parameters.Layout.of(assembly).fit
         self._bodies = parameters.Layout.of(assembly).bodies
         self._skeleton = kernel.compile(_skeleton_function(assembly))
+
+    def again(self, x: parameters.Parameters) -> "ArmController":
+        """Another controller of the same arm and machine, with these parameters in force; nothing is compiled anew."""
+        other = copy.copy(self)
+        other._tick, other._trial = self._tick.again(), self._trial.again()
+        other._handover, other._payloads = Handover(x, self._dt), Handover(self._no_payload, self._dt)
+        other._weights = {}
+        return other
 
     @property
     def mode(self) -> Mode:
@@ -82,6 +92,10 @@ class ArmController:
         change = wanted - self.torque_at_rest(q, self.x)
         self._handover.publish(x, float(np.abs(change).max()))
         return True
+
+    def put_in_force(self, x: parameters.Parameters) -> None:
+        """Parameters at once and unseen: at a beginning, before anything is driven, and to prove the guard."""
+        self._handover = Handover(x, self._dt)
 
     @property
     def weights(self) -> Mapping[WeightPlace, float]:

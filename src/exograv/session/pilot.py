@@ -91,7 +91,7 @@ class Pilot:
         joints, period_s = len(self.rig.joints), self.rig.period_s
         self.observer = Observer(joints, period_s)
         ingress = Ingress([COARSEST_COUNT_RAD] * joints, period_s, self.envelope.limits.v_trip_rad_s)
-        self.guard = Guard(self.envelope, ingress, period_s)
+        self.guard = Guard(self.envelope, ingress, period_s, self.actuators.gain.tolist())
         self._near_singular = False
         self.q = self.rig.read().q.copy()
         """Where the joints were at the last tick [rad]."""

@@ -9,12 +9,11 @@ from exograv import kernel
 
 from .cuffs import Kinematics, cuff_wrenches
 from .delays import Delays, passed
-from .drive import DRIVE_STATES, TAU_MOTOR, DriveInput, drive_step
+from .drive import DRIVE_STATES, TAU_MOTOR, THETA, DriveInput, drive_step
 from .machine import Machine
 from .passive import elastic_torque, follower_paths, passive_torque, shift_forces, shoulder_shift
 from .scene import TIMESTEP, Scene
 from .wearer import Wearer
-
 
 WATCHDOG_S = 0.02
 """After which a drive that has heard of no valid command brakes its motor by itself [s]; docs/safety.md: 20 to 30 ms
@@ -65,7 +64,7 @@ class StepInput:
     """On their way to the motors (torque [N·m] and damping [N·m·s/rad] of each joint, valid until [s], step)."""
 
     measurements: ca.SX
-    """On their way to the computer (position [rad] and motor torque [N·m] of each joint, step)."""
+    """On their way to the computer (position [rad], motor's torque [N·m] and position [rad] of each joint, step)."""
 
     @classmethod
     def of(cls, scene: Scene, delays: Delays) -> "StepInput":
@@ -75,7 +74,7 @@ class StepInput:
             "qpos": (scene.model.nq,), "qvel": (scene.model.nv,), "current": (n,), "damping": (n,), "valid_until": (),
             "tau_muscle": (n_arm,), "tau_voluntary": (n_arm,), "warmth": (), "start": (), "steps": (),
             "drives": (len(DRIVE_STATES), n), "hysteresis": (n_arm,),
-            "commands": (2 * n + 1, delays.to_motors), "measurements": (2 * n, delays.to_computer),
+            "commands": (2 * n + 1, delays.to_motors), "measurements": (3 * n, delays.to_computer),
         }  # fmt: skip
         return cls(**{name: ca.SX.sym(name, *size) for name, size in sizes.items()})
 
@@ -88,7 +87,7 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
     kinematics, now = Kinematics.of(scene.model.nbody), StepInput.of(scene, Delays.of(machine.sensors.delay))
     carried: dict[str, ca.SX] = {"steps": now.steps + 1}
     told, carried["commands"] = _arriving(machine, now)
-    at_joints = ca.vertcat(now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T)
+    at_joints = ca.vertcat(now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T, now.drives[THETA, :].T)
     carried["measurements"] = passed(now.measurements, at_joints)[1]
     qfrc, carried["drives"] = _drive_forces(scene, machine, now, told)
     xfrc = ca.SX.zeros(6, scene.model.nbody)
@@ -160,14 +159,15 @@ def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput) -> tuple[ca.SX, ca
 
 
 def measured_truth(scene: Scene, machine: Machine) -> ca.Function:
-    """Position [rad] and motor torque [N·m] at the joints that are measured now, from memory as in `StepInput`."""
+    """Position [rad], motor torque [N·m] and motor position [rad] that are measured now, memory as in `StepInput`."""
     n, delays = len(scene.exo), Delays.of(machine.sensors.delay)
     now = StepInput.of(scene, delays)
     if delays.to_computer == 0:
-        at_joints = [now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T]
-        return ca.Function("twin_now", [now.qpos, now.drives], at_joints, ["qpos", "drives"], ["q", "tau_motor"])
+        at_joints = [now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T, now.drives[THETA, :].T]
+        names = ["q", "tau_motor", "q_motor"]
+        return ca.Function("twin_now", [now.qpos, now.drives], at_joints, ["qpos", "drives"], names)
     oldest = ca.vertsplit(now.measurements[:, 0], n)
-    return ca.Function("twin_late", [now.measurements], oldest, ["measurements"], ["q", "tau_motor"])
+    return ca.Function("twin_late", [now.measurements], oldest, ["measurements"], ["q", "tau_motor", "q_motor"])
 
 
 def static_forces(scene: Scene, wearer: Wearer, with_passive: bool) -> kernel.Kernel:

@@ -139,9 +139,9 @@ class Twin:
     def read(self) -> JointState:
         """What the machine measures now; asked twice in one period it says the same."""
         if self._measured is None:
-            q, current = self._sensors.measure()
+            q, current, q_motor = self._sensors.measure()
             number = self._steps // SUBSTEPS
-            self._measured = JointState(self.t, number, q, current, self._no_torque, TorqueSource.CURRENT)
+            self._measured = JointState(self.t, number, q, current, self._no_torque, TorqueSource.CURRENT, q_motor)
         return self._measured
 
     def write(self, command: Command) -> None:
@@ -216,6 +216,13 @@ class Twin:
             tau_muscle=self._memory["tau_muscle"] + self.tau_voluntary,
         )
 
+    def hand_speed(self) -> float:
+        """How fast the first arm's hand truly is; for examiners [m/s]."""
+        velocity = np.empty(6)
+        scene = self._scene
+        mujoco.mj_objectVelocity(scene.model, scene.data, mujoco.mjtObj.mjOBJ_BODY, scene.mounts["hand"], velocity, 0)
+        return float(np.linalg.norm(velocity[3:]))
+
     def _start(self, q: Joints) -> None:
         q_arm, tau = Statics(self._scene, self._wearer, with_passive=True).settle(q)
         memory = self._memory
@@ -229,4 +236,4 @@ class Twin:
         memory["hysteresis"][:] = q_arm
         # As if the machine had stood still for long; transposed, a delay of one step looks like all others.
         np.atleast_2d(memory["commands"].T)[:] = [*tau, *np.zeros(len(q)), math.inf]
-        np.atleast_2d(memory["measurements"].T)[:] = [*q, *tau]
+        np.atleast_2d(memory["measurements"].T)[:] = [*q, *tau, *drives[THETA]]

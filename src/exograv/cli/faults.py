@@ -1,0 +1,67 @@
+"""`exograv faults`."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import tyro
+
+from .common import Common
+
+
+@dataclass(frozen=True)
+class Faults(Common):
+    """Break machine, control and person in simulation, thousands of times, and see what the guard makes of it."""
+
+    scenarios: int = 200
+    """How many; one takes a third of a second of a processor."""
+
+    level: int = 2
+    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
+
+    persons: int = 2
+    """Persons in machines, each calibrated and identified at first; every second one has quasi-direct drives."""
+
+    processes: int | None = None
+    """At the same time; one a processor if none is named."""
+
+    replay: Annotated[str | None, tyro.conf.arg(metavar="NUMBER:FAULT")] = None
+    """One scenario, as a campaign prints it."""
+
+
+def run_faults_command(command: Faults) -> dict[str, Any]:
+    """Run it and say what came of it."""
+    from exograv.session.faults.campaign import Campaign, run_campaign
+    from exograv.terminal import bars
+
+    campaign = Campaign(
+        command.scenarios, command.seed, command.level, command.persons, command.processes, command.replay
+    )
+    with bars() as progress:
+        result = run_campaign(campaign, progress)
+    show_faults(result)
+    return result
+
+
+def show_faults(result: dict[str, Any]) -> None:
+    """One row a fault; then what must be zero."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    table = Table(title=f"{result['scenarios']} scenarios, {result['ticks']} ticks, seed {result['seed']}")
+    for heading in ("fault", "what", "alone", "found", "p50, ms", "max, ms", "budget, ms", "missed", "hand, m/s"):
+        table.add_column(heading, justify="left" if heading in ("fault", "what") else "right")
+    for name, row in result["by_fault"].items():
+        if row["runs"]:
+            cells = (row["alone"], row["detected"], *(row["reaction_ms"][key] for key in ("p50", "max")))
+            rest = (row["budget_ms"], row["missed"], row["hand_m_s"])
+            table.add_row(name, row["what"], *("–" if cell is None else f"{cell:g}" for cell in (*cells, *rest)))
+    console.print(table)
+    for title in ("envelope_violations", "missed_budgets", "false_trips_per_hour"):
+        console.print(f"{title.replace('_', ' ')}: {result[title]}", highlight=False)
+    for line in (*result["crashed"], *result["violations"], *result["missed"], *result["false_trips"]):
+        console.print(f"  {line}", highlight=False)
+    if "course" in result:
+        console.print(result["course"])
+    for line in result["replay"]:
+        console.print(f"again: {line}", highlight=False)

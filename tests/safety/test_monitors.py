@@ -1,0 +1,104 @@
+"""Two signals that part are found in time, and noise, gears and delays are not taken for that."""
+
+import numpy as np
+import pytest
+
+from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.safety.ingress import Ingress
+from exograv.safety.monitors import AGREE_RAD, IN_A_ROW, LATELY_TICKS, TORQUE_OFF_NM, Monitors
+from exograv.signals import JointState, TorqueSource
+
+DT = 0.001
+GAIN = [2.0, 0.5]
+NO_TORQUE = np.full(2, np.nan)
+
+
+def state(tick: int, q: list[float], q_motor: list[float] | None, current: list[float], faulty: tuple[int, ...] = ()):
+    motor = None if q_motor is None else np.array(q_motor)
+    source = TorqueSource.CURRENT
+    return JointState(tick * DT, tick, np.array(q), np.array(current), NO_TORQUE, source, motor, faulty)
+
+
+def found(monitors: Monitors, states, told=(0.0, 0.0)) -> list[tuple[int, StopReason, int]]:
+    results = []
+    for tick, one in enumerate(states):
+        results += [(tick, reason, joint) for reason, joint in monitors.look(one)]
+        monitors.told(told)
+    return results
+
+
+def test_encoders_that_agree_but_for_gear_noise_and_a_constant_are_left_alone():
+    generator, states = np.random.default_rng(0), []
+    for tick in range(2000):
+        q = 0.5 * np.sin(3.0 * tick * DT)
+        noise = generator.normal(0.0, 2e-4, 2)
+        states.append(
+            state(tick, [q, -q], [q + 0.3 + noise[0] + 0.002 * np.sin(tick), -q - 0.1 + noise[1]], [0.0, 0.0])
+        )
+    assert found(Monitors(2, DT, GAIN), states) == []
+
+
+def test_an_encoder_that_slips_beyond_two_degrees_is_found_after_ten_ticks():
+    slipped = [state(t, [AGREE_RAD * 1.1 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(70)]
+    assert found(Monitors(2, DT, GAIN), slipped)[0] == (50 + IN_A_ROW - 1, StopReason.ENCODERS_PART, 0)
+    within = [state(t, [AGREE_RAD * 0.9 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(200)]
+    assert found(Monitors(2, DT, GAIN), within) == []
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.0, -2.0])
+def test_an_encoder_that_counts_the_other_way_is_found_within_20_ms(speed: float):
+    flip = 100
+    states = []
+    for t in range(200):
+        way = speed * t * DT
+        q = way if t < flip else 2 * speed * flip * DT - way
+        states.append(state(t, [q, 0.0], [way, 0.0], [0.0, 0.0]))
+    tick, reason, joint = found(Monitors(2, DT, GAIN), states)[0]
+    assert (reason, joint) == (StopReason.ENCODERS_PART, 0)
+    assert tick - flip <= 20
+
+
+def test_a_motor_that_does_not_give_its_torque_is_found_and_one_that_is_late_is_not():
+    weak = [state(t, [0.0, 0.0], None, [0.0, 0.0]) for t in range(40)]
+    tick, reason, joint = found(Monitors(2, DT, GAIN), weak, told=(0.0, TORQUE_OFF_NM + 0.1))[0]
+    assert (reason, joint) == (StopReason.TORQUE_WRONG, 1)
+    assert tick == LATELY_TICKS + IN_A_ROW - 1
+    monitors, line = Monitors(2, DT, GAIN), [0.0] * 8
+    for t in range(400):
+        asked = 10.0 * np.sin(12.0 * t * DT)  # 120 N·m/s
+        line.append(asked / GAIN[0])
+        assert list(monitors.look(state(t, [0.0, 0.0], None, [line.pop(0), 0.0]))) == []
+        monitors.told([asked, 0.0])
+
+
+def test_a_drive_that_reports_a_fault_is_believed_at_once_and_a_distrusted_one_is_not_asked():
+    monitors = Monitors(2, DT, GAIN)
+    assert list(monitors.look(state(0, [0.0, 0.0], None, [0.0, 0.0], (1,)))) == [(StopReason.DRIVE_FAULT, 1)]
+    assert list(monitors.look(state(1, [0.0, 0.0], None, [0.0, 0.0], (1,)), {1})) == []
+
+
+def guard() -> Guard:
+    limits = Limits(np.array([30.0, 20.0]), np.array([10.0, 4.0]))
+    return Guard(Envelope(limits, DT), Ingress([1e-6, 1e-6], DT, limits.v_trip_rad_s), DT, GAIN)
+
+
+def step(one: Guard, tick: int, **changes) -> SafeState:
+    measured = state(tick, changes.get("q", [0.0, 0.0]), None, [0.0, 0.0], changes.get("faulty", ()))
+    return one.step(measured, Submitted(tick, tick * DT + 0.005, np.zeros(2)), tick * DT).safe_state
+
+
+def test_the_joint_of_a_faulty_drive_is_isolated_and_the_others_come_down():
+    one = guard()
+    assert step(one, 0) is SafeState.NONE
+    assert step(one, 1, faulty=(1,)) is SafeState.ISOLATION
+    assert one.envelope.isolated == {1}
+    assert one.envelope.stop is StopReason.DRIVE_FAULT
+
+
+def test_stop_lets_the_arm_down_and_is_told_as_such():
+    one = guard()
+    step(one, 0)
+    one.press_stop()
+    assert step(one, 1) is SafeState.DESCENT
+    assert one.envelope.stop is StopReason.STOP_PRESSED

@@ -1,0 +1,114 @@
+"""The table of faults is whole, scenarios are their numbers, and the oracle sees what must never go out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exograv.errors import ConfigError
+from exograv.safety.envelope import Limits
+from exograv.safety.guard import SafeState
+from exograv.safety.person import PersonLimits
+from exograv.safety.plausible import Chain, Features, PlausibleTable
+from exograv.session.faults.campaign import Campaign, run_campaign
+from exograv.session.faults.oracle import Oracle
+from exograv.session.faults.scenario import Scenario
+from exograv.session.faults.table import FAULTS
+from exograv.signals import JointState, TorqueSource
+
+DT = 0.001
+LIMITS = Limits(np.array([30.0, 20.0]), np.array([10.0, 4.0]))
+BEYOND_NM = 1.0  # friction and the table's error
+CARRIED_NM = 8.0
+
+
+def person() -> PersonLimits:
+    """Joint 0 carries 8 N·m in every posture, joint 1 nothing."""
+    constant = np.zeros((2, Features(2, 2).count))
+    constant[0, 0] = CARRIED_NM
+    chain = Chain((0, 1), 2, np.zeros_like(constant), constant)
+    table = PlausibleTable((chain,), np.full(2, 0.5), np.full(2, 0.5), np.zeros(2))
+    return PersonLimits(table, np.array([8.0, 4.0]), np.full(2, -2.0), np.full(2, 2.0))
+
+
+def measurement(tick: int) -> JointState:
+    return JointState(tick * DT, tick, np.zeros(2), np.zeros(2), np.full(2, np.nan), TorqueSource.CURRENT)
+
+
+def judged(torques: list[list[float]]) -> list[str | None]:
+    oracle = Oracle(LIMITS, person(), DT)
+    return [oracle.judge(np.array(tau), measurement(k), frozenset(), 0.0) for k, tau in enumerate(torques)]
+
+
+def test_what_carries_and_a_little_more_may_go_out():
+    most = 1.3 * CARRIED_NM + 3.0 + BEYOND_NM
+    assert judged([[most, 4.0], [most, 4.0]]) == [None, None]
+
+
+@pytest.mark.parametrize(
+    ("torques", "words"),
+    [
+        ([[0.0, np.nan]], "not finite"),
+        ([[31.0, 0.0]], "drives' limit"),
+        ([[0.0, 0.0], [0.16, 0.0]], "a step"),
+        ([[14.5, 0.0], [14.5, 0.0]], "joint 0"),
+        ([[0.0, -4.2], [0.0, -4.2]], "joint 1"),
+        ([[15.0, 0.0], [14.9, 0.0]], "joint 0"),
+    ],
+)
+def test_what_must_never_go_out_is_seen(torques: list[list[float]], words: str):
+    assert words in (judged(torques)[-1] or "")
+
+
+def test_a_torque_beyond_the_bounds_may_only_come_back_as_fast_as_it_can():
+    assert judged([[15.0, 0.0], [14.85, 0.0], [14.70, 0.0]])[1:] == [None, None]
+
+
+def test_every_fault_has_a_sentence_and_one_that_is_to_be_found_has_a_budget_and_a_safe_state():
+    assert len({fault.id.split()[0] for fault in FAULTS.values()} - {"control"}) >= 20
+    for fault in FAULTS.values():
+        assert len(fault.what) > 10
+        if fault.reasons:
+            assert fault.budget_ms is not None
+            assert fault.safe_state >= SafeState.DESCENT
+
+
+def test_a_scenario_is_its_number_and_singles_go_through_the_whole_table():
+    drawn = [Scenario.drawn(3, number) for number in range(300)]
+    assert drawn == [Scenario.drawn(3, number) for number in range(300)]
+    singles = {scenario.faults[0] for scenario in drawn if len(scenario.faults) == 1}
+    assert singles == set(FAULTS)
+    assert 0.15 < np.mean([len(scenario.faults) > 1 for scenario in drawn]) < 0.45
+
+
+def test_what_a_campaign_prints_replays_the_same_scenario():
+    scenario = Scenario.drawn(5, 17)
+    text = scenario.command.split("--replay ")[1].strip("'")
+    assert Campaign(seed=5, replay=text).replayed() == scenario
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"scenarios": 0}, {"seed": -1}, {"level": 5}, {"persons": 0}],
+)
+def test_options_that_mean_nothing_are_refused(options: dict):
+    with pytest.raises(ConfigError, match="allowed"):
+        Campaign(**options)
+
+
+@pytest.mark.parametrize("text", ["x:F01", "3:F99", "3"])
+def test_a_replay_line_that_means_nothing_is_refused_with_all_faults(text: str):
+    with pytest.raises(ConfigError, match="F39"):
+        Campaign(replay=text).replayed()
+
+
+@pytest.mark.slow
+def test_in_sixty_scenarios_nothing_leaves_the_envelope_and_every_budget_is_kept():
+    campaign = Campaign(scenarios=60, seed=7, persons=1, processes=1)
+    result = run_campaign(campaign, lambda _text, _share: None)
+    assert result["envelope_violations"] == 0
+    assert result["crashed"] == []
+    assert result["missed_budgets"] == 0
+    assert result["false_trips"] == []
+    again = run_campaign(replace(campaign, scenarios=3), lambda _text, _share: None)
+    assert again["ticks"] == run_campaign(replace(campaign, scenarios=3), lambda _text, _share: None)["ticks"]
