@@ -1,6 +1,7 @@
 """An MCAP file, chunk by chunk. The mcap package writes message by message, which takes longer than a tick's own work.
 
-Source of the layout: MCAP specification, version 0. Whole chunks are on disk when `add_chunk` returns.
+Source of the layout: MCAP specification, version 0. When `add_chunk` returns, a whole chunk is with the operating
+system: a killed writer leaves it behind. What outlives a power failure is the caller's to say (fdatasync).
 """
 
 import struct
@@ -31,8 +32,53 @@ MESSAGE = np.dtype(
 INDEX_ENTRY = np.dtype([("time_ns", "<u8"), ("offset", "<u8")])
 """Where in its uncompressed chunk a message is."""
 
+FOOTER = struct.Struct("<QQI")
+"""Where the summary begins, where its offsets would, and `summary_crc`."""
+
 COMPRESSION_LEVEL = 1
 """Of zstd: less than half the time of its default, 3, for 2 % more bytes (measured on ticks of a demo)."""
+
+
+Index = Mapping[int, np.ndarray]
+"""By channel, an `INDEX_ENTRY` for each of its messages; at least one."""
+
+
+class MessageIndexes:
+    """The records that follow a chunk: one a channel."""
+
+    def __init__(self, index: Index, start: int):
+        parts = [struct.pack("<HI", channel, entries.nbytes) + entries.tobytes() for channel, entries in index.items()]
+        records = [RECORD_HEAD.pack(Opcode.MESSAGE_INDEX, len(part)) + part for part in parts]
+        places = start + np.cumsum([0, *(len(record) for record in records)])
+        self.records = b"".join(records)
+        self.offsets = {channel: int(place) for channel, place in zip(index, places, strict=False)}
+        """Of each channel's record in the file, when the first is at `start`."""
+
+
+def time_span_ns(index: Index) -> tuple[int, int]:
+    """First and last log time."""
+    times = np.concatenate([entries["time_ns"] for entries in index.values()])
+    return int(times.min()), int(times.max())
+
+
+def chunk_index(chunk: Chunk, place: tuple[int, int], indexes: MessageIndexes) -> ChunkIndex:
+    """What the summary says of a chunk that lies between these bytes of the file."""
+    return ChunkIndex(
+        chunk_start_offset=place[0],
+        chunk_length=place[1] - place[0],
+        compression=chunk.compression,
+        compressed_size=len(chunk.data),
+        uncompressed_size=chunk.uncompressed_size,
+        message_start_time=chunk.message_start_time,
+        message_end_time=chunk.message_end_time,
+        message_index_offsets=indexes.offsets,
+        message_index_length=len(indexes.records),
+    )
+
+
+def summary_crc(summary: bytes, start: int) -> int:
+    """Checksum that the footer carries, over the summary and the footer's own first fields."""
+    return zlib.crc32(struct.pack("<BQQQ", Opcode.FOOTER, FOOTER.size, start, 0), zlib.crc32(summary))
 
 
 class ChunkedFile:
@@ -40,29 +86,33 @@ class ChunkedFile:
 
     def __init__(self, stream: BinaryIO):
         self._stream = stream
-        self._schemas: list[Schema] = []
-        self._channels: list[Channel] = []
-        self._chunks: list[ChunkIndex] = []
-        self._counts: dict[int, int] = {}
-        stream.write(MCAP0_MAGIC)
+        self._crc = 0
+        self.schemas: list[Schema] = []
+        self.channels: list[Channel] = []
+        self.chunks: list[ChunkIndex] = []
+        self.counts: dict[int, int] = {}
+        """Messages by channel."""
+
+    def begin(self) -> None:
+        """Write what an MCAP file begins with."""
+        self._write(MCAP0_MAGIC)
         self._put(Header(profile="", library=f"exograv recording {SCHEMA_VERSION}"))
+
+    def resume(self, written: bytes) -> None:
+        """Go on after these bytes, whose channels, chunks and counts have been filled in."""
+        self._crc = zlib.crc32(written)
+        self._stream.seek(len(written))
 
     def add_channel(self, topic: str, encoding: str, schema: Schema) -> int:
         """Announce a channel and its schema, before any chunk; returns the channel's number."""
-        self._schemas.append(schema)
-        self._channels.append(Channel(len(self._channels) + 1, topic, encoding, {}, schema.id))
-        self._put(self._schemas[-1], self._channels[-1])
-        return self._channels[-1].id
+        self.schemas.append(schema)
+        self.channels.append(Channel(len(self.channels) + 1, topic, encoding, {}, schema.id))
+        self._put(self.schemas[-1], self.channels[-1])
+        return self.channels[-1].id
 
-    def add_chunk(self, messages: bytes, index: Mapping[int, np.ndarray]) -> None:
-        """Write message records, compressed.
-
-        Args:
-            messages: The records, one after another.
-            index: By channel, an `INDEX_ENTRY` for each of its messages; at least one.
-        """
-        times = np.concatenate([entries["time_ns"] for entries in index.values()])
-        first, last = int(times.min()), int(times.max())
+    def add_chunk(self, messages: bytes, index: Index) -> None:
+        """Write message records, one after another, compressed."""
+        first, last = time_span_ns(index)
         packed, start = zstandard.compress(messages, COMPRESSION_LEVEL), self._stream.tell()
         chunk = Chunk(
             compression="zstd",
@@ -72,54 +122,45 @@ class ChunkedFile:
             uncompressed_crc=zlib.crc32(messages),
             uncompressed_size=len(messages),
         )
-        length = self._put(chunk)
-        self._put_indexes(chunk, start, length, index)
-        for channel, entries in index.items():
-            self._counts[channel] = self._counts.get(channel, 0) + len(entries)
+        end = start + self._put(chunk)
+        indexes = MessageIndexes(index, end)
+        self._write(indexes.records)
         self._stream.flush()
+        self.chunks.append(chunk_index(chunk, (start, end), indexes))
+        for channel, entries in index.items():
+            self.counts[channel] = self.counts.get(channel, 0) + len(entries)
 
     def finish(self) -> None:
         """Write the index of the whole file; the stream stays open."""
-        self._put(DataEnd(data_section_crc=0))
-        start = self._stream.tell()
-        self._put(*self._schemas, *self._channels, self._statistics(), *self._chunks)
-        self._put(Footer(summary_start=start, summary_offset_start=0, summary_crc=0))
-        self._stream.write(MCAP0_MAGIC)
+        self._put(DataEnd(data_section_crc=self._crc))
+        start, summary = self._stream.tell(), RecordBuilder()
+        for record in (*self.schemas, *self.channels, self._statistics(), *self.chunks):
+            record.write(summary)
+        records = summary.end()
+        self._write(records)
+        self._put(Footer(summary_start=start, summary_offset_start=0, summary_crc=summary_crc(records, start)))
+        self._write(MCAP0_MAGIC)
+        self._stream.flush()
 
     def _put(self, *records: McapRecord) -> int:
         builder = RecordBuilder()
         for record in records:
             record.write(builder)
-        return self._stream.write(builder.end())
+        return self._write(builder.end())
 
-    def _put_indexes(self, chunk: Chunk, start: int, length: int, index: Mapping[int, np.ndarray]) -> None:
-        offsets = {}
-        for channel, entries in index.items():
-            offsets[channel] = self._stream.tell()
-            body = struct.pack("<HI", channel, entries.nbytes) + entries.tobytes()
-            self._stream.write(RECORD_HEAD.pack(Opcode.MESSAGE_INDEX, len(body)) + body)
-        chunk_index = ChunkIndex(
-            chunk_start_offset=start,
-            chunk_length=length,
-            compression=chunk.compression,
-            compressed_size=len(chunk.data),
-            uncompressed_size=chunk.uncompressed_size,
-            message_start_time=chunk.message_start_time,
-            message_end_time=chunk.message_end_time,
-            message_index_offsets=offsets,
-            message_index_length=self._stream.tell() - start - length,
-        )
-        self._chunks.append(chunk_index)
+    def _write(self, data: bytes) -> int:
+        self._crc = zlib.crc32(data, self._crc)
+        return self._stream.write(data)
 
     def _statistics(self) -> Statistics:
         return Statistics(
             attachment_count=0,
-            channel_count=len(self._channels),
-            channel_message_counts=self._counts,
-            chunk_count=len(self._chunks),
-            message_count=sum(self._counts.values()),
-            message_end_time=max((chunk.message_end_time for chunk in self._chunks), default=0),
-            message_start_time=min((chunk.message_start_time for chunk in self._chunks), default=0),
+            channel_count=len(self.channels),
+            channel_message_counts=self.counts,
+            chunk_count=len(self.chunks),
+            message_count=sum(self.counts.values()),
+            message_end_time=max((chunk.message_end_time for chunk in self.chunks), default=0),
+            message_start_time=min((chunk.message_start_time for chunk in self.chunks), default=0),
             metadata_count=0,
-            schema_count=len(self._schemas),
+            schema_count=len(self.schemas),
         )

@@ -2,6 +2,7 @@
 
 from .encoding import tick_definition
 from .schema import CHANNELS, SCHEMA_VERSION, Channel, Field
+from .writer import SYNC_EVERY_S
 
 INTRODUCTION = f"""\
 # Recording format
@@ -10,9 +11,14 @@ Made from the table in `src/exograv/recording/schema.py`; a test fails when the 
 `python -m exograv.recording.document > docs/recording_format.md`
 
 A recording is one [MCAP](https://mcap.dev) file, version {SCHEMA_VERSION} of this format (`schema_version` in
-`/settings`). It is written while the run goes on, in chunks of about 1 MB (zstd): what is killed loses at most its last
-chunk, and the reader says so. It holds no wall-clock time. Log times are the rig's clock in nanoseconds, so the same
-seed gives the same messages, but for `tick_us`.
+`/settings`); older versions are still read. It is written while the run goes on, in chunks of at most about 1 MB
+(zstd): what is killed loses at most its last chunk, and the reader says so. A live recording is forced to the disk
+every {1e3 * SYNC_EVERY_S:.0f} ms, and its recorder, if killed, goes on in the same file
+([realtime.md](realtime.md)). It holds no wall-clock time. Log times are the rig's clock in nanoseconds, so the same
+seed gives the same messages, but for `tick_us` and `lateness_us`.
+
+Each chunk has a checksum and an index that must agree with it; a complete file has a checksum over all that was
+written, and one over its summary. What does not agree is left out, with all that follows, and reported.
 
 Values are SI unless the unit beside them says otherwise. `[joint]` is one entry per actuated joint, in the order of
 `joints` in `/settings`. Torque is positive along the joint's axis, and is what the motor adds. Each channel carries
@@ -47,6 +53,8 @@ def _rows(fields: tuple[Field, ...], prefix: str = "") -> list[str]:
         remarks = [
             word for word, holds in (("may be absent", field.optional), ("may be null", field.nullable)) if holds
         ]
+        if field.since > 1:
+            remarks.append(f"since version {field.since}; before, and where nobody says, {field.default:g}")
         meaning = field.meaning + (f" ({', '.join(remarks)})" if remarks else "")
         rows.append(f"| `{prefix}{field.name}` | {field.type}{size} | {field.unit} | {meaning} |")
         rows += _rows(field.fields, f"{prefix}{field.name}{size}.")

@@ -5,22 +5,36 @@ from typing import Any
 
 import numpy as np
 
-from .schema import JOINT, TICK, Channel, Field
+from .schema import JOINT, SCHEMA_VERSION, TICK, Channel, Field
 
 CDR_HEADER = b"\x00\x01\x00\x00"
 """Encapsulation of every binary message: plain CDR, little-endian."""
 
+TICK_DEFAULTS = {field.name: field.default for field in TICK.fields if field.default is not None}
+"""Values of a tick that need not be given."""
 
-def tick_dtype(n_joints: int) -> np.dtype:
-    """One `/tick` message as a packed record: the CDR header, then the fields of the table.
+
+def tick_dtype(n_joints: int, version: int = SCHEMA_VERSION) -> np.dtype:
+    """One `/tick` message as a packed record: the CDR header, then the fields of the table in that version.
 
     CDR aligns each value to its own size, counted from the end of the header. `t` comes first and all others have
     four bytes, so nothing is padded; fixed-size arrays carry no length.
     """
     types: dict[str, Any] = {"float64": "<f8", "float32": "<f4", "uint32": "<u4"}
     shape = {(): (), JOINT: (n_joints,)}
-    columns = [(field.name, types[field.type], shape[field.size]) for field in TICK.fields]
+    columns = [(field.name, types[field.type], shape[field.size]) for field in TICK.fields if field.since <= version]
     return np.dtype([("cdr_header", "u1", (4,)), *columns])
+
+
+def unpacked_ticks(data: bytes, n_joints: int, version: int) -> np.ndarray:
+    """Ticks (tick,) of this version as records of the present one; what they lack has its default."""
+    stored = np.frombuffer(data, tick_dtype(n_joints, version))
+    if version == SCHEMA_VERSION:
+        return stored
+    ticks = np.zeros(len(stored), tick_dtype(n_joints))
+    for name in ticks.dtype.names or ():
+        ticks[name] = stored[name] if name in (stored.dtype.names or ()) else TICK_DEFAULTS[name]
+    return ticks
 
 
 def tick_definition(n_joints: int) -> str:

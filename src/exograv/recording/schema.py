@@ -1,9 +1,10 @@
 """The recording format in one table: writer, reader and docs/recording_format.md are made from it."""
 
+import math
 from dataclasses import dataclass
 
-SCHEMA_VERSION = 1
-"""Raised whenever an old reader would misread a new file."""
+SCHEMA_VERSION = 2
+"""Raised whenever an old reader would misread a new file; this one reads all from 1 on."""
 
 Size = tuple[str | int, ...]
 """Length of each dimension: a number, `joint` (actuated joints of the file) or `any`; () is a single value."""
@@ -30,6 +31,12 @@ class Field:
     """May be null: asked for, and not reached or not known."""
 
     fields: "tuple[Field, ...]" = ()
+
+    since: int = 1
+    """Version of the format from which on a tick has it."""
+
+    default: float | None = None
+    """Of a tick that does not say, or is older than the field; None where every tick must."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +92,31 @@ TICK = Channel(
             "N·m",
             "largest slope of the cuffs' energy left; above 1e-6 the loops are not closed",
         ),
-        Field("tick_us", "float32", "µs", "time that the controller took; the only value that a seed does not fix"),
+        Field("tick_us", "float32", "µs", "time that the controller took; no seed fixes it"),
+        Field(
+            "lateness_us",
+            "float32",
+            "µs",
+            "how late the period began; NaN on a virtual clock, no seed fixes it",
+            since=2,
+            default=math.nan,
+        ),
+        Field(
+            "safe_state",
+            "uint32",
+            "-",
+            "0: control's own torque, limited; one more than the number of the safe state (SS0 to SS3) otherwise",
+            since=2,
+            default=0.0,
+        ),
+        Field(
+            "sequence",
+            "uint32",
+            "-",
+            "number of the measurement; a gap is a tick that was lost; 0 throughout where nobody counted",
+            since=2,
+            default=0.0,
+        ),
         Field("q_measured", "float32", "rad", "joint position by the encoder", JOINT),
         Field("q_reference", "float32", "rad", "joint position wanted; NaN while nothing is wanted", JOINT),
         Field("v", "float32", "rad/s", "joint velocity as the controller used it", JOINT),
@@ -238,4 +269,27 @@ RESULT = Channel(
     ),
 )
 
-CHANNELS = {channel.topic: channel for channel in (SETTINGS, TICK, PHASE, EVENT, ESTIMATE, LEFT_OVER, SKELETON, RESULT)}
+TIMING = Channel(
+    "/timing",
+    "json",
+    "once, last, live runs only",
+    "How punctual the run was, by which rights, and what its recorder went through.",
+    (
+        T,
+        Field("periods", "integer", "-", "periods that passed, with a tick or without"),
+        Field("missed", "integer", "-", "periods that ended without their own command"),
+        Field(
+            "edges_us", "number", "µs", "bins of lateness, one edge more than counts; the last takes all above", LIST
+        ),
+        Field("counts", "integer", "-", "ticks by lateness", LIST),
+        Field("longest_gap_us", "number", "µs", "longest time between a command and the next", optional=True),
+        Field("granted", "string", "-", "real-time rights that the system granted", LIST),
+        Field("refused", "string", "-", "those it refused, and what to do", LIST),
+        Field("ticks_lost", "integer", "-", "ticks that found the recorder's ring full", optional=True),
+        Field("recorder_restarts", "integer", "-", "times that the recorder had to be started again", optional=True),
+    ),
+)
+
+CHANNELS = {
+    channel.topic: channel for channel in (SETTINGS, TICK, PHASE, EVENT, ESTIMATE, LEFT_OVER, SKELETON, RESULT, TIMING)
+}

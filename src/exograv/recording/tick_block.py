@@ -7,8 +7,16 @@ import numpy as np
 from mcap.opcode import Opcode
 
 from .container import INDEX_ENTRY, MESSAGE, MESSAGE_HEAD
-from .encoding import CDR_HEADER, tick_dtype
+from .encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
 from .schema import TICK
+
+T_MAX_S = 1e9
+"""Three decades; log times are unsigned nanoseconds of 64 bits [s]."""
+
+
+def sound_times(t: np.ndarray) -> np.ndarray:
+    """Times [s] that can be written as a log time; a clock that failed reads 0 there, and stands in `t` as it was."""
+    return np.where((t >= 0.0) & (t < T_MAX_S), t, 0.0)
 
 
 class TickBlock:
@@ -28,6 +36,10 @@ class TickBlock:
         self.phase = 0
         """Of the ticks to come: number of `/phase` messages so far."""
 
+    def __len__(self) -> int:
+        """Ticks that wait."""
+        return self._n
+
     @property
     def is_full(self) -> bool:
         """No room for another tick."""
@@ -35,6 +47,7 @@ class TickBlock:
 
     def add(self, t: float, values: Mapping[str, Any]) -> None:
         """Put one tick into the next row."""
+        values = TICK_DEFAULTS | dict(values)
         if len(values) != len(self._columns):
             raise ValueError(f"/tick needs {', '.join(self._columns)}; given were {', '.join(values)}.")
         n = self._n
@@ -44,11 +57,20 @@ class TickBlock:
         self._phase[n] = self.phase
         self._n = n + 1
 
+    def add_rows(self, rows: np.ndarray) -> int:
+        """Put as many of these packed ticks (tick,) in as there is room for; says how many."""
+        first, last = self._n, min(self._n + len(rows), len(self._rows))
+        ticks = self._rows["tick"][first:last]
+        ticks[:] = rows[: last - first]
+        ticks["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+        self._n = last
+        return last - first
+
     def take(self, offset: int) -> tuple[bytes, np.ndarray]:
         """Empty the block: its records, and their index for a chunk in which they begin at `offset` [bytes]."""
         rows, self._n = self._rows[: self._n], 0
         entries = np.empty(len(rows), INDEX_ENTRY)
-        entries["time_ns"] = np.rint(1e9 * rows["tick"]["t"])
+        entries["time_ns"] = np.rint(1e9 * sound_times(rows["tick"]["t"]))
         entries["offset"] = offset + rows.itemsize * np.arange(len(rows))
         rows["head"]["times_ns"] = entries["time_ns"][:, None]
         return rows.tobytes(), entries

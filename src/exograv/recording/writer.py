@@ -1,7 +1,9 @@
-"""Writes a recording while the run goes on: what is killed loses at most the last chunk."""
+"""Writes a recording while the run goes on: what is killed loses at most the last chunk, and can be continued."""
 
 import contextlib
+import errno
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -14,21 +16,29 @@ from mcap.records import Schema
 from exograv.errors import RecordingError
 
 from .container import INDEX_ENTRY, MESSAGE_HEAD, RECORD_HEAD, ChunkedFile
+from .contents import examine
 from .encoding import json_schema, misfits, tick_definition
-from .schema import CHANNELS, SCHEMA_VERSION
-from .tick_block import TickBlock
+from .reader import read_content, settings_of
+from .schema import CHANNELS, SCHEMA_VERSION, TICK
+from .tick_block import T_MAX_S, TickBlock
 
 CHUNK_BYTES = 1_000_000
 """What compression and an abrupt end work on: about five seconds of ticks."""
 
-AT_ONCE = frozenset({"/settings", "/event", "/result"})
-"""Messages that are on disk when `write` returns: after a crash they matter most."""
+SYNC_EVERY_S = 0.2
+"""Of a live recording: a power failure may cost 250 ms (docs/safety.md, F20), and the sync takes some of them."""
+
+AT_ONCE = frozenset({"/settings", "/event", "/result", "/timing"})
+"""Messages that are with the operating system when `write` returns: after a crash they matter most."""
+
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+"""Errors that free space on the disk puts right."""
 
 
 class RecordingWriter:
     """A recording being written. `with RecordingWriter(...) as recording:` completes the file, whatever happens inside.
 
-    The file holds no wall-clock time: the same seed gives the same messages, but for `tick_us`.
+    The file holds no wall-clock time: the same seed gives the same messages, but for `tick_us` and `lateness_us`.
     """
 
     def __init__(self, path: Path, joints: Sequence[str], settings: Mapping[str, Any]):
@@ -42,19 +52,50 @@ class RecordingWriter:
         Raises:
             RecordingError: The file cannot be created, or the settings hold a name that the format does not know.
         """
-        self.path = Path(path)
         head = _encoded("/settings", 0.0, {"schema_version": SCHEMA_VERSION, "joints": list(joints), **settings})
-        self._stream = _opened(self.path)
+        self._take(Path(path), _opened(Path(path), "wb"))
         with self._writing():
-            self._file = ChunkedFile(self._stream)
-            self._ids = {topic: self._file.add_channel(*_channel(topic, len(joints))) for topic in CHANNELS}
-        self._ticks = TickBlock(self._ids["/tick"], len(joints), CHUNK_BYTES)
-        self._messages = bytearray()
-        self._entries: dict[int, list[tuple[int, int]]] = {}
+            self._file.begin()
+            for topic in CHANNELS:
+                self._file.add_channel(*_channel(topic, len(joints)))
+        self._prepare(len(joints))
         self._add("/settings", 0.0, head)
 
+    @classmethod
+    def continued(cls, path: Path, ticks_safe: int = 0) -> "RecordingWriter":
+        """Go on in a file whose writer was stopped, wherever that was; what follows its last whole chunk is cut off.
+
+        Args:
+            path: The file.
+            ticks_safe: Ticks that a sync has promised; nothing is cut off where fewer are found.
+
+        Raises:
+            RecordingError: There is no such file, it is none of this version, fewer ticks are in it, or the disk fails.
+        """
+        self, path = cls.__new__(cls), Path(path)
+        content, heads = read_content(path), list[bytes]()
+        found = examine(content, lambda topic, data: heads.append(data) if topic == "/settings" else None)
+        settings = settings_of(path, heads)
+        if settings["schema_version"] != SCHEMA_VERSION or list(found.topics.values()) != list(CHANNELS):
+            raise RecordingError(f"{path} is of another version of exograv and cannot be continued. Start a new one.")
+        self._take(path, _opened(path, "r+b"))
+        self._file.schemas, self._file.channels, self._file.chunks = found.schemas, found.channels, found.chunks
+        self._file.counts = found.counts
+        self._prepare(len(settings["joints"]))
+        self._ticks.phase = self.count("/phase")
+        if (ticks := self.count(TICK.topic)) < ticks_safe:
+            self._stream.close()
+            raise RecordingError(
+                f"{path} holds {ticks} sound ticks, and {ticks_safe} were on the disk before: the disk or another "
+                "program has altered it. It is left as it is; record into another file."
+            )
+        with self._writing():
+            self._stream.truncate(found.good)
+            self._file.resume(content[: found.good])
+        return self
+
     def tick(self, t: float, **values: Any) -> None:
-        """Record one period; every value of the `/tick` table but `t` and `phase`, by its name.
+        """Record one period; the values of the `/tick` table but `t` and `phase`, by name; some have a default there.
 
         Raises:
             RecordingError: The disk is full or gone.
@@ -63,6 +104,17 @@ class RecordingWriter:
         self._ticks.add(t, values)
         if self._ticks.is_full:
             self._flush()
+
+    def ticks(self, rows: np.ndarray) -> None:
+        """Record packed ticks (tick,) of `encoding.tick_dtype`, each with its own `phase`.
+
+        Raises:
+            RecordingError: The disk is full or gone.
+        """
+        while len(rows):
+            rows = rows[self._ticks.add_rows(rows) :]
+            if self._ticks.is_full:
+                self._flush()
 
     def phase(self, t: float, name: str) -> None:
         """Say what the session does from `t` on; the ticks that follow belong to it."""
@@ -77,13 +129,37 @@ class RecordingWriter:
         """
         self._add(topic, t, _encoded(topic, t, message))
 
+    def count(self, topic: str) -> int:
+        """Messages so far, those from before the file was continued too."""
+        channel = self._ids[topic]
+        waiting = len(self._ticks) if topic == TICK.topic else len(self._entries.get(channel, ()))
+        return self._file.counts.get(channel, 0) + waiting
+
+    def sync(self) -> int:
+        """Put all so far on the disk itself, where a power failure leaves it; returns how many ticks are safe there.
+
+        Raises:
+            RecordingError: The disk is full, gone or fails. The recording ends there, and stays readable to its last
+                whole chunk: a sync that failed is never repeated.
+        """
+        self._flush()
+        with self._writing():
+            # After a failed fsync the kernel calls the lost pages clean: a second one would succeed, and lie.
+            # Source: Rebello et al. 2020, Can applications recover from fsync failures?, USENIX ATC.
+            os.fdatasync(self._stream.fileno())
+            if not self._is_named:
+                _sync_folder(self.path)
+                self._is_named = True
+        return self.count(TICK.topic)
+
     def close(self) -> None:
-        """Complete the file; does nothing the second time."""
+        """Complete the file, on the disk itself; does nothing the second time, nor after the disk failed."""
         if self._stream.closed:
             return
         self._flush()
         with self._writing():
             self._file.finish()
+            os.fdatasync(self._stream.fileno())
             self._stream.close()
 
     def __enter__(self) -> "RecordingWriter":
@@ -94,8 +170,20 @@ class RecordingWriter:
     ) -> None:
         self.close()
 
+    def _take(self, path: Path, stream: BinaryIO) -> None:
+        self.path, self._stream = path, stream
+        self._is_named = False  # in its folder, on the disk
+        self._failure: str | None = None
+        self._file = ChunkedFile(stream)
+
+    def _prepare(self, n_joints: int) -> None:
+        self._ids = {channel.topic: channel.id for channel in self._file.channels}
+        self._ticks = TickBlock(self._ids[TICK.topic], n_joints, CHUNK_BYTES)
+        self._messages = bytearray()
+        self._entries: dict[int, list[tuple[int, int]]] = {}
+
     def _add(self, topic: str, t: float, data: bytes) -> None:
-        channel, time_ns = self._ids[topic], round(1e9 * t)
+        channel, time_ns = self._ids[topic], round(1e9 * t) if 0.0 <= t < T_MAX_S else 0
         self._entries.setdefault(channel, []).append((time_ns, len(self._messages)))
         head = RECORD_HEAD.pack(Opcode.MESSAGE, MESSAGE_HEAD.size + len(data))
         self._messages += head + MESSAGE_HEAD.pack(channel, 0, time_ns, time_ns) + data
@@ -107,7 +195,7 @@ class RecordingWriter:
         index = {channel: np.array(entries, INDEX_ENTRY) for channel, entries in self._entries.items()}
         ticks, entries = self._ticks.take(len(self._messages))
         if len(entries):
-            index[self._ids["/tick"]] = entries
+            index[self._ids[TICK.topic]] = entries
         messages = bytes(self._messages) + ticks
         self._messages.clear()
         self._entries.clear()
@@ -117,26 +205,39 @@ class RecordingWriter:
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:
+        if self._failure:
+            raise RecordingError(self._failure)
         try:
             yield
         except OSError as error:
+            self._failure = _unwritable(self.path, error)
             with contextlib.suppress(OSError):  # what is still in its buffer fails again
                 self._stream.close()
-            raise _unwritable(self.path, error) from error
+            raise RecordingError(self._failure) from error
 
 
-def _opened(path: Path) -> BinaryIO:
+def _opened(path: Path, mode: str) -> BinaryIO:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("wb")
+        return path.open(mode)  # pyright: ignore[reportReturnType]  # both modes are binary
     except OSError as error:
-        raise _unwritable(path, error) from error
+        raise RecordingError(_unwritable(path, error)) from error
 
 
-def _unwritable(path: Path, error: OSError) -> RecordingError:
-    return RecordingError(
-        f"The recording {path} cannot be written: {error.strerror}. "
-        "Free some space there, or give another folder with --out."
+def _sync_folder(path: Path) -> None:
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def _unwritable(path: Path, error: OSError) -> str:
+    advice = "Free some space there, or give" if error.errno in NO_ROOM else "Give"
+    failing = "the disk fails, do not trust it again. " if error.errno == errno.EIO else ""
+    return (
+        f"The recording {path} cannot be written: {error.strerror}. {failing}{advice} another folder with --out. "
+        "What was on the disk before stays readable."
     )
 
 

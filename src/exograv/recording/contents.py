@@ -1,0 +1,211 @@
+"""What of a file can be trusted: each record where it must be, each chunk by its checksum and by its index.
+
+A file may be cut anywhere (its writer was killed, the power failed) and altered anywhere (a failing disk). What is
+before is good; what does not agree, and all that follows, is not used.
+"""
+
+import enum
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+
+import numpy as np
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, ChunkIndex, Header, Schema
+from mcap.writer import MCAP0_MAGIC
+
+from .container import (
+    FOOTER,
+    INDEX_ENTRY,
+    MESSAGE,
+    MESSAGE_HEAD,
+    RECORD_HEAD,
+    MessageIndexes,
+    chunk_index,
+    summary_crc,
+    time_span_ns,
+)
+from .schema import CHANNELS, TICK
+
+
+class DamageError(Exception):
+    """Something is not as the format has it; for this file only, callers see an `Ending`."""
+
+
+DAMAGE = (DamageError, McapError, zstandard.ZstdError, struct.error, UnicodeDecodeError, OverflowError)
+
+Visit = Callable[[str, bytes], None]
+"""Called with the topic and the data of a message; of ticks, with those that follow each other, in one."""
+
+
+class Ending(enum.Enum):
+    """How a file ends."""
+
+    COMPLETE = "complete"
+    CUT = "cut"
+    DAMAGED = "damaged"
+
+
+@dataclass
+class Contents:
+    """What was found good."""
+
+    schemas: list[Schema] = field(default_factory=list)
+    channels: list[Channel] = field(default_factory=list)
+    chunks: list[ChunkIndex] = field(default_factory=list)
+
+    counts: dict[int, int] = field(default_factory=dict)
+    """Messages by channel, of the chunks whose index is whole too."""
+
+    good: int = 0
+    """Bytes up to the end of the last whole chunk and its index: a file cut here can be continued."""
+
+    ending: Ending = Ending.CUT
+
+    @property
+    def topics(self) -> dict[int, str]:
+        """Of the channels, by their number."""
+        return {channel.id: channel.topic for channel in self.channels}
+
+
+def examine(content: bytes, visit: Visit) -> Contents:
+    """Go through a file that begins with the mark of MCAP; every message of a sound chunk is visited, in its order."""
+    found = Contents()
+    try:
+        found.ending = _walk(content, visit, found)
+    except DAMAGE:
+        found.ending = Ending.DAMAGED
+    return found
+
+
+def _walk(content: bytes, visit: Visit, found: Contents) -> Ending:
+    start = found.good = len(MCAP0_MAGIC)
+    while record := _record_at(content, start):
+        opcode, body = record
+        end = start + RECORD_HEAD.size + len(body)
+        if opcode == Opcode.CHUNK:
+            chunk = Chunk.read(ReadDataStream(BytesIO(body)))
+            after = _chunk(chunk, content, (start, end), visit, found)
+            if after is None:
+                return Ending.CUT
+            end = after
+        elif opcode == Opcode.DATA_END:
+            return _finish(content, start, end)
+        else:
+            _announce(opcode, body, found)
+        start = found.good = end
+    return Ending.CUT
+
+
+def _announce(opcode: int, body: bytes, found: Contents) -> None:
+    """A record before the first chunk."""
+    stream = ReadDataStream(BytesIO(body))
+    if found.chunks:
+        raise DamageError
+    if opcode == Opcode.CHANNEL:
+        channel = Channel.read(stream)
+        if channel.topic not in CHANNELS or channel.id in found.topics or channel.topic in found.topics.values():
+            raise DamageError
+        found.channels.append(channel)
+    elif opcode == Opcode.SCHEMA:
+        found.schemas.append(Schema.read(stream))
+    elif opcode == Opcode.HEADER and not found.schemas:
+        Header.read(stream)
+    else:
+        raise DamageError
+
+
+def _chunk(chunk: Chunk, content: bytes, place: tuple[int, int], visit: Visit, found: Contents) -> int | None:
+    """Take the chunk of these bytes; returns where its index ends, None if the file does so before."""
+    data, topics = _unpacked(chunk), found.topics
+    parts: dict[int, list[np.ndarray]] = {}
+    for channel, entries, messages in _messages(data, topics):
+        visit(topics[channel], messages)
+        parts.setdefault(channel, []).append(entries)
+    index = {channel: np.concatenate(entries) for channel, entries in parts.items()}
+    expected = MessageIndexes(index, place[1])
+    stored = content[place[1] : place[1] + len(expected.records)]
+    times = (chunk.message_start_time, chunk.message_end_time)
+    if not expected.records.startswith(stored) or times != time_span_ns(index):
+        raise DamageError
+    if len(stored) < len(expected.records):
+        return None
+    found.chunks.append(chunk_index(chunk, place, expected))
+    for channel, entries in index.items():
+        found.counts[channel] = found.counts.get(channel, 0) + len(entries)
+    return place[1] + len(expected.records)
+
+
+def _unpacked(chunk: Chunk) -> bytes:
+    # Asked before: an altered length must not ask for more memory than there is.
+    if chunk.compression != "zstd" or zstandard.frame_content_size(chunk.data) != chunk.uncompressed_size:
+        raise DamageError
+    data = zstandard.decompress(chunk.data)
+    if zlib.crc32(data) != chunk.uncompressed_crc:
+        raise DamageError
+    return data
+
+
+def _messages(data: bytes, topics: dict[int, str]) -> Iterator[tuple[int, np.ndarray, bytes]]:
+    """Channel, `INDEX_ENTRY` per message and data; ticks that follow each other are one."""
+    start = 0
+    while record := _record_at(data, start):
+        opcode, body = record
+        if opcode != Opcode.MESSAGE:
+            raise DamageError
+        channel, _, time_ns, _ = MESSAGE_HEAD.unpack_from(body)
+        following = start + RECORD_HEAD.size + len(body)
+        if channel not in topics:
+            raise DamageError
+        if topics[channel] == TICK.topic:
+            rows = _equal_messages(data, start, following - start)
+            entries = np.empty(len(rows), INDEX_ENTRY)
+            entries["time_ns"] = rows["head"]["times_ns"][:, 0]
+            entries["offset"] = start + rows.itemsize * np.arange(len(rows))
+            yield channel, entries, rows["data"].tobytes()
+            following = start + rows.nbytes
+        else:
+            yield channel, np.array([(time_ns, start)], INDEX_ENTRY), body[MESSAGE_HEAD.size :]
+        start = following
+
+
+def _equal_messages(content: bytes, start: int, size: int) -> np.ndarray:
+    """The message at `start` and those like it that follow at once: ticks, thousands of them in a row."""
+    count = (len(content) - start) // size
+    like = np.dtype([("head", MESSAGE), ("data", f"V{size - MESSAGE.itemsize}")])
+    rows = np.frombuffer(content, like, count, start)
+    kinds = rows["head"][["opcode", "length", "channel"]]
+    others = np.flatnonzero(kinds != kinds[0])
+    return rows[: others[0]] if len(others) else rows
+
+
+def _finish(content: bytes, start: int, summary: int) -> Ending:
+    """Check by the record at `start` all that stands before it, and by the footer the summary behind it."""
+    body = content[start + RECORD_HEAD.size : summary]
+    if body not in (zlib.crc32(content[:start]).to_bytes(4, "little"), bytes(4)):  # zeros: not computed, in version 1
+        raise DamageError
+    at = summary
+    while record := _record_at(content, at):
+        opcode, body = record
+        after = at + RECORD_HEAD.size + len(body)
+        if opcode == Opcode.FOOTER:
+            right = summary_crc(content[summary:at], summary)
+            if body not in (FOOTER.pack(summary, 0, right), FOOTER.pack(summary, 0, 0)):
+                raise DamageError
+            return Ending.COMPLETE if content[after:] == MCAP0_MAGIC else Ending.CUT
+        at = after
+    return Ending.CUT
+
+
+def _record_at(content: bytes, start: int) -> tuple[int, bytes] | None:
+    """Operation code and data of the whole record that begins here; None at the end, and where it is cut."""
+    if start + RECORD_HEAD.size > len(content):
+        return None
+    opcode, length = RECORD_HEAD.unpack_from(content, start)
+    first = start + RECORD_HEAD.size
+    return (opcode, content[first : first + length]) if first + length <= len(content) else None

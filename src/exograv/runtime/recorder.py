@@ -1,0 +1,388 @@
+"""A process that records: what control puts into shared memory reaches the disk, whatever happens to either of them.
+
+Control puts ticks and events into two rings and never waits. The recorder takes them every `SYNC_EVERY_S`, writes
+them, forces them to the disk and only then gives their places free. If it is killed, the next one goes on in the same
+file, from what that file holds. If the disk fails it stops for good, and says so; control goes on.
+"""
+
+import contextlib
+import dataclasses
+import multiprocessing
+import signal
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import RecordingError
+from exograv.recording import RecordingWriter
+from exograv.recording.disk import TICKS_PER_S, refuse_small_disk
+from exograv.recording.encoding import tick_dtype
+from exograv.recording.writer import SYNC_EVERY_S
+
+from .realtime import Rights
+from .shared import Mailbox, Ring
+from .timing import EDGES_US, Timing
+
+RING_TICKS = 8 * TICKS_PER_S
+"""What may wait: recorder or disk may be gone for five seconds (docs/safety.md, F18), and some more."""
+
+RING_EVENTS = 256
+
+TICKS_WAITING_MAX = TICKS_PER_S
+"""More than that on their way, and the disk is called slow: an alarm comes within a second (docs/safety.md, F19)."""
+
+EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
+"""One entry of the ring of events; text is UTF-8."""
+
+PHASE = "phase"
+"""Kind of event that begins a phase, whose name is its text: it goes to `/phase`, the others to `/event`."""
+
+GAVE_UP = 3
+"""Exit code of a recorder whose file takes no more: the next one would meet the same disk."""
+
+FRUITLESS_MAX = 3
+"""Recorders in a row that ended by themselves without one tick on disk; what stops them would stop the next one too."""
+
+START_MAX_S = 20.0
+"""A fresh interpreter on a slow computer."""
+
+END_MAX_S = 30.0
+"""For what is still in the ring, and a disk that is slow."""
+
+STATUS = np.dtype([("start", "<u4"), ("sync_us_max", "<f4"), ("why", "S480")])
+"""What a recorder says of itself: which one it is, its longest sync, and why it can write no more."""
+
+
+@dataclass(frozen=True)
+class Inlet:
+    """How another process hands over what is to be recorded: names of memory. One process writes into each."""
+
+    n_joints: int
+    tick_ring: str
+    event_ring: str
+
+    def ticks(self) -> Ring:
+        """The ring of ticks: rows of `recording.encoding.tick_dtype`, each with its `phase` and `sequence`."""
+        return Ring(tick_dtype(self.n_joints), RING_TICKS, self.tick_ring)
+
+    def events(self) -> Ring:
+        """The ring of events: rows of `event`."""
+        return Ring(EVENT, RING_EVENTS, self.event_ring)
+
+
+def event(t: float, kind: str, text: str) -> np.ndarray:
+    """An entry of the ring of events; of a text that is too long, as much as fits."""
+    row = np.zeros((), EVENT)
+    row["t"], row["kind"], row["text"] = t, _utf8(kind, "kind"), _utf8(text, "text")
+    return row
+
+
+def _utf8(text: str, name: str) -> bytes:
+    """As much of it as fits into this entry, in whole characters."""
+    return text.encode(errors="replace")[: EVENT[name].itemsize].decode(errors="ignore").encode()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a recorder process is started with."""
+
+    path: Path
+    joints: tuple[str, ...]
+    settings: Mapping[str, Any]
+    """Message of `/settings`."""
+
+    inlet: Inlet
+    status: str
+    """Name of the mailbox in which it says how it is."""
+
+    start: int
+    """Which recorder of this file it is, from 1; all but the first go on in the file."""
+
+    sync_every_s: float
+
+
+def record(job: Job, parent: Connection) -> None:
+    """Be the recorder process: until the parent says that the run is over, or is gone.
+
+    Args:
+        job: What to record, and where.
+        parent: Brings the message of `/timing`, or an empty one, at the end of the run.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends the run
+    status = Mailbox(STATUS, job.status)
+    try:
+        with contextlib.closing(_Desk(job, status)) as desk:
+            while not parent.poll(job.sync_every_s):
+                desk.save()
+            desk.finish(_last_words(parent))
+    except RecordingError as error:
+        _say(status, job.start, 0.0, str(error))
+        raise SystemExit(GAVE_UP) from None
+    finally:
+        status.close()
+
+
+def _last_words(parent: Connection) -> Mapping[str, Any]:
+    try:
+        return parent.recv()
+    except EOFError:
+        return {}  # the parent was killed: the file is completed all the same
+
+
+class _Desk:
+    """Rings on one side, the file on the other."""
+
+    def __init__(self, job: Job, status: Mailbox):
+        self._start, self._status, self._sync_us_max = job.start, status, 0.0
+        with contextlib.closing(job.inlet.ticks()) as ticks, contextlib.closing(job.inlet.events()) as events:
+            self._writer = _writer(job, ticks.acknowledged)
+            # The last recorder may have died between its sync and its word: what the file holds is not taken again.
+            ticks.acknowledge(self._writer.sync())
+            events.acknowledge(self._events_written())
+        self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
+        _say(status, job.start, 0.0, "")
+
+    def save(self) -> None:
+        """Bring all that is new to the disk, then say so."""
+        rows, events = self._ticks.take(), self._events.take()
+        if not len(rows) and not len(events):
+            return
+        for row in events:
+            self._write_event(row)
+        self._writer.ticks(rows)
+        start = time.perf_counter_ns()
+        safe = self._writer.sync()
+        self._sync_us_max = max(self._sync_us_max, 1e-3 * (time.perf_counter_ns() - start))
+        self._ticks.acknowledge(safe)
+        self._events.acknowledge(self._events_written())
+        _say(self._status, self._start, self._sync_us_max, "")
+
+    def finish(self, timing: Mapping[str, Any]) -> None:
+        """Complete the file."""
+        self.save()
+        if timing:
+            self._writer.write("/timing", timing["t"], {name: timing[name] for name in timing if name != "t"})
+        self._writer.close()
+
+    def close(self) -> None:
+        """Let go of the memory; the file is left as it is."""
+        self._ticks.close()
+        self._events.close()
+
+    def _write_event(self, row: np.void) -> None:
+        t = float(row["t"]) if np.isfinite(row["t"]) else 0.0
+        kind, text = (bytes(row[name]).decode(errors="replace") for name in ("kind", "text"))
+        if kind == PHASE:
+            self._writer.write("/phase", t, {"name": text})
+        else:
+            self._writer.write("/event", t, {"kind": kind, "text": text})
+
+    def _events_written(self) -> int:
+        return self._writer.count("/event") + self._writer.count("/phase")
+
+
+def _writer(job: Job, acknowledged: int) -> RecordingWriter:
+    if job.start > 1:
+        try:
+            return RecordingWriter.continued(job.path, acknowledged)
+        except RecordingError:
+            if acknowledged:  # otherwise it was killed before its settings were written
+                raise
+    return RecordingWriter(job.path, job.joints, job.settings)
+
+
+def _say(status: Mailbox, start: int, sync_us_max: float, why: str) -> None:
+    row = np.zeros((), STATUS)
+    row["start"], row["sync_us_max"], row["why"] = start, sync_us_max, _utf8(why, "text")
+    status.write(row)
+
+
+@dataclass(frozen=True)
+class Report:
+    """How the recording is."""
+
+    acknowledged: int
+    """Ticks on the disk: neither a killed process nor a power failure takes them back."""
+
+    waiting: int
+    """Ticks on their way there."""
+
+    lost: int
+    """Ticks that found the ring full."""
+
+    restarts: int
+    """Recorders that had to be replaced."""
+
+    sync_us_max: float
+    """Longest that the recorder in charge waited for the disk [µs]."""
+
+    why: str
+    """What is wrong, and what to do; empty where nothing is."""
+
+    @property
+    def recording_ok(self) -> bool:
+        """Every tick is on the disk or on its way."""
+        return not self.why
+
+
+class Recorder:
+    """Starts the recorder process, and another when it dies. `with Recorder(...) as recorder:` completes the file.
+
+    Make it before taking real-time rights, which a child process inherits, and in a process that may wait: starting
+    another recorder takes some milliseconds. The loop has only the `inlet`.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        joints: Sequence[str],
+        settings: Mapping[str, Any],
+        expected_s: float,
+        sync_every_s: float = SYNC_EVERY_S,
+    ):
+        """Begin the recording; returns when its settings are on the disk.
+
+        Args:
+            path: File to create, or to replace.
+            joints: Actuated joints, in the order of every per-joint array.
+            settings: Message of `/settings`, without `schema_version` and `joints`.
+            expected_s: How long the run may take; there must be room on the disk for twice of it.
+            sync_every_s: How often ticks are forced to the disk.
+
+        Raises:
+            RecordingError: The disk is too full, or the recorder cannot begin.
+        """
+        path = Path(path)
+        refuse_small_disk(path, len(joints), expected_s)
+        with contextlib.suppress(OSError):  # then the recorder says why it cannot write
+            path.unlink(missing_ok=True)  # what a later recorder goes on with is of this run
+        self._ticks = Ring(tick_dtype(len(joints)), RING_TICKS)
+        self._events = Ring(EVENT, RING_EVENTS)
+        self._status = Mailbox(STATUS)
+        self.inlet = Inlet(len(joints), self._ticks.name, self._events.name)
+        self._job = Job(path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s)
+        self._failure, self._fruitless, self._safe_at_start = "", 0, 0
+        self._start()
+        self._await_start()
+
+    @property
+    def pid(self) -> int:
+        """Of the recorder process."""
+        return self._process.pid or 0
+
+    def check(self) -> Report:
+        """Start another recorder if it has died, and say how the recording is. To be called some times a second."""
+        self._failure = self._failure or self._said("why").decode()
+        if not self._failure and not self._process.is_alive():
+            self._replace()
+        return self._report()
+
+    def finish(self, timing: Mapping[str, Any] | None = None) -> Report:
+        """Complete the file when control has put its last tick.
+
+        Args:
+            timing: What `timing_message` returns; ticks lost and restarts are added to it.
+        """
+        until = time.monotonic() + END_MAX_S
+        self._say_end(timing)
+        while not self._failure and self._process.exitcode != 0:
+            self._process.join(0.1)
+            if self._process.exitcode:
+                self._replace()
+                self._say_end(timing)
+            if time.monotonic() > until:
+                self._process.kill()
+                self._failure = (
+                    f"The recorder did not complete {self._job.path} within {END_MAX_S:g} s. The file can be read as "
+                    "far as it goes; look whether its disk still works."
+                )
+        return self._report()
+
+    def close(self) -> None:
+        """Complete the file, if that has not happened, and let go of the memory."""
+        self.finish()
+        self._parent_end.close()
+        self._process.join(1.0)
+        for memory in (self._ticks, self._events, self._status):
+            memory.close()
+
+    def __enter__(self) -> "Recorder":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _start(self) -> None:
+        self._job = dataclasses.replace(self._job, start=self._job.start + 1)
+        self._safe_at_start = self._ticks.acknowledged
+        context = multiprocessing.get_context("spawn")
+        theirs, self._parent_end = context.Pipe(duplex=False)
+        self._process = context.Process(target=record, args=(self._job, theirs), name="recorder", daemon=True)
+        self._process.start()
+        theirs.close()
+
+    def _replace(self) -> None:
+        code = self._process.exitcode
+        self._parent_end.close()
+        if code == GAVE_UP:
+            self._failure = self._said("why").decode()
+            return
+        is_fruitless = code != -signal.SIGKILL and self._ticks.acknowledged == self._safe_at_start
+        self._fruitless = self._fruitless + 1 if is_fruitless else 0
+        if self._fruitless >= FRUITLESS_MAX:
+            self._failure = (
+                f"{FRUITLESS_MAX} recorders in a row ended by themselves (exit code {code}) and wrote nothing to "
+                f"{self._job.path}. Their last words are on this terminal; please report them."
+            )
+            return
+        self._start()
+
+    def _await_start(self) -> None:
+        until = time.monotonic() + START_MAX_S
+        while self._status.read() is None and not self._failure and time.monotonic() < until:
+            self._process.join(0.02)
+            if self._process.exitcode is not None:
+                self._replace()
+        if self._status.read() is None:
+            self._failure = self._failure or f"The recorder did not start within {START_MAX_S:g} s."
+        if why := self.check().why:
+            self.close()
+            raise RecordingError(why)
+
+    def _say_end(self, timing: Mapping[str, Any] | None) -> None:
+        message = {**timing, "ticks_lost": self._ticks.lost, "recorder_restarts": self._job.start - 1} if timing else {}
+        with contextlib.suppress(OSError):  # it has died; its successor is told
+            self._parent_end.send(message)
+
+    def _report(self) -> Report:
+        safe, lost, why = self._ticks.acknowledged, self._ticks.lost, self._failure
+        waiting, restarts = self._ticks.written - safe, self._job.start - 1
+        if not why and lost:
+            why = f"{lost} ticks are missing in {self._job.path}: its disk or its recorder stood still for too long."
+        if not why and waiting > TICKS_WAITING_MAX:
+            why = f"{waiting} ticks wait for the disk of {self._job.path}. Stop what else writes to it."
+        return Report(safe, waiting, lost, restarts, float(self._said("sync_us_max")), why)
+
+    def _said(self, name: str) -> Any:
+        """What the recorder last said of itself; nothing is an empty entry."""
+        said = self._status.read()
+        return np.zeros(1, STATUS)[0][name] if said is None else said[1][name]
+
+
+def timing_message(t: float, timing: Timing, rights: Rights) -> dict[str, Any]:
+    """The message of `/timing` for a run that ended at `t` [s]."""
+    return {
+        "t": t,
+        "periods": timing.periods,
+        "missed": timing.missed,
+        "edges_us": list(EDGES_US),
+        "counts": timing.histogram(),
+        "longest_gap_us": timing.longest_gap_us,
+        "granted": rights.granted,
+        "refused": rights.refused,
+    }
