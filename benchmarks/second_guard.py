@@ -34,11 +34,12 @@ MACHINES, TICKS = 50, 4000
 def batch(seed: int) -> list[Comparison]:
     """Guards, then envelopes alone."""
     rng = np.random.default_rng(seed)
-    m = draw_machines(rng, MACHINES, (2, 4)[seed % 2])
+    m, results = draw_machines(rng, MACHINES, (2, 4)[seed % 2]), []
     with np.errstate(all="ignore"):
         history = draw_history(rng, m, TICKS)
-        results = [compare(first_guards(m, history), second(m, history, has_guard=True))]
-        results.append(compare(first_envelopes(m, history), second(m, history, has_guard=False)))
+        for has_guard in (True, False):
+            first = (first_guards if has_guard else first_envelopes)(m, history)
+            results.append(compare(first, second(m, history, has_guard, first)))
     return results
 
 

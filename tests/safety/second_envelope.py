@@ -113,7 +113,7 @@ class SecondEnvelope:
         """Torque (machine, joint) that may go out."""
         m = self.m
         v, q = np.where(self.isolated, 0.0, v), np.where(self.isolated, self.q, q)
-        knows_q, knows_v = np.isfinite(q).all(axis=1), np.isfinite(v).all(axis=1)
+        knows_q, knows_v = ~any_joint(~np.isfinite(q)), ~any_joint(~np.isfinite(v))
         self.q = np.where(knows_q[:, None], q, self.q)
         v = np.where(knows_v[:, None], v, 0.0)
         self.trip(~knows_q | ~knows_v, "NO_MEASUREMENT")

@@ -152,3 +152,36 @@ def test_a_limit_of_a_joint_that_is_no_limit_is_refused(name: str, bad: float):
 def test_a_limit_of_all_joints_that_is_no_limit_is_refused(name: str, bad: float):
     with pytest.raises(ConfigError, match=rf"envelope\.{name} is {bad}; it must be positive and finite"):
         replace(LIMITS, **{name: bad})
+
+
+def test_at_the_very_limit_of_speed_nothing_trips():
+    envelope = Envelope(LIMITS, DT)
+    envelope.limit(STILL, STILL, np.full(4, LIMITS.v_trip_rad_s))
+    assert envelope.stop is None
+
+
+def test_the_descent_is_over_when_its_time_is_and_before_any_fault_it_is_not():
+    dt, ticks = 2.0**-10, 128  # without rounding
+    envelope = Envelope(replace(LIMITS, descent_s=ticks * dt), dt)
+    assert not envelope.descent_is_over
+    envelope.trip(StopReason.MODEL_LOST)
+    for _ in range(ticks - 1):
+        envelope.limit(STILL, STILL, STILL)
+    assert not envelope.descent_is_over
+    envelope.limit(STILL, STILL, STILL)
+    assert envelope.descent_is_over
+
+
+def test_of_what_several_find_the_first_reason_stays_and_all_distrust_is_kept_until_a_reset():
+    envelope = settled()
+    envelope.trip(StopReason.TORQUE_WRONG, without_model=True)
+    envelope.trip(StopReason.ENCODER_DEAD, isolate=(1,))
+    envelope.trip(StopReason.ENCODER_JUMPED, isolate=(3,))
+    assert envelope.stop is StopReason.TORQUE_WRONG
+    assert envelope.without_model
+    assert envelope.isolated == {1, 3}
+    np.testing.assert_array_equal(envelope.drive_damping, [0.0, 10.0, 0.0, 4.0])
+    envelope.reset()
+    assert not envelope.without_model
+    assert not envelope.isolated
+    assert not envelope.drive_damping.any()

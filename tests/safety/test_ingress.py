@@ -142,3 +142,25 @@ def test_a_joint_that_is_believed_again_has_no_past(says_anything: bool):
     for k in range(51, 51 + 2 * FROZEN_TICKS):
         one = state(k, [1.0])
         assert ingress.see(one, k * DT) == Seen(one)
+
+
+BINARY = 2.0**-8
+"""A count whose multiples have no rounding [rad]."""
+
+
+def test_at_its_limits_a_measurement_is_used():
+    ingress = Ingress([FINE], DT, V_TRIP)
+    assert ingress.see(state(0, [0.0]), AGE_MAX_S).state is not None
+    assert ingress.see(state(1, [JUMP + FINE]), DT).state is not None
+
+
+@pytest.mark.parametrize(("counts", "is_dead"), [(4, True), (3, False)])
+def test_an_encoder_is_dead_after_a_way_of_four_counts_and_not_of_three(counts: int, is_dead: bool):
+    moving = [[BINARY * max(k - 5 + counts, 0)] for k in range(6)]  # the last steps are one count each
+    found = seen([[0.0]] * 30 + moving + [moving[-1]] * (FROZEN_TICKS + 2), BINARY)
+    assert any(one.doubts for one in found) == is_dead
+
+
+def test_a_joint_that_is_back_where_it_was_and_rests_is_not_dead():
+    there_and_back = [[0.0], [0.004], [0.008], [0.004], [0.002]]
+    assert not any(one.doubts for one in seen([*there_and_back, *[[0.0]] * (FROZEN_TICKS + 10)][:26]))

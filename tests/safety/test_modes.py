@@ -127,3 +127,18 @@ def test_between_floating_moving_and_weighing_the_whole_arm_stays_carried():
 def test_no_mode_is_entered_before_the_arm_is_carried(event: Event):
     for events in ((), (Event.TEST,), (Event.TEST, Event.PASSED), INTO_AN_ARM):
         assert not after(*events).take(event)
+
+
+def test_a_ramp_ends_with_its_time_and_not_a_tick_before():
+    dt = 2.0**-8  # without rounding
+    machine = after(*INTO_AN_ARM)
+    for seconds, before, then in (
+        (RAMP_IN_S, Mode.RAMP_IN, Mode.FLOATING),
+        (RAMP_OUT_S, Mode.RAMP_OUT, Mode.EXO_ONLY),
+    ):
+        for _ in range(round(seconds / dt) - 1):
+            machine.step(dt, 0.0, 0.0)
+        assert machine.mode is before
+        machine.step(dt, 0.0, 0.0)
+        assert machine.mode is then
+        machine.take(Event.GIVE_BACK)

@@ -216,3 +216,37 @@ def test_a_speed_that_nobody_has_lifts_no_bound_and_empties_no_tank():
     assert out[0] == pytest.approx(bounds(np.zeros(2), STILL)[0][0])
     assert envelope.person is not None
     assert envelope.person.energy_J == LIMITS.tank_start_J
+
+
+def test_just_at_the_trip_a_joint_is_not_past_its_stop():
+    limits = replace(LIMITS, trip_rad=0.25)
+    person = Person(limits)
+    assert not person.past_a_stop([2.25, -2.25])
+    assert person.past_a_stop([2.25 + 1e-9, 0.0])
+    assert person.past_a_stop([0.0, -2.25 - 1e-9])
+    assert person.past_a_stop([np.nan, 0.0])
+
+
+def test_limits_that_just_make_sense_are_taken():
+    limits = replace(LIMITS, tank_start_J=1.0, tank_max_J=1.0, trip_rad=0.0)
+    assert Person(limits).energy_J == 1.0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"active_max_Nm": np.array([8.0, np.inf])},
+        {"active_max_Nm": np.array([np.nan, 4.0])},
+        {"tank_max_J": np.inf},
+        {"tank_max_J": np.nan},
+        {"wall_rad": 0.25, "q_upper": np.full(2, -1.5)},
+        {"wall_rad": 0.0},
+        {"wall_rad": -0.1},
+        {"trip_rad": -0.1},
+        {"trip_rad": np.inf},
+        {"trip_rad": np.nan},
+    ],
+)
+def test_limits_that_just_make_no_sense_are_refused(change: dict):
+    with pytest.raises(ConfigError):
+        replace(LIMITS, **change)

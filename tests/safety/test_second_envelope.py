@@ -15,7 +15,7 @@ def compared(seed: int, machines: int, joints: int, ticks: int, has_guard: bool)
     with np.errstate(all="ignore"):
         history = draw_history(rng, m, ticks)
         first = (first_guards if has_guard else first_envelopes)(m, history)
-    return compare(first, second(m, history, has_guard))
+    return compare(first, second(m, history, has_guard, first))
 
 
 @pytest.mark.parametrize("joints", [2, 4])
@@ -33,4 +33,4 @@ def test_the_second_one_is_told_apart_from_a_wrong_one():
         history = draw_history(rng, m, 100)
         first = first_guards(m, history)
     m.rate = m.rate * 1.01
-    assert compare(first, second(m, history, has_guard=True)).disagreements > 0
+    assert compare(first, second(m, history, True, first)).disagreements > 0

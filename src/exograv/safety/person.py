@@ -48,6 +48,10 @@ class PersonLimits:
     """What control may put into the person beyond carrying; it fills again by braking only."""
 
     def __post_init__(self):
+        if not (self.wall_rad > 0.0 and 0.0 <= self.trip_rad < math.inf):
+            raise ConfigError(
+                f"wall_rad is {self.wall_rad}, trip_rad {self.trip_rad}; allowed: above 0, and from 0 up. Correct them."
+            )
         bad = np.flatnonzero(~(self.q_upper - self.q_lower > 2.0 * self.wall_rad))
         if bad.size:
             j = bad[0]

@@ -1,0 +1,366 @@
+"""Whether the tests of safety/ notice a wrong line: each is made wrong in turn, and the tests must fail.
+
+    nice -n 10 python benchmarks/mutants.py                          # all, one after the other, about an hour
+    nice -n 10 python benchmarks/mutants.py --sample 100 --seed 1    # some
+    python benchmarks/mutants.py --branches                          # conditions that no test has seen both ways
+
+The working tree is never touched: a process is forked for every mutant and imports it in place of the module. What was
+tried is noted in a file and not tried again: a killed mutant as long as its module says the same, a survivor as long as
+the tests do.
+"""
+
+import argparse
+import ast
+import builtins
+import copy
+import hashlib
+import importlib.abc
+import importlib.machinery
+import importlib.util
+import json
+import os
+import random
+import signal
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import hypothesis
+import hypothesis.extra.numpy
+import numpy  # noqa: F401 - imported once for all children
+import pytest
+
+import exograv.errors
+import exograv.signals  # noqa: F401 - no module of the room
+
+ROOT = Path(__file__).parents[1]
+ROOM, TESTS = ROOT / "src" / "exograv" / "safety", ROOT / "tests" / "safety"
+ALONE = "test_modes.py"
+LONGEST_S = 240
+"""After which tests that do not end are a mutant killed."""
+
+COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
+    ast.Lt: (ast.LtE, ast.GtE),
+    ast.LtE: (ast.Lt, ast.Gt),
+    ast.Gt: (ast.GtE, ast.LtE),
+    ast.GtE: (ast.Gt, ast.Lt),
+    ast.Eq: (ast.NotEq,),
+    ast.NotEq: (ast.Eq,),
+    ast.Is: (ast.IsNot,),
+    ast.IsNot: (ast.Is,),
+    ast.In: (ast.NotIn,),
+    ast.NotIn: (ast.In,),
+}
+OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+    ast.FloorDiv: ast.Mult,
+    ast.Mod: ast.Mult,
+    ast.Pow: ast.Mult,
+    ast.BitOr: ast.BitAnd,
+    ast.BitAnd: ast.BitOr,
+}
+NAMES = {"min": "max", "max": "min", "any": "all", "all": "any", "abs": "float", "sin": "cos", "cos": "sin"}
+DROPPED = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr, ast.Return, ast.Raise, ast.Delete)
+UNTOUCHED = (ast.JoinedStr, ast.Import, ast.ImportFrom)
+
+Change = tuple[str, Callable[[], None]]
+"""What is made wrong, and how, in place."""
+
+
+def visited(node: ast.AST) -> Iterator[ast.AST]:
+    """All nodes that do something: no annotations, no decorators, no messages of errors."""
+    yield node
+    skipped = {"annotation", "returns", "decorator_list"}
+    for name, value in ast.iter_fields(node):
+        inner = isinstance(node, ast.Raise) or name in skipped
+        for child in [] if inner else value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST) and not isinstance(child, UNTOUCHED):
+                yield from visited(child)
+
+
+def changes(node: Any) -> Iterator[Change]:
+    """Ways to make a node wrong."""
+    yield from _operators(node)
+    yield from _conditions(node)
+    yield from _values(node)
+    for body in ("body", "orelse"):
+        statements = getattr(node, body, None)
+        if isinstance(statements, list) and not isinstance(node, ast.Module | ast.ClassDef):
+            yield from _drops(statements)
+
+
+def _operators(node: Any) -> Iterator[Change]:
+    if isinstance(node, ast.Compare):
+        for k, op in enumerate(node.ops):
+            for other in COMPARISONS[type(op)]:
+                name = f"{type(op).__name__} {k} to {other.__name__}"
+                yield name, lambda k=k, other=other: node.ops.__setitem__(k, other())
+    elif isinstance(node, ast.BinOp | ast.AugAssign) and type(node.op) in OPERATORS:
+        other = OPERATORS[type(node.op)]
+        yield f"{type(node.op).__name__} to {other.__name__}", lambda: setattr(node, "op", other())
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        yield "minus dropped", lambda: setattr(node, "op", ast.UAdd())
+
+
+def _conditions(node: Any) -> Iterator[Change]:
+    if isinstance(node, ast.BoolOp):
+        other = ast.Or if isinstance(node.op, ast.And) else ast.And
+        yield f"{type(node.op).__name__} to {other.__name__}", lambda: setattr(node, "op", other())
+        for k in range(len(node.values)):
+            yield f"operand {k} dropped", lambda k=k: _drop_operand(node, k)
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        yield "not dropped", lambda: setattr(node, "operand", ast.UnaryOp(ast.Not(), node.operand))
+    elif isinstance(node, ast.IfExp | ast.If | ast.While):
+        for value in (True, False):
+            yield f"condition {value}", lambda value=value: setattr(node, "test", ast.Constant(value))
+
+
+def _values(node: Any) -> Iterator[Change]:
+    match node:
+        case ast.Constant(value=bool() | int() | float() as value):
+            other = _other_constant(value)
+            yield f"{value} to {other}", lambda: setattr(node, "value", other)
+        case ast.Call(func=ast.Name(id=name)) if name in NAMES:
+            yield f"{name} to {NAMES[name]}", lambda: setattr(node.func, "id", NAMES[name])
+        case ast.Call(func=ast.Attribute(attr=name)) if name in NAMES:
+            yield f".{name} to {NAMES[name]}", lambda: setattr(node.func, "attr", NAMES[name])
+
+
+def _drop_operand(node: ast.BoolOp, k: int) -> None:
+    node.values[k] = ast.Constant(isinstance(node.op, ast.And))
+
+
+def _other_constant(value: float) -> float:
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int) or value == 0.0:
+        return value + 1
+    return 1.25 * value
+
+
+def _drops(statements: list[ast.stmt]) -> Iterator[Change]:
+    for k, statement in enumerate(statements):
+        if not isinstance(statement, DROPPED):
+            continue
+        if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
+            continue
+        line, name = ast.unparse(statement).splitlines()[0], type(statement).__name__.lower()
+        other = ast.Return(None) if isinstance(statement, ast.Return) else ast.Pass()
+        if not (isinstance(statement, ast.Return) and statement.value is None):
+            yield f"{name} dropped: {line[:60]}", lambda k=k, other=other: statements.__setitem__(k, other)
+
+
+def mutants(path: Path) -> Iterator[tuple[str, ast.Module]]:
+    """Name and tree of each."""
+    source = path.read_text(encoding="utf-8")
+    tree = ast.parse(source)
+    for i, node in enumerate(visited(tree)):
+        for j, (what, _) in enumerate(changes(node)):
+            wrong = copy.deepcopy(tree)
+            place = list(visited(wrong))[i]
+            [change for _, change in changes(place)][j]()
+            line = getattr(node, "lineno", 0)
+            yield f"{path.name}:{line}:{getattr(node, 'col_offset', 0)} {what}", ast.fix_missing_locations(wrong)
+
+
+class Instead(importlib.abc.MetaPathFinder):
+    """Imports trees in place of modules of the room."""
+
+    def __init__(self, trees: dict[str, ast.Module]):
+        self.trees = trees
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None):
+        """Of a module that is replaced."""
+        if name not in self.trees:
+            return None
+        file = str(ROOM / f"{name.rsplit('.', 1)[1]}.py")
+        return importlib.util.spec_from_loader(name, Loader(name, file, self.trees[name]), origin=file)
+
+
+class Loader(importlib.machinery.SourceFileLoader):
+    """Of a tree."""
+
+    def __init__(self, name: str, file: str, tree: ast.Module):
+        super().__init__(name, file)
+        self.tree = tree
+
+    def get_code(self, fullname: str) -> Any:
+        """Compiled, never cached."""
+        return compile(self.tree, self.path, "exec")
+
+
+def run_tests(trees: dict[str, ast.Module], first: str, at_end: Callable[[], None] = lambda: None) -> int:
+    """In a process of its own; pytest's exit code, or 9 if they do not end."""
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            code = _tests_here(trees, first)
+            at_end()
+        finally:
+            # Nothing that the parent has opened is closed here.
+            os._exit(code)
+    status = os.waitpid(child, 0)[1]
+    return os.waitstatus_to_exitcode(status) if os.WIFEXITED(status) else 9
+
+
+def _tests_here(trees: dict[str, ast.Module], first: str) -> int:
+    signal.alarm(LONGEST_S)
+    if "MUTANTS_ALOUD" not in os.environ:
+        quiet = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(quiet, 1)
+        os.dup2(quiet, 2)
+    sys.meta_path.insert(0, Instead(trees))
+    # The modes are by themselves: nothing else imports them.
+    files = [
+        file for file in TESTS.glob("test_*.py") if not first or (file.name == ALONE) == (f"test_{first}" == ALONE)
+    ]
+    files.sort(key=lambda file: (file.name != f"test_{first}", "second" not in file.name, file.name))
+    options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain", "--hypothesis-profile=mutants"]
+    options += ["-o", "addopts=--import-mode=importlib", "--rootdir", str(ROOT)]
+    return int(pytest.main([*options, *map(str, files)]))
+
+
+def prepare() -> None:
+    """For all children."""
+    os.chdir(ROOT)
+    # No shrinking: that a test fails is enough to know.
+    phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
+    hypothesis.settings.register_profile("mutants", deadline=None, derandomize=True, phases=phases, database=None)
+
+
+def digest(*texts: str) -> str:
+    """Of some text."""
+    return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
+
+
+def hunt(options: argparse.Namespace) -> None:
+    """Try the mutants; print survivors and the share that was killed."""
+    tests = digest(*(file.read_text(encoding="utf-8") for file in sorted(TESTS.glob("*.py"))))
+    known: dict[str, dict] = {}
+    if options.log.is_file():
+        for line in options.log.read_text(encoding="utf-8").splitlines():
+            entry = json.loads(line)
+            known[entry["key"]] = entry
+    found = [(path, *one) for path in sorted(ROOM.glob("*.py")) for one in mutants(path) if options.only in path.name]
+    if options.sample:
+        found = sorted(random.Random(options.seed).sample(found, min(options.sample, len(found))), key=lambda m: m[1])
+    killed, survivors = 0, []
+    for path, name, tree in found:
+        key = digest(path.name, ast.unparse(tree))
+        entry = known.get(key)
+        if entry is None or (not entry["killed"] and entry["tests"] != tests):
+            code = run_tests({f"exograv.safety.{path.stem}": tree}, path.name)
+            entry = {"key": key, "killed": code != 0, "tests": tests, "name": name, "code": code}
+            with options.log.open("a", encoding="utf-8") as log:
+                log.write(json.dumps(entry) + "\n")
+        killed += entry["killed"]
+        if not entry["killed"]:
+            survivors.append(name)
+            print(f"survived: {name}", flush=True)
+    print(f"{killed} of {len(found)} killed, {100.0 * killed / max(len(found), 1):.1f} %")
+
+
+class Watched(ast.NodeTransformer):
+    """Notes the outcome of every condition, of every operand of and/or but the last, and that a function was called."""
+
+    def __init__(self, file: str):
+        self.file = file
+        self.expected: dict[str, tuple[bool, ...]] = {}
+
+    def _note(self, node: ast.expr, outcomes: tuple[bool, ...] = (True, False), name: str = "") -> ast.expr:
+        name = f"{self.file}:{node.lineno}:{node.col_offset} {(name or ast.unparse(node))[:70]}"
+        self.expected[name] = outcomes
+        return ast.Call(ast.Name("__noted__", ast.Load()), [ast.Constant(name), node], [])
+
+    def visit_If(self, node: ast.If | ast.IfExp | ast.While) -> ast.AST:
+        """Of a statement or an expression."""
+        whole = copy.deepcopy(node.test)
+        self.generic_visit(node)
+        node.test = self._note(node.test, name=ast.unparse(whole))
+        return node
+
+    visit_IfExp = visit_While = visit_If
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
+        """Each operand after which the others may not be asked."""
+        names = [ast.unparse(value) for value in node.values]
+        self.generic_visit(node)
+        *asked, last = node.values
+        node.values = [*(self._note(value, name=name) for value, name in zip(asked, names, strict=False)), last]
+        return node
+
+    def visit_comprehension(self, node: ast.comprehension) -> ast.AST:
+        """The filters."""
+        self.generic_visit(node)
+        node.ifs = [self._note(one) for one in node.ifs]
+        return node
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        """That it was called."""
+        self.generic_visit(node)
+        called = self._note(ast.copy_location(ast.Constant(node.name), node), (True,))
+        node.body.insert(0, ast.Expr(called))
+        return node
+
+
+def watch() -> None:
+    """Print the conditions that no test has seen both ways."""
+    seen: set[tuple[str, bool]] = set()
+    expected: dict[str, tuple[bool, ...]] = {}
+    trees = {}
+    for path in sorted(ROOM.glob("*.py")):
+        watched = Watched(path.name)
+        tree = watched.visit(ast.parse(path.read_text(encoding="utf-8")))
+        trees[f"exograv.safety.{path.stem}"] = ast.fix_missing_locations(tree)
+        expected.update(watched.expected)
+
+    def noted(name: str, value: Any) -> Any:
+        seen.add((name, bool(value)))
+        return value
+
+    builtins.__dict__["__noted__"] = noted
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "seen.json"
+
+        def save() -> None:
+            file.write_text(json.dumps(sorted(seen)), encoding="utf-8")
+
+        code = run_tests(trees, "", save)
+        found = {(name, value) for name, value in json.loads(file.read_text(encoding="utf-8"))}
+    wanted = [(name, value) for name, values in expected.items() for value in values]
+    missed = [one for one in wanted if one not in found]
+    for name, value in missed:
+        print(f"never {value}: {name}")
+    print(f"{len(wanted) - len(missed)} of {len(wanted)} outcomes seen; tests ended with {code}")
+
+
+def main() -> None:
+    """Hunt, or watch."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sample", type=int, default=0, help="how many, drawn; 0 for all")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", default="", help="part of the name of a file")
+    parser.add_argument("--log", type=Path, default=Path(tempfile.gettempdir()) / "exograv_mutants.jsonl")
+    parser.add_argument("--branches", action="store_true")
+    parser.add_argument("--count", action="store_true", help="only say how many there are")
+    options = parser.parse_args()
+    prepare()
+    if options.count:
+        for path in sorted(ROOM.glob("*.py")):
+            print(path.name, sum(1 for _ in mutants(path)))
+    elif options.branches:
+        watch()
+    else:
+        hunt(options)
+
+
+if __name__ == "__main__":
+    main()
