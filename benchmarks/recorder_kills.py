@@ -54,7 +54,7 @@ class Kills:
     """Ticks that found the ring full."""
 
     back_s: tuple[float, float] = (0.0, 0.0)
-    """From a kill to the next acknowledgement: median and longest."""
+    """From the start of another recorder to its first acknowledgement: median and longest."""
 
     put_us: tuple[float, ...] = ()
     """Time of a put: median, 99 %, 99.9 %, longest."""

@@ -28,8 +28,11 @@ from .realtime import Rights
 from .shared import Mailbox, Ring
 from .timing import EDGES_US, Timing
 
-RING_TICKS = 8 * TICKS_PER_S
-"""What may wait: recorder or disk may be gone for five seconds (docs/safety.md, F18), and some more."""
+RING_TICKS = 32 * TICKS_PER_S
+"""What may wait: five seconds without a recorder (docs/safety.md, F18), and what the next one takes to read the file.
+
+That is a second per ten minutes of recording on an idle computer, and three on a busy one.
+"""
 
 RING_EVENTS = 256
 
