@@ -23,7 +23,10 @@ import random
 import signal
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -157,17 +160,32 @@ def _drops(statements: list[ast.stmt]) -> Iterator[Change]:
             yield f"{name} dropped: {line[:60]}", lambda k=k, other=other: statements.__setitem__(k, other)
 
 
-def mutants(path: Path) -> Iterator[tuple[str, ast.Module]]:
-    """Name and tree of each."""
-    source = path.read_text(encoding="utf-8")
-    tree = ast.parse(source)
-    for i, node in enumerate(visited(tree)):
-        for j, (what, _) in enumerate(changes(node)):
-            wrong = copy.deepcopy(tree)
-            place = list(visited(wrong))[i]
-            [change for _, change in changes(place)][j]()
-            line = getattr(node, "lineno", 0)
-            yield f"{path.name}:{line}:{getattr(node, 'col_offset', 0)} {what}", ast.fix_missing_locations(wrong)
+@dataclass(frozen=True)
+class Mutant:
+    """One wrong module; made when it is needed."""
+
+    path: Path
+    source: str
+    name: str
+    node: int
+    change: int
+
+    def tree(self) -> ast.Module:
+        """The module, with one thing wrong."""
+        tree = ast.parse(self.source)
+        place = next(islice(visited(tree), self.node, None))
+        next(islice(changes(place), self.change, None))[1]()
+        return ast.fix_missing_locations(tree)
+
+
+def mutants() -> Iterator[Mutant]:
+    """Of the whole room."""
+    for path in sorted(ROOM.glob("*.py")):
+        source = path.read_text(encoding="utf-8")
+        for i, node in enumerate(visited(ast.parse(source))):
+            where = f"{path.name}:{getattr(node, 'lineno', 0)}:{getattr(node, 'col_offset', 0)}"
+            for j, (what, _) in enumerate(changes(node)):
+                yield Mutant(path, source, f"{where} {what}", i, j)
 
 
 class Instead(importlib.abc.MetaPathFinder):
@@ -219,9 +237,8 @@ def _tests_here(trees: dict[str, ast.Module], first: str) -> int:
         os.dup2(quiet, 2)
     sys.meta_path.insert(0, Instead(trees))
     # The modes are by themselves: nothing else imports them.
-    files = [
-        file for file in TESTS.glob("test_*.py") if not first or (file.name == ALONE) == (f"test_{first}" == ALONE)
-    ]
+    by_itself = f"test_{first}" == ALONE
+    files = [file for file in TESTS.glob("test_*.py") if not first or (file.name == ALONE) == by_itself]
     files.sort(key=lambda file: (file.name != f"test_{first}", "second" not in file.name, file.name))
     options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain", "--hypothesis-profile=mutants"]
     options += ["-o", "addopts=--import-mode=importlib", "--rootdir", str(ROOT)]
@@ -249,22 +266,23 @@ def hunt(options: argparse.Namespace) -> None:
         for line in options.log.read_text(encoding="utf-8").splitlines():
             entry = json.loads(line)
             known[entry["key"]] = entry
-    found = [(path, *one) for path in sorted(ROOM.glob("*.py")) for one in mutants(path) if options.only in path.name]
+    found = [one for one in mutants() if options.only in one.path.name]
     if options.sample:
-        found = sorted(random.Random(options.seed).sample(found, min(options.sample, len(found))), key=lambda m: m[1])
-    killed, survivors = 0, []
-    for path, name, tree in found:
-        key = digest(path.name, ast.unparse(tree))
+        found = random.Random(options.seed).sample(found, min(options.sample, len(found)))
+    if run_tests({}, "") != 0:
+        sys.exit("The tests fail as things are: nothing could be told from a mutant.")
+    killed = 0
+    for one in found:
+        key = digest(one.name, one.source)
         entry = known.get(key)
         if entry is None or (not entry["killed"] and entry["tests"] != tests):
-            code = run_tests({f"exograv.safety.{path.stem}": tree}, path.name)
-            entry = {"key": key, "killed": code != 0, "tests": tests, "name": name, "code": code}
+            code = run_tests({f"exograv.safety.{one.path.stem}": one.tree()}, one.path.name)
+            entry = {"key": key, "killed": code != 0, "tests": tests, "name": one.name, "code": code}
             with options.log.open("a", encoding="utf-8") as log:
                 log.write(json.dumps(entry) + "\n")
         killed += entry["killed"]
         if not entry["killed"]:
-            survivors.append(name)
-            print(f"survived: {name}", flush=True)
+            print(f"survived: {one.name}", flush=True)
     print(f"{killed} of {len(found)} killed, {100.0 * killed / max(len(found), 1):.1f} %")
 
 
@@ -354,8 +372,8 @@ def main() -> None:
     options = parser.parse_args()
     prepare()
     if options.count:
-        for path in sorted(ROOM.glob("*.py")):
-            print(path.name, sum(1 for _ in mutants(path)))
+        for name, count in Counter(one.path.name for one in mutants()).items():
+            print(name, count)
     elif options.branches:
         watch()
     else:

@@ -109,7 +109,7 @@ def draw_machines(rng: np.random.Generator, machines: int, joints: int) -> Machi
 
 
 def draw_history(rng: np.random.Generator, m: Machines, ticks: int) -> History:
-    """Motion that starts and stops, control of all tempers, and faults from one in a hundred thousand ticks to one in thirty."""
+    """Motion that starts and stops, control of all tempers, and faults: from one in 100 000 ticks to one in 30."""
     machines, joints = m.torque_max.shape
     shape, every = (ticks, machines), (ticks, machines, joints)
     rarity = 10.0 ** rng.uniform(-5.0, -1.5, machines)
@@ -266,7 +266,7 @@ def second(m: Machines, history: History, has_guard: bool, first: Trace) -> Trac
     """Those of `second_envelope.py`, all machines at once, beside the first ones.
 
     What is in a tank is taken over from the first ones where the two agree: of a tank that is all but empty the law
-    takes the root, over a speed that may be next to nothing, and rounding that adds up for seconds would be half a torque.
+    takes the root, over a speed that may be next to nothing, and rounding of seconds would be a newton metre.
     """
     trace = Trace.empty(len(history.ticks), len(m.period), m.torque_max.shape[1])
     guard = SecondGuard(m)
@@ -316,8 +316,9 @@ def compare(one: Trace, other: Trace) -> Comparison:
         a, b = getattr(one, field.name), getattr(other, field.name)
         same = _same(a, b) if a.dtype.kind == "f" else a == b
         same = same.all(axis=2) if same.ndim == 3 else same
-        found += [(k, b, field.name) for k, b in _first_of_each(~same)]
-        bad |= ~same
+        differs = np.logical_not(same)
+        found += [(k, b, field.name) for k, b in _first_of_each(differs)]
+        bad |= differs
     states = [(f"state {state.name}", one.safe_state == state) for state in SafeState]
     reasons = [(f"stop {reason}", one.reason == reason) for reason in np.unique(one.reason)]
     counted = {name: int(np.count_nonzero(where)) for name, where in [*states, *reasons, ("resets", one.left)]}

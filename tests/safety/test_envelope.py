@@ -185,3 +185,28 @@ def test_of_what_several_find_the_first_reason_stays_and_all_distrust_is_kept_un
     assert not envelope.without_model
     assert not envelope.isolated
     assert not envelope.drive_damping.any()
+
+
+def test_the_damping_that_all_ticks_share_cannot_be_written_over():
+    damping = Envelope(LIMITS, DT).drive_damping
+    with pytest.raises(ValueError, match="read-only"):
+        damping[0] = 1.0
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_machine_that_does_not_say_what_it_gives_begins_at_nothing(bad: float):
+    envelope = Envelope(LIMITS, DT)
+    envelope.begin(np.array([20.0, bad, -70.0, 8.0]))
+    out = envelope.limit(np.array([20.0, 0.0, 3.0, 8.0]), STILL, STILL)
+    np.testing.assert_allclose(out, [20.0, 0.0, -30.0 + RATE, 8.0])
+    envelope.begin(np.full(4, bad))
+    envelope.trip(StopReason.STOP_PRESSED)
+    np.testing.assert_array_equal(envelope.limit(TORQUE, STILL, STILL), STILL)
+
+
+def test_a_fault_right_at_the_beginning_lets_go_of_what_the_machine_gave():
+    envelope = Envelope(LIMITS, DT)
+    envelope.begin(TORQUE)
+    envelope.limit(np.full(4, np.nan), STILL, STILL)
+    half_way = [envelope.limit(STILL, STILL, STILL) for _ in range(1500)][-1]
+    np.testing.assert_allclose(half_way, 0.5 * TORQUE, rtol=0.01)

@@ -109,7 +109,9 @@ class Envelope:
 
     def begin(self, tau: Joints) -> None:
         """The machine gives this torque already (joint,) [N·m]: the next one follows it no faster than any other."""
-        self._tau = [_within(one, -bound, bound) for one, bound in zip(tau.tolist(), self._bounds, strict=True)]
+        # A machine that does not say it, as NaN: from there every limit and the descent would let it through.
+        known = [one if math.isfinite(one) else 0.0 for one in tau.tolist()]
+        self._tau = [_within(one, -bound, bound) for one, bound in zip(known, self._bounds, strict=True)]
         self._tau_at_stop = self._tau
 
     def limit(self, tau_desired: Joints, q: Joints, v: Joints) -> Joints:
