@@ -107,3 +107,14 @@ def test_what_the_tick_raises_is_not_hidden(clock: Clock):
 
     with pytest.raises(KeyboardInterrupt):
         clock.run(5, break_off)
+
+
+def test_a_tick_that_says_that_it_was_the_last_ends_the_loop_in_good_order(clock: Clock):
+    def work(period: int) -> bool:
+        clock.periods.append(period)
+        return period == 4
+
+    timing = run_loop(work, 100, PERIOD_NS, clock.now_ns, clock.sleep)
+    assert clock.periods == [0, 1, 2, 3, 4]
+    assert timing.periods == 5
+    assert timing.outcome is Outcome.COMPLETE

@@ -142,3 +142,15 @@ def test_a_ramp_ends_with_its_time_and_not_a_tick_before():
         machine.step(dt, 0.0, 0.0)
         assert machine.mode is then
         machine.take(Event.GIVE_BACK)
+
+
+def test_the_share_goes_along_a_line_and_is_a_half_in_the_middle_of_either_ramp():
+    machine = after(*INTO_AN_ARM)
+    assert ramped(machine, 0.5 * RAMP_IN_S)[-1] == pytest.approx(0.5, abs=1e-3)
+    ramped(machine, 0.5 * RAMP_IN_S)
+    assert machine.take(Event.GIVE_BACK)
+    shares = ramped(machine, 0.5 * RAMP_OUT_S)
+    np.testing.assert_allclose(np.diff(shares), -DT / RAMP_OUT_S, atol=1e-12)
+    assert shares[-1] == pytest.approx(0.5, abs=1e-3)
+    machine.take(Event.FAULT)
+    assert machine.arm_share == 0.0

@@ -102,3 +102,45 @@ def test_stop_lets_the_arm_down_and_is_told_as_such():
     one.press_stop()
     assert step(one, 1) is SafeState.DESCENT
     assert one.envelope.stop is StopReason.STOP_PRESSED
+
+
+@pytest.mark.parametrize(("speed", "is_found"), [(0.14, False), (-0.14, False), (0.16, True), (-0.16, True)])
+@pytest.mark.parametrize("slow_one", [0, 1])
+def test_encoders_that_part_slowly_may_be_noise_and_faster_ones_are_not(speed: float, is_found: bool, slow_one: int):
+    # For 20 ticks: they are still less than two degrees apart.
+    ways = [[speed * t * DT, -3.0 * speed * t * DT][:: 1 - 2 * slow_one] for t in range(25)]
+    states = [state(t, [0.0, way], [0.0, other], [0.0, 0.0]) for t, (way, other) in enumerate(ways)]
+    assert [(reason, j) for _, reason, j in found(Monitors(2, DT, GAIN), states)[:1]] == (
+        [(StopReason.ENCODERS_PART, 1)] if is_found else []
+    )
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize(("off", "is_found"), [(0.99, False), (1.01, True)])
+def test_where_torque_has_a_sensor_it_is_the_sensor_that_is_asked(side: float, off: float, is_found: bool):
+    tau, none = np.array([5.0, 5.0 + side * off * TORQUE_OFF_NM]), np.full(2, np.nan)
+    sensor = TorqueSource.JOINT_SENSOR
+    states = [JointState(t * DT, t, np.zeros(2), none, tau, sensor) for t in range(LATELY_TICKS + IN_A_ROW)]
+    reasons = [(t, reason, j) for t, reason, j in found(Monitors(2, DT), states, told=(5.0, 5.0))]
+    assert reasons == ([(LATELY_TICKS + IN_A_ROW - 1, StopReason.TORQUE_WRONG, 1)] if is_found else [])
+
+
+def test_a_torque_that_is_wrong_for_less_than_ten_ticks_is_not_found_nor_one_of_a_joint_that_is_not_asked():
+    monitors = Monitors(2, DT, GAIN)
+    for t in range(100):
+        wrong = 0.0 if t % IN_A_ROW == 0 else 2.0 * TORQUE_OFF_NM / GAIN[0]
+        assert list(monitors.look(state(t, [0.0, 0.0], None, [wrong, 0.0]))) == []
+        monitors.told([0.0, 0.0])
+    for t in range(100, 130):
+        assert list(monitors.look(state(t, [0.0, 0.0], [0.0, 1.0 * (t > 110)], [9.0, 0.0]), {0, 1})) == []
+        monitors.told([0.0, 0.0])
+
+
+def test_a_torque_that_is_not_what_was_told_leaves_damping_only():
+    one = guard()
+    for tick in range(LATELY_TICKS + IN_A_ROW + 1):
+        measured = state(tick, [0.0, 0.0], None, [0.0, 8.0])
+        out = one.step(measured, Submitted(tick, tick * DT + 0.005, np.zeros(2)), tick * DT)
+    assert out.safe_state is SafeState.DAMPING
+    assert one.envelope.stop is StopReason.TORQUE_WRONG
+    assert not one.envelope.isolated

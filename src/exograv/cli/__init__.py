@@ -22,6 +22,7 @@ from .doctor import Doctor, run_doctor
 from .export_urdf import ExportUrdf, run_export_command
 from .faults import Faults, run_faults_command
 from .identify_log import IdentifyLog, run_identify_log
+from .live import Live, run_live_command
 from .new_rig import NewRig, run_new_rig
 from .report import Report, run_report
 from .rigs import Rigs, run_rigs
@@ -42,6 +43,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "check-rig": (CheckRig, run_check_rig),
     "design-motion": (DesignMotion, run_design_motion),
     "doctor": (Doctor, run_doctor),
+    "live": (Live, run_live_command),
     "faults": (Faults, run_faults_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

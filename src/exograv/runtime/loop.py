@@ -38,7 +38,8 @@ def run_loop(
     period that is over is skipped, not repeated: a torque for a past posture is of no use, and a burst is worse.
 
     Args:
-        work: The tick; it must not raise in the ordinary course, block, log, or allocate what it can hold.
+        work: The tick; it must not raise in the ordinary course, block, log, or allocate what it can hold. Where it
+            returns something true it was the last one.
         periods: How many to run.
         period_ns: Length of a period [ns].
         now_ns: Monotonic clock [ns].
@@ -59,10 +60,12 @@ def run_loop(
             restless = 0
         while woken < deadline:
             woken = now_ns()
-        work(period)
+        is_last = work(period)
         done = now_ns()
         period_of[tick], lateness[tick], compute[tick] = period, woken - deadline, done - woken
         tick += 1
         period = max(period + 1, (done - start) // period_ns)
+        if is_last:
+            periods = period
     outcome = Outcome.COMPLETE if period >= periods else Outcome.NO_REST
     return Timing(period_of[:tick], lateness[:tick], compute[:tick], period, period_ns, outcome)

@@ -138,6 +138,10 @@ class Guard:
         self._monitors.told(tau.tolist())
         return Guarded(tau, self.envelope.drive_damping, self._safe_state(bridges))
 
+    def lose_model(self) -> None:
+        """Control's model does not fit the machine any more: a torque for another posture is arbitrary."""
+        self.envelope.trip(StopReason.MODEL_LOST)
+
     def press_stop(self) -> None:
         """Somebody wants it to end: a soft descent, as for a fault."""
         self.envelope.trip(StopReason.STOP_PRESSED)
@@ -181,7 +185,7 @@ class Guard:
             and submitted.sequence == state.sequence
             and now <= submitted.valid_until
         )
-        # What the machine does not say counts too: by turns, each within its own bounds, the two would hold a torque on.
+        # What the machine does not say counts too: by turns, each within its bounds, the two would hold a torque on.
         if self._answered.add(not answers):
             self.envelope.trip(StopReason.CONTROL_SILENT)
         if submitted is None or not answers:

@@ -11,12 +11,10 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.model.description import RigDescription
 from exograv.safety.guard import SafeState
-from exograv.safety.person import PersonLimits
 from exograv.session.arm_controller import ArmController
+from exograv.session.person_limits import person_limits
 from exograv.session.pilot import Progress
-from exograv.session.plausible_table import plausible_table
 from exograv.session.prepare import prepare
 from exograv.session.virtual import draw_laboratory, limits
 
@@ -26,9 +24,6 @@ from .table import FAULTS
 
 RIGS = ("recupera_like", "recupera_like_qdd")
 """Each person is in one of these machines, in turn."""
-
-ACTIVE_MAX_NM = {"shoulder": 8.0, "elbow": 4.0, "wrist": 1.0}
-"""Beyond carrying and friction, what a weak adult can resist (docs/safety.md); the wrist's is assumed."""
 
 CHUNK = 20
 REPLAYS_MAX = 20
@@ -126,15 +121,8 @@ def subject(seed: int, person: int, level: int) -> Subject:
     laboratory = draw_laboratory(RIGS[person % len(RIGS)], None, level, drawn)
     prepared = prepare(laboratory, drawn, lambda _text, _share: None)
     controller = ArmController(prepared.assembly, prepared.machine, prepared.x, 0.001)
-    description = laboratory.description
-    table = plausible_table(prepared.assembly, prepared.machine, prepared.x)
-    lower, upper = np.array([(joint.lower, joint.upper) for joint in prepared.assembly.exo.joints]).T
-    person_limits = PersonLimits(table, _active_max(description), lower, upper)
-    return Subject(laboratory, prepared, controller, limits(description), person_limits)
-
-
-def _active_max(description: RigDescription) -> np.ndarray:
-    return np.array([ACTIVE_MAX_NM[place] for place in description.places])
+    of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
+    return Subject(laboratory, prepared, controller, limits(laboratory.description), of_person)
 
 
 def _figures(campaign: Campaign, verdicts: Sequence[Verdict]) -> dict[str, Any]:

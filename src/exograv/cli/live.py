@@ -1,0 +1,63 @@
+"""`exograv live`."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from .common import Common
+
+
+@dataclass(frozen=True)
+class Live(Common):
+    """Float the arm in real time: guard, control and recorder in processes of their own, the twin as the machine."""
+
+    rig: str = "recupera_like"
+    """Name of a machine (see `exograv rigs`) or path of its folder."""
+
+    side: Literal["right", "left", "both"] | None = None
+    """Arm; the machine's first if none is named."""
+
+    level: int = 2
+    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
+
+    seconds: Annotated[float, tyro.conf.arg(metavar="S")] = 10.0
+    """How long, in real time."""
+
+    gravity_level: float = 0.0
+    """Felt share of the arm's own weight: 0 on a space station, 1 on Earth."""
+
+
+def run_live_command(command: Live) -> dict[str, Any]:
+    """Run it and say how it went."""
+    from exograv.session.live import LiveOptions, run_live
+    from exograv.terminal import bars
+
+    options = LiveOptions(
+        command.rig, command.side, command.level, command.seed, command.seconds, command.gravity_level
+    )
+    with bars() as progress:
+        result = run_live(options, command.out, progress)
+    show_live(result)
+    return result
+
+
+def show_live(result: dict[str, Any]) -> None:
+    """Timing, recording, and every stop with what the computer did just before."""
+    from rich.console import Console
+
+    console, late = Console(), result["late_us"]
+    console.print(
+        f"{result['seconds']:g} s at {result['rate_Hz']:.1f} Hz; ticks late by {late['p50']:g} µs (median), "
+        f"{late['p999']:g} (p99.9), {late['max']:g} (most); {result['overruns']} periods without their own command.",
+        highlight=False,
+    )
+    console.print(
+        f"Recorded {result['samples_recorded']} ticks, lost {result['samples_lost']}: {result['recording']}",
+        highlight=False,
+    )
+    for latch in result["latches"]:
+        before = f"Longest gap just before: {latch['stall_ms']:.1f} ms."
+        console.print(f"Stopped after {latch['at_s']:.1f} s: {latch['cause']} {before}", highlight=False)
+    for line in result["refused"]:
+        console.print(line, highlight=False)

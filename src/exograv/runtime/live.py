@@ -1,0 +1,300 @@
+"""The live loop in two processes: a guard that owns the machine, and control, which only submits torques.
+
+They share two mailboxes: what the guard believes of the machine, and what control answers. The guard waits for an
+answer for a part of the period, never longer; that it comes too late, or never again, is its everyday business.
+"""
+
+import contextlib
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from exograv.recording.encoding import tick_dtype
+from exograv.rig import Rig
+from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.signals import Command, JointState
+
+from .loop import run_loop
+from .realtime import Rights, realtime
+from .recorder import PHASE, Inlet, event
+from .shared import Mailbox
+from .timing import Timing
+
+ANSWER_BY_NS = 650_000
+"""After the period's start control has to have answered [ns]: the rest is the guard's own, and the machine's."""
+
+POLL_S = 20e-6
+"""Between two looks into a mailbox; the kernel adds some 60 µs."""
+
+LIFE_S = 0.005
+"""A command that is not replaced for five periods is void (docs/safety.md, SS0)."""
+
+ASK_PARENT_EVERY = 200
+"""Looks of an idle process between two questions whether the run is over."""
+
+
+def state_dtype(joints: int) -> np.dtype:
+    """What the guard tells control in a tick."""
+    per_joint = (joints,)
+    return np.dtype(
+        [
+            ("sequence", "<i8"),
+            ("now", "<f8"),
+            ("safe_state", "<i8"),
+            ("q", "<f8", per_joint),
+            ("current", "<f8", per_joint),
+        ],
+        align=True,
+    )
+
+
+def answer_dtype(joints: int) -> np.dtype:
+    """What control answers."""
+    per_joint = (joints,)
+    return np.dtype(
+        [
+            ("sequence", "<i8"),
+            ("valid_until", "<f8"),
+            ("mode", "<i8"),
+            ("slope", "<f8"),
+            ("v", "<f8", per_joint),
+            ("tau", "<f8", per_joint),
+            ("tau_feedforward", "<f8", per_joint),
+        ],
+        align=True,
+    )
+
+
+@dataclass(frozen=True)
+class GuardedRig:
+    """What the guard process works with; made in it, because only it touches the machine."""
+
+    rig: Rig
+    guard: Guard
+    gain: np.ndarray
+    """Torque per motor current, as calibrated (joint,) [N·m/A]."""
+
+    slope_max: float
+    """Beyond which control's own model of the loops does not fit any more [N·m]."""
+
+
+@runtime_checkable
+class Answering(Protocol):
+    """Control, as the process around it sees it."""
+
+    def answer(self, state: np.void, row: np.ndarray) -> None:
+        """Fill in what is submitted for a state; `sequence` and `valid_until` are filled in already."""
+        ...
+
+    @property
+    def mode_names(self) -> tuple[str, ...]:
+        """By the number in `mode`: what a phase of the recording is called."""
+        ...
+
+
+@dataclass(frozen=True)
+class Channels:
+    """Names of the memory between the processes."""
+
+    joints: int
+    states: str
+    answers: str
+    inlet: Inlet
+
+
+@dataclass(frozen=True)
+class GuardJob:
+    """What a guard process is started with."""
+
+    build: Callable[[], GuardedRig]
+    channels: Channels
+    periods: int
+    mode_names: tuple[str, ...]
+    resets: bool
+    """Whether somebody stands beside who resets a latch as soon as the arm is down and at rest: a virtual operator."""
+
+
+@dataclass(frozen=True)
+class Latch:
+    """A stop."""
+
+    cause: str
+    period: int
+    at_s: float
+    """Since the loop's start, by its periods [s]."""
+
+
+@dataclass(frozen=True)
+class GuardReport:
+    """What is left when the guard process ends."""
+
+    timing: Timing
+    rights: Rights
+    latches: tuple[Latch, ...]
+    unanswered: int
+    """Ticks without an answer in time."""
+
+    t: float
+    """The rig's clock [s]."""
+
+
+def guard_process(job: GuardJob, parent: Connection) -> None:
+    """Be the guard process: build, say so, wait for the word, run, report."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then presses Stop
+    guarding = _Guarding(job, parent)
+    try:
+        parent.send("ready")
+        parent.recv()
+        with realtime() as rights:
+            timing = run_loop(guarding.tick, job.periods)
+        parent.send(guarding.report(timing, rights))
+    finally:
+        guarding.close()
+
+
+class _Guarding:
+    """The tick of the guard process."""
+
+    def __init__(self, job: GuardJob, parent: Connection):
+        self._job, self._parent, made = job, parent, job.build()
+        self._rig, self._guard, self._gain, self._slope_max = made.rig, made.guard, made.gain, made.slope_max
+        channels = job.channels
+        self._states = Mailbox(state_dtype(channels.joints), channels.states)
+        self._answers = Mailbox(answer_dtype(channels.joints), channels.answers)
+        self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
+        self._state, self._row = np.zeros((), state_dtype(channels.joints)), np.zeros((), tick_dtype(channels.joints))
+        self._row["cdr_header"] = (0, 1, 0, 0)
+        self._row["q_reference"] = np.nan
+        self._safe_state, self._phase, self._mode = SafeState.NONE, 0, -1
+        self._latches: list[Latch] = []
+        self._unanswered, self._started_ns = 0, 0
+        self._was_stopped, self._is_asked_to_end = False, False
+
+    def tick(self, period: int) -> bool:
+        """Look, ask, decide, command, record; whether it is over before its time."""
+        woken = time.monotonic_ns()
+        if not self._started_ns:
+            self._started_ns = woken
+        state, now = self._rig.read(), self._rig.t
+        believed = self._guard.see(state, now)
+        answer = None if believed is None else self._asked(believed, now, woken)
+        submitted = None
+        if answer is not None:
+            submitted = Submitted(int(answer["sequence"]), float(answer["valid_until"]), answer["tau"])
+            self._enter(int(answer["mode"]), now)
+        guarded = self._guard.decide(submitted, now)
+        tau, current = guarded.tau, guarded.tau / self._gain
+        self._rig.write(Command(now, state.sequence, now + LIFE_S, tau, current, guarded.drive_damping))
+        self._safe_state = guarded.safe_state
+        self._note(period, now)
+        self._record(period, state, tau, answer, woken)
+        if self._was_stopped and self._job.resets and not self._is_asked_to_end and self._guard.reset():
+            self._events.put(event(now, "note", "The virtual operator has reset the latch."))
+        if period % ASK_PARENT_EVERY == 0 and self._parent.poll():
+            self._parent.recv()
+            self._is_asked_to_end = True
+            self._guard.press_stop()
+        return self._is_asked_to_end and self._guard.envelope.descent_is_over
+
+    def report(self, timing: Timing, rights: Rights) -> GuardReport:
+        """At the end."""
+        return GuardReport(timing, rights, tuple(self._latches), self._unanswered, self._rig.t)
+
+    def close(self) -> None:
+        """Let go of the memory."""
+        for memory in (self._states, self._answers, self._ticks, self._events):
+            memory.close()
+
+    def _asked(self, believed: JointState, now: float, woken: int) -> np.void | None:
+        """Tell control, and wait for its answer as long as there is time."""
+        state = self._state
+        state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, self._safe_state
+        state["q"], state["current"] = believed.q, believed.current
+        self._states.write(state)
+        until = woken + ANSWER_BY_NS
+        while True:
+            got = self._answers.read()
+            if got is not None and int(got[1]["sequence"]) == believed.sequence:
+                return got[1]
+            if time.monotonic_ns() > until:
+                self._unanswered += 1
+                return None
+            time.sleep(POLL_S)
+
+    def _enter(self, mode: int, now: float) -> None:
+        if mode != self._mode:
+            self._mode, self._phase = mode, self._phase + 1
+            self._events.put(event(now, PHASE, self._job.mode_names[mode]))
+
+    def _note(self, period: int, now: float) -> None:
+        """Each stop once, when it comes."""
+        stop, was_stopped = self._guard.envelope.stop, self._was_stopped
+        self._was_stopped = stop is not None
+        if stop is not None and not was_stopped:
+            self._latches.append(Latch(stop.value, period, 1e-9 * (time.monotonic_ns() - self._started_ns)))
+            self._events.put(event(now, "stop", stop.value))
+
+    def _record(self, period: int, state: JointState, tau: np.ndarray, answer: np.void | None, woken: int) -> None:
+        row = self._row
+        row["t"], row["phase"], row["sequence"] = state.t, self._phase, state.sequence & 0xFFFFFFFF
+        row["tick_us"] = 1e-3 * (time.monotonic_ns() - woken)
+        row["lateness_us"] = 1e-3 * max(woken - self._started_ns - period * round(1e9 * self._rig.period_s), 0)
+        row["safe_state"] = self._safe_state + 1
+        row["q_measured"], row["current"] = state.q, state.current
+        row["tau_measured"], row["tau_commanded"] = self._gain * state.current, tau
+        if answer is None:
+            for name in ("v", "tau_feedforward", "tau_desired", "closure_slope"):
+                row[name] = np.nan
+        else:
+            row["v"], row["tau_desired"] = answer["v"], answer["tau"]
+            row["tau_feedforward"], row["closure_slope"] = answer["tau_feedforward"], answer["slope"]
+            if not answer["slope"] < self._slope_max:
+                self._guard.lose_model()
+        self._ticks.put(row)
+
+
+@dataclass(frozen=True)
+class ControlJob:
+    """What a control process is started with."""
+
+    build: Callable[[], Answering]
+    channels: Channels
+
+
+def control_process(job: ControlJob, parent: Connection) -> None:
+    """Be the control process: answer to every state, until the parent says that it is over or is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    states = Mailbox(state_dtype(job.channels.joints), job.channels.states)
+    answers = Mailbox(answer_dtype(job.channels.joints), job.channels.answers)
+    try:
+        control = job.build()
+        parent.send("ready")
+        with realtime(), contextlib.suppress(EOFError):
+            _answer_all(control, states, answers, job.channels.joints, parent)
+    finally:
+        states.close()
+        answers.close()
+
+
+def _answer_all(control: Answering, states: Mailbox, answers: Mailbox, joints: int, parent: Connection) -> None:
+    row, seen, idle = np.zeros((), answer_dtype(joints)), 0, 0
+    while True:
+        got = states.read()
+        if got is None or got[0] == seen:
+            idle += 1
+            if idle >= ASK_PARENT_EVERY:
+                idle = 0
+                if parent.poll():
+                    parent.recv()
+                    return
+            time.sleep(POLL_S)
+            continue
+        seen, idle = got[0], 0
+        row["sequence"], row["valid_until"] = got[1]["sequence"], got[1]["now"] + LIFE_S
+        control.answer(got[1], row)
+        answers.write(row)

@@ -1,0 +1,49 @@
+"""The code's figures are those of docs/safety.md and its sources: tests that use a constant do not see it slip."""
+
+import math
+
+import numpy as np
+import pytest
+
+from exograv.safety import envelope, guard, ingress, modes, monitors, person, plausible
+
+
+@pytest.mark.parametrize(
+    ("figure", "published"),
+    [
+        (envelope.WITHOUT_MODEL, 20.0 / 10.0),
+        (guard.IN_A_ROW_MAX, 3),
+        ((guard.WINDOW, guard.IN_WINDOW_MAX), (20, 3)),
+        ((guard.SECOND, guard.IN_SECOND_MAX), (1000, 10)),
+        (guard.STANDING_RAD_S, 0.05),
+        (ingress.AGE_MAX_S, 0.003),
+        ((ingress.JUMP_SHARE, ingress.JUMPS_MAX), (1.5, 3)),
+        ((ingress.FROZEN_TICKS, ingress.FROZEN_FROM_RAD_S), (20, 0.2)),
+        (ingress.COARSEST_COUNT_RAD, math.tau / 16384),
+        ((modes.RAMP_IN_S, modes.RAMP_OUT_S), (5.0, 3.0)),
+        (modes.DRIFT_MAX_RAD, np.deg2rad(5.0)),
+        (modes.SPEED_MAX_RAD_S, 0.5),
+        (monitors.AGREE_RAD, 0.035),
+        (monitors.TORQUE_OFF_NM, 3.0),
+        (monitors.IN_A_ROW, 10),
+        ((monitors.OPPOSITE_RAD_S, monitors.SPEED_TICKS, monitors.LATELY_TICKS), (0.15, 8, 12)),
+        ((person.SHARE_MAX, person.MARGIN_NM), (1.3, 3.0)),
+        (plausible.GRAVITY_LEVEL_MAX, 1.8),
+    ],
+)
+def test_a_figure_is_the_published_one(figure, published):
+    assert figure == pytest.approx(published)
+
+
+def test_the_limits_of_a_machine_that_says_nothing_else_are_the_published_ones():
+    limits = envelope.Limits(np.ones(1), np.ones(1))
+    of_all = (limits.torque_rate_max_Nm_per_s, limits.v_damping_rad_s, limits.v_trip_rad_s, limits.descent_s)
+    assert of_all == (150.0, 4.0, 5.0, 3.0)
+
+
+def test_the_limits_of_a_person_are_the_published_ones():
+    one = np.zeros(1)
+    table = plausible.PlausibleTable((plausible.Chain((0,), 1, np.zeros((1, 3)), np.zeros((1, 3))),), one, one, one)
+    limits = person.PersonLimits(table, one + 8.0, one - 2.0, one + 2.0)
+    assert np.rad2deg([limits.wall_rad, limits.trip_rad]) == pytest.approx([10.0, 2.0])
+    assert (limits.tank_start_J, limits.tank_max_J) == (0.5, 1.0)

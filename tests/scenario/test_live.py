@@ -1,0 +1,64 @@
+"""Live, in real processes: what is killed is noticed, the arm comes down, and what was recorded stays recorded."""
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exograv.recording import read_recording
+from exograv.runtime.timing import Outcome, Timing
+from exograv.safety.envelope import StopReason
+from exograv.session.live import LiveOptions, _stall_ms, run_live
+
+SECONDS = 8.0
+
+
+def lived(folder: Path, kill: str | None, after_s: float = 2.0) -> dict[str, Any]:
+    """A run in which one process is killed."""
+
+    def started(guard, control, recorder) -> None:
+        pid = {"control": control.pid, "recorder": recorder.pid, None: None}[kill]
+
+        def strike() -> None:
+            time.sleep(after_s)
+            if pid is not None:
+                os.kill(pid, signal.SIGKILL)
+
+        threading.Thread(target=strike, daemon=True).start()
+
+    return run_live(LiveOptions(seconds=SECONDS), folder, lambda _text, _share: None, started)
+
+
+@pytest.mark.slow
+def test_when_control_is_killed_the_guard_lets_the_arm_down_and_the_recording_goes_on(tmp_path: Path):
+    result = lived(tmp_path, "control")
+    assert StopReason.CONTROL_SILENT.value in [latch["cause"] for latch in result["latches"]]
+    assert result["samples_lost"] == 0
+    ticks = read_recording(tmp_path / "live.mcap").ticks
+    assert len(ticks["t"]) == result["samples_recorded"] == result["ticks"]
+    assert (np.abs(ticks["tau_commanded"][-1]) < 1.0).all()
+
+
+@pytest.mark.slow
+def test_when_the_recorder_is_killed_nothing_is_lost_and_the_arm_floats_on(tmp_path: Path):
+    result = lived(tmp_path, "recorder")
+    assert result["recorder_restarts"] == 1
+    assert result["samples_lost"] == 0
+    assert len(read_recording(tmp_path / "live.mcap").ticks["t"]) == result["ticks"]
+
+
+def timing(periods: list[int], command_us: list[float]) -> Timing:
+    lateness = np.array([round(1e3 * us) for us in command_us])
+    return Timing(np.array(periods), lateness, np.zeros_like(lateness), periods[-1] + 1, 1_000_000, Outcome.COMPLETE)
+
+
+def test_a_latch_is_put_down_to_the_longest_gap_just_before_it():
+    run = timing([0, 1, 2, 3, 9, 10, 11, 100], [0.0] * 8)
+    assert _stall_ms(run, 9) == pytest.approx(6.0)
+    assert _stall_ms(run, 11) == pytest.approx(6.0)
+    assert _stall_ms(run, 3) == pytest.approx(1.0)
