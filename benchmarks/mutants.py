@@ -42,7 +42,7 @@ import exograv.signals  # noqa: F401 - no module of the room
 
 ROOT = Path(__file__).parents[1]
 ROOM, TESTS = ROOT / "src" / "exograv" / "safety", ROOT / "tests" / "safety"
-ALONE = "test_modes.py"
+ALONE, FIGURES = "test_modes.py", "test_figures.py"
 LONGEST_S = 240
 """After which tests that do not end are a mutant killed."""
 
@@ -78,11 +78,11 @@ Change = tuple[str, Callable[[], None]]
 
 
 def visited(node: ast.AST) -> Iterator[ast.AST]:
-    """All nodes that do something: no annotations, no decorators, no messages of errors."""
+    """All nodes that do something: no annotations, decorators, errors' messages; no `strict` of equal lengths."""
     yield node
     skipped = {"annotation", "returns", "decorator_list"}
     for name, value in ast.iter_fields(node):
-        inner = isinstance(node, ast.Raise) or name in skipped
+        inner = isinstance(node, ast.Raise) or name in skipped or getattr(node, "arg", None) == "strict"
         for child in [] if inner else value if isinstance(value, list) else [value]:
             if isinstance(child, ast.AST) and not isinstance(child, UNTOUCHED):
                 yield from visited(child)
@@ -236,9 +236,12 @@ def _tests_here(trees: dict[str, ast.Module], first: str) -> int:
         os.dup2(quiet, 1)
         os.dup2(quiet, 2)
     sys.meta_path.insert(0, Instead(trees))
+    files = list(TESTS.glob("test_*.py"))
     # The modes are by themselves: nothing else imports them.
-    by_itself = f"test_{first}" == ALONE
-    files = [file for file in TESTS.glob("test_*.py") if not first or (file.name == ALONE) == by_itself]
+    if f"test_{first}" == ALONE:
+        files = [TESTS / ALONE, TESTS / FIGURES]
+    elif first:
+        files.remove(TESTS / ALONE)
     files.sort(key=lambda file: (file.name != f"test_{first}", "second" not in file.name, file.name))
     options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain", "--hypothesis-profile=mutants"]
     options += ["-o", "addopts=--import-mode=importlib", "--rootdir", str(ROOT)]

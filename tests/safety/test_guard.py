@@ -168,13 +168,13 @@ def test_nothing_leaves_the_latch_but_a_reset_after_the_descent_at_rest():
     bench = Bench().settled()
     for _ in range(4):
         bench.tick(None)
-    assert not bench.guard.reset()
+    assert bench.guard.reset() is False
     out = [bench.tick(np.array([50.0, 20.0])) for _ in range(3100)][-1]
     assert out.safe_state is SafeState.DESCENT
     assert not out.tau.any()
     bench.v = np.array([0.2, 0.0])
     bench.settled(50)
-    assert not bench.guard.reset()
+    assert bench.guard.reset() is False
     bench.v = np.zeros(2)
     bench.settled(50)
     assert bench.guard.reset()

@@ -80,6 +80,7 @@ def test_features_are_the_products_with_so_few_factors(joints: int, factors: int
         ({"dry": np.array([-1.0, 0.0])}, "dry"),
         ({"error": np.zeros(3), "dry": np.zeros(3), "viscous": np.zeros(3)}, "each of 3 once"),
         ({"chains": (replace(TABLE.chains[0], arm=np.full((2, 9), np.inf)),)}, "not finite"),
+        ({"chains": (replace(TABLE.chains[0], exo=np.where(np.eye(2, 9), np.nan, 1.0)),)}, "not finite"),
     ],
 )
 def test_a_table_of_nonsense_is_refused(change: dict, word: str):
