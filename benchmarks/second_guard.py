@@ -27,7 +27,7 @@ from tests.safety.random_machines import (
     second,
 )
 
-MACHINES, TICKS = 50, 4000
+MACHINES, TICKS = 25, 4000
 """A batch: more than three seconds each, so that a descent ends."""
 
 
