@@ -90,10 +90,16 @@ class Corrupted:
         """Of a tick [s]."""
         return self.twin.period_s
 
+    @property
+    def t(self) -> float:
+        """The rig's clock [s]."""
+        return self.twin.t
+
     def read(self) -> JointState:
-        """What the driver says."""
+        """What the driver says; a joint that is wired or described wrongly is so with both of its encoders."""
         state = self.twin.read()
-        return replace(state, q=self.position(state.q), current=self.current(state.current))
+        q_motor = None if state.q_motor is None else self.position(state.q_motor)
+        return replace(state, q=self.position(state.q), current=self.current(state.current), q_motor=q_motor)
 
     def write(self, command: Command) -> None:
         """What the driver does."""

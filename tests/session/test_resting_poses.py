@@ -73,7 +73,7 @@ def test_the_cuffs_are_felt_as_they_carry_the_arm(rested):
 class Bare:
     """A machine that feels no cuffs."""
 
-    joints, period_s = ("one",), 0.001
+    joints, period_s, t = ("one",), 0.001, 0.0
 
     def read(self) -> JointState:
         raise NotImplementedError

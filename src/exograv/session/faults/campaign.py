@@ -1,7 +1,8 @@
 """Many scenarios from one seed, on all cores: what was found how soon, what went out, and what must never have."""
 
 import os
-from collections.abc import Iterator, Sequence
+import signal
+from collections.abc import Generator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import lru_cache
@@ -80,9 +81,16 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
         verdict = fly(_subject_of(campaign, scenario), scenario)
         return _figures(campaign, [verdict]) | {"course": _told(verdict)}
     verdicts: list[Verdict] = []
-    for done, chunk in enumerate(_flown(campaign), start=1):
-        verdicts.extend(chunk)
-        progress("Flying scenarios", min(done * CHUNK / campaign.scenarios, 1.0))
+    progress("Preparing persons", 0.0)
+    flown = _flown(campaign)
+    try:
+        for done, chunk in enumerate(flown, start=1):
+            verdicts.extend(chunk)
+            progress("Flying scenarios", min(done * CHUNK / campaign.scenarios, 1.0))
+    except KeyboardInterrupt:
+        progress("Stopped by the keyboard; what was flown is summed up", 1.0)
+    finally:
+        flown.close()
     verdicts.sort(key=lambda verdict: verdict.scenario.number)
     bad = [verdict for verdict in verdicts if is_bad(verdict)][:REPLAYS_MAX]
     small = []
@@ -92,7 +100,7 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
     return _figures(campaign, verdicts) | {"replay": [scenario.command for scenario in small]}
 
 
-def _flown(campaign: Campaign) -> Iterator[list[Verdict]]:
+def _flown(campaign: Campaign) -> Generator[list[Verdict], None, None]:
     """Chunk by chunk, in the order in which they are done; all scenarios of a chunk have the same person."""
     by_person = [range(k, campaign.scenarios, campaign.persons) for k in range(campaign.persons)]
     chunks = [numbers[i : i + CHUNK] for numbers in by_person for i in range(0, len(numbers), CHUNK)]
@@ -100,9 +108,19 @@ def _flown(campaign: Campaign) -> Iterator[list[Verdict]]:
     if processes == 1:
         yield from (_fly_chunk(campaign, chunk) for chunk in chunks)
         return
-    with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
+    pool = ProcessPoolExecutor(processes, get_context("spawn"), initializer=_begin)
+    try:
         for future in as_completed([pool.submit(_fly_chunk, campaign, chunk) for chunk in chunks]):
             yield future.result()
+    finally:
+        for process in list(pool._processes.values()):
+            process.terminate()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _begin() -> None:
+    # Ctrl-C reaches every process of the terminal; this one is ended by the one that started it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _fly_chunk(campaign: Campaign, numbers: Sequence[int]) -> list[Verdict]:
@@ -129,6 +147,7 @@ def _figures(campaign: Campaign, verdicts: Sequence[Verdict]) -> dict[str, Any]:
     quiet_h = sum(v.quiet_s for v in verdicts) / 3600.0
     false = [v for v in verdicts if v.false_trip]
     return {
+        "ok": not any(map(is_bad, verdicts)),
         "scenarios": len(verdicts),
         "seed": campaign.seed,
         "disturbance_level": campaign.level,
