@@ -222,3 +222,10 @@ def test_a_joint_that_was_isolated_is_believed_again_after_a_reset_wherever_it_n
         bench.tick()
     assert bench.guard.reset()
     assert all(bench.tick().safe_state is SafeState.NONE for _ in range(60))
+
+
+def test_a_model_that_control_has_lost_lets_the_arm_down():
+    bench = Bench().settled()
+    bench.guard.lose_model()
+    assert bench.tick().safe_state is SafeState.DESCENT
+    assert bench.guard.envelope.stop is StopReason.MODEL_LOST

@@ -250,3 +250,7 @@ def test_limits_that_just_make_sense_are_taken():
 def test_limits_that_just_make_no_sense_are_refused(change: dict):
     with pytest.raises(ConfigError):
         replace(LIMITS, **change)
+
+
+def test_a_joint_with_a_little_way_between_two_walls_is_taken():
+    replace(LIMITS, wall_rad=0.25, q_upper=np.full(2, -1.45))
