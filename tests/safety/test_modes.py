@@ -154,3 +154,18 @@ def test_the_share_goes_along_a_line_and_is_a_half_in_the_middle_of_either_ramp(
     assert shares[-1] == pytest.approx(0.5, abs=1e-3)
     machine.take(Event.FAULT)
     assert machine.arm_share == 0.0
+
+
+def test_nothing_is_carried_before_a_ramp_and_a_late_tick_ends_one_exactly():
+    machine = ModeMachine()
+    assert machine.arm_share == 0.0
+    for event in INTO_AN_ARM:
+        machine.take(event)
+    while machine.mode is Mode.RAMP_IN:
+        machine.step(0.7, 0.0, 0.0)
+    assert machine.arm_share == 1.0
+    machine.take(Event.GIVE_BACK)
+    while machine.mode is Mode.RAMP_OUT:
+        assert 0.0 < machine.arm_share <= 1.0
+        machine.step(0.7, 0.0, 0.0)
+    assert machine.arm_share == 0.0
