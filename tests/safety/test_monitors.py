@@ -59,6 +59,18 @@ def test_an_encoder_that_counts_the_other_way_is_found_within_20_ms(speed: float
     assert tick - flip <= 20
 
 
+def test_an_encoder_that_stands_still_while_its_motor_turns_is_found_and_a_coarse_one_of_a_slow_joint_is_not():
+    dead = [state(t, [0.2 * min(t, 50) * DT, 0.0], [0.2 * t * DT, 0.0], [0.0, 0.0]) for t in range(100)]
+    tick, reason, joint = found(Monitors(2, DT, GAIN), dead)[0]
+    assert (reason, joint) == (StopReason.ENCODERS_PART, 0)
+    assert 20 <= tick - 50 <= 22
+    count = 2.0 * np.pi / 2**14
+    slow = [
+        state(t, [np.floor(0.01 * t * DT / count) * count, 0.0], [0.01 * t * DT, 0.0], [0.0, 0.0]) for t in range(900)
+    ]
+    assert found(Monitors(2, DT, GAIN), slow) == []
+
+
 def test_a_motor_that_does_not_give_its_torque_is_found_and_one_that_is_late_is_not():
     weak = [state(t, [0.0, 0.0], None, [0.0, 0.0]) for t in range(40)]
     tick, reason, joint = found(Monitors(2, DT, GAIN), weak, told=(0.0, TORQUE_OFF_NM + 0.1))[0]

@@ -49,8 +49,9 @@ def show_faults(result: dict[str, Any]) -> None:
 
     console = Console()
     table = Table(title=f"{result['scenarios']} scenarios, {result['ticks']} ticks, seed {result['seed']}")
-    for heading in ("fault", "what", "alone", "found", "p50, ms", "max, ms", "budget, ms", "missed", "hand, m/s"):
-        table.add_column(heading, justify="left" if heading in ("fault", "what") else "right")
+    for heading in ("fault", "what", "alone", "found", "ms", "most", "budget", "missed", "hand m/s"):
+        is_text = heading in ("fault", "what")
+        table.add_column(heading, justify="left" if is_text else "right", no_wrap=is_text, overflow="ellipsis")
     for name, row in result["by_fault"].items():
         if row["runs"]:
             cells = (row["alone"], row["detected"], *(row["reaction_ms"][key] for key in ("p50", "max")))

@@ -29,7 +29,7 @@ class Discrepancy:
     Source: Rahimi & Recht 2007, NeurIPS 20 (features); Kennedy & O'Hagan 2001, JRSS B 63:425 (the idea).
     """
 
-    def __init__(self, sd: Joints, length_rad: float, features: int, seed: int = 0):
+    def __init__(self, sd: Joints, length_rad: float, features: int, seed: int = 0, turning: bool = True):
         """Draw the features.
 
         Args:
@@ -37,11 +37,12 @@ class Discrepancy:
             length_rad: Distance in posture over which the error changes [rad].
             features: Per joint; more follow the field more closely.
             seed: Of the features; part of the method, not of the data.
+            turning: Whether there is an error that turns its sign with the motion.
         """
         generator = np.random.default_rng(seed)
         self._frequencies = generator.standard_normal((2 * features, len(sd))) / length_rad
         self._phases = generator.uniform(0.0, 2 * np.pi, 2 * features)
-        self._features, self._sd = features, sd
+        self._features, self._sd, self._turning_sd = features, sd, sd if turning else np.zeros_like(sd)
         self.count = 2 * features * len(sd)
         """Number of independent errors."""
 
@@ -53,7 +54,7 @@ class Discrepancy:
     def errors(self, q: Joints, v: Joints) -> Float[np.ndarray, "joint considered"]:
         """What each error of standard size adds to the torque [N·m] at posture `q` [rad] and speed `v` [rad/s]."""
         n, values = self._features, np.cos(self._frequencies @ q + self._phases)
-        turning = np.outer(self._sd * np.tanh(v / TURNS_RAD_S), values[n:])
+        turning = np.outer(self._turning_sd * np.tanh(v / TURNS_RAD_S), values[n:])
         by_joint = np.hstack([np.outer(self._sd, values[:n]), turning])
         errors = np.zeros((len(q), len(q), 2 * n))
         errors[np.arange(len(q)), np.arange(len(q))] = np.sqrt(2.0 / n) * by_joint

@@ -40,5 +40,6 @@ def payload_setting(model: PayloadModel, robot: RobotFromLog, motion: list[Sampl
         learned=payload,
         machine=~payload,
         # As of an arm: what the unloaded log leaves unexplained may repeat with the posture.
-        discrepancy=Discrepancy(robot.residual_sd, POSTURE_LENGTH_RAD, FEATURES),
+        # The robot's friction is learned from its own log, and may drift in the state: no second error that turns.
+        discrepancy=Discrepancy(robot.residual_sd, POSTURE_LENGTH_RAD, FEATURES, turning=False),
     )

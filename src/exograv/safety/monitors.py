@@ -28,6 +28,9 @@ IN_A_ROW = 10
 SPEED_TICKS = 8
 """Over which the two speeds are taken [-]."""
 
+STILL_TICKS, STILL_WAY_RAD = 20, 0.003
+"""An encoder that says the same so often, to the bit, while its motor goes so far is dead: 0.15 rad/s, eight counts."""
+
 Finding = tuple[StopReason, int]
 """What is wrong, and with which joint."""
 
@@ -83,7 +86,8 @@ class _Apart:
         self._least_way = OPPOSITE_RAD_S * SPEED_TICKS * period_s
         self._first: float | None = None
         self._last: deque[tuple[float, float]] = deque(maxlen=SPEED_TICKS + 1)
-        self._ticks = 0
+        self._ticks = self._still = 0
+        self._q_still, self._q_motor_still = float("nan"), 0.0
 
     def takes(self, q: float, q_motor: float) -> bool:
         """Whether they have parted: farther than at first, or in opposite directions, for some time."""
@@ -96,4 +100,11 @@ class _Apart:
         is_opposite = way * way_motor < 0.0 and min(abs(way), abs(way_motor)) > self._least_way
         is_apart = abs(difference - self._first) > AGREE_RAD
         self._ticks = self._ticks + 1 if is_opposite or is_apart else 0
-        return self._ticks >= IN_A_ROW
+        return self._ticks >= IN_A_ROW or self._is_dead(q, q_motor)
+
+    def _is_dead(self, q: float, q_motor: float) -> bool:
+        """Whether the joint's encoder stands still to the bit while the motor goes on."""
+        if q != self._q_still:
+            self._q_still, self._q_motor_still, self._still = q, q_motor, 0
+        self._still += 1
+        return self._still > STILL_TICKS and abs(q_motor - self._q_motor_still) > STILL_WAY_RAD

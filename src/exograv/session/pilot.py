@@ -30,6 +30,7 @@ PROGRESS_TICKS = 200
 NEAR_SINGULAR_TEXT = (
     "The arm is near a posture in which its angles mean little (abduction near 90°); it is carried, not learned from."
 )
+GAIN_SD_KNOWN = 0.05  # share: so well calibrated, a motor's current tells its torque to the guard
 CLOSURE_SLOPE_MAX = 0.01  # N·m: a tenth of the smallest target; in good order it is 1e-12
 
 
@@ -90,8 +91,12 @@ class Pilot:
     def __post_init__(self):
         joints, period_s = len(self.rig.joints), self.rig.period_s
         self.observer = Observer(joints, period_s)
-        ingress = Ingress([COARSEST_COUNT_RAD] * joints, period_s, self.envelope.limits.v_trip_rad_s)
-        self.guard = Guard(self.envelope, ingress, period_s, self.actuators.gain.tolist())
+        # An empty machine that is tried for the first time is held by the envelope alone: what is wrong with encoders
+        # and motors the nudge finds and names, and a current says little of a torque yet.
+        is_known = bool((self.actuators.gain_sd <= GAIN_SD_KNOWN * np.abs(self.actuators.gain)).all())
+        counts = [COARSEST_COUNT_RAD if is_known else np.inf] * joints
+        ingress = Ingress(counts, period_s, self.envelope.limits.v_trip_rad_s)
+        self.guard = Guard(self.envelope, ingress, period_s, self.actuators.gain.tolist(), compares=is_known)
         self._near_singular = False
         self.q = self.rig.read().q.copy()
         """Where the joints were at the last tick [rad]."""

@@ -26,6 +26,9 @@ from .oracle import Oracle
 
 Joints = Float[np.ndarray, " joint"]
 
+SWAY_HZ, SWAY_STIFFNESS, SWAY_DAMPING = 0.8, 12.0, 1.5
+"""Of a person who moves the arm [Hz, N·m/rad, N·m·s/rad]."""
+
 MOVING_RAD_S = 0.2
 """Speed at which a fault that shows in motion has to show [rad/s]."""
 
@@ -67,6 +70,9 @@ class Course:
     hand_m_s: float = 0.0
     """The hand's greatest speed from the safe state on."""
 
+    told_Nm: np.ndarray | None = None
+    """The most that each joint was told from the first onset on (joint,) [N·m]."""
+
     torque_step_Nm: float = 0.0
     """Greatest change of a command from one tick to the next after the first onset [N·m]."""
 
@@ -102,7 +108,8 @@ class Flight:
         ingress = Ingress([COARSEST_COUNT_RAD] * joints, period_s, subject.limits.v_trip_rad_s)
         self._guard = Guard(self._envelope, ingress, period_s, self._gain.gain.tolist())
         self._oracle = Oracle(subject.limits, subject.person, period_s)
-        self._faults, self._moves = faults, moves
+        self._faults, self._moves, self._own = faults, moves, np.zeros_like(self._twin.tau_voluntary)
+        self._held_at = self._twin.truth.q_arm.copy()
         self._still = np.zeros(joints)
         self._onset = min((fault.onset for fault in faults), default=None)
         self.course = Course()
@@ -141,10 +148,14 @@ class Flight:
         self.course.ticks += 1
 
     def _move(self, tick: int) -> None:
-        """The person's own slow push, added to whatever else moves the arm."""
+        """The person sways the arm about where it was: a slow push, held back; beside whatever else pushes."""
         if self._moves.any():
-            wave = 2.0 * np.pi * 0.8 * self._twin.period_s
-            self._twin.tau_voluntary += self._moves * (np.sin(wave * (tick + 1)) - np.sin(wave * tick))
+            seen, phase = self._twin.truth, 2.0 * np.pi * SWAY_HZ * self._twin.period_s * tick
+            own = (
+                self._moves * np.sin(phase) - SWAY_STIFFNESS * (seen.q_arm - self._held_at) - SWAY_DAMPING * seen.v_arm
+            )
+            self._twin.tau_voluntary += own - self._own
+            self._own = own
 
     def _answer(self, believed: JointState | None, now: float) -> Submitted | None:
         """Control: observes and decides, as in a session."""
@@ -170,6 +181,8 @@ class Flight:
         if self._onset is not None and tick >= self._onset:
             self._watch_motion(tick, self._onset, truth)
             course.torque_step_Nm = max(course.torque_step_Nm, self._oracle.step_Nm)
+            told = np.abs(guarded.tau)
+            course.told_Nm = told if course.told_Nm is None else np.maximum(course.told_Nm, told)
 
     def _watch_motion(self, tick: int, onset: int, truth: JointState) -> None:
         """By the twin's truth: the examiner's business, nobody flies by it."""

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from exograv.model.support import sample_postures
+from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
+from exograv.safety.monitors import TORQUE_OFF_NM
 
 from .flight import Course, Flight, Subject
 from .injectors import Injector
@@ -27,6 +29,9 @@ HAND_MAX_M_S = 1.0
 """After a fault of a relaxed arm."""
 
 SPIKE_STEP_NM = 0.15
+
+WEAKEST_LOSS = 0.7
+"""Share of its torque that the strongest of the weak motors loses [-]."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +119,7 @@ def _verdict(scenario: Scenario, course: Course, faults: dict[str, Injector], re
             begin = course.moving_since.get(injector.joint, course.ticks)
         if fault.reasons:
             found[name] = _milliseconds(course, fault, begin)
-            if _is_missed(course, fault, found[name], begin):
+            if _is_missed(course, fault, found[name], begin) and not _is_too_little(course, fault, injector):
                 missed.append(name)
         elif fault.safe_state is SafeState.BRIDGE and course.worst > SafeState.BRIDGE:
             missed.append(name)
@@ -134,6 +139,13 @@ def _is_missed(course: Course, fault: Fault, found: float | None, begin: int) ->
         # What nobody can tell from rest has to be found only where there was time for it to show.
         return not (fault.shows_in_motion and begin + (fault.budget_ms or 0.0) >= course.ticks)
     return course.worst < fault.safe_state or (fault.budget_ms is not None and found > fault.budget_ms)
+
+
+def _is_too_little(course: Course, fault: Fault, injector: Injector) -> bool:
+    """A motor that is told little may give little less, unseen."""
+    if fault.reasons != (StopReason.TORQUE_WRONG,) or course.told_Nm is None:
+        return False
+    return bool(course.told_Nm[injector.joint] < TORQUE_OFF_NM / WEAKEST_LOSS)
 
 
 def shrunk(subject: Subject, verdict: Verdict) -> Scenario:
