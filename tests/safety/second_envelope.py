@@ -267,7 +267,7 @@ class SecondGuard:
         self.silent, self.bridged = Missed(shape[0]), Missed(shape[0])
         self.held, self.q, self.v = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self.q_before, self.t_before = np.full(shape, np.nan), np.zeros(shape[0])
-        self.has_before = np.zeros(shape[0], dtype=bool)
+        self.has_before, self.used = np.zeros(shape[0], dtype=bool), np.zeros(shape[0], dtype=bool)
 
     def step(self, tick: Tick) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Torque, damping by the drives, and the number of the safe state."""
@@ -296,8 +296,11 @@ class SecondGuard:
         """Machines whose latch was left."""
         envelope = self.envelope
         down = envelope.stopped & (envelope.stopped_for >= self.m.descent)
-        standing = (envelope.isolated | (np.abs(self.v) < 0.05)).all(axis=1)
-        left = where & down & standing
+        # Of a machine of which no joint is believed all have to stand, by a measurement of this tick.
+        asked = ~envelope.isolated | envelope.isolated.all(axis=1)[:, None]
+        with np.errstate(invalid="ignore"):
+            standing = (~asked | (np.abs(self.v) < 0.05)).all(axis=1)
+        left = where & down & standing & self.used
         envelope.reset(left)
         self.silent.forget(left)
         self.bridged.forget(left)
@@ -306,6 +309,7 @@ class SecondGuard:
         return left
 
     def _move(self, tick: Tick, used: np.ndarray) -> None:
+        self.used = used
         passed = np.maximum(tick.t - self.t_before, 0.5 * self.m.period)[:, None]
         difference = (tick.q - self.q_before) / passed
         v = (0.008 * self.v + passed * difference) / (0.008 + passed)

@@ -183,6 +183,20 @@ def test_nothing_leaves_the_latch_but_a_reset_after_the_descent_at_rest():
     assert (np.abs(out.tau) <= STEP + ROUNDING).all()
 
 
+def test_after_a_silence_there_is_no_reset_before_the_machine_says_again_that_it_stands_still():
+    bench = Bench().settled()
+    for _ in range(3100):
+        bench.tick(lost=True)
+    assert bench.guard.envelope.isolated == {0, 1}
+    assert bench.guard.reset() is False
+    bench.v = np.array([0.0, 0.2])
+    bench.settled(50)
+    assert bench.guard.reset() is False
+    bench.v = np.zeros(2)
+    bench.settled(50)
+    assert bench.guard.reset()
+
+
 numbers = st.one_of(st.floats(-1e3, 1e3), st.sampled_from([np.nan, np.inf, -np.inf, 1e308]))
 pairs = st.tuples(numbers, numbers).map(np.array)
 near = st.tuples(st.floats(-0.002, 0.002), st.floats(-0.002, 0.002)).map(np.array)

@@ -155,10 +155,11 @@ class Guard:
         self.envelope.trip(StopReason.STOP_PRESSED)
 
     def reset(self) -> bool:
-        """Whether the latch was left: not while an arm still comes down."""
+        """Whether the latch was left: not while an arm comes down, nor while the machine does not say where it is."""
         believed = [j for j in self._everywhere if j not in self.envelope.isolated]
-        standing = bool((np.abs(self._v[believed]) < STANDING_RAD_S).all())
-        if not (self.envelope.descent_is_over and standing):
+        # After a silence no joint is believed; then all have to stand still by what the machine says again.
+        standing = bool((np.abs(self._v[believed or self._everywhere]) < STANDING_RAD_S).all())
+        if self._seen is None or not (self.envelope.descent_is_over and standing):
             return False
         self.envelope.reset()
         self._speeds = _Speeds(len(self._everywhere), self._period_s)
