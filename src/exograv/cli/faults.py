@@ -7,6 +7,9 @@ import tyro
 
 from .common import Common
 
+ROOM_FOR_WORDS = 160
+"""Columns of a terminal from which on each fault is also told in a sentence."""
+
 
 @dataclass(frozen=True)
 class Faults(Common):
@@ -49,14 +52,17 @@ def show_faults(result: dict[str, Any]) -> None:
 
     console = Console()
     table = Table(title=f"{result['scenarios']} scenarios, {result['ticks']} ticks, seed {result['seed']}")
-    for heading in ("fault", "what", "alone", "found", "ms", "most", "budget", "missed", "hand m/s"):
-        is_text = heading in ("fault", "what")
-        table.add_column(heading, justify="left" if is_text else "right", no_wrap=is_text, overflow="ellipsis")
+    has_room = console.width >= ROOM_FOR_WORDS
+    words = ("fault", "what") if has_room else ("fault",)
+    for heading in (*words, "alone", "found", "ms", "most", "budget", "missed", "hand m/s"):
+        is_text = heading in words
+        table.add_column(heading, justify="left" if is_text else "right", no_wrap=True)
     for name, row in result["by_fault"].items():
         if row["runs"]:
             cells = (row["alone"], row["detected"], *(row["reaction_ms"][key] for key in ("p50", "max")))
             rest = (row["budget_ms"], row["missed"], row["hand_m_s"])
-            table.add_row(name, row["what"], *("–" if cell is None else f"{cell:g}" for cell in (*cells, *rest)))
+            numbers = ("–" if cell is None else f"{cell:g}" for cell in (*cells, *rest))
+            table.add_row(*((name, row["what"]) if has_room else (name,)), *numbers)
     console.print(table)
     for title in ("envelope_violations", "missed_budgets", "false_trips_per_hour"):
         console.print(f"{title.replace('_', ' ')}: {result[title]}", highlight=False)
