@@ -297,7 +297,7 @@ class SecondGuard:
         envelope = self.envelope
         down = envelope.stopped & (envelope.stopped_for >= self.m.descent)
         # Of a machine of which no joint is believed all have to stand, by a measurement of this tick.
-        asked = ~envelope.isolated | envelope.isolated.all(axis=1)[:, None]
+        asked = ~envelope.isolated | ~any_joint(~envelope.isolated)[:, None]
         with np.errstate(invalid="ignore"):
             standing = (~asked | (np.abs(self.v) < 0.05)).all(axis=1)
         left = where & down & standing & self.used
