@@ -16,7 +16,7 @@ import numpy as np
 
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Rig
-from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
 from exograv.signals import Command, JointState
 
 from .loop import run_loop
@@ -30,9 +30,6 @@ ANSWER_BY_NS = 650_000
 
 POLL_S = 20e-6
 """Between two looks into a mailbox; the kernel adds some 60 µs."""
-
-LIFE_S = 0.005
-"""A command that is not replaced for five periods is void (docs/safety.md, SS0)."""
 
 ASK_PARENT_EVERY = 200
 """Looks of an idle process between two questions whether the run is over."""
@@ -189,7 +186,7 @@ class _Guarding:
             self._enter(int(answer["mode"]), now)
         guarded = self._guard.decide(submitted, now)
         tau, current = guarded.tau, guarded.tau / self._gain
-        self._rig.write(Command(now, state.sequence, now + LIFE_S, tau, current, guarded.drive_damping))
+        self._rig.write(Command(now, state.sequence, now + COMMAND_LIFE_S, tau, current, guarded.drive_damping))
         self._safe_state = guarded.safe_state
         self._note(period, now)
         self._record(period, state, tau, answer, woken)
@@ -295,6 +292,6 @@ def _answer_all(control: Answering, states: Mailbox, answers: Mailbox, joints: i
             time.sleep(POLL_S)
             continue
         seen, idle = got[0], 0
-        row["sequence"], row["valid_until"] = got[1]["sequence"], got[1]["now"] + LIFE_S
+        row["sequence"], row["valid_until"] = got[1]["sequence"], got[1]["now"] + COMMAND_LIFE_S
         control.answer(got[1], row)
         answers.write(row)

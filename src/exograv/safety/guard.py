@@ -4,6 +4,7 @@ It needs no model and no control: a measurement and a submitted torque come in, 
 """
 
 import enum
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,10 +15,13 @@ from jaxtyping import Float
 from exograv.signals import JointState
 
 from .envelope import Envelope, StopReason
-from .ingress import Doubt, Ingress
+from .ingress import COARSEST_COUNT_RAD, Doubt, Ingress
 from .monitors import Monitors
 
 Joints = Float[np.ndarray, " joint"]
+
+COMMAND_LIFE_S = 0.005
+"""A command that is not replaced for five periods is void [s] (docs/safety.md, SS0)."""
 
 IN_A_ROW_MAX = 3
 """Missed ticks that are bridged by the last valid torque [-]; the next one is one too many."""
@@ -115,6 +119,23 @@ class Guard:
         self._everywhere = range(joints)
         self._broken: frozenset[int] = frozenset()
         self._seen: JointState | None = None
+
+    @classmethod
+    def of_machine(
+        cls, envelope: Envelope, period_s: float, gain: Sequence[float] | None = None, is_known: bool = True
+    ) -> "Guard":
+        """Of a machine whose encoders' counts nobody has told.
+
+        Args:
+            envelope: As for the guard itself.
+            period_s: Likewise.
+            gain: Likewise.
+            is_known: Whether it has been calibrated; one that is tried for the first time is neither doubted for what
+                its encoders say nor for what its currents say.
+        """
+        counts = [COARSEST_COUNT_RAD if is_known else math.inf] * len(envelope.limits.torque_max_Nm)
+        ingress = Ingress(counts, period_s, envelope.limits.v_trip_rad_s)
+        return cls(envelope, ingress, period_s, gain, compares=is_known)
 
     def step(self, state: JointState | None, submitted: Submitted | None, now: float) -> Guarded:
         """One tick.

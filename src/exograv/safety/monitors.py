@@ -71,12 +71,17 @@ class Monitors:
         measured = state.tau.tolist()
         if self._gain is not None:
             measured = [g * i for g, i in zip(self._gain, state.current.tolist(), strict=True)]
-        for j, (tau, lately) in enumerate(zip(measured, zip(*self._told, strict=True), strict=True)):
+        for j, (tau, newest) in enumerate(zip(measured, self._told[-1], strict=True)):
             # A torque that is not a number is the ingress' to find.
-            is_off = tau > max(lately) + TORQUE_OFF_NM or tau < min(lately) - TORQUE_OFF_NM
+            is_off = abs(tau - newest) > TORQUE_OFF_NM and self._is_off_lately(j, tau)
             self._off[j] = self._off[j] + 1 if is_off else 0
             if self._off[j] >= IN_A_ROW:
                 yield j
+
+    def _is_off_lately(self, joint: int, tau: float) -> bool:
+        """Whether it is off everything that the joint was told lately, not only the newest."""
+        lately = [told[joint] for told in self._told]
+        return tau > max(lately) + TORQUE_OFF_NM or tau < min(lately) - TORQUE_OFF_NM
 
 
 class _Apart:

@@ -35,7 +35,6 @@ from exograv.runtime.shared import Mailbox
 from exograv.runtime.timing import PERIOD_NS, Timing
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
-from exograv.safety.ingress import COARSEST_COUNT_RAD, Ingress
 from exograv.safety.modes import Event, Mode, ModeMachine
 from exograv.safety.person import Person, PersonLimits
 from exograv.signals import Reference
@@ -103,9 +102,7 @@ def guarded_rig(plan: Plan) -> GuardedRig:
     state = twin.read()
     gain = prepared.machine.actuators
     envelope.begin(gain.torque(state.current))
-    joints = len(twin.joints)
-    ingress = Ingress([COARSEST_COUNT_RAD] * joints, twin.period_s, envelope.limits.v_trip_rad_s)
-    guard = Guard(envelope, ingress, twin.period_s, gain.gain.tolist())
+    guard = Guard.of_machine(envelope, twin.period_s, gain.gain.tolist())
     return GuardedRig(twin, guard, gain.gain, CLOSURE_SLOPE_MAX)
 
 

@@ -16,16 +16,14 @@ from exograv.motion import Trajectory
 from exograv.recording import RecordingWriter
 from exograv.rig import Rig
 from exograv.runtime.pace import Pace
-from exograv.safety.envelope import Envelope, StopReason
-from exograv.safety.guard import Guard, Submitted
-from exograv.safety.ingress import COARSEST_COUNT_RAD, Ingress
+from exograv.safety.envelope import Envelope
+from exograv.safety.guard import COMMAND_LIFE_S, Guard, Submitted
 from exograv.signals import Command, JointState, Reference
 
 Joints = Float[np.ndarray, " joint"]
 Progress = Callable[[str, float], None]
 """Called with a sentence and the share done, now and then."""
 
-COMMAND_LIFE_S = 0.005  # a command that is not replaced for five periods is void (docs/safety.md, SS0)
 PROGRESS_TICKS = 200
 NEAR_SINGULAR_TEXT = (
     "The arm is near a posture in which its angles mean little (abduction near 90°); it is carried, not learned from."
@@ -86,17 +84,15 @@ class Pilot:
     progress: Progress = lambda _text, _share: None
     pace: Pace | None = None
     tick_us: list[float] = field(default_factory=list)
-    """Time that each decision took, envelope included [µs]."""
+    """Time that each decision took, guard included [µs]."""
 
     def __post_init__(self):
         joints, period_s = len(self.rig.joints), self.rig.period_s
-        self.observer = Observer(joints, period_s)
+        self.observer, self._no_answer = Observer(joints, period_s), np.full(joints, np.nan)
         # An empty machine that is tried for the first time is held by the envelope alone: what is wrong with encoders
         # and motors the nudge finds and names, and a current says little of a torque yet.
         is_known = bool((self.actuators.gain_sd <= GAIN_SD_KNOWN * np.abs(self.actuators.gain)).all())
-        counts = [COARSEST_COUNT_RAD if is_known else np.inf] * joints
-        ingress = Ingress(counts, period_s, self.envelope.limits.v_trip_rad_s)
-        self.guard = Guard(self.envelope, ingress, period_s, self.actuators.gain.tolist(), compares=is_known)
+        self.guard = Guard.of_machine(self.envelope, period_s, self.actuators.gain.tolist(), is_known)
         self._near_singular = False
         self.q = self.rig.read().q.copy()
         """Where the joints were at the last tick [rad]."""
@@ -121,7 +117,7 @@ class Pilot:
         for k in range(len(trajectory)):
             reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
             moment = self._tick(controller, reference)
-            if listener is not None:
+            if listener is not None and moment is not None:
                 listener(moment)
             if self.envelope.stop is not None:
                 self._come_down(controller, reference)
@@ -129,7 +125,8 @@ class Pilot:
                 self.progress(text, k / len(trajectory))
         self.progress(text, 1.0)
 
-    def _tick(self, controller: Controller, reference: Reference) -> Moment:
+    def _tick(self, controller: Controller, reference: Reference) -> Moment | None:
+        """One tick; None where nothing was measured that may be believed: nobody is to learn from it."""
         state, now = self.rig.read(), self.rig.t
         start = time.perf_counter_ns()
         believed, submitted = self.guard.see(state, now), None
@@ -140,7 +137,7 @@ class Pilot:
             submitted = Submitted(believed.sequence, now + COMMAND_LIFE_S, tau_desired)
             self.q = believed.q
         guarded = self.guard.decide(submitted, now)
-        tau_desired = guarded.tau if submitted is None else submitted.tau
+        tau_desired = self._no_answer if submitted is None else submitted.tau
         tau_commanded, current = guarded.tau, self.actuators.current(guarded.tau)
         tick_us = 1e-3 * (time.perf_counter_ns() - start)
         until = now + COMMAND_LIFE_S
@@ -148,7 +145,7 @@ class Pilot:
         self.tick_us.append(tick_us)
         slope = controller.closure_slope
         if not slope < CLOSURE_SLOPE_MAX:
-            self.envelope.trip(StopReason.MODEL_LOST)
+            self.guard.lose_model()
         self._watch_posture(controller.clearance, state.t)
         tau_measured = self.actuators.torque(state.current)
         if self.recording is not None:
@@ -156,6 +153,8 @@ class Pilot:
                 state.t,
                 closure_slope=slope,
                 tick_us=tick_us,
+                safe_state=guarded.safe_state + 1,
+                sequence=state.sequence,
                 q_measured=state.q,
                 q_reference=reference.q,
                 v=v,
@@ -167,7 +166,9 @@ class Pilot:
             )
         if self.pace is not None:
             self.pace.wait()
-        return Moment(state, q, v, tau_measured, tau_commanded, controller.tau_feedforward)
+        if believed is None:
+            return None
+        return Moment(believed, q, v, tau_measured, tau_commanded, controller.tau_feedforward)
 
     def _watch_posture(self, clearance: float, t: float) -> None:
         """Note when the arm comes near a singular posture, once each time."""

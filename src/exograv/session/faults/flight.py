@@ -12,11 +12,10 @@ from jaxtyping import Float
 from exograv.control.observer import Observer
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import Guard, Guarded, SafeState, Submitted
-from exograv.safety.ingress import COARSEST_COUNT_RAD, Ingress
+from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
 from exograv.safety.person import Person, PersonLimits
 from exograv.session.arm_controller import ArmController
-from exograv.session.pilot import CLOSURE_SLOPE_MAX, COMMAND_LIFE_S
+from exograv.session.pilot import CLOSURE_SLOPE_MAX
 from exograv.session.prepare import Prepared
 from exograv.session.virtual import VirtualLaboratory
 from exograv.signals import Command, JointState, Reference
@@ -105,8 +104,7 @@ class Flight:
         self._envelope = Envelope(subject.limits, period_s)
         self._envelope.person = self._person
         self._envelope.begin(self._controller.torque_at_rest(posture, prepared.x))
-        ingress = Ingress([COARSEST_COUNT_RAD] * joints, period_s, subject.limits.v_trip_rad_s)
-        self._guard = Guard(self._envelope, ingress, period_s, self._gain.gain.tolist())
+        self._guard = Guard.of_machine(self._envelope, period_s, self._gain.gain.tolist())
         self._oracle = Oracle(subject.limits, subject.person, period_s)
         self._faults, self._moves, self._own = faults, moves, np.zeros_like(self._twin.tau_voluntary)
         self._held_at = self._twin.truth.q_arm.copy()
@@ -165,7 +163,7 @@ class Flight:
         hold = Reference(believed.q, self._still, self._still)
         tau = self._controller.step(self._observer.q, self._observer.v, hold)
         if not self._controller.closure_slope < CLOSURE_SLOPE_MAX:
-            self._envelope.trip(StopReason.MODEL_LOST)
+            self._guard.lose_model()
         return Submitted(believed.sequence, now + COMMAND_LIFE_S, tau.copy())
 
     def _judge(self, tick: int, believed: JointState | None, guarded: Guarded, truth: JointState) -> None:

@@ -36,9 +36,6 @@ class Fault:
     shows_in_motion: bool = False
     """Nothing tells it from a joint that stands still."""
 
-    beyond_guard: bool = False
-    """It is beyond the guard: the drives' own watchdog is asked."""
-
     @property
     def what(self) -> str:
         """In a sentence."""
@@ -66,7 +63,7 @@ _FAULTS = (
     Fault("F14", injectors.ManyLate, (STOP.CONTROL_SILENT,), 20.0, DESCENT),
     Fault("F15", injectors.Hang, (STOP.CONTROL_SILENT,), 10.0, DESCENT),
     Fault("F16", injectors.Killed, (STOP.CONTROL_SILENT,), 5.0, DESCENT),
-    Fault("F17", injectors.GuardDies, (), 30.0, SafeState.NONE, beyond_guard=True),
+    Fault("F17", injectors.GuardDies, (), 30.0, SafeState.NONE),
     Fault("F25", injectors.TenfoldArm),
     Fault("F26", injectors.Diverged),
     Fault("F29", injectors.Push),
