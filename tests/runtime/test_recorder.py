@@ -20,18 +20,8 @@ from exograv.errors import RecordingError
 from exograv.recording import read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.runtime.realtime import Rights
-from exograv.runtime.recorder import (
-    EVENT,
-    FRUITLESS_MAX,
-    PHASE,
-    RING_TICKS,
-    TICKS_WAITING_MAX,
-    Job,
-    Recorder,
-    event,
-    record,
-    timing_message,
-)
+from exograv.runtime.recorder import FRUITLESS_MAX, TICKS_WAITING_MAX, Recorder, timing_message
+from exograv.runtime.recorder_process import EVENT, PHASE, RING_TICKS, Job, event, record
 from exograv.runtime.timing import Outcome, Timing
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")

@@ -21,7 +21,7 @@ from exograv.signals import Command, JointState
 
 from .loop import run_loop
 from .realtime import Rights, realtime
-from .recorder import PHASE, Inlet, event
+from .recorder_process import PHASE, Inlet, event
 from .shared import Mailbox
 from .timing import Timing
 

@@ -195,9 +195,9 @@ def run_live(
     path = folder / "live.mcap"
     with Recorder(path, joints, settings, options.seconds) as recorder, _memory(len(joints)) as (states, answers):
         channels = Channels(len(joints), states.name, answers.name, recorder.inlet)
-        report, rest_s = _fly(options, plan, channels, recorder, progress, started)
+        report, wall_s = _fly(options, plan, channels, recorder, progress, started)
         recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
-    return _figures(options, report, recording, path) | {"wall_s": round(rest_s, 2)}
+    return _figures(options, report, recording, path) | {"wall_s": round(wall_s, 2)}
 
 
 @contextlib.contextmanager
@@ -218,7 +218,7 @@ def _fly(
     progress: Progress,
     started: Callable[[BaseProcess, BaseProcess, Recorder], object],
 ) -> tuple[GuardReport, float]:
-    context, begun = multiprocessing.get_context("spawn"), time.monotonic()
+    context = multiprocessing.get_context("spawn")
     periods = round(options.seconds * 1e9 / PERIOD_NS)
     guard_job = GuardJob(partial(guarded_rig, plan), channels, periods, LiveControl.mode_names, resets=True)
     to_guard, guard_end = context.Pipe()

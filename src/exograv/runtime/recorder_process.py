@@ -1,0 +1,183 @@
+"""The recorder process itself: rings on one side, a file on the other, and what both ends must agree on."""
+
+import contextlib
+import signal
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import RecordingError
+from exograv.recording import RecordingWriter
+from exograv.recording.disk import TICKS_PER_S
+from exograv.recording.encoding import tick_dtype
+
+from .shared import Mailbox, Ring
+
+RING_TICKS = 32 * TICKS_PER_S
+"""What may wait: five seconds without a recorder (docs/safety.md, F18), and what the next one takes to read the file.
+
+That is a second per ten minutes of recording on an idle computer, and three on a busy one.
+"""
+
+RING_EVENTS = 256
+
+EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
+"""One entry of the ring of events; text is UTF-8."""
+
+PHASE = "phase"
+"""Kind of event that begins a phase, whose name is its text: it goes to `/phase`, the others to `/event`."""
+
+GAVE_UP = 3
+"""Exit code of a recorder whose file takes no more: the next one would meet the same disk."""
+
+STATUS = np.dtype([("start", "<u4"), ("sync_us_max", "<f4"), ("why", "S480")])
+"""What a recorder says of itself: which one it is, its longest sync, and why it can write no more."""
+
+
+@dataclass(frozen=True)
+class Inlet:
+    """How another process hands over what is to be recorded: names of memory. One process writes into each."""
+
+    n_joints: int
+    tick_ring: str
+    event_ring: str
+
+    def ticks(self) -> Ring:
+        """The ring of ticks: rows of `recording.encoding.tick_dtype`, each with its `phase` and `sequence`."""
+        return Ring(tick_dtype(self.n_joints), RING_TICKS, self.tick_ring)
+
+    def events(self) -> Ring:
+        """The ring of events: rows of `event`."""
+        return Ring(EVENT, RING_EVENTS, self.event_ring)
+
+
+def event(t: float, kind: str, text: str) -> np.ndarray:
+    """An entry of the ring of events; of a text that is too long, as much as fits."""
+    row = np.zeros((), EVENT)
+    row["t"], row["kind"], row["text"] = t, _utf8(kind, "kind"), _utf8(text, "text")
+    return row
+
+
+def _utf8(text: str, name: str) -> bytes:
+    """As much of it as fits into this entry, in whole characters."""
+    return text.encode(errors="replace")[: EVENT[name].itemsize].decode(errors="ignore").encode()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a recorder process is started with."""
+
+    path: Path
+    joints: tuple[str, ...]
+    settings: Mapping[str, Any]
+    """Message of `/settings`."""
+
+    inlet: Inlet
+    status: str
+    """Name of the mailbox in which it says how it is."""
+
+    start: int
+    """Which recorder of this file it is, from 1; all but the first go on in the file."""
+
+    sync_every_s: float
+
+
+def record(job: Job, parent: Connection) -> None:
+    """Be the recorder process: until the parent says that the run is over, or is gone.
+
+    Args:
+        job: What to record, and where.
+        parent: Brings the message of `/timing`, or an empty one, at the end of the run.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends the run
+    status = Mailbox(STATUS, job.status)
+    try:
+        with contextlib.closing(_Desk(job, status)) as desk:
+            while not parent.poll(job.sync_every_s):
+                desk.save()
+            desk.finish(_last_words(parent))
+    except RecordingError as error:
+        _say(status, job.start, 0.0, str(error))
+        raise SystemExit(GAVE_UP) from None
+    finally:
+        status.close()
+
+
+def _last_words(parent: Connection) -> Mapping[str, Any]:
+    try:
+        return parent.recv()
+    except EOFError:
+        return {}  # the parent was killed: the file is completed all the same
+
+
+class _Desk:
+    """Rings on one side, the file on the other."""
+
+    def __init__(self, job: Job, status: Mailbox):
+        self._start, self._status, self._sync_us_max = job.start, status, 0.0
+        with contextlib.closing(job.inlet.ticks()) as ticks, contextlib.closing(job.inlet.events()) as events:
+            self._writer = _writer(job, ticks.acknowledged)
+            # The last recorder may have died between its sync and its word: what the file holds is not taken again.
+            ticks.acknowledge(self._writer.sync())
+            events.acknowledge(self._events_written())
+        self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
+        _say(status, job.start, 0.0, "")
+
+    def save(self) -> None:
+        """Bring all that is new to the disk, then say so."""
+        rows, events = self._ticks.take(), self._events.take()
+        if not len(rows) and not len(events):
+            return
+        for row in events:
+            self._write_event(row)
+        self._writer.ticks(rows)
+        start = time.perf_counter_ns()
+        safe = self._writer.sync()
+        self._sync_us_max = max(self._sync_us_max, 1e-3 * (time.perf_counter_ns() - start))
+        self._ticks.acknowledge(safe)
+        self._events.acknowledge(self._events_written())
+        _say(self._status, self._start, self._sync_us_max, "")
+
+    def finish(self, timing: Mapping[str, Any]) -> None:
+        """Complete the file."""
+        self.save()
+        if timing:
+            self._writer.write("/timing", timing["t"], {name: timing[name] for name in timing if name != "t"})
+        self._writer.close()
+
+    def close(self) -> None:
+        """Let go of the memory; the file is left as it is."""
+        self._ticks.close()
+        self._events.close()
+
+    def _write_event(self, row: np.void) -> None:
+        t = float(row["t"]) if np.isfinite(row["t"]) else 0.0
+        kind, text = (bytes(row[name]).decode(errors="replace") for name in ("kind", "text"))
+        if kind == PHASE:
+            self._writer.write("/phase", t, {"name": text})
+        else:
+            self._writer.write("/event", t, {"kind": kind, "text": text})
+
+    def _events_written(self) -> int:
+        return self._writer.count("/event") + self._writer.count("/phase")
+
+
+def _writer(job: Job, acknowledged: int) -> RecordingWriter:
+    if job.start > 1:
+        try:
+            return RecordingWriter.continued(job.path, acknowledged)
+        except RecordingError:
+            if acknowledged:  # otherwise it was killed before its settings were written
+                raise
+    return RecordingWriter(job.path, job.joints, job.settings)
+
+
+def _say(status: Mailbox, start: int, sync_us_max: float, why: str) -> None:
+    row = np.zeros((), STATUS)
+    row["start"], row["sync_us_max"], row["why"] = start, sync_us_max, _utf8(why, "text")
+    status.write(row)
