@@ -57,6 +57,7 @@ class ArmModel:
 
     def _forget(self) -> None:
         self._q_before: Joints | None = None
+        self._is_lost = False
         self._z = np.zeros(self.assembly.n_freedoms)
         self._G = np.zeros((self.assembly.n_freedoms, self.n_joints))
 
@@ -72,11 +73,11 @@ class ArmModel:
         if not slope < SLOPE_MAX:
             self._close(motion, x)
             tau, derivative, slope = self._evaluate(motion, x)
-        if not slope < SLOPE_MAX:
-            # With parameters far from any person's the arm would fall out of its cuffs: then without sag.
-            self._close(motion, x, sag_steps=0)
-            tau, derivative, _ = self._evaluate(motion, x)
+        self._is_lost = not slope < SLOPE_MAX
+        if self._is_lost:
+            # With parameters far from any person's the arm would fall out of its cuffs: that sample tells nothing.
             self.restart()
+            return np.zeros_like(tau), np.zeros_like(derivative)
         return tau, derivative
 
     def restart(self) -> None:
@@ -95,11 +96,11 @@ class ArmModel:
         derivative[:, springs] = 0.0
         return tau, derivative
 
-    def _close(self, motion: tuple[Joints, Joints, Joints], x: Parameters, sag_steps: int = SAG_STEPS) -> None:
+    def _close(self, motion: tuple[Joints, Joints, Joints], x: Parameters) -> None:
         """The posture under load, from cold."""
         q = motion[0]
         self._z[:] = self._solver.solve(q, fit=x[self._layout.fit])[0]
-        for _ in range(sag_steps):
+        for _ in range(SAG_STEPS):
             self._evaluate(motion, x)
 
     def _evaluate(
@@ -112,8 +113,10 @@ class ArmModel:
     def direction_uncertainty(self, v: Joints) -> Joints:
         """Standard deviation [N·m]: all of the Coulomb torque at rest, none of it in clear motion.
 
-        Beyond all torque where the sample linearised last was near a singular posture.
+        Beyond all torque where the sample linearised last was near a singular posture, or closed no loops.
         """
+        if self._is_lost:
+            return np.full(self.n_joints, SINGULAR_SD)
         abductions = self._z[[limb.freedoms.start + 1 for limb in self.assembly.arm.limbs]]
         singular = float((np.cos(abductions) ** 2).min()) < NEAR_SINGULAR
         return np.asarray(self.machine.friction.coulomb) / np.cosh(v / SLOW_V) ** 2 + singular * SINGULAR_SD
