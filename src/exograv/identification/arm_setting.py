@@ -27,4 +27,5 @@ def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discr
         machine=of_machine,
         discrepancy=discrepancy,
         springs=Springs(layout.stiffness, layout.spring_offset, lambda: model.z),
+        again=model.again,
     )

@@ -14,6 +14,20 @@ Covariance = Float[np.ndarray, "parameter parameter"]
 
 
 @dataclass(slots=True)
+class Asked:
+    """The motion that was asked for, through the same filter as what was measured."""
+
+    q: Joints
+    """[rad]"""
+
+    v: Joints
+    """[rad/s]"""
+
+    a: Joints
+    """[rad/s²]"""
+
+
+@dataclass(slots=True)
 class Sample:
     """One moment of the motion, every quantity through the same filter."""
 
@@ -31,6 +45,9 @@ class Sample:
 
     tau: Joints
     """Measured torque of the joints [N·m]."""
+
+    asked: Asked | None = None
+    """None where nobody asked for a motion, or nobody knows for which."""
 
 
 class Outcome(enum.Enum):

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from . import adam, ekf, forgetting, gradient_full, gradient_prior, kaczmarz, least_squares, nlms, oracle
-from .interface import Method
+from .instrument import Instrumented
+from .interface import Method, TorqueModel
 from .recursive import Recursive
 from .relaxation import SHARE_SD, Relaxing
 from .setting import Setting
@@ -17,7 +18,7 @@ Builder = Callable[..., Method]
 
 
 def _recursive(setting: Setting) -> Method:
-    """With the fast part of the wearer's springs beside what every method learns."""
+    """With the fast part of the wearer's springs beside what every method learns, along the motion asked for."""
     s = setting
     if s.springs is None:
         return Recursive(s.model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy)
@@ -25,7 +26,9 @@ def _recursive(setting: Setting) -> Method:
     fast_sd = SHARE_SD * s.mean[stiffness]
     mean = np.append(s.mean, np.zeros_like(fast_sd))
     covariance = np.asarray(block_diag(s.covariance, np.diag(fast_sd**2)))
-    model = Relaxing(s.model, stiffness)
+    model: TorqueModel = Relaxing(s.model, stiffness)
+    if s.again is not None:
+        model = Instrumented(model, Relaxing(s.again(), stiffness))
     return Recursive(model, mean, covariance, s.noise, s.bodies, s.discrepancy, hidden=len(fast_sd))
 
 

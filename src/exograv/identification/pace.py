@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .interface import Sample
+from .interface import Asked, Sample
 
 DESCENT_PERIOD_S = 0.02
 """Of methods that take single steps [s]: 50 Hz is seven times the corner."""
@@ -49,10 +49,12 @@ class Averages:
         """
         if not self._values:
             self._start_t = sample.t
-        self._values.append(np.array([sample.q, sample.v, sample.a, sample.tau]))
+        asked = sample.asked
+        rows = [sample.q, sample.v, sample.a, sample.tau]
+        self._values.append(np.array(rows if asked is None else [*rows, asked.q, asked.v, asked.a]))
         gap_s, self._before_t = sample.t - self._before_t, sample.t
         if sample.t + gap_s - self._start_t < self._least_s:
             return None
-        mean = np.mean(self._values, axis=0)
+        q, v, a, tau, *of_asked = np.mean(self._values, axis=0)
         self._values.clear()
-        return Sample(0.5 * (self._start_t + sample.t), *mean)
+        return Sample(0.5 * (self._start_t + sample.t), q, v, a, tau, Asked(*of_asked) if of_asked else None)

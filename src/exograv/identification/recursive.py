@@ -30,7 +30,7 @@ class Noise:
     """Of the slow disturbance [s]; people: 1-5 s (docs/arm.md)."""
 
 
-DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8])
+DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
 """Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
 
 UNLIKELY = 1e-6

@@ -7,7 +7,7 @@ from scipy.linalg import expm
 
 from exograv import kernel
 
-from .interface import Sample
+from .interface import Asked, Sample
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -22,6 +22,7 @@ class SampleFilter:
     def __init__(self, joints: int, dt: float, delay_s: float = 0.04):
         self._kernel = kernel.compile(_filter_function(joints, dt, delay_s), carry={"state": "state_next"})
         self._q_in, self._tau_in = self._kernel.inputs["q"], self._kernel.inputs["tau"]
+        self._q_asked_in = self._kernel.inputs["q_asked"]
         self._state: Float[np.ndarray, "input 3"] = self._kernel.inputs["state"]
         self._dt = dt
         self._t = 0.0
@@ -29,15 +30,19 @@ class SampleFilter:
         self.settled = False
         """Whether the start's transient has died out."""
         value, rate, second = self._state.T
-        self.sample = Sample(0.0, value[:joints], rate[:joints], second[:joints], value[joints:])
+        of_q, of_tau, of_asked = (slice(k * joints, (k + 1) * joints) for k in range(3))
+        self.sample = Sample(0.0, value[of_q], rate[of_q], second[of_q], value[of_tau])
+        self._asked = Asked(value[of_asked], rate[of_asked], second[of_asked])
         """The newest filtered sample; its arrays are overwritten by `update`."""
 
-    def update(self, q: Joints, tau: Joints) -> Sample:
-        """Take position [rad] and torque [N·m] of one tick."""
+    def update(self, q: Joints, tau: Joints, q_asked: Joints | None = None) -> Sample:
+        """Take position [rad] and torque [N·m] of one tick, and the position [rad] that was asked for."""
         self._q_in[:] = q
         self._tau_in[:] = tau
+        self._q_asked_in[:] = q if q_asked is None else q_asked
+        self.sample.asked = None if q_asked is None else self._asked
         if self._warm_up > 0 and not self._state[:, 0].any():
-            self._state[:, 0] = [*q, *tau]
+            self._state[:, 0] = [*q, *tau, *self._q_asked_in]
         self._kernel.evaluate()
         if self._warm_up > 0:
             self._warm_up -= 1
@@ -55,6 +60,8 @@ def _filter_function(joints: int, dt: float, delay_s: float) -> ca.Function:
     continuous = np.zeros((4, 4))
     continuous[:3] = [[0, 1, 0, 0], [0, 0, 1, 0], [-15 * w**3, -15 * w**2, -6 * w, 15 * w**3]]
     step = ca.DM(np.asarray(expm(continuous * dt))[:3])
-    q, tau, state = ca.SX.sym("q", joints), ca.SX.sym("tau", joints), ca.SX.sym("state", 2 * joints, 3)
-    state_next = ca.horzcat(state, ca.vertcat(q, tau)) @ step.T
-    return ca.Function("sample_filter", [q, tau, state], [state_next], ["q", "tau", "state"], ["state_next"])
+    q, tau, q_asked = (ca.SX.sym(name, joints) for name in ("q", "tau", "q_asked"))
+    state = ca.SX.sym("state", 3 * joints, 3)
+    state_next = ca.horzcat(state, ca.vertcat(q, tau, q_asked)) @ step.T
+    names = ["q", "tau", "q_asked", "state"]
+    return ca.Function("sample_filter", [q, tau, q_asked, state], [state_next], names, ["state_next"])

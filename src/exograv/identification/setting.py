@@ -55,6 +55,9 @@ class Setting:
 
     springs: Springs | None = None
 
+    again: Callable[[], TorqueModel] | None = None
+    """Another model of the same, which follows a motion of its own."""
+
     @property
     def residual_sd(self) -> Joints:
         """Stage 0's residual [N·m]; of a machine that was never measured, what no motor is better than."""

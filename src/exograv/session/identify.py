@@ -163,7 +163,7 @@ class Identifier:
     def __call__(self, moment: Moment) -> None:
         """One tick."""
         tau = moment.tau_measured if self._torque_source == "current" else moment.tau_commanded
-        sample = self._filter.update(moment.state.q, tau)
+        sample = self._filter.update(moment.state.q, tau, moment.reference.q)
         self._ticks += 1
         if self._pilot.recording is not None and self._ticks % SKELETON_TICKS == 0:
             record_skeleton(self._pilot, self._controller, moment)

@@ -71,6 +71,8 @@ class Moment:
     """[N·m]"""
     tau_feedforward: Joints
     """[N·m]"""
+    reference: Reference
+    """What was asked for."""
 
 
 @dataclass
@@ -168,7 +170,7 @@ class Pilot:
             self.pace.wait()
         if believed is None:
             return None
-        return Moment(believed, q, v, tau_measured, tau_commanded, controller.tau_feedforward)
+        return Moment(believed, q, v, tau_measured, tau_commanded, controller.tau_feedforward, reference)
 
     def _watch_posture(self, clearance: float, t: float) -> None:
         """Note when the arm comes near a singular posture, once each time."""

@@ -48,7 +48,7 @@ class Counting:
 def samples(seconds: float) -> Samples:
     t = np.arange(1, round(seconds * 100) + 1) / 100.0
     still = np.zeros((len(t), 4))
-    return Samples(t, still, still, still, still)
+    return Samples(t, still, still, still, still, np.array([still] * 3))
 
 
 def test_every_method_gets_every_sample_and_is_asked_once_a_second():

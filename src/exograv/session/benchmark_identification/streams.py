@@ -9,7 +9,7 @@ from jaxtyping import Float
 from exograv import motion
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.interface import Sample
+from exograv.identification.interface import Asked, Sample
 from exograv.identification.sample_filter import SampleFilter
 from exograv.model.assembly import Assembly
 from exograv.rig.twin import Twin, draw_machine
@@ -49,12 +49,15 @@ class Samples:
     tau: Series
     """By motor current [N·m]."""
 
+    asked: Float[np.ndarray, "3 sample joint"]
+    """Position, velocity and acceleration that were asked for."""
+
     def __len__(self) -> int:
         return len(self.t)
 
     def __iter__(self) -> Iterator[Sample]:
         for k, t in enumerate(self.t.tolist()):
-            yield Sample(t, self.q[k], self.v[k], self.a[k], self.tau[k])
+            yield Sample(t, self.q[k], self.v[k], self.a[k], self.tau[k], Asked(*self.asked[:, k]))
 
 
 @dataclass(frozen=True)
@@ -138,15 +141,16 @@ class _Recorder:
     def __init__(self, sample_filter: SampleFilter):
         self._filter = sample_filter
         self._t: list[float] = []
-        self._rows: list[Float[np.ndarray, "4 joint"]] = []
+        self._rows: list[Float[np.ndarray, "7 joint"]] = []
 
     def __call__(self, moment: Moment) -> None:
-        sample = self._filter.update(moment.state.q, moment.tau_measured)
-        if self._filter.settled:
+        sample = self._filter.update(moment.state.q, moment.tau_measured, moment.reference.q)
+        asked = sample.asked
+        if self._filter.settled and asked is not None:
             self._t.append(sample.t)
-            self._rows.append(np.array([sample.q, sample.v, sample.a, sample.tau]))
+            self._rows.append(np.array([sample.q, sample.v, sample.a, sample.tau, asked.q, asked.v, asked.a]))
 
     def samples(self) -> Samples:
         """All that was kept."""
-        table = np.ascontiguousarray(np.array(self._rows).transpose(1, 0, 2))
-        return Samples(np.array(self._t), *table)
+        q, v, a, tau, *asked = np.ascontiguousarray(np.array(self._rows).transpose(1, 0, 2))
+        return Samples(np.array(self._t), q, v, a, tau, np.array(asked))
