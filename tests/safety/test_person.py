@@ -221,10 +221,9 @@ def test_a_speed_that_nobody_has_lifts_no_bound_and_empties_no_tank():
 def test_just_at_the_trip_a_joint_is_not_past_its_stop():
     limits = replace(LIMITS, trip_rad=0.25)
     person = Person(limits)
-    assert not person.past_a_stop([2.25, -2.25])
-    assert person.past_a_stop([2.25 + 1e-9, 0.0])
-    assert person.past_a_stop([0.0, -2.25 - 1e-9])
-    assert person.past_a_stop([np.nan, 0.0])
+    for q, is_past in (([2.25, -2.25], False), ([2.25 + 1e-9, 0.0], True), ([0.0, -2.25 - 1e-9], True)):
+        person.look(q, [0.0, 0.0])
+        assert person.is_past_a_stop == is_past
 
 
 def test_limits_that_just_make_sense_are_taken():

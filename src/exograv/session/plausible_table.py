@@ -96,7 +96,7 @@ def _chains(assembly: Assembly) -> list[tuple[int, ...]]:
 
 def _chain(joints: tuple[int, ...], postures: Postures, exo: Postures, arm: Postures) -> Chain:
     at, features = list(joints), Features(len(joints), MOST_FACTORS)
-    F = np.array([features.of(q) for q in postures[:, at]])
+    F = np.array([features.of(q)[features.kept] for q in postures[:, at]])
     table = np.linalg.lstsq(F, np.hstack([exo[:, at], arm[:, at]]), rcond=None)[0].T
     return Chain(joints, MOST_FACTORS, table[: len(at)], table[len(at) :])
 
