@@ -39,6 +39,10 @@ class Machines:
     upper: np.ndarray
     wall: np.ndarray
     trip: np.ndarray
+    own_trip: np.ndarray
+    """Speed, infinite where the machine's own holds."""
+    path: np.ndarray
+    """Power."""
     tank_start: np.ndarray
     tank_max: np.ndarray
 
@@ -118,7 +122,8 @@ class SecondEnvelope:
         v = np.where(knows_v[:, None], v, 0.0)
         self.trip(~knows_q | ~knows_v, "NO_MEASUREMENT")
         self.trip(any_joint(~np.isfinite(tau)), "NOT_FINITE")
-        self.trip(any_joint(np.abs(v) > m.v_trip[:, None]), "TOO_FAST")
+        fastest_allowed = np.where(m.worn & (m.own_trip < m.v_trip), m.own_trip, m.v_trip)
+        self.trip(any_joint(np.abs(v) > fastest_allowed[:, None]), "TOO_FAST")
         past = (self.q > m.upper + m.trip[:, None]) | (self.q < m.lower - m.trip[:, None])
         self.trip(m.worn & any_joint(past), "PAST_A_STOP")
         wanted = np.where(self.stopped[:, None], self._descent(), tau) + self._brake(v)
@@ -179,7 +184,7 @@ class SecondEnvelope:
 
     def _pay(self, tau: np.ndarray, v: np.ndarray) -> None:
         power = (self._over(tau, v) * np.abs(v)).sum(axis=1)
-        after = np.minimum(self.energy - power * self.m.period, self.m.tank_max)
+        after = np.minimum(self.energy + (self.m.path - power) * self.m.period, self.m.tank_max)
         self.energy = np.where(self.m.worn, after, self.energy)
 
 
@@ -265,6 +270,7 @@ class SecondGuard:
         self.envelope, self.ingress = SecondEnvelope(machines), SecondIngress(machines)
         shape = machines.torque_max.shape
         self.silent, self.bridged = Missed(shape[0]), Missed(shape[0])
+        self.refused = np.zeros(shape, dtype=int)
         self.held, self.q, self.v = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self.q_before, self.t_before = np.full(shape, np.nan), np.zeros(shape[0])
         self.has_before, self.used = np.zeros(shape[0], dtype=bool), np.zeros(shape[0], dtype=bool)
@@ -287,6 +293,9 @@ class SecondGuard:
         envelope.trip(self.bridged.add(~answered), "CONTROL_SILENT")
         self.held = np.where(answered[:, None], tick.tau, self.held)
         tau = envelope.limit(self.held, self.q, self.v, tick.level)
+        is_refused = (np.abs(self.held - tau) > 3.0) & (np.abs(self.v) < 0.1) & ~envelope.stopped[:, None]
+        self.refused = np.where(is_refused, self.refused + 1, 0)
+        envelope.trip(any_joint(self.refused > np.rint(0.3 / self.m.period)[:, None]), "NOT_THIS_ARM")
         ranks = ((answered, -1), (~answered, 0), (envelope.stopped, 1), (envelope.without_model, 2))
         state = np.max([np.where(where, rank, -1) for where, rank in ranks], axis=0)
         state = np.where(envelope.isolated.any(axis=1), 3, state)

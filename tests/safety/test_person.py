@@ -236,6 +236,11 @@ def test_limits_that_just_make_sense_are_taken():
     [
         {"active_max_Nm": np.array([8.0, np.inf])},
         {"active_max_Nm": np.array([np.nan, 4.0])},
+        {"path_W": -0.1},
+        {"path_W": np.inf},
+        {"path_W": np.nan},
+        {"v_trip_rad_s": 0.0},
+        {"v_trip_rad_s": np.nan},
         {"tank_max_J": np.inf},
         {"tank_max_J": np.nan},
         {"wall_rad": 0.25, "q_upper": np.full(2, -1.5)},
@@ -253,3 +258,25 @@ def test_limits_that_just_make_no_sense_are_refused(change: dict):
 
 def test_a_joint_with_a_little_way_between_two_walls_is_taken():
     replace(LIMITS, wall_rad=0.25, q_upper=np.full(2, -1.45))
+
+
+def test_a_speed_that_is_a_person_s_own_starts_the_descent_before_the_machine_s():
+    for speed, is_stopped in ((1.4, False), (1.6, True)):
+        envelope = worn(limits=replace(LIMITS, v_trip_rad_s=1.5))
+        envelope.limit(STILL, np.zeros(2), np.array([0.0, -speed]))
+        assert (envelope.stop is StopReason.TOO_FAST) == is_stopped
+    envelope = worn(limits=replace(LIMITS, v_trip_rad_s=9.0))
+    envelope.limit(STILL, np.zeros(2), np.array([0.0, 5.1]))
+    assert envelope.stop is StopReason.TOO_FAST
+
+
+def test_on_a_path_the_tank_fills_by_its_power_to_its_cap():
+    envelope = worn(limits=replace(LIMITS, path_W=2.0))
+    person = envelope.person
+    assert person is not None
+    for _ in range(100):
+        envelope.limit(STILL, np.zeros(2), STILL)
+    assert person.energy_J == pytest.approx(LIMITS.tank_start_J + 2.0 * 100 * DT)
+    for _ in range(400):
+        envelope.limit(STILL, np.zeros(2), STILL)
+    assert person.energy_J == LIMITS.tank_max_J

@@ -70,6 +70,7 @@ class StopReason(enum.Enum):
     MODEL_LOST = "The model of the arm in the machine no longer fits its posture."
     PAST_A_STOP = "A joint is where its stops do not let it be."
     ASTRAY = "A joint did not follow where it was led."
+    NOT_THIS_ARM = "Control asked for more than this person's arm can need: another arm or a weight is in the machine."
     CONTROL_SILENT = "Control did not answer in time."
     MACHINE_SILENT = "The machine did not say in time where it is."
     ENCODER_JUMPED = "An encoder jumped farther than its joint can move."
@@ -193,11 +194,15 @@ class Envelope:
             self.stop = StopReason.NO_MEASUREMENT
         elif not all(map(math.isfinite, tau_desired)):
             self.stop = StopReason.NOT_FINITE
-        elif fastest > self.limits.v_trip_rad_s:
+        elif fastest > self._v_trip():
             self.stop = StopReason.TOO_FAST
         elif self.person is not None and self.person.is_past_a_stop:
             self.stop = StopReason.PAST_A_STOP
         self._tau_at_stop = self._tau
+
+    def _v_trip(self) -> float:
+        own = self.limits.v_trip_rad_s
+        return own if self.person is None else min(own, self.person.limits.v_trip_rad_s)
 
     def _descent(self) -> list[float]:
         self._since_stop += self._dt

@@ -169,7 +169,11 @@ class Guard:
         """Second half: what goes out, whether control has answered or not."""
         bridges = self._count(self._seen, submitted, now)
         tau = self.envelope.limit(self._held, self._q, self._v)
-        self._monitors.told(tau.tolist())
+        told = tau.tolist()
+        self._monitors.told(told)
+        asked = self._held.tolist() if self.envelope.stop is None else told  # what is asked in a descent is no matter
+        if self._compares and self._monitors.is_refused(asked, told, self._v.tolist()):
+            self.envelope.trip(StopReason.NOT_THIS_ARM)
         return Guarded(tau, self.envelope.drive_damping, self._safe_state(bridges))
 
     def lose_model(self) -> None:

@@ -32,6 +32,16 @@ SPEED_TICKS = 8
 STILL_TICKS, STILL_WAY_RAD = 20, 0.003
 """An encoder that says the same so often, to the bit, while its motor goes so far is dead: 0.15 rad/s, eight counts."""
 
+TORQUE_BIAS_NM = 2.0
+"""By which a motor's torque may be off what it was told on average [N·m]."""
+
+BIAS_S = 0.1
+"""Of that average [s]."""
+
+REFUSED_NM, REFUSED_S, SLOW_RAD_S = 3.0, 0.3, 0.1
+"""So much more, for so long, at so slow a joint, control asks for than may go out when its arm is not the one in the
+machine: in motion a joint may need more for a while."""
+
 Finding = tuple[StopReason, int]
 """What is wrong, and with which joint."""
 
@@ -50,15 +60,24 @@ class Monitors:
         self._gain = None if gain is None else list(gain)
         self._told: deque[list[float]] = deque(maxlen=LATELY_TICKS)
         self._off, self._parted = [0] * joints, [0] * joints
+        self._bias, self._bias_share = [0.0] * joints, period_s / (BIAS_S + period_s)
+        self._refused, self._refused_ticks = [0] * joints, round(REFUSED_S / period_s)
         self._least_way = OPPOSITE_RAD_S * SPEED_TICKS * period_s
         self._before: deque[tuple[list[float], list[float]]] = deque(maxlen=SPEED_TICKS + 1)
         self._first = [math.nan] * joints
         self._stands_at, self._motor_was, self._still = [math.nan] * joints, [0.0] * joints, [0] * joints
         """Where joint and motor were when the joint's encoder began to say the same, and for how many ticks."""
 
-    def told(self, tau: Sequence[float]) -> None:
+    def told(self, tau: list[float]) -> None:
         """What went out (joint,) [N·m]."""
-        self._told.append(list(tau))
+        self._told.append(tau)
+
+    def is_refused(self, asked: Sequence[float], tau: Sequence[float], v: Sequence[float]) -> bool:
+        """Whether a slow joint has been asked for more than went out, by far and for long [N·m], [rad/s]."""
+        for j, refused in enumerate(self._refused):
+            is_much = abs(asked[j] - tau[j]) > REFUSED_NM and abs(v[j]) < SLOW_RAD_S
+            self._refused[j] = refused + 1 if is_much else 0
+        return max(self._refused) > self._refused_ticks
 
     def look(self, state: JointState, ignored: Collection[int] = ()) -> list[Finding]:
         """What a measurement that is believed otherwise gives away; joints in `ignored` are not asked."""
@@ -77,9 +96,12 @@ class Monitors:
             measured = [gain * current[j] for j, gain in enumerate(self._gain)]
         for j, newest in enumerate(self._told[-1]):
             # A torque that is not a number is the ingress' to find.
-            is_off = abs(measured[j] - newest) > TORQUE_OFF_NM and self._is_off_lately(j, measured[j])
+            difference = measured[j] - newest
+            if math.isfinite(difference):  # else a joint that is not asked would never be watched again
+                self._bias[j] += self._bias_share * (difference - self._bias[j])
+            is_off = abs(difference) > TORQUE_OFF_NM and self._is_off_lately(j, measured[j])
             off[j] = off[j] + 1 if is_off else 0
-            if off[j] >= IN_A_ROW:
+            if off[j] >= IN_A_ROW or abs(self._bias[j]) > TORQUE_BIAS_NM:
                 found.append(j)
         return found
 

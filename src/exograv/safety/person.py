@@ -43,9 +43,15 @@ class PersonLimits:
     trip_rad: float = math.radians(2.0)
     """Past a stop, where something must be wrong."""
 
+    v_trip_rad_s: float = math.inf
+    """Speed at which the soft descent starts, where that is sooner than the machine's own."""
+
     tank_start_J: float = 0.5
     tank_max_J: float = 1.0
-    """What control may put into the person beyond carrying; it fills again by braking only."""
+    """What control may put into the person beyond carrying; it fills again by braking, and by `path_W`."""
+
+    path_W: float = 0.0
+    """What a motion on a path takes beyond carrying, while the arm is moved along one."""
 
     def __post_init__(self):
         if not (self.wall_rad > 0.0 and 0.0 <= self.trip_rad < math.inf):
@@ -61,6 +67,10 @@ class PersonLimits:
             )
         if not (np.isfinite(self.active_max_Nm) & (self.active_max_Nm > 0.0)).all():
             raise ConfigError(f"active_max_Nm is {self.active_max_Nm}; it must be positive and finite. Correct it.")
+        if not self.v_trip_rad_s > 0.0:
+            raise ConfigError(f"v_trip_rad_s is {self.v_trip_rad_s}; allowed: above 0. Correct it.")
+        if not 0.0 <= self.path_W < math.inf:
+            raise ConfigError(f"path_W is {self.path_W}; allowed: 0 and above, finite. Correct it.")
         if not 0.0 < self.tank_start_J <= self.tank_max_J < math.inf:
             raise ConfigError(
                 f"tank_start_J is {self.tank_start_J}; allowed: above 0 and up to tank_max_J, {self.tank_max_J}."
@@ -170,7 +180,7 @@ class Person:
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:
         """Let the tank pay for what goes out, or fill by what brakes."""
-        over, power = self._over(tau, v), 0.0
+        over, power = self._over(tau, v), -self.limits.path_W
         for j in self._joints:
             power += over[j] * v[j]
         self.energy_J = min(self.energy_J - dt * power, self.limits.tank_max_J)
