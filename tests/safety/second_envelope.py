@@ -126,9 +126,11 @@ class SecondEnvelope:
         self.trip(any_joint(np.abs(v) > fastest_allowed[:, None]), "TOO_FAST")
         past = (self.q > m.upper + m.trip[:, None]) | (self.q < m.lower - m.trip[:, None])
         self.trip(m.worn & any_joint(past), "PAST_A_STOP")
-        wanted = np.where(self.stopped[:, None], self._descent(), tau) + self._brake(v)
         # Nobody moves like that: the person's bounds and the tank are then those at rest.
-        v = np.where(any_joint(np.abs(v) > 1e3)[:, None], 0.0, v)
+        credible = np.where(any_joint(np.abs(v) > 1e3)[:, None], 0.0, v)
+        self.soon = self.q + 0.1 * credible
+        wanted = np.where(self.stopped[:, None], self._descent(), tau) + self._brake(v)
+        v = credible
         bounded = np.where(m.worn[:, None], self._for_the_person(wanted, v, level), wanted)
         out = np.clip(bounded, -m.torque_max, m.torque_max)
         step = (m.rate * m.period)[:, None]
@@ -146,8 +148,8 @@ class SecondEnvelope:
     def _depth(self) -> tuple[np.ndarray, np.ndarray]:
         """How deep in the wall before the upper and the lower stop; 0 where nobody is in the machine."""
         wall, worn = self.m.wall[:, None], self.m.worn[:, None]
-        upper = np.clip((self.q - (self.m.upper - wall)) / wall, 0.0, 1.0)
-        lower = np.clip(((self.m.lower + wall) - self.q) / wall, 0.0, 1.0)
+        upper = np.clip((np.maximum(self.q, self.soon) - (self.m.upper - wall)) / wall, 0.0, 1.0)
+        lower = np.clip(((self.m.lower + wall) - np.minimum(self.q, self.soon)) / wall, 0.0, 1.0)
         return np.where(worn, upper, 0.0), np.where(worn, lower, 0.0)
 
     def _brake(self, v: np.ndarray) -> np.ndarray:

@@ -20,6 +20,10 @@ Numbers = list[float]
 SHARE_MAX = 1.3
 """Of the plausible torque [-]."""
 
+WALL_AHEAD_S = 0.1
+"""A wall is felt where a joint will be so soon: torque that pushes on needs so long to become torque that brakes, and
+a joint of 2.7 rad/s went through the wall meanwhile [s]."""
+
 MARGIN_NM = 3.0
 """Beyond that share and friction [N·m]."""
 
@@ -102,6 +106,7 @@ class Person:
         self._plausible: Numbers = [0.0] * len(self._active)
         self._friction: Numbers = [0.0] * len(self._active)
         self._q: Sequence[float] = [0.0] * len(self._active)
+        self._least, self._most = list(self._q), list(self._q)
         self.is_in_a_wall = False
         """Whether any joint is near one of its stops; there alone walls have anything to say."""
 
@@ -113,7 +118,12 @@ class Person:
         self.is_in_a_wall = False
         for j in self._joints:
             self._friction[j] = self._dry[j] + self._viscous[j] * abs(v[j])
-            if not self._free_lower[j] <= q[j] <= self._free_upper[j]:
+            ahead = q[j] + WALL_AHEAD_S * v[j]
+            if ahead > q[j]:
+                self._least[j], self._most[j] = q[j], ahead
+            else:
+                self._least[j], self._most[j] = ahead, q[j]
+            if self._least[j] < self._free_lower[j] or self._most[j] > self._free_upper[j]:
                 self.is_in_a_wall = True
 
     @property
@@ -198,8 +208,8 @@ class Person:
 
     def _depth(self, joint: int) -> tuple[float, float]:
         """How far into the wall before the upper and the lower stop, 0 to 1 at the stop [-]."""
-        wall, q = self.limits.wall_rad, self._q[joint]
-        return _share((q - self._upper[joint]) / wall + 1.0), _share((self._lower[joint] - q) / wall + 1.0)
+        wall, least, most = self.limits.wall_rad, self._least[joint], self._most[joint]
+        return _share((most - self._upper[joint]) / wall + 1.0), _share((self._lower[joint] - least) / wall + 1.0)
 
 
 def _share(value: float) -> float:
