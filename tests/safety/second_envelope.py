@@ -129,9 +129,9 @@ class SecondEnvelope:
         # Nobody moves like that: the person's bounds and the tank are then those at rest.
         credible = np.where(any_joint(np.abs(v) > 1e3)[:, None], 0.0, v)
         self.soon = self.q + 0.1 * credible
-        wanted = np.where(self.stopped[:, None], self._descent(), tau) + self._brake(v)
-        v = credible
-        bounded = np.where(m.worn[:, None], self._for_the_person(wanted, v, level), wanted)
+        asked, brake = np.where(self.stopped[:, None], self._descent(), tau), self._brake(v)
+        v, wanted = credible, asked + brake
+        bounded = np.where(m.worn[:, None], self._for_the_person(asked, brake, v, level), wanted)
         out = np.clip(bounded, -m.torque_max, m.torque_max)
         step = (m.rate * m.period)[:, None]
         out = np.clip(out, self.tau - step, self.tau + step)
@@ -160,7 +160,7 @@ class SecondEnvelope:
         speed = np.where(self.stopped[:, None], descending, np.maximum(braked, 0.0))
         return -self.m.damping * speed * np.sign(v)
 
-    def _for_the_person(self, tau: np.ndarray, v: np.ndarray, level: np.ndarray) -> np.ndarray:
+    def _for_the_person(self, tau: np.ndarray, brake: np.ndarray, v: np.ndarray, level: np.ndarray) -> np.ndarray:
         m = self.m
         level = np.clip(np.nan_to_num(level, nan=0.0), 0.0, 1.8)
         self.carried = np.empty_like(tau)
@@ -173,6 +173,7 @@ class SecondEnvelope:
         low = np.minimum(p, 0.0) - np.minimum(0.3 * np.maximum(-p, 0.0) + 3.0, m.active) - room
         upper, lower = self._depth()
         tau = np.clip(tau, (1.0 - lower) * low + lower * p, (1.0 - upper) * high + upper * p)
+        tau = np.clip(tau + brake, low, high)
         driving = np.maximum(self._over(tau, v), 0.0)
         needed = (driving**2 * np.abs(v)).sum(axis=1) / (2.0 * m.rate)
         has = np.maximum(self.energy, 0.0)

@@ -141,11 +141,14 @@ class Envelope:
         if self.stop is None:
             self._watch(desired, fastest)
         wanted = desired if self.stop is None else self._descent()
+        plausible = wanted if person is None else person.bounded(wanted)
         if fastest is not None and self._brakes(fastest):
-            wanted = [tau - self._brake(joint, speeds[joint]) for joint, tau in enumerate(wanted)]
-        plausible = wanted
+            # After the bounds: else what control pushes beyond them would be taken from the brake.
+            brakes = [self._brake(joint, v) for joint, v in enumerate(speeds)]
+            wanted = [tau - brake for tau, brake in zip(wanted, brakes, strict=True)]
+            plausible = wanted if person is None else person.braked(plausible, brakes)
         if person is not None:
-            plausible = person.afford(person.bounded(wanted), known, self.limits.torque_rate_max_Nm_per_s)
+            plausible = person.afford(plausible, known, self.limits.torque_rate_max_Nm_per_s)
         tau, step = list(plausible), self._step
         for joint, last in enumerate(self._tau):
             bound = self._bounds[joint]

@@ -107,6 +107,7 @@ class Person:
         self._friction: Numbers = [0.0] * len(self._active)
         self._q: Sequence[float] = [0.0] * len(self._active)
         self._least, self._most = list(self._q), list(self._q)
+        self._low, self._high = list(self._q), list(self._q)
         self.is_in_a_wall = False
         """Whether any joint is near one of its stops; there alone walls have anything to say."""
 
@@ -147,11 +148,16 @@ class Person:
             low, high = SHARE_MAX * down - MARGIN_NM, SHARE_MAX * up + MARGIN_NM
             low = (low if low > down - active else down - active) - beyond
             high = (high if high < up + active else up + active) + beyond
+            self._low[j], self._high[j] = low, high
             if self.is_in_a_wall:
                 low, high = self._in_wall(j, low, high)
             if not low <= found[j] <= high:
                 found[j] = low if found[j] < low else high
         return found
+
+    def braked(self, tau: Numbers, brakes: Numbers) -> Numbers:
+        """Bounded torques less what brakes [N·m]: within the same rows, but no wall takes from what brakes."""
+        return [min(max(tau[j] - brakes[j], self._low[j]), self._high[j]) for j in self._joints]
 
     def _in_wall(self, joint: int, low: float, high: float) -> tuple[float, float]:
         """What pushes on towards a stop fades to carrying [N·m]."""
