@@ -103,6 +103,8 @@ def draw_machines(rng: np.random.Generator, machines: int, joints: int) -> Machi
         upper=lower + rng.uniform(0.8, 4.0, every),
         wall=rng.uniform(0.05, 0.3, each),
         trip=rng.uniform(0.0, 0.1, each),
+        own_trip=rng.choice([np.inf, 1.5, 6.0], each),
+        path=rng.choice([0.0, 0.0, 2.0], each),
         tank_start=tank_max * rng.uniform(0.1, 1.0, each),
         tank_max=tank_max,
     )
@@ -200,6 +202,7 @@ def first_envelope(m: Machines, k: int) -> Envelope:
         chains = tuple(Chain(tuple(joints), most, exo[k], arm[k]) for joints, most, exo, arm in m.chains)
         table = PlausibleTable(chains, m.error[k], m.dry[k], m.viscous[k])
         angles = {"wall_rad": float(m.wall[k]), "trip_rad": float(m.trip[k])}
+        angles |= {"v_trip_rad_s": float(m.own_trip[k]), "path_W": float(m.path[k])}
         tank = {"tank_start_J": float(m.tank_start[k]), "tank_max_J": float(m.tank_max[k])}
         envelope.person = Person(PersonLimits(table, m.active[k], m.lower[k], m.upper[k], **angles, **tank))
     return envelope

@@ -39,6 +39,10 @@ class Machines:
     upper: np.ndarray
     wall: np.ndarray
     trip: np.ndarray
+    own_trip: np.ndarray
+    """Speed, infinite where the machine's own holds."""
+    path: np.ndarray
+    """Power."""
     tank_start: np.ndarray
     tank_max: np.ndarray
 
@@ -118,13 +122,16 @@ class SecondEnvelope:
         v = np.where(knows_v[:, None], v, 0.0)
         self.trip(~knows_q | ~knows_v, "NO_MEASUREMENT")
         self.trip(any_joint(~np.isfinite(tau)), "NOT_FINITE")
-        self.trip(any_joint(np.abs(v) > m.v_trip[:, None]), "TOO_FAST")
+        fastest_allowed = np.where(m.worn & (m.own_trip < m.v_trip), m.own_trip, m.v_trip)
+        self.trip(any_joint(np.abs(v) > fastest_allowed[:, None]), "TOO_FAST")
         past = (self.q > m.upper + m.trip[:, None]) | (self.q < m.lower - m.trip[:, None])
         self.trip(m.worn & any_joint(past), "PAST_A_STOP")
-        wanted = np.where(self.stopped[:, None], self._descent(), tau) + self._brake(v)
         # Nobody moves like that: the person's bounds and the tank are then those at rest.
-        v = np.where(any_joint(np.abs(v) > 1e3)[:, None], 0.0, v)
-        bounded = np.where(m.worn[:, None], self._for_the_person(wanted, v, level), wanted)
+        credible = np.where(any_joint(np.abs(v) > 1e3)[:, None], 0.0, v)
+        self.soon = self.q + 0.1 * credible
+        asked, brake = np.where(self.stopped[:, None], self._descent(), tau), self._brake(v)
+        v, wanted = credible, asked + brake
+        bounded = np.where(m.worn[:, None], self._for_the_person(asked, brake, v, level), wanted)
         out = np.clip(bounded, -m.torque_max, m.torque_max)
         step = (m.rate * m.period)[:, None]
         out = np.clip(out, self.tau - step, self.tau + step)
@@ -141,8 +148,8 @@ class SecondEnvelope:
     def _depth(self) -> tuple[np.ndarray, np.ndarray]:
         """How deep in the wall before the upper and the lower stop; 0 where nobody is in the machine."""
         wall, worn = self.m.wall[:, None], self.m.worn[:, None]
-        upper = np.clip((self.q - (self.m.upper - wall)) / wall, 0.0, 1.0)
-        lower = np.clip(((self.m.lower + wall) - self.q) / wall, 0.0, 1.0)
+        upper = np.clip((np.maximum(self.q, self.soon) - (self.m.upper - wall)) / wall, 0.0, 1.0)
+        lower = np.clip(((self.m.lower + wall) - np.minimum(self.q, self.soon)) / wall, 0.0, 1.0)
         return np.where(worn, upper, 0.0), np.where(worn, lower, 0.0)
 
     def _brake(self, v: np.ndarray) -> np.ndarray:
@@ -153,7 +160,7 @@ class SecondEnvelope:
         speed = np.where(self.stopped[:, None], descending, np.maximum(braked, 0.0))
         return -self.m.damping * speed * np.sign(v)
 
-    def _for_the_person(self, tau: np.ndarray, v: np.ndarray, level: np.ndarray) -> np.ndarray:
+    def _for_the_person(self, tau: np.ndarray, brake: np.ndarray, v: np.ndarray, level: np.ndarray) -> np.ndarray:
         m = self.m
         level = np.clip(np.nan_to_num(level, nan=0.0), 0.0, 1.8)
         self.carried = np.empty_like(tau)
@@ -166,6 +173,7 @@ class SecondEnvelope:
         low = np.minimum(p, 0.0) - np.minimum(0.3 * np.maximum(-p, 0.0) + 3.0, m.active) - room
         upper, lower = self._depth()
         tau = np.clip(tau, (1.0 - lower) * low + lower * p, (1.0 - upper) * high + upper * p)
+        tau = np.clip(tau + brake, low, high)
         driving = np.maximum(self._over(tau, v), 0.0)
         needed = (driving**2 * np.abs(v)).sum(axis=1) / (2.0 * m.rate)
         has = np.maximum(self.energy, 0.0)
@@ -179,7 +187,7 @@ class SecondEnvelope:
 
     def _pay(self, tau: np.ndarray, v: np.ndarray) -> None:
         power = (self._over(tau, v) * np.abs(v)).sum(axis=1)
-        after = np.minimum(self.energy - power * self.m.period, self.m.tank_max)
+        after = np.minimum(self.energy + (self.m.path - power) * self.m.period, self.m.tank_max)
         self.energy = np.where(self.m.worn, after, self.energy)
 
 
@@ -265,6 +273,7 @@ class SecondGuard:
         self.envelope, self.ingress = SecondEnvelope(machines), SecondIngress(machines)
         shape = machines.torque_max.shape
         self.silent, self.bridged = Missed(shape[0]), Missed(shape[0])
+        self.refused = np.zeros(shape, dtype=int)
         self.held, self.q, self.v = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self.q_before, self.t_before = np.full(shape, np.nan), np.zeros(shape[0])
         self.has_before, self.used = np.zeros(shape[0], dtype=bool), np.zeros(shape[0], dtype=bool)
@@ -287,6 +296,9 @@ class SecondGuard:
         envelope.trip(self.bridged.add(~answered), "CONTROL_SILENT")
         self.held = np.where(answered[:, None], tick.tau, self.held)
         tau = envelope.limit(self.held, self.q, self.v, tick.level)
+        is_refused = (np.abs(self.held - tau) > 3.0) & (np.abs(self.v) < 0.1) & ~envelope.stopped[:, None]
+        self.refused = np.where(is_refused, self.refused + 1, 0)
+        envelope.trip(any_joint(self.refused > np.rint(0.3 / self.m.period)[:, None]), "NOT_THIS_ARM")
         ranks = ((answered, -1), (~answered, 0), (envelope.stopped, 1), (envelope.without_model, 2))
         state = np.max([np.where(where, rank, -1) for where, rank in ranks], axis=0)
         state = np.where(envelope.isolated.any(axis=1), 3, state)

@@ -243,3 +243,38 @@ def test_a_model_that_control_has_lost_lets_the_arm_down():
     bench.guard.lose_model()
     assert bench.tick().safe_state is SafeState.DESCENT
     assert bench.guard.envelope.stop is StopReason.MODEL_LOST
+
+
+@pytest.mark.parametrize(("beyond", "speed", "is_found"), [(3.1, 0.05, True), (2.9, 0.05, False), (3.1, 0.15, False)])
+def test_a_slow_joint_that_is_asked_for_far_more_than_may_go_out_is_of_another_arm(
+    beyond: float, speed: float, is_found: bool
+):
+    bench = Bench()
+    bench.v = np.array([0.0, speed])
+    asked = np.array([0.0, LIMITS.torque_max_Nm[1] + beyond])
+    outs = [bench.tick(asked) for _ in range(700)]
+    stopped = bench.guard.envelope.stop is StopReason.NOT_THIS_ARM
+    assert stopped == is_found
+    assert [out.safe_state for out in outs].count(SafeState.NONE) == (300 if is_found else 700)
+
+
+def test_being_asked_for_too_much_now_and_then_is_forgotten_and_a_descent_counts_for_nothing():
+    bench, much, little = Bench(), np.array([80.0, 0.0]), np.zeros(2)
+    for _ in range(10):
+        for asked, ticks in ((much, 100), (little, 300)):
+            for _ in range(ticks):
+                bench.tick(asked)
+    assert bench.guard.envelope.stop is None
+    bench.guard.press_stop()
+    for _ in range(3010):
+        bench.tick(TORQUE)
+    assert bench.guard.reset()
+    assert all(bench.tick(TORQUE).safe_state is SafeState.NONE for _ in range(500))
+
+
+def test_a_machine_that_nobody_has_tried_may_be_asked_for_anything():
+    bench = Bench()
+    bench.guard = Guard.of_machine(Envelope(LIMITS, DT), DT, is_known=False)
+    for _ in range(1500):
+        bench.tick(np.array([80.0, 0.0]))
+    assert bench.guard.envelope.stop is None

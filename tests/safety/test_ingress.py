@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from exograv.errors import ConfigError
 from exograv.safety.ingress import AGE_MAX_S, FROZEN_TICKS, JUMPS_MAX, Doubt, Ingress, Seen
 from exograv.signals import JointState, TorqueSource
 
@@ -164,3 +165,16 @@ def test_an_encoder_is_dead_after_a_way_of_four_counts_and_not_of_three(counts: 
 def test_a_joint_that_is_back_where_it_was_and_rests_is_not_dead():
     there_and_back = [[0.0], [0.004], [0.008], [0.004], [0.002]]
     assert not any(one.doubts for one in seen([*there_and_back, *[[0.0]] * (FROZEN_TICKS + 10)][:26]))
+
+
+@pytest.mark.parametrize("count", [-1e-6, np.nan, -np.inf])
+def test_a_count_of_nonsense_is_refused(count: float):
+    with pytest.raises(ConfigError, match="encoder of joint 1 has a count of"):
+        Ingress([FINE, count], DT, V_TRIP)
+
+
+@pytest.mark.parametrize("count", [0.0, np.inf])
+def test_an_exact_encoder_and_one_that_is_not_watched_are_taken(count: float):
+    ingress = Ingress([count], DT, V_TRIP)
+    ingress.see(state(0, [0.0]), 0.0)
+    assert (ingress.see(state(1, [1.0]), DT).state is None) == (count == 0.0)

@@ -24,7 +24,7 @@ def found(monitors: Monitors, states, told=(0.0, 0.0)) -> list[tuple[int, StopRe
     results = []
     for tick, one in enumerate(states):
         results += [(tick, reason, joint) for reason, joint in monitors.look(one)]
-        monitors.told(told)
+        monitors.told(list(told))
     return results
 
 
@@ -140,7 +140,7 @@ def test_where_torque_has_a_sensor_it_is_the_sensor_that_is_asked(side: float, o
 def test_a_torque_that_is_wrong_for_less_than_ten_ticks_is_not_found_nor_one_of_a_joint_that_is_not_asked():
     monitors = Monitors(2, DT, GAIN)
     for t in range(100):
-        wrong = 0.0 if t % IN_A_ROW == 0 else 2.0 * TORQUE_OFF_NM / GAIN[0]
+        wrong = 0.0 if t % 50 >= IN_A_ROW - 1 else 2.0 * TORQUE_OFF_NM / GAIN[0]
         assert list(monitors.look(state(t, [0.0, 0.0], None, [wrong, 0.0]))) == []
         monitors.told([0.0, 0.0])
     for t in range(100, 130):
@@ -156,3 +156,27 @@ def test_a_torque_that_is_not_what_was_told_leaves_damping_only():
     assert states[-1] is SafeState.DAMPING
     assert one.envelope.stop is StopReason.TORQUE_WRONG
     assert not one.envelope.isolated
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize(("bias", "is_found"), [(1.9, False), (2.2, True)])
+def test_a_torque_that_is_off_on_average_is_found_within_a_quarter_of_a_second(
+    side: float, bias: float, is_found: bool
+):
+    rng = np.random.default_rng(0)
+    noise = rng.normal(0.0, 0.3, 400) + side * bias
+    states = [state(t, [0.0, 0.0], None, [0.0, one / GAIN[1]]) for t, one in enumerate(noise)]
+    results = found(Monitors(2, DT, GAIN), states)
+    assert bool(results) == is_found
+    assert all((reason, j) == (StopReason.TORQUE_WRONG, 1) for _, reason, j in results)
+    assert not is_found or results[0][0] <= 300
+
+
+def test_a_joint_whose_current_was_no_number_for_a_while_is_watched_again():
+    monitors = Monitors(2, DT, GAIN)
+    broken = [state(t, [0.0, 0.0], None, [np.nan, 0.0]) for t in range(50)]
+    for one in broken:
+        assert monitors.look(one, {0}) == []
+        monitors.told([0.0, 0.0])
+    biased = [state(t, [0.0, 0.0], None, [1.4, 0.0]) for t in range(300)]
+    assert found(monitors, biased)

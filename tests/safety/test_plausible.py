@@ -26,7 +26,7 @@ def fitted() -> PlausibleTable:
     """Of the pendulum as a machine, and an arm of half its weight."""
     postures = np.random.default_rng(0).uniform(-np.pi, np.pi, (200, 2))
     features = Features(2, 2)
-    F = np.array([features.of(q) for q in postures])
+    F = np.array([features.of(q).copy() for q in postures])
     table = np.linalg.lstsq(F, np.array([pendulum(q) for q in postures]), rcond=None)[0].T
     chain = Chain((0, 1), 2, table, 0.5 * table)
     return PlausibleTable((chain,), np.zeros(2), np.ones(2), np.zeros(2))
@@ -45,7 +45,7 @@ def test_a_chain_s_weight_is_in_the_table_exactly(first: float, second: float, g
 @given(angles, angles)
 def test_above_one_gravity_the_arm_is_pushed_down(first: float, second: float):
     q = np.array([first, second])
-    change = TABLE.torque(q, 1.8) - TABLE.torque(q, 1.0)
+    change = np.subtract(TABLE.torque(q, 1.8), TABLE.torque(q, 1.0))
     np.testing.assert_allclose(change, -0.4 * pendulum(q), atol=1e-9)
 
 
@@ -53,7 +53,7 @@ def test_two_limbs_keep_their_own_joints():
     chain = TABLE.chains[0]
     both = PlausibleTable((replace(chain, joints=(0, 2)), replace(chain, joints=(3, 1))), *[np.zeros(4)] * 3)
     q = np.array([0.3, -0.2, 0.5, 1.0])
-    tau = both.torque(q, 1.0)
+    tau = np.array(both.torque(q, 1.0))
     np.testing.assert_allclose(tau[[0, 2]], pendulum(q[[0, 2]]), atol=1e-9)
     np.testing.assert_allclose(tau[[3, 1]], pendulum(q[[3, 1]]), atol=1e-9)
 
@@ -70,7 +70,7 @@ def test_features_are_the_products_with_so_few_factors(joints: int, factors: int
         if len({k for k, _ in some}) == size
     ]
     assert features.count == count == len(products)
-    np.testing.assert_allclose(np.sort(features.of(q)), np.sort(products), atol=1e-12)
+    np.testing.assert_allclose(np.sort(features.of(q)[features.kept]), np.sort(products), atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,7 @@ class StopReason(enum.Enum):
     MODEL_LOST = "The model of the arm in the machine no longer fits its posture."
     PAST_A_STOP = "A joint is where its stops do not let it be."
     ASTRAY = "A joint did not follow where it was led."
+    NOT_THIS_ARM = "Control asked for more than this person's arm can need: another arm or a weight is in the machine."
     CONTROL_SILENT = "Control did not answer in time."
     MACHINE_SILENT = "The machine did not say in time where it is."
     ENCODER_JUMPED = "An encoder jumped farther than its joint can move."
@@ -128,38 +129,36 @@ class Envelope:
             speeds[joint], positions[joint] = 0.0, self._q[joint]
         # Finite on both sides: minimum and maximum would hide a NaN.
         fastest = max(map(abs, speeds)) if all(map(math.isfinite, speeds)) else None
-        self._see(positions)
+        # The friction of an incredible speed would lift every bound, and its power empty the tank for ever.
+        known = self._none if fastest is None or fastest > V_CREDIBLE_RAD_S else speeds
+        if all(map(math.isfinite, positions)):
+            self._q = positions
+        else:
+            self.trip(StopReason.NO_MEASUREMENT)  # positions that mean nothing leave the last ones in force
+        person = self.person
+        if person is not None:
+            person.look(self._q, known)
         if self.stop is None:
             self._watch(desired, fastest)
         wanted = desired if self.stop is None else self._descent()
+        plausible = wanted if person is None else person.bounded(wanted)
         if fastest is not None and self._brakes(fastest):
-            wanted = [tau - self._brake(joint, speeds[joint]) for joint, tau in enumerate(wanted)]
-        # The friction of an incredible speed would lift every bound, and its power empty the tank for ever.
-        known = self._none if fastest is None or fastest > V_CREDIBLE_RAD_S else speeds
-        plausible = wanted if self.person is None else self._for_person(self.person, wanted, known)
-        tau, step = [], self._step
-        for w, bound, last in zip(plausible, self._bounds, self._tau, strict=True):
-            bounded = -bound if w < -bound else bound if w > bound else w
-            tau.append(last - step if bounded < last - step else last + step if bounded > last + step else bounded)
-        if self.person is not None:
-            self.person.pay(tau, known, self._dt)
+            # After the bounds: else what control pushes beyond them would be taken from the brake.
+            brakes = [self._brake(joint, v) for joint, v in enumerate(speeds)]
+            wanted = [tau - brake for tau, brake in zip(wanted, brakes, strict=True)]
+            plausible = wanted if person is None else person.braked(plausible, brakes)
+        if person is not None:
+            plausible = person.afford(plausible, known, self.limits.torque_rate_max_Nm_per_s)
+        tau, step = list(plausible), self._step
+        for joint, last in enumerate(self._tau):
+            bound = self._bounds[joint]
+            tau[joint] = _within(_within(tau[joint], -bound, bound), last - step, last + step)
+        if person is not None:
+            person.pay(tau, known, self._dt)
         if self.stop is None and tau != wanted:
             self.clipped_ticks += 1
         self._tau = tau
         return np.array(tau)
-
-    def _see(self, q: list[float]) -> None:
-        """Positions that mean nothing leave the last ones in force."""
-        if all(map(math.isfinite, q)):
-            self._q = q
-        else:
-            self.trip(StopReason.NO_MEASUREMENT)
-
-    def _for_person(self, person: Person, wanted: list[float], v: list[float]) -> list[float]:
-        """Within what is plausible for this person, with no more power than the tank can pay for."""
-        person.look(np.array(self._q), v)
-        bounded = [_within(tau, *person.allowed(joint, self._q[joint])) for joint, tau in enumerate(wanted)]
-        return person.afford(bounded, v, self.limits.torque_rate_max_Nm_per_s)
 
     @property
     def drive_damping(self) -> Joints:
@@ -198,11 +197,15 @@ class Envelope:
             self.stop = StopReason.NO_MEASUREMENT
         elif not all(map(math.isfinite, tau_desired)):
             self.stop = StopReason.NOT_FINITE
-        elif fastest > self.limits.v_trip_rad_s:
+        elif fastest > self._v_trip():
             self.stop = StopReason.TOO_FAST
-        elif self.person is not None and self.person.past_a_stop(self._q):
+        elif self.person is not None and self.person.is_past_a_stop:
             self.stop = StopReason.PAST_A_STOP
         self._tau_at_stop = self._tau
+
+    def _v_trip(self) -> float:
+        own = self.limits.v_trip_rad_s
+        return own if self.person is None else min(own, self.person.limits.v_trip_rad_s)
 
     def _descent(self) -> list[float]:
         self._since_stop += self._dt
@@ -213,7 +216,8 @@ class Envelope:
 
     def _brakes(self, fastest: float) -> bool:
         """Whether any joint may be braked now."""
-        return self.stop is not None or self.person is not None or fastest > self.limits.v_damping_rad_s
+        in_a_wall = self.person is not None and self.person.is_in_a_wall
+        return self.stop is not None or in_a_wall or fastest > self.limits.v_damping_rad_s
 
     def _brake(self, joint: int, v: float) -> float:
         """Damping torque: on all motion while descending; else on what is too fast, and before a joint's stop."""
@@ -221,7 +225,7 @@ class Envelope:
         if self.stop is not None:
             return (WITHOUT_MODEL if self.without_model else 1.0) * self._damping[joint] * v
         excess = max(abs(v) - self.limits.v_damping_rad_s, 0.0)
-        in_wall = 0.0 if self.person is None else self.person.wall(joint, self._q[joint], v) * abs(v)
+        in_wall = 0.0 if self.person is None else self.person.wall(joint, v) * abs(v)
         return math.copysign(self._damping[joint] * max(excess, in_wall), v)
 
 

@@ -5,9 +5,9 @@ It needs no model and no control: a measurement and a submitted torque come in, 
 
 import enum
 import math
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -54,7 +54,7 @@ class SafeState(enum.IntEnum):
     """Soft descent, a distrusted joint braked by its own drive."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Submitted:
     """What control asks for."""
 
@@ -68,8 +68,7 @@ class Submitted:
     """[N·m]"""
 
 
-@dataclass(frozen=True)
-class Guarded:
+class Guarded(NamedTuple):
     """What goes out."""
 
     tau: Joints
@@ -86,6 +85,9 @@ _STOPS: dict[Doubt, StopReason] = {
     Doubt.FROZEN: StopReason.ENCODER_DEAD,
     Doubt.NOT_FINITE: StopReason.NO_MEASUREMENT,
 }
+
+
+_NOBODY: frozenset[int] = frozenset()
 
 
 class Guard:
@@ -117,7 +119,7 @@ class Guard:
         self._q = self._v = np.zeros(joints)
         self._held = np.zeros(joints)
         self._everywhere = range(joints)
-        self._broken: frozenset[int] = frozenset()
+        self._broken = _NOBODY
         self._seen: JointState | None = None
 
     @classmethod
@@ -151,20 +153,27 @@ class Guard:
     def see(self, state: JointState | None, now: float) -> JointState | None:
         """First half of a tick: what may be believed of a measurement, for control to answer to; None if nothing."""
         seen = self._ingress.see(state, now, self.envelope.isolated)
-        self._doubt(seen.doubts)
+        self._broken = _NOBODY
+        if seen.doubts:
+            self._doubt(seen.doubts)
         self._seen = seen.state
         if seen.state is not None:
             self._q = seen.state.q
             self._v = self._speeds.update(seen.state.q.tolist(), seen.state.t)
-            for reason, joint in self._monitors.look(seen.state, self.envelope.isolated) if self._compares else ():
-                self._distrust(reason, joint)
+            if self._compares:
+                for reason, joint in self._monitors.look(seen.state, self.envelope.isolated):
+                    self._distrust(reason, joint)
         return seen.state
 
     def decide(self, submitted: Submitted | None, now: float) -> Guarded:
         """Second half: what goes out, whether control has answered or not."""
         bridges = self._count(self._seen, submitted, now)
         tau = self.envelope.limit(self._held, self._q, self._v)
-        self._monitors.told(tau.tolist())
+        told = tau.tolist()
+        self._monitors.told(told)
+        asked = self._held.tolist() if self.envelope.stop is None else told  # what is asked in a descent is no matter
+        if self._compares and self._monitors.is_refused(asked, told, self._v.tolist()):
+            self.envelope.trip(StopReason.NOT_THIS_ARM)
         return Guarded(tau, self.envelope.drive_damping, self._safe_state(bridges))
 
     def lose_model(self) -> None:
@@ -234,24 +243,23 @@ class Guard:
 
 
 class _Misses:
-    """Missed ticks, and whether they are too many to bridge."""
+    """Missed ticks of the last second, one bit each, and whether they are too many to bridge."""
 
     def __init__(self):
-        self._row = self._count = 0
-        self._window: deque[bool] = deque(maxlen=WINDOW)
-        self._second: deque[bool] = deque(maxlen=SECOND)
+        self._ticks = 0
 
     def add(self, is_missed: bool) -> bool:
         """One tick; whether the bridge ends with it."""
-        if len(self._second) == SECOND:
-            self._count -= self._second[0]
-        self._second.append(is_missed)
-        self._count += is_missed
-        self._window.append(is_missed)
-        self._row = self._row + 1 if is_missed else 0
+        self._ticks = (self._ticks << 1 | is_missed) & _EVERY
         if not is_missed:
             return False
-        return self._row > IN_A_ROW_MAX or sum(self._window) > IN_WINDOW_MAX or self._count > IN_SECOND_MAX
+        in_window = (self._ticks & _RECENT).bit_count()
+        in_a_row = self._ticks & _ROW == _ROW
+        return in_a_row or in_window > IN_WINDOW_MAX or self._ticks.bit_count() > IN_SECOND_MAX
+
+
+_ROW, _RECENT, _EVERY = 2 ** (IN_A_ROW_MAX + 1) - 1, 2**WINDOW - 1, 2**SECOND - 1
+"""Bits of the last ticks."""
 
 
 class _Speeds:
@@ -268,7 +276,6 @@ class _Speeds:
         if self._q is not None:
             passed = max(t - self._t, 0.5 * self._period_s)
             share = passed / (SPEED_FILTER_S + passed)
-            pairs = zip(self._v, q, self._q, strict=True)
-            self._v = [v + share * ((at - was) / passed - v) for v, at, was in pairs]
+            self._v = [v + share * ((q[j] - self._q[j]) / passed - v) for j, v in enumerate(self._v)]
         self._q, self._t = q, t
         return np.array(self._v)

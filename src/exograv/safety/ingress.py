@@ -7,8 +7,9 @@ import enum
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
+from exograv.errors import ConfigError
 from exograv.signals import JointState, TorqueSource
 
 AGE_MAX_S = 0.003
@@ -30,6 +31,9 @@ MOVING_TICKS, MOVING_COUNTS = 5, 4
 """Just before, in which the joint must have been so fast, and moved by so many counts of its encoder: from there nobody
 comes to rest within one count, braked by 50 rad/s², which is more than any motor does to an arm."""
 
+LOOKED_AT = MOVING_TICKS + FROZEN_TICKS + 1
+"""Measurements, for that [-]."""
+
 
 COARSEST_COUNT_RAD = 2.0 * math.pi / 2**14
 """Of the encoders of machines that we know of: what a machine that does not say is taken to have [rad]."""
@@ -46,8 +50,7 @@ class Doubt(enum.Enum):
     OUT_OF_ORDER = "A measurement came twice, or after a newer one."
 
 
-@dataclass(frozen=True)
-class Seen:
+class Seen(NamedTuple):
     """What one tick brought."""
 
     state: JointState | None
@@ -64,13 +67,29 @@ class Ingress:
         """Nothing has been seen yet.
 
         Args:
-            counts_rad: Of each joint's encoder, the least change that it can tell [rad].
+            counts_rad: Of each joint's encoder, the least change that it can tell [rad]; infinite where it is not
+                watched.
             period_s: Between two measurements [s].
             v_trip_rad_s: As in the envelope: faster no joint is allowed to be [rad/s].
+
+        Raises:
+            ConfigError: A count is negative or no number.
         """
-        self._period_s = period_s
-        self._joints = range(len(counts_rad))
-        self._encoders = [_Encoder(JUMP_SHARE * v_trip_rad_s * period_s, count, period_s) for count in counts_rad]
+        bad = [(j, count) for j, count in enumerate(counts_rad) if not count >= 0.0]
+        if bad:
+            raise ConfigError(
+                f"The encoder of joint {bad[0][0]} has a count of {bad[0][1]} rad; allowed: 0 and above, infinite "
+                "where it is not watched. Correct it in the rig file."
+            )
+        self._period_s, joints = period_s, len(counts_rad)
+        self._joints = range(joints)
+        self._reach = [JUMP_SHARE * v_trip_rad_s * period_s + count for count in counts_rad]
+        self._least_way = [
+            max(FROZEN_FROM_RAD_S * MOVING_TICKS * period_s, MOVING_COUNTS * count) for count in counts_rad
+        ]
+        self._used: deque[list[float]] = deque(maxlen=LOOKED_AT)
+        self._newest = [math.nan] * joints
+        self._still, self._jumped = [0] * joints, [0] * joints
         self._sequence, self._t = -1, -math.inf
         self.dropped = 0
         """Measurements that came twice or after a newer one: counted, and never used."""
@@ -83,8 +102,7 @@ class Ingress:
             now: On the rig's clock [s].
             ignored: Joints that are not believed any more: what they say makes no measurement worse.
         """
-        for j in ignored:
-            self._encoders[j].forget()
+        self._forget(ignored)
         if state is None:
             return Seen(None, ((Doubt.MISSING, None),))
         if state.sequence <= self._sequence:
@@ -95,50 +113,47 @@ class Ingress:
         if not abs(now - state.t) <= AGE_MAX_S:
             return Seen(None, ((Doubt.STALE, None),))
         q, other = state.q.tolist(), _measured(state)
-        believed = [j for j in self._joints if j not in ignored] if ignored else self._joints
-        broken = [j for j in believed if not (math.isfinite(q[j]) and math.isfinite(other[j]))]
-        if broken:
-            return Seen(None, tuple((Doubt.NOT_FINITE, j) for j in broken))
-        ticks = max(round((state.t - self._t) / self._period_s), 1) if math.isfinite(self._t) else 1
+        if not (all(map(math.isfinite, q)) and all(map(math.isfinite, other))):
+            believed = [j for j in self._joints if j not in ignored]
+            broken = [j for j in believed if not (math.isfinite(q[j]) and math.isfinite(other[j]))]
+            if broken:
+                return Seen(None, tuple((Doubt.NOT_FINITE, j) for j in broken))
+        # What is not believed is no number, and no number is far from another, or the same.
+        q = [math.nan if j in ignored else at for j, at in enumerate(q)] if ignored else q
+        ticks = max(round((state.t - self._t) / self._period_s), 1) if self._used else 1
+        newest, jumped = self._newest, self._jumped
+        is_far = False
         # All of them look, whatever the first one finds.
-        jumped = [j for j in believed if self._encoders[j].jumps(q[j], ticks)]
-        if jumped:
-            certain = (j for j in jumped if self._encoders[j].jumped >= JUMPS_MAX)
-            return Seen(None, tuple((Doubt.JUMP, j) for j in certain))
-        self._t = state.t
-        frozen = [j for j in believed if self._encoders[j].is_frozen(q[j])]
-        return Seen(state, tuple((Doubt.FROZEN, j) for j in frozen))
+        for j in self._joints:
+            jumped[j] = jumped[j] + 1 if abs(q[j] - newest[j]) > ticks * self._reach[j] else 0
+            is_far = is_far or jumped[j] > 0
+        if is_far:
+            return Seen(None, tuple((Doubt.JUMP, j) for j in self._joints if jumped[j] >= JUMPS_MAX))
+        return Seen(state, self._use(q, state.t))
 
+    def _use(self, q: list[float], t: float) -> tuple[tuple[Doubt, int], ...]:
+        """These positions are believed; which joints have been the same for long after a clear motion."""
+        still, is_any_still = self._still, False
+        for j in self._joints:
+            still[j] = still[j] + 1 if q[j] == self._newest[j] else 0
+            is_any_still = is_any_still or still[j] >= FROZEN_TICKS
+        self._newest, self._t = q, t
+        self._used.append(q)
+        if not is_any_still or len(self._used) < LOOKED_AT:
+            return ()
+        return tuple((Doubt.FROZEN, j) for j in self._joints if self._is_frozen(j))
 
-class _Encoder:
-    """The last positions of one joint."""
+    def _is_frozen(self, joint: int) -> bool:
+        """Whether a joint has been the same for long after a clear motion."""
+        way = abs(self._newest[joint] - self._used[0][joint])
+        return self._still[joint] >= FROZEN_TICKS and way >= self._least_way[joint]
 
-    def __init__(self, jump_rad: float, count_rad: float, period_s: float):
-        self._jump = jump_rad + count_rad
-        self._way = max(FROZEN_FROM_RAD_S * MOVING_TICKS * period_s, MOVING_COUNTS * count_rad)
-        self._last: deque[float] = deque(maxlen=MOVING_TICKS + FROZEN_TICKS + 1)
-        self._newest, self._still = math.nan, 0
-        self.jumped = 0
-        """Positions in a row that were too far off."""
-
-    def forget(self) -> None:
-        """Nothing was seen: when the joint is believed again, nobody knows how it came to where it is."""
-        self._last.clear()
-        self._newest, self._still, self.jumped = math.nan, 0, 0
-
-    def jumps(self, q: float, ticks: int) -> bool:
-        """Whether it is farther off the last position that was used than the joint can have come in so many ticks."""
-        is_far = abs(q - self._newest) > ticks * self._jump
-        self.jumped = self.jumped + 1 if is_far else 0
-        return is_far
-
-    def is_frozen(self, q: float) -> bool:
-        """Use this position; whether it has been the same for long after a clear motion."""
-        self._still = self._still + 1 if q == self._newest else 0
-        self._newest = q
-        last = self._last
-        last.append(q)
-        return self._still >= FROZEN_TICKS and len(last) == last.maxlen and abs(q - last[0]) >= self._way
+    def _forget(self, joints: Collection[int]) -> None:
+        """Nothing was seen: when a joint is believed again, nobody knows how it came to where it is."""
+        for j in joints:
+            self._still[j] = self._jumped[j] = 0
+            for q in (self._newest, *self._used):
+                q[j] = math.nan
 
 
 def _measured(state: JointState) -> list[float]:

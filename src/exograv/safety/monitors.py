@@ -3,8 +3,9 @@
 Sources of all figures: docs/safety.md.
 """
 
+import math
 from collections import deque
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 
 from exograv.signals import JointState
 
@@ -31,6 +32,16 @@ SPEED_TICKS = 8
 STILL_TICKS, STILL_WAY_RAD = 20, 0.003
 """An encoder that says the same so often, to the bit, while its motor goes so far is dead: 0.15 rad/s, eight counts."""
 
+TORQUE_BIAS_NM = 2.0
+"""By which a motor's torque may be off what it was told on average [N·m]."""
+
+BIAS_S = 0.1
+"""Of that average [s]."""
+
+REFUSED_NM, REFUSED_S, SLOW_RAD_S = 3.0, 0.3, 0.1
+"""So much more, for so long, at so slow a joint, control asks for than may go out when its arm is not the one in the
+machine: in motion a joint may need more for a while."""
+
 Finding = tuple[StopReason, int]
 """What is wrong, and with which joint."""
 
@@ -47,69 +58,76 @@ class Monitors:
             gain: Torque per motor current, as calibrated [N·m/A]; None where torque is measured by sensors.
         """
         self._gain = None if gain is None else list(gain)
-        self._apart = [_Apart(period_s) for _ in range(joints)]
         self._told: deque[list[float]] = deque(maxlen=LATELY_TICKS)
-        self._off = [0] * joints
+        self._off, self._parted = [0] * joints, [0] * joints
+        self._bias, self._bias_share = [0.0] * joints, period_s / (BIAS_S + period_s)
+        self._refused, self._refused_ticks = [0] * joints, round(REFUSED_S / period_s)
+        self._least_way = OPPOSITE_RAD_S * SPEED_TICKS * period_s
+        self._before: deque[tuple[list[float], list[float]]] = deque(maxlen=SPEED_TICKS + 1)
+        self._first = [math.nan] * joints
+        self._stands_at, self._motor_was, self._still = [math.nan] * joints, [0.0] * joints, [0] * joints
+        """Where joint and motor were when the joint's encoder began to say the same, and for how many ticks."""
 
-    def told(self, tau: Sequence[float]) -> None:
+    def told(self, tau: list[float]) -> None:
         """What went out (joint,) [N·m]."""
-        self._told.append(list(tau))
+        self._told.append(tau)
 
-    def look(self, state: JointState, ignored: Collection[int] = ()) -> Iterator[Finding]:
+    def is_refused(self, asked: Sequence[float], tau: Sequence[float], v: Sequence[float]) -> bool:
+        """Whether a slow joint has been asked for more than went out, by far and for long [N·m], [rad/s]."""
+        if asked == tau and not any(self._refused):
+            return False
+        for j, refused in enumerate(self._refused):
+            is_much = abs(asked[j] - tau[j]) > REFUSED_NM and abs(v[j]) < SLOW_RAD_S
+            self._refused[j] = refused + 1 if is_much else 0
+        return max(self._refused) > self._refused_ticks
+
+    def look(self, state: JointState, ignored: Collection[int] = ()) -> list[Finding]:
         """What a measurement that is believed otherwise gives away; joints in `ignored` are not asked."""
-        yield from ((StopReason.DRIVE_FAULT, j) for j in state.faulty if j not in ignored)
+        found = [(StopReason.DRIVE_FAULT, j) for j in state.faulty]
         if state.q_motor is not None:
-            both = zip(self._apart, state.q.tolist(), state.q_motor.tolist(), strict=True)
-            for j, (apart, q, q_motor) in enumerate(both):
-                if j not in ignored and apart.takes(q, q_motor):
-                    yield StopReason.ENCODERS_PART, j
-        yield from ((StopReason.TORQUE_WRONG, j) for j in self._wrong_torques(state) if j not in ignored)
+            found += [(StopReason.ENCODERS_PART, j) for j in self._parting(state.q.tolist(), state.q_motor.tolist())]
+        found += [(StopReason.TORQUE_WRONG, j) for j in self._wrong_torques(state)]
+        return [(reason, j) for reason, j in found if j not in ignored] if found else found
 
-    def _wrong_torques(self, state: JointState) -> Iterator[int]:
+    def _wrong_torques(self, state: JointState) -> list[int]:
         if len(self._told) < LATELY_TICKS:
-            return
-        measured = state.tau.tolist()
+            return []
+        measured, off, found = state.tau.tolist(), self._off, []
         if self._gain is not None:
-            measured = [g * i for g, i in zip(self._gain, state.current.tolist(), strict=True)]
-        for j, (tau, newest) in enumerate(zip(measured, self._told[-1], strict=True)):
+            current = state.current.tolist()
+            measured = [gain * current[j] for j, gain in enumerate(self._gain)]
+        for j, newest in enumerate(self._told[-1]):
             # A torque that is not a number is the ingress' to find.
-            is_off = abs(tau - newest) > TORQUE_OFF_NM and self._is_off_lately(j, tau)
-            self._off[j] = self._off[j] + 1 if is_off else 0
-            if self._off[j] >= IN_A_ROW:
-                yield j
+            difference = measured[j] - newest
+            if math.isfinite(difference):  # else a joint that is not asked would never be watched again
+                self._bias[j] += self._bias_share * (difference - self._bias[j])
+            is_off = abs(difference) > TORQUE_OFF_NM and self._is_off_lately(j, measured[j])
+            off[j] = off[j] + 1 if is_off else 0
+            if off[j] >= IN_A_ROW or abs(self._bias[j]) > TORQUE_BIAS_NM:
+                found.append(j)
+        return found
 
     def _is_off_lately(self, joint: int, tau: float) -> bool:
         """Whether it is off everything that the joint was told lately, not only the newest."""
         lately = [told[joint] for told in self._told]
         return tau > max(lately) + TORQUE_OFF_NM or tau < min(lately) - TORQUE_OFF_NM
 
-
-class _Apart:
-    """The two encoders of one joint."""
-
-    def __init__(self, period_s: float):
-        self._least_way = OPPOSITE_RAD_S * SPEED_TICKS * period_s
-        self._first: float | None = None
-        self._last: deque[tuple[float, float]] = deque(maxlen=SPEED_TICKS + 1)
-        self._ticks = self._still = 0
-        self._q_still, self._q_motor_still = float("nan"), 0.0
-
-    def takes(self, q: float, q_motor: float) -> bool:
-        """Whether they have parted: farther than at first, or in opposite directions, for some time."""
-        difference = q - q_motor
-        if self._first is None:
-            self._first = difference
-        self._last.append((q, q_motor))
-        before, before_motor = self._last[0]
-        way, way_motor = q - before, q_motor - before_motor
-        is_opposite = way * way_motor < 0.0 and min(abs(way), abs(way_motor)) > self._least_way
-        is_apart = abs(difference - self._first) > AGREE_RAD
-        self._ticks = self._ticks + 1 if is_opposite or is_apart else 0
-        return self._ticks >= IN_A_ROW or self._is_dead(q, q_motor)
-
-    def _is_dead(self, q: float, q_motor: float) -> bool:
-        """Whether the joint's encoder stands still to the bit while the motor goes on."""
-        if q != self._q_still:
-            self._q_still, self._q_motor_still, self._still = q, q_motor, 0
-        self._still += 1
-        return self._still > STILL_TICKS and abs(q_motor - self._q_motor_still) > STILL_WAY_RAD
+    def _parting(self, q: list[float], q_motor: list[float]) -> list[int]:
+        """Joints whose two encoders have parted for some time: far, or in opposite directions, or one stands still."""
+        self._before.append((q, q_motor))
+        (before, motor_before), least, found = self._before[0], self._least_way, []
+        for j, at in enumerate(q):
+            motor, first = q_motor[j], self._first[j]
+            if first != first:  # no number: nothing has been seen yet
+                self._first[j] = at - motor
+            way, motor_way = at - before[j], motor - motor_before[j]
+            is_opposite = way * motor_way < 0.0 and abs(way) > least and abs(motor_way) > least
+            is_apart = is_opposite or abs(at - motor - first) > AGREE_RAD
+            self._parted[j] = self._parted[j] + 1 if is_apart else 0
+            if at != self._stands_at[j]:
+                self._stands_at[j], self._motor_was[j], self._still[j] = at, motor, 0
+            self._still[j] += 1
+            is_dead = self._still[j] > STILL_TICKS and abs(motor - self._motor_was[j]) > STILL_WAY_RAD
+            if is_dead or self._parted[j] >= IN_A_ROW:
+                found.append(j)
+        return found

@@ -20,6 +20,10 @@ Numbers = list[float]
 SHARE_MAX = 1.3
 """Of the plausible torque [-]."""
 
+WALL_AHEAD_S = 0.1
+"""A wall is felt where a joint will be so soon: torque that pushes on needs so long to become torque that brakes, and
+a joint of 2.7 rad/s went through the wall meanwhile [s]."""
+
 MARGIN_NM = 3.0
 """Beyond that share and friction [N·m]."""
 
@@ -43,9 +47,15 @@ class PersonLimits:
     trip_rad: float = math.radians(2.0)
     """Past a stop, where something must be wrong."""
 
+    v_trip_rad_s: float = math.inf
+    """Speed at which the soft descent starts, where that is sooner than the machine's own."""
+
     tank_start_J: float = 0.5
     tank_max_J: float = 1.0
-    """What control may put into the person beyond carrying; it fills again by braking only."""
+    """What control may put into the person beyond carrying; it fills again by braking, and by `path_W`."""
+
+    path_W: float = 0.0
+    """What a motion on a path takes beyond carrying, while the arm is moved along one."""
 
     def __post_init__(self):
         if not (self.wall_rad > 0.0 and 0.0 <= self.trip_rad < math.inf):
@@ -61,6 +71,10 @@ class PersonLimits:
             )
         if not (np.isfinite(self.active_max_Nm) & (self.active_max_Nm > 0.0)).all():
             raise ConfigError(f"active_max_Nm is {self.active_max_Nm}; it must be positive and finite. Correct it.")
+        if not self.v_trip_rad_s > 0.0:
+            raise ConfigError(f"v_trip_rad_s is {self.v_trip_rad_s}; allowed: above 0. Correct it.")
+        if not 0.0 <= self.path_W < math.inf:
+            raise ConfigError(f"path_W is {self.path_W}; allowed: 0 and above, finite. Correct it.")
         if not 0.0 < self.tank_start_J <= self.tank_max_J < math.inf:
             raise ConfigError(
                 f"tank_start_J is {self.tank_start_J}; allowed: above 0 and up to tank_max_J, {self.tank_max_J}."
@@ -79,50 +93,82 @@ class Person:
     """In the tank."""
 
     def __post_init__(self):
-        table = self.limits.table
-        self.energy_J = self.limits.tank_start_J
+        limits, table = self.limits, self.limits.table
+        self.energy_J = limits.tank_start_J
         self._error, self._dry = table.error.tolist(), table.dry.tolist()
         self._viscous: Numbers = table.viscous.tolist()
-        self._active: Numbers = self.limits.active_max_Nm.tolist()
-        self._lower: Numbers = self.limits.q_lower.tolist()
-        self._upper: Numbers = self.limits.q_upper.tolist()
+        self._active: Numbers = limits.active_max_Nm.tolist()
+        self._lower: Numbers = limits.q_lower.tolist()
+        self._upper: Numbers = limits.q_upper.tolist()
+        self._free_lower: Numbers = (limits.q_lower + limits.wall_rad).tolist()
+        self._free_upper: Numbers = (limits.q_upper - limits.wall_rad).tolist()
+        self._joints = range(len(self._active))
         self._plausible: Numbers = [0.0] * len(self._active)
         self._friction: Numbers = [0.0] * len(self._active)
+        self._q: Sequence[float] = [0.0] * len(self._active)
+        self._least, self._most = list(self._q), list(self._q)
+        self._low, self._high = list(self._q), list(self._q)
+        self.is_in_a_wall = False
+        """Whether any joint is near one of its stops; there alone walls have anything to say."""
 
-    def past_a_stop(self, q: Sequence[float]) -> bool:
-        """Whether a joint is where it cannot be [rad]."""
-        trip = self.limits.trip_rad
-        return any(
-            not low - trip <= at <= high + trip for at, low, high in zip(q, self._lower, self._upper, strict=True)
-        )
-
-    def look(self, q: Joints, v: Sequence[float]) -> None:
+    def look(self, q: Sequence[float], v: Sequence[float]) -> None:
         """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture."""
         # In this order a level that is no number counts as 0; in the other it would lift every bound.
         level = min(max(0.0, self.gravity_level), GRAVITY_LEVEL_MAX)
-        self._plausible = self.limits.table.torque(q, level).tolist()
-        self._friction = [dry + slope * abs(w) for dry, slope, w in zip(self._dry, self._viscous, v, strict=True)]
+        self._q, self._plausible = q, self.limits.table.torque(np.array(q), level)
+        self.is_in_a_wall = False
+        for j in self._joints:
+            self._friction[j] = self._dry[j] + self._viscous[j] * abs(v[j])
+            ahead = q[j] + WALL_AHEAD_S * v[j]
+            if ahead > q[j]:
+                self._least[j], self._most[j] = q[j], ahead
+            else:
+                self._least[j], self._most[j] = ahead, q[j]
+            if self._least[j] < self._free_lower[j] or self._most[j] > self._free_upper[j]:
+                self.is_in_a_wall = True
 
-    def allowed(self, joint: int, q: float) -> tuple[float, float]:
-        """Least and greatest torque of a joint at `q` [rad] [N·m].
+    @property
+    def is_past_a_stop(self) -> bool:
+        """Whether a joint is where it cannot be."""
+        trip, q = self.limits.trip_rad, self._q
+        return self.is_in_a_wall and any(
+            not self._lower[j] - trip <= q[j] <= self._upper[j] + trip for j in self._joints
+        )
+
+    def bounded(self, tau: Numbers) -> Numbers:
+        """Torques [N·m] within what each joint may be told.
 
         Both rows of the envelope hold: 1.3 times the plausible torque and 3 N·m, and the plausible torque and what a
         weak adult can resist. Within a wall what pushes on towards the stop fades away.
         """
-        p, active = self._plausible[joint], self._active[joint]
-        beyond = self._friction[joint] + self._error[joint]
-        low = max(SHARE_MAX * min(p, 0.0) - MARGIN_NM, min(p, 0.0) - active) - beyond
-        high = min(SHARE_MAX * max(p, 0.0) + MARGIN_NM, max(p, 0.0) + active) + beyond
-        into_upper, into_lower = self._depth(joint, q)
-        if into_upper > 0.0:
-            high -= into_upper * (high - max(p, low))
-        if into_lower > 0.0:
-            low += into_lower * (min(p, high) - low)
+        found = list(tau)
+        for j in self._joints:
+            p, active, beyond = self._plausible[j], self._active[j], self._friction[j] + self._error[j]
+            up, down = (p, 0.0) if p > 0.0 else (0.0, p)
+            low, high = SHARE_MAX * down - MARGIN_NM, SHARE_MAX * up + MARGIN_NM
+            low = (low if low > down - active else down - active) - beyond
+            high = (high if high < up + active else up + active) + beyond
+            self._low[j], self._high[j] = low, high
+            if self.is_in_a_wall:
+                low, high = self._in_wall(j, low, high)
+            if not low <= found[j] <= high:
+                found[j] = low if found[j] < low else high
+        return found
+
+    def braked(self, tau: Numbers, brakes: Numbers) -> Numbers:
+        """Bounded torques less what brakes [N·m]: within the same rows, but no wall takes from what brakes."""
+        return [min(max(tau[j] - brakes[j], self._low[j]), self._high[j]) for j in self._joints]
+
+    def _in_wall(self, joint: int, low: float, high: float) -> tuple[float, float]:
+        """What pushes on towards a stop fades to carrying [N·m]."""
+        p, (into_upper, into_lower) = self._plausible[joint], self._depth(joint)
+        high -= into_upper * (high - max(p, low))
+        low += into_lower * (min(p, high) - low)
         return low, high
 
-    def wall(self, joint: int, q: float, v: float) -> float:
-        """Share of the damping with which a motion towards a stop is braked at `q` [rad], `v` [rad/s] [-]."""
-        into_upper, into_lower = self._depth(joint, q)
+    def wall(self, joint: int, v: float) -> float:
+        """Share of the damping with which a motion of `v` [rad/s] towards a stop is braked [-]."""
+        into_upper, into_lower = self._depth(joint)
         return into_upper if v > 0.0 else into_lower
 
     def afford(self, tau: Numbers, v: Sequence[float], rate: float) -> Numbers:
@@ -137,33 +183,39 @@ class Person:
             v: Velocities [rad/s].
             rate: How fast torque may change [N·m/s].
         """
-        over = self._over(tau, v)
-        needed = sum(a * a * abs(w) for a, w in zip(over, v, strict=True) if a * w > 0.0) / (2.0 * rate)
+        over, needed = self._over(tau, v), 0.0
+        for j in self._joints:
+            if over[j] * v[j] > 0.0:
+                needed += over[j] * over[j] * abs(v[j])
+        needed /= 2.0 * rate
         has = max(self.energy_J, 0.0)
         if needed <= has:
             return tau
         kept = math.sqrt(has / needed)
-        return [one - (1.0 - kept) * a if a * w > 0.0 else one for one, a, w in zip(tau, over, v, strict=True)]
+        return [tau[j] - (1.0 - kept) * over[j] if over[j] * v[j] > 0.0 else tau[j] for j in self._joints]
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:
         """Let the tank pay for what goes out, or fill by what brakes."""
-        power = sum(a * w for a, w in zip(self._over(tau, v), v, strict=True))
+        over, power = self._over(tau, v), -self.limits.path_W
+        for j in self._joints:
+            power += over[j] * v[j]
         self.energy_J = min(self.energy_J - dt * power, self.limits.tank_max_J)
 
     def _over(self, tau: Numbers, v: Sequence[float]) -> Numbers:
         """What torques are over carrying the plausible weight and over friction in the joint's own direction."""
-        return [one - self._passive(joint, one, v[joint]) for joint, one in enumerate(tau)]
+        found = list(tau)
+        for j in self._joints:
+            over = tau[j] - self._plausible[j]
+            if v[j] * over > 0.0:
+                friction = self._friction[j] if over > 0.0 else -self._friction[j]
+                over = over - friction if abs(over) > abs(friction) else 0.0
+            found[j] = over
+        return found
 
-    def _passive(self, joint: int, tau: float, v: float) -> float:
-        """The part of a torque that carries, or overcomes friction."""
-        p = self._plausible[joint]
-        over = math.copysign(1.0, v) * (tau - p)
-        return p + math.copysign(min(max(over, 0.0), self._friction[joint]), v)
-
-    def _depth(self, joint: int, q: float) -> tuple[float, float]:
+    def _depth(self, joint: int) -> tuple[float, float]:
         """How far into the wall before the upper and the lower stop, 0 to 1 at the stop [-]."""
-        wall = self.limits.wall_rad
-        return _share((q - self._upper[joint]) / wall + 1.0), _share((self._lower[joint] - q) / wall + 1.0)
+        wall, least, most = self.limits.wall_rad, self._least[joint], self._most[joint]
+        return _share((most - self._upper[joint]) / wall + 1.0), _share((self._lower[joint] - least) / wall + 1.0)
 
 
 def _share(value: float) -> float:

@@ -1,5 +1,6 @@
 """What a torque may plausibly be: a table of sines and cosines in place of the model that the guard must not know."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,22 +16,32 @@ GRAVITY_LEVEL_MAX = 1.8
 
 
 class Features:
-    """Products of one of 1, cos and sin a joint, 3ⁿ of them: the weight of a chain is a sum of these."""
+    """Products of one of 1, cos and sin a joint, 3ⁿ of them: the weight of a chain is a sum of these.
+
+    The first joint's factor changes fastest.
+    """
 
     def __init__(self, joints: int, most_factors: int):
         digits = np.arange(3**joints) // 3 ** np.arange(joints)[:, None] % 3
-        few = np.count_nonzero(digits, axis=0) <= most_factors
-        self._values = np.ones((joints, 3))
-        self._flat = self._values.reshape(-1)
-        self._places = 3 * np.arange(joints)[:, None] + digits[:, few]
-        self.count = self._places.shape[1]
-        """Of the products with no more than so many factors beside 1."""
+        self.kept = np.flatnonzero(np.count_nonzero(digits, axis=0) <= most_factors)
+        """Places of the products with no more than so many factors beside 1."""
+        self.count = len(self.kept)
+        self._factors = np.ones((joints, 3))
+        # Every product in place, times the next joint's factors: no array is made in a tick.
+        self._steps, so_far = [], self._factors[0]
+        for factors in self._factors[1:]:
+            product = np.empty((3, len(so_far)))
+            self._steps.append((factors[:, None], so_far[None, :], product))
+            so_far = product.reshape(-1)
+        self._all = so_far
 
-    def of(self, q: Joints) -> Float[np.ndarray, " feature"]:
-        """At the angles of the chain's joints [rad]."""
-        np.cos(q, out=self._values[:, 1])
-        np.sin(q, out=self._values[:, 2])
-        return np.multiply.reduce(self._flat[self._places])
+    def of(self, q: Joints) -> Float[np.ndarray, " product"]:
+        """All 3ⁿ at the angles of the chain's joints [rad]; overwritten by the next call."""
+        np.cos(q, out=self._factors[:, 1])
+        np.sin(q, out=self._factors[:, 2])
+        for factors, so_far, product in self._steps:
+            np.multiply(factors, so_far, out=product)
+        return self._all
 
 
 @dataclass(frozen=True)
@@ -80,22 +91,42 @@ class PlausibleTable:
             raise ConfigError("The plausible table has entries that are not finite. Make it anew.")
 
     @cached_property
-    def _stacked(self) -> list[tuple[list[int], Features, np.ndarray]]:
-        """Of each chain: joints, features, and both tables in one."""
-        return [
-            (list(c.joints), Features(len(c.joints), c.most_factors), np.vstack([c.exo, c.arm])) for c in self.chains
-        ]
+    def _ready(self) -> list["_Ready"]:
+        return [_Ready(chain) for chain in self.chains]
 
-    def torque(self, q: Joints, gravity_level: float) -> Joints:
+    def torque(self, q: Joints, gravity_level: float) -> list[float]:
         """Torque that carries machine and arm at `q` [rad] at rest, where the arm feels `gravity_level` of its weight.
 
         Args:
             q: Joint positions (joint,) [rad].
             gravity_level: 0 to `GRAVITY_LEVEL_MAX`; above 1 the arm is pushed down.
+
+        Returns:
+            For each joint [N·m].
         """
-        tau = np.empty(len(q))
-        for joints, features, table in self._stacked:
-            both = table @ features.of(q[joints])
-            n = len(joints)
-            tau[joints] = both[:n] + (1.0 - gravity_level) * both[n:]
+        tau = [0.0] * len(q)
+        for chain in self._ready:
+            found = chain.torque(q, gravity_level)
+            for k, joint in chain.joints:
+                tau[joint] = found[k]
         return tau
+
+
+class _Ready:
+    """A chain's table, with zeros for the products that it does not use."""
+
+    def __init__(self, chain: Chain):
+        n = len(chain.joints)
+        self._features = Features(n, chain.most_factors)
+        self._exo, self._arm = np.zeros((n, 3**n)), np.zeros((n, 3**n))
+        self._exo[:, self._features.kept], self._arm[:, self._features.kept] = chain.exo, chain.arm
+        self.joints = list(enumerate(chain.joints))
+        first, last = chain.joints[0], chain.joints[-1]
+        self._at = slice(first, last + 1) if chain.joints == tuple(range(first, last + 1)) else list(chain.joints)
+        self._level, self._at_level = math.nan, self._exo
+
+    def torque(self, q: Joints, gravity_level: float) -> list[float]:
+        """Of its joints [N·m], at the positions of all joints [rad]."""
+        if gravity_level != self._level:
+            self._level, self._at_level = gravity_level, self._exo + (1.0 - gravity_level) * self._arm
+        return self._at_level.dot(self._features.of(q[self._at])).tolist()

@@ -19,7 +19,8 @@ SECONDS = {
 class _Fade:
     """Moves one field of the controller's mode from where it is to a goal, a little every tick."""
 
-    def __init__(self, controller: ArmController, field: str, goal: float, ticks: int):
+    def __init__(self, pilot: Pilot, controller: ArmController, field: str, goal: float, ticks: int):
+        self._envelope = pilot.envelope
         self._mode, self._field, self._goal = controller.mode, field, goal
         self._step = (goal - getattr(self._mode, field)) / ticks
         self._left = ticks
@@ -28,6 +29,8 @@ class _Fade:
         self._left -= 1
         value = self._goal if self._left <= 0 else getattr(self._mode, self._field) + self._step
         setattr(self._mode, self._field, value)
+        if self._field == "gravity_level" and self._envelope.person is not None:
+            self._envelope.person.gravity_level = value
 
 
 def fade(
@@ -45,7 +48,7 @@ def fade(
     if getattr(controller.mode, field) == goal:
         return
     dt = pilot.rig.period_s
-    change = _Fade(controller, field, goal, round(SECONDS[field] / dt))
+    change = _Fade(pilot, controller, field, goal, round(SECONDS[field] / dt))
     pilot.run(
         controller, motion.hold(posture, SECONDS[field], dt), "Letting go" if goal == 0.0 else "Taking over", change
     )

@@ -34,11 +34,13 @@ from .arm_controller import ArmController
 from .names import MethodName, TorqueSourceName
 from .pilot import Moment, Pilot
 from .resting_poses import rest_first
+from .worn import Worn
 
 PUBLISH_S = 0.2  # new parameters reach the controller at 5 Hz
 NOTE_S = 1.0  # and are noted, judged and drawn once a second
 EASE_S = 2.0  # a periodic motion starts and ends with speed, an arm does not
 TRAVEL = 0.6  # rad/s to the motion's first posture
+V_MOTION = 1.3  # rad/s: no joint of a designed motion is faster
 SKELETON_TICKS = 50
 
 
@@ -143,7 +145,7 @@ class Identifier:
         belief: Belief | None = None,
     ):
         self._pilot, self._controller, self._note = pilot, controller, note
-        self._torque_source = torque_source
+        self._torque_source, self.machine = torque_source, machine
         assembly = controller.assembly
         mean, covariance = prior(assembly, machine) if belief is None else belief
         self.followers: list[Callable[[Sample], None]] = []
@@ -244,9 +246,12 @@ def identify_arm(
     Raises:
         RigError: The envelope stopped the run.
     """
-    dt = pilot.rig.period_s
-    parts = parts or iter([identification_motion(controller.assembly, seconds, dt)])
+    dt, assembly = pilot.rig.period_s, controller.assembly
+    parts = parts or iter([identification_motion(assembly, seconds, dt)])
     path = next(parts)
+    found = identifier.result
+    pilot.worn = worn = pilot.worn or Worn(pilot.envelope, assembly, identifier.machine, found.prior)
+    worn.expect(found.prior, found.prior_covariance, V_MOTION)
     controller.mode.drive = 1.0
     rest_first(pilot, controller, identifier.result.method)
     approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, dt), motion.hold(path.q[0], 0.5, dt)]
@@ -257,6 +262,7 @@ def identify_arm(
         pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
     result = identifier.finish(pilot.rig.read().t)
     controller.publish(result.last.x, pilot.q)
+    worn.know(result.last.x)
     return result
 
 

@@ -20,6 +20,8 @@ from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Submitted
 from exograv.signals import Command, JointState, Reference
 
+from .worn import Worn
+
 Joints = Float[np.ndarray, " joint"]
 Progress = Callable[[str, float], None]
 """Called with a sentence and the share done, now and then."""
@@ -85,6 +87,8 @@ class Pilot:
     recording: RecordingWriter | None = None
     progress: Progress = lambda _text, _share: None
     pace: Pace | None = None
+    worn: Worn | None = None
+    """Tells the guard who is in the machine; nobody is if absent."""
     tick_us: list[float] = field(default_factory=list)
     """Time that each decision took, guard included [µs]."""
 

@@ -26,49 +26,102 @@ in more than 0.7 % of all postures (0.993²⁰⁴⁸ < 10⁻⁶)."""
 CLOSED_SHARE_MIN = 0.5
 """Share of the postures at which the arm lies in its cuffs; with less there is no table to trust [-]."""
 
+MARGIN_SD = 3.0
+"""Standard deviations of the arm's torque within which a person is plausible [-]."""
+
+ROUNDING_SHARE = 1e-12
+"""Of the largest eigenvalue, below which a variance is rounding [-]."""
+
 Postures = Float[np.ndarray, "posture joint"]
+Joints = Float[np.ndarray, " joint"]
+Phi = Float[np.ndarray, " phi"]
+Covariance = Float[np.ndarray, "parameter parameter"]
 
 
-def plausible_table(
-    assembly: Assembly, machine: CalibratedMachine, x: Parameters, resting: RestingTorque | None = None
-) -> PlausibleTable:
-    """Table of the torque that carries machine and arm, over all postures that the joints allow.
+class TableMaker:
+    """Of one arm in one machine; what takes seconds is done once, so that new parameters have a table soon."""
 
-    Args:
-        assembly: The machine with the person's arm in it.
-        machine: As calibrated.
-        x: The person's parameters as accepted.
-        resting: Of the same, where there is one already.
+    def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: Parameters):
+        """Find the postures.
 
-    Raises:
-        ModelError: The arm lies in its cuffs in too few postures.
-    """
-    resting = resting or RestingTorque(assembly, machine)
-    most = max(Features(len(joints), MOST_FACTORS).count for joints in _chains(assembly))
-    postures = _postures(assembly, PER_FEATURE * most + CHECKED)
-    carried, closed = _torques(resting, postures, x)
-    if closed.mean() < CLOSED_SHARE_MIN:
-        raise ModelError(
-            f"The arm lies in the cuffs of {assembly.description.name} in only {closed.mean():.0%} of the postures "
-            f"that its joints allow; {CLOSED_SHARE_MIN:.0%} are needed for the guard's table. Correct the joints' "
-            "limits in the URDF."
+        Args:
+            assembly: The machine with the person's arm in it.
+            machine: As calibrated.
+            x: Of this arm, or of one that lies in the cuffs much like it.
+        """
+        self._assembly, self._machine = assembly, machine
+        self.resting = RestingTorque(assembly, machine)
+        most = max(Features(len(joints), MOST_FACTORS).count for joints in _chains(assembly))
+        self._postures = _postures(assembly, PER_FEATURE * most + CHECKED)
+        self._z = self.resting.cold_start(self._postures, x)
+
+    def table(self, x: Parameters, payload: Phi | None = None, margin: Joints | None = None) -> PlausibleTable:
+        """Table of the torque that carries machine and arm, over all postures that the joints allow.
+
+        Args:
+            x: The person's parameters as accepted.
+            payload: What the arm carries besides itself, in full at every gravity level; nothing if absent.
+            margin: By which torques may be off because the arm is not known better (joint,) [N·m]; part of the error.
+
+        Raises:
+            ModelError: The arm lies in its cuffs in too few postures.
+        """
+        carried, closed = _torques(self.resting, self._postures, self._z, x)
+        if payload is not None:
+            loaded = x.copy()
+            loaded[Layout.of(self._assembly).phi] += payload
+            found = self.resting(self._postures, self._same(loaded), self._z, Mode())
+            carried = {level: tau + (found.tau_desired - carried[0.0]) for level, tau in carried.items()}
+            closed = closed & found.is_closed
+        name = self._assembly.description.name
+        if closed.mean() < CLOSED_SHARE_MIN:
+            raise ModelError(
+                f"The arm lies in the cuffs of {name} in only {closed.mean():.0%} of the postures that its joints "
+                f"allow; {CLOSED_SHARE_MIN:.0%} are needed for the guard's table. Correct the joints' limits in the "
+                "URDF."
+            )
+        table = self._fitted(x, {level: tau[closed] for level, tau in carried.items()}, self._postures[closed])
+        return table if margin is None else replace(table, error=table.error + margin)
+
+    def margin(self, x: Parameters, covariance: Covariance, q: Postures) -> Joints:
+        """By how much the torque that carries an arm may be off at any of the postures `q` [rad] [N·m].
+
+        Three standard deviations of what is believed of the arm, at the posture where they are most.
+        """
+        z = self.resting.cold_start(q, x)
+        known = self.resting(q, np.tile(x, (len(q), 1)), z)
+        values, vectors = np.linalg.eigh(covariance)
+        some = values > ROUNDING_SHARE * values.max()
+        arms = x + (vectors[:, some] * np.sqrt(values[some])).T
+        found = self.resting(
+            np.tile(q, (len(arms), 1)), np.repeat(arms, len(q), axis=0), np.tile(known.z, (len(arms), 1))
         )
-    postures, carried = postures[closed], {level: tau[closed] for level, tau in carried.items()}
-    checked = slice(len(postures) - round(closed.mean() * CHECKED), None)
-    fitted = slice(0, checked.start)
-    exo, arm = carried[1.0], carried[0.0] - carried[1.0]
-    chains = tuple(_chain(joints, postures[fitted], exo[fitted], arm[fitted]) for joints in _chains(assembly))
-    dry, viscous = _dry(assembly, machine, x, carried[0.0]), x[Layout.of(assembly).viscous]
-    table = PlausibleTable(chains, np.zeros(assembly.n), dry, viscous)
-    off = [np.abs([table.torque(q, level) for q in postures[checked]] - tau[checked]) for level, tau in carried.items()]
-    return replace(table, error=np.max(off, axis=(0, 1)))
+        off = found.tau_desired.reshape(len(arms), len(q), -1) - known.tau_desired
+        usable = known.is_closed & found.is_closed.reshape(len(arms), -1).all(axis=0)
+        return MARGIN_SD * np.sqrt((off[:, usable] ** 2).sum(axis=0)).max(axis=0)
+
+    def _same(self, x: Parameters) -> Float[np.ndarray, "posture parameter"]:
+        return np.tile(x, (len(self._postures), 1))
+
+    def _fitted(self, x: Parameters, carried: dict[float, Postures], postures: Postures) -> PlausibleTable:
+        assembly = self._assembly
+        checked = slice(len(postures) - round(len(postures) / len(self._postures) * CHECKED), None)
+        fitted = slice(0, checked.start)
+        exo, arm = carried[1.0], carried[0.0] - carried[1.0]
+        chains = tuple(_chain(joints, postures[fitted], exo[fitted], arm[fitted]) for joints in _chains(assembly))
+        dry, viscous = _dry(assembly, self._machine, x, carried[0.0]), x[Layout.of(assembly).viscous]
+        table = PlausibleTable(chains, np.zeros(assembly.n), dry, viscous)
+        off = [
+            np.abs([table.torque(q, level) for q in postures[checked]] - tau[checked]) for level, tau in carried.items()
+        ]
+        return replace(table, error=np.max(off, axis=(0, 1)))
 
 
 def _torques(
-    resting: RestingTorque, postures: Postures, x: Parameters
+    resting: RestingTorque, postures: Postures, z: Postures, x: Parameters
 ) -> tuple[dict[float, Postures], Bool[np.ndarray, " posture"]]:
     """What carries machine and arm at three gravity levels, and whether the posture was found at all of them."""
-    arms, z = np.tile(x, (len(postures), 1)), resting.cold_start(postures, x)
+    arms = np.tile(x, (len(postures), 1))
     carried, closed = dict[float, Postures](), np.ones(len(postures), dtype=bool)
     for level in (0.0, 1.0, GRAVITY_LEVEL_MAX):
         found = resting(postures, arms, z, Mode(gravity_level=level))
@@ -83,7 +136,7 @@ def _postures(assembly: Assembly, count: int) -> Postures:
     lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
     exponent = int(np.ceil(np.log2(count)))
     points = qmc.Sobol(assembly.n, scramble=False).random_base2(exponent)
-    return lower + points * (upper - lower)
+    return (lower + points * (upper - lower))[:count]
 
 
 def _chains(assembly: Assembly) -> list[tuple[int, ...]]:
@@ -96,7 +149,7 @@ def _chains(assembly: Assembly) -> list[tuple[int, ...]]:
 
 def _chain(joints: tuple[int, ...], postures: Postures, exo: Postures, arm: Postures) -> Chain:
     at, features = list(joints), Features(len(joints), MOST_FACTORS)
-    F = np.array([features.of(q) for q in postures[:, at]])
+    F = np.array([features.of(q)[features.kept] for q in postures[:, at]])
     table = np.linalg.lstsq(F, np.hstack([exo[:, at], arm[:, at]]), rcond=None)[0].T
     return Chain(joints, MOST_FACTORS, table[: len(at)], table[len(at) :])
 

@@ -10,11 +10,12 @@ from exograv.safety.envelope import Limits
 from exograv.safety.guard import SafeState
 from exograv.safety.person import PersonLimits
 from exograv.safety.plausible import Chain, Features, PlausibleTable
+from exograv.session.faults import injectors
 from exograv.session.faults.campaign import Campaign, run_campaign
 from exograv.session.faults.oracle import Oracle
 from exograv.session.faults.scenario import Scenario
 from exograv.session.faults.table import FAULTS
-from exograv.signals import JointState, TorqueSource
+from exograv.signals import Command, JointState, TorqueSource
 
 DT = 0.001
 LIMITS = Limits(np.array([30.0, 20.0]), np.array([10.0, 4.0]))
@@ -71,6 +72,23 @@ def test_every_fault_has_a_sentence_and_one_that_is_to_be_found_has_a_budget_and
         if fault.reasons:
             assert fault.budget_ms is not None
             assert fault.safe_state >= SafeState.DESCENT
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_biased_sensor_is_off_by_newton_metres_and_another_torque_constant_is_not_seen_in_the_current(seed: int):
+    gain, told = np.array([2.0, 0.5]), np.array([4.0, 3.0])
+    command = Command(0.0, 0, 0.005, told, told / gain)
+    answer = replace(measurement(0), current=told / gain)
+    bias = injectors.CurrentBias(np.random.default_rng(seed), 2, 0)
+    assert bias.measured(answer, 0) is answer
+    assert bias.commanded(command, 0) is command
+    off = np.abs(gain * bias.measured(answer, 1).current - told)
+    assert 2.5 <= off[bias.joint] <= 6.0
+    assert off.sum() == off[bias.joint]
+    constant = injectors.TorqueConstant(np.random.default_rng(seed), 2, 0)
+    flowing = constant.commanded(command, 0).current
+    assert flowing[constant.joint] == constant.factor * command.current[constant.joint]
+    np.testing.assert_allclose(constant.measured(replace(answer, current=flowing), 0).current, command.current)
 
 
 def test_a_scenario_is_its_number_and_singles_go_through_the_whole_table():

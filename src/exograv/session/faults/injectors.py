@@ -180,6 +180,46 @@ class Slip(Injector):
         return replace(state, q=self._at_joint(state.q, lambda q: q + share * self.size))
 
 
+class TorqueConstant(Injector):
+    """F09: a motor gives another torque for the same current, half to twice of it or the opposite."""
+
+    def draw(self) -> None:
+        self.factor = float(self.generator.choice([-1.0, 0.5, 2.0]))
+
+    def commanded(self, command: Command, tick: int) -> Command:
+        return replace(command, current=self._at_joint(command.current, lambda i: self.factor * i))
+
+    def measured(self, state: JointState, tick: int) -> JointState:
+        return replace(state, current=self._at_joint(state.current, lambda i: i / self.factor))
+
+
+class CurrentBias(Injector):
+    """F10: a current sensor says 2.5 to 6 N·m more or less than there is."""
+
+    def draw(self) -> None:
+        self.bias_Nm = float(self.generator.choice([-1.0, 1.0]) * self.generator.uniform(2.5, 6.0))
+        self.gain: float | None = None
+
+    def commanded(self, command: Command, tick: int) -> Command:
+        current = float(command.current[self.joint])
+        self.gain = float(command.tau[self.joint]) / current if current else self.gain
+        return command
+
+    def measured(self, state: JointState, tick: int) -> JointState:
+        if self.gain is None:
+            return state
+        bias = self.bias_Nm / self.gain
+        return replace(state, current=self._at_joint(state.current, lambda i: i + bias))
+
+
+class HiddenWeight(Injector):
+    """F28: a kilogram that nobody has told of is put into the hand. Reaches into the twin's wearer."""
+
+    def act(self, twin: Twin, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            twin.hang("hand", 1.0)
+
+
 class WeakMotor(Injector):
     """F11: a hot motor gives only a part of what it is told; its current says so."""
 

@@ -70,7 +70,7 @@ class Oracle:
     def _allowed(self, q: Joints, gravity_level: float) -> tuple[Joints, Joints]:
         """The widest bounds of the rows: outside of all walls, with friction at any speed that the guard may see."""
         person = self._person
-        plausible = person.table.torque(q, gravity_level)
+        plausible = np.array(person.table.torque(q, gravity_level))
         beyond = person.table.error + person.table.dry + person.table.viscous * SPEED_SHARE * self._fastest
         up, down = np.maximum(plausible, 0.0), np.minimum(plausible, 0.0)
         high = np.minimum(SHARE_MAX * up + MARGIN_NM, up + person.active_max_Nm) + beyond

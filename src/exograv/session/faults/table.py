@@ -56,6 +56,9 @@ _FAULTS = (
     Fault("F06 twice", injectors.Doubled, (), None, BRIDGE),
     Fault("F07", injectors.SignFlip, (STOP.ENCODERS_PART,), 20.0, ISOLATION, True),
     Fault("F08", injectors.Slip, (STOP.ENCODERS_PART, STOP.ENCODER_JUMPED), 112.0, ISOLATION),
+    # Without a model of inertia nothing tells either from a person who pushes (docs/safety.md).
+    Fault("F09", injectors.TorqueConstant),
+    Fault("F10", injectors.CurrentBias, (STOP.TORQUE_WRONG,), 250.0, DAMPING),
     Fault("F11", injectors.WeakMotor, (STOP.TORQUE_WRONG,), 26.0, DAMPING, True),
     Fault("F12", injectors.DriveFault, (STOP.DRIVE_FAULT,), 3.0, ISOLATION),
     Fault("F13", injectors.BusesLost, (STOP.MACHINE_SILENT,), 30.0, ISOLATION),
@@ -66,6 +69,7 @@ _FAULTS = (
     Fault("F17", injectors.GuardDies, (), 30.0, SafeState.NONE),
     Fault("F25", injectors.TenfoldArm),
     Fault("F26", injectors.Diverged),
+    Fault("F28", injectors.HiddenWeight),
     Fault("F29", injectors.Push),
     Fault("F30", injectors.StopPressed, (STOP.STOP_PRESSED,), 1.0, DESCENT),
     Fault("F39", injectors.StopLineOpen, (STOP.DRIVE_FAULT,), 2.0, ISOLATION),

@@ -4,10 +4,12 @@ from exograv import motion
 from exograv.dynamics.parameters import Layout
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Sample
+from exograv.identification.prior import prior
 from exograv.model.support import sample_postures
 from exograv.session.arm_controller import ArmController
 from exograv.session.fade import fade
 from exograv.session.pilot import Pilot
+from exograv.session.worn import Worn
 
 from .listening import Listener
 from .way import telling_way
@@ -29,8 +31,11 @@ def first_motion(pilot: Pilot, controller: ArmController, model: ArmModel) -> li
         RigError: The envelope stopped the run.
     """
     dt, text = pilot.rig.period_s, "Does the arm weigh what the table says?"
-    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
     x = controller.x.copy()
+    believed = prior(model.assembly, model.machine)
+    pilot.worn = pilot.worn or Worn(pilot.envelope, model.assembly, model.machine, believed[0])
+    pilot.worn.expect(*believed, SPEED)
+    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
     postures = sample_postures(model.assembly.description, CANDIDATES)[1:]
     way = telling_way(model, x, x[Layout.of(model.assembly).phi], SPEED, postures)
     approach = motion.go_to(pilot.q, way.low, TRAVEL, dt)

@@ -17,12 +17,12 @@ from exograv.motion import Trajectory
 from exograv.session.arm_controller import ArmController
 from exograv.session.fade import fade
 from exograv.session.pilot import Pilot
+from exograv.session.worn import HEAVIEST_KG
 
 from .estimator import Passes, Weighing, WeightEstimator
 from .listening import Listener
 from .way import Way, telling_way
 
-HEAVIEST_KG = 2.0  # that a person is given; nothing is hung before the machine is known to carry it
 TORQUE_SHARE = 0.8  # of a motor's torque that arm, weight and friction may ask at rest; the rest is for moving
 SPEED = 0.7  # rad/s: a little faster than a relaxed arm is moved by hand
 PASS_S = 60.0
@@ -59,6 +59,8 @@ def weigh(
         x[parameters.Layout.of(model.assembly).phi] += held_weight(model.assembly.arm, mass, at=where)
     way = weighing_way(model, x, place)
     estimator = WeightEstimator(model, x, _covariance(arm, model), place)
+    if pilot.worn is not None:
+        pilot.worn.weigh(x, place, SPEED)
     fade(pilot, controller, "drive", 1.0, pilot.q.copy())
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
     hang(False)
@@ -71,6 +73,9 @@ def weigh(
     loaded = _heard(pilot, controller, way, way.trajectory(PASS_S, dt), f"{text}: with")
     found = estimator.weigh(Passes(empty, loaded), rough.mass)
     controller.carry(place, max(found.mass, 0.0), pilot.q)
+    if pilot.worn is not None:
+        weights = [held_weight(model.assembly.arm, mass, at=where) for where, mass in controller.weights.items()]
+        pilot.worn.know(arm.x, np.sum(weights, axis=0) if weights else None)
     return found
 
 

@@ -1,0 +1,82 @@
+"""How long a guard takes over a tick: with nobody in the machine, and with a person's table and tank.
+
+    python benchmarks/guard_time.py
+    python benchmarks/guard_time.py --beside FOLDER     # and another version of safety/ in the same run, tick by tick
+
+Four joints that swing, encoders with counts, motors with a lag: what a healthy machine says in a session.
+"""
+
+import argparse
+import importlib
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.signals import JointState, TorqueSource
+
+JOINTS, DT, COUNT = 4, 0.001, 2.0 * np.pi / 2**17
+PACKAGE = "exograv.safety"
+
+
+def person(package: str, rng: np.random.Generator) -> Any:
+    """Somebody with a table of 81 products of sines and cosines."""
+    plausible, persons = (importlib.import_module(f"{package}.{name}") for name in ("plausible", "person"))
+    tables = [rng.normal(0.0, 0.3, (JOINTS, 81)) for _ in range(2)]
+    chain = plausible.Chain(tuple(range(JOINTS)), JOINTS, *tables)
+    table = plausible.PlausibleTable((chain,), *(np.full(JOINTS, each) for each in (0.1, 1.0, 0.3)))
+    stops = np.full(JOINTS, 2.0)
+    return persons.Person(persons.PersonLimits(table, np.full(JOINTS, 8.0), -stops, stops))
+
+
+def guard(package: str, worn: bool) -> Any:
+    """Of a machine with two encoders a joint and torque by current."""
+    envelopes, guards = (importlib.import_module(f"{package}.{name}") for name in ("envelope", "guard"))
+    envelope = envelopes.Envelope(envelopes.Limits(np.full(JOINTS, 30.0), np.full(JOINTS, 10.0)), DT)
+    envelope.person = person(package, np.random.default_rng(0)) if worn else None
+    return guards.Guard.of_machine(envelope, DT, [2.0] * JOINTS)
+
+
+def swinging(guards: dict[str, Any], submitted: dict[str, Any], ticks: int) -> dict[str, np.ndarray]:
+    """Time of each guard's two halves in each tick [µs]."""
+    taken = {name: np.empty(ticks) for name in guards}
+    told = {name: np.zeros(JOINTS) for name in guards}
+    phase = np.arange(JOINTS)
+    for k in range(ticks):
+        now = DT * k
+        q = np.round(0.8 * np.sin(1.3 * now + phase) / COUNT) * COUNT
+        wanted = 5.0 * np.cos(1.3 * now + phase)
+        for name, one in guards.items():
+            state = JointState(now, k, q, told[name] / 2.0, wanted, TorqueSource.CURRENT, q + 0.001)
+            start = time.perf_counter_ns()
+            one.see(state, now)
+            out = one.decide(submitted[name](k, now + 0.005, wanted), now)
+            taken[name][k] = 1e-3 * (time.perf_counter_ns() - start)
+            told[name] = out.tau
+            assert one.envelope.stop is None, one.envelope.stop
+    return taken
+
+
+def main() -> None:
+    """Print a line a guard."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--ticks", type=int, default=20_000)
+    parser.add_argument("--beside", type=Path, help="folder of another version of safety/")
+    options = parser.parse_args()
+    packages = {"": PACKAGE}
+    if options.beside is not None:
+        sys.path.insert(0, str(options.beside.resolve().parent))
+        packages[f"{options.beside.name}: "] = options.beside.name
+    kinds = {"nobody in it": False, "a person": True}
+    names = [(label + kind, package, worn) for kind, worn in kinds.items() for label, package in packages.items()]
+    guards = {name: guard(package, worn) for name, package, worn in names}
+    submitted = {name: importlib.import_module(f"{package}.guard").Submitted for name, package, _ in names}
+    for name, taken in swinging(guards, submitted, options.ticks).items():
+        p50, p99, p999 = np.percentile(taken, [50, 99, 99.9])
+        print(f"{name:28} median {p50:6.1f} µs, p99 {p99:6.1f}, p99.9 {p999:6.1f}")
+
+
+if __name__ == "__main__":
+    main()
