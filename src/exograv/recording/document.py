@@ -1,7 +1,8 @@
 """docs/recording_format.md, made from the table. `python -m exograv.recording.document` prints it."""
 
 from .encoding import tick_definition
-from .schema import CHANNELS, SCHEMA_VERSION, Channel, Field
+from .fields import Channel, Field
+from .schema import CHANNELS, SCHEMA_VERSION
 from .writer import SYNC_EVERY_S
 
 INTRODUCTION = f"""\
@@ -55,6 +56,8 @@ def _rows(fields: tuple[Field, ...], prefix: str = "") -> list[str]:
         ]
         if field.since > 1:
             remarks.append(f"since version {field.since}; before, and where nobody says, {field.default:g}")
+        if field.narrow_before > 1:
+            remarks.append(f"float32 before version {field.narrow_before}")
         meaning = field.meaning + (f" ({', '.join(remarks)})" if remarks else "")
         rows.append(f"| `{prefix}{field.name}` | {field.type}{size} | {field.unit} | {meaning} |")
         rows += _rows(field.fields, f"{prefix}{field.name}{size}.")

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from .schema import JOINT, SCHEMA_VERSION, TICK, Channel, Field
+from .fields import JOINT, Channel, Field
+from .schema import SCHEMA_VERSION, TICK
 
 CDR_HEADER = b"\x00\x01\x00\x00"
 """Encapsulation of every binary message: plain CDR, little-endian."""
@@ -17,12 +18,16 @@ TICK_DEFAULTS = {field.name: field.default for field in TICK.fields if field.def
 def tick_dtype(n_joints: int, version: int = SCHEMA_VERSION) -> np.dtype:
     """One `/tick` message as a packed record: the CDR header, then the fields of the table in that version.
 
-    CDR aligns each value to its own size, counted from the end of the header. `t` comes first and all others have
-    four bytes, so nothing is padded; fixed-size arrays carry no length.
+    CDR aligns each value to its own size, counted from the end of the header. Values of eight bytes begin at multiples
+    of eight by the order of the table, so nothing is padded; fixed-size arrays carry no length.
     """
     types: dict[str, Any] = {"float64": "<f8", "float32": "<f4", "uint32": "<u4"}
     shape = {(): (), JOINT: (n_joints,)}
-    columns = [(field.name, types[field.type], shape[field.size]) for field in TICK.fields if field.since <= version]
+    columns = [
+        (field.name, types["float32" if version < field.narrow_before else field.type], shape[field.size])
+        for field in TICK.fields
+        if field.since <= version
+    ]
     return np.dtype([("cdr_header", "u1", (4,)), *columns])
 
 
