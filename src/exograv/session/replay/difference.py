@@ -78,7 +78,7 @@ def difference(
 def first_difference(
     columns: Columns, joints: tuple[str, ...], found: Mapping[str, Difference]
 ) -> dict[str, Any] | None:
-    """Which tick is the first that differs, in what and by how much; of the two torques the desired one where both do."""
+    """Which tick is the first that differs, in what and by how much; where both torques do, in the desired one."""
     ticks = [(int(one.differs.argmax()), order, name) for order, (name, one) in enumerate(found.items())]
     ticks = [entry for entry in ticks if found[entry[2]].differs[entry[0]]]
     if not ticks:

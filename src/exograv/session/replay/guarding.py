@@ -46,6 +46,7 @@ class Guarding:
         is_known = bool((gain.gain_sd <= GAIN_SD_KNOWN * np.abs(gain.gain)).all())
         self.guard = Guard.of_machine(envelope, self._period_s, gain.gain.tolist(), is_known)
         self.safe_state = SafeState.NONE
+        self._stop: StopReason | None = None
 
     def lose(self, k: int, columns: Columns) -> None:
         """Ticks are missing before this one."""
@@ -72,12 +73,12 @@ class Guarding:
         """Second half; `tau` is what control answers in time, None if it does not."""
         now = columns.now[k]
         submitted = None if tau is None else Submitted(columns.sequence[k], now + COMMAND_LIFE_S, tau)
-        was = self.guard.envelope.stop
         guarded = self.guard.decide(submitted, now)
         self.safe_state = guarded.safe_state
         again.tau_commanded[k], again.safe_state[k] = guarded.tau, guarded.safe_state + 1
         again.knows_guard[k] = not self._is_blind and columns.t[k] >= self._settles_at
-        stop = self.guard.envelope.stop
+        was, stop = self._stop, self.guard.envelope.stop
+        self._stop = stop
         if stop is not None and was is None:
             again.stops.append((columns.t[k], stop.value))
         return guarded

@@ -69,17 +69,19 @@ class Instead:
 
         Raises:
             ConfigError: The file cannot be used, or is of another kind of arm.
+            ValueError: These are not an arm's parameters.
         """
+        layout = Layout.of(assembly)
+        if x.shape != (layout.count,):
+            raise ValueError(f"{x.size} parameters where this arm has {layout.count}")
         if self.person is not None:
             x = self._person(assembly)
         if self.calibration is None:
             return x
-        layout, x = Layout.of(assembly), x.copy()
+        x = x.copy()
         x[layout.rotor] = machine.rotor_inertia
-        x[layout.coulomb], x[layout.viscous] = (
-            np.asarray(machine.friction.coulomb),
-            np.asarray(machine.friction.viscous),
-        )
+        x[layout.coulomb] = np.asarray(machine.friction.coulomb)
+        x[layout.viscous] = np.asarray(machine.friction.viscous)
         return x
 
     def message(self, act: dict[str, Any]) -> dict[str, Any] | None:

@@ -39,7 +39,7 @@ class LiveAgain:
         self._lost = gaps(recorded.recording.ticks["sequence"]).tolist()
         self._again = Again.of(len(self._columns), joints)
         self._state, self._row = np.zeros((), state_dtype(joints)), np.zeros((), answer_dtype(joints))
-        self._waiting: deque[np.ndarray] = deque(maxlen=REACH)
+        self._waiting: deque[np.void] = deque(maxlen=REACH)
         self._settles_at = -np.inf
         live, level = recorded.live or {}, instead.gravity_level
         with readable(path):
@@ -84,11 +84,11 @@ class LiveAgain:
         if has_answered and not self._row["slope"] < CLOSURE_SLOPE_MAX:
             guarding.guard.lose_model()
 
-    def _told(self, believed: JointState, now: float, safe_state: int) -> np.ndarray:
+    def _told(self, believed: JointState, now: float, safe_state: int) -> np.void:
         state = self._state.copy()
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
         state["q"], state["current"] = believed.q, believed.current
-        return state
+        return state[()]
 
     def _answer(self, k: int) -> None:
         """To every measurement that control has answered to since its last answer, this one the last."""
@@ -96,7 +96,7 @@ class LiveAgain:
         for state in self._waiting:
             back = newest - int(state["sequence"])
             if back < REACH and seen >> back & 1:
-                self._control.answer(state, self._row)  # pyright: ignore[reportArgumentType]  # one row
+                self._control.answer(state, self._row)
         if len(self._waiting) == REACH:
             # It may have answered to what is out of reach, too late for anybody.
             self._settles_at = self._columns.t[k] + SETTLED_S

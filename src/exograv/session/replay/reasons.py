@@ -1,4 +1,4 @@
-"""Why a replay may differ: other versions, another machine on disk, missing ticks, what was put in the place of what."""
+"""Why a replay may differ: other versions, another machine on disk, missing ticks, what was given in place of it."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -41,7 +41,7 @@ def other_versions(then: Mapping[str, Any], now: Mapping[str, str]) -> list[str]
 
 def _substituted(instead: Instead) -> list[str]:
     return [
-        f"{value} took the place of the recorded {name}."
+        f"{value} took the place of the recorded {name.replace('_', ' ')}."
         for name, value in instead.figures.items()
         if value is not None
     ]

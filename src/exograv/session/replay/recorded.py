@@ -1,4 +1,4 @@
-"""What a recording holds of its run: machine, person, and what control was given, made into the objects of a session."""
+"""What a recording holds of its run: machine, person and what control was given, as the objects of a session."""
 
 import contextlib
 import tempfile

@@ -26,8 +26,13 @@ class ReplayOptions:
     instead: Instead = field(default_factory=Instead)
 
 
-def run_replay(options: ReplayOptions, folder: Path, progress: Progress) -> dict[str, Any]:
+def run_replay(options: ReplayOptions, folder: Path | None, progress: Progress) -> dict[str, Any]:
     """Run it; the result is what `exograv replay --json` writes.
+
+    Args:
+        options: What is asked for.
+        folder: Of the figure; none is drawn where absent.
+        progress: Told now and then.
 
     Raises:
         RecordingError: The file cannot be replayed, or the figure not be written.
@@ -41,7 +46,7 @@ def run_replay(options: ReplayOptions, folder: Path, progress: Progress) -> dict
         columns = Columns(run.recording.ticks)
         found = differences(columns, again)
         result = figures(run, columns, again, found, options.instead)
-        result["figure"] = str(_draw(run, columns, again, found, folder))
+        result["figure"] = None if folder is None else str(_draw(run, columns, again, found, folder))
     return result | {"wall_s": round(time.perf_counter() - start, 2)}
 
 
@@ -89,16 +94,17 @@ def figures(
 def _draw(run: Recorded, columns: Columns, again: Again, found: dict[str, Difference], folder: Path) -> Path:
     from exograv.study.figures.replay import Series, write  # Matplotlib: 0.4 s
 
-    commanded = found["tau_commanded"].by_tick
-    names, phase = run.phase_names, np.array(columns.phase)
-    begins = np.flatnonzero(np.diff(phase, prepend=-1))
+    # Where there is an arm, minutes of an empty machine before it would leave it no room.
+    worn = slice(int(np.isfinite(columns["gravity_level"]).argmax()), None)
+    names, phase, t = run.phase_names, columns["phase"][worn], columns["t"][worn]
+    begins = np.flatnonzero(np.diff(phase.astype(int), prepend=-1))
     series = Series(
-        t=np.array(columns.t),
-        recorded=columns["tau_commanded"],
-        again=again.tau_commanded,
-        difference=commanded,
+        t=t,
+        recorded=columns["tau_commanded"][worn],
+        again=again.tau_commanded[worn],
+        difference=found["tau_commanded"].by_tick[worn],
         joints=run.recording.joints,
-        phases=[(columns.t[k], names[phase[k]]) for k in begins],
+        phases=[(t[k], names[phase[k]]) for k in begins],
         gaps=[t for t, _ in again.gaps],
         resolution=RESOLUTION_NM,
     )
