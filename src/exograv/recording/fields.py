@@ -24,7 +24,7 @@ class Field:
     """May be absent."""
 
     nullable: bool = False
-    """May be null: asked for, and not reached or not known."""
+    """May be null: asked for, and not reached or not known. In the file it is then left out."""
 
     fields: "tuple[Field, ...]" = ()
 
@@ -60,3 +60,5 @@ T = Field("t", "number", "s", "time on the rig's clock")
 JOINT: Size = ("joint",)
 LIST: Size = ("any",)
 POINTS: Size = ("any", 3)
+AXES = tuple(Field(axis, "number", "m", "of a point") for axis in "xyz")
+"""What a point is in the file."""

@@ -101,7 +101,7 @@ def _difference(ax: Axes, series: Series, j: int) -> None:
         ax.fill_between(t, low, high, color=RED, lw=0.6)
     reach = 1.15 * max(largest, series.resolution)
     ax.set_ylim(-reach, reach)
-    ax.yaxis.set_major_formatter(lambda value, _: f"{value:.3g}")
+    ax.yaxis.set_major_formatter(lambda value, _: f"{value:.3g}".replace("-", "−"))
     ax.set_ylabel("[N·m]")
     if largest <= series.resolution:
         words = "identical to the last bit" if largest == 0.0 else f"none above {series.resolution:g} N·m"
