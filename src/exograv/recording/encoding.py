@@ -82,9 +82,10 @@ def stored(fields: tuple[Field, ...], message: Mapping[str, Any]) -> dict[str, A
     known, found = {field.name: field for field in fields}, {}
     for name, value in message.items():
         field = known[name]
-        if value is None and field.nullable:
-            continue
-        if field.size == POINTS:
+        if value is None:
+            # Where null is not allowed it is somebody's mistake, which the file then shows.
+            found |= {} if field.nullable else {name: None}
+        elif field.size == POINTS:
             found[name] = [dict(zip("xyz", point, strict=True)) for point in value]
         elif field.fields:
             found[name] = [stored(field.fields, one) for one in value]
@@ -95,7 +96,8 @@ def stored(fields: tuple[Field, ...], message: Mapping[str, Any]) -> dict[str, A
 
 def restored(fields: tuple[Field, ...], message: Mapping[str, Any]) -> dict[str, Any]:
     """The message of which `stored` made this one; those of versions before 3 are as they were."""
-    found = {field.name: None for field in fields if field.nullable and not field.optional} | dict(message)
+    absent = {field.name: None for field in fields if field.nullable and not field.optional}
+    found: dict[str, Any] = absent | dict(message)
     for field in fields:
         value = found.get(field.name)
         if not isinstance(value, list):

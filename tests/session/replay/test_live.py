@@ -53,8 +53,8 @@ class Forgetful(live._Guarding):
             return None
         row["seen"] = answered_to(int(row["seen"]), believed.sequence - int(row["sequence"]))
         row["sequence"], row["valid_until"] = believed.sequence, now + COMMAND_LIFE_S
-        self.control.answer(state[()], row)
-        return None if believed.sequence in LATE else row[()]
+        self.control.answer(state.reshape(1)[0], row)
+        return None if believed.sequence in LATE else row.reshape(1)[0]
 
 
 @pytest.fixture(scope="module")

@@ -74,4 +74,5 @@ class Again:
     def of(cls, ticks: int, joints: int) -> "Again":
         """Nothing yet."""
         nothing = np.full((ticks, joints), np.nan)
-        return cls(nothing, nothing.copy(), np.zeros(ticks, dtype=np.int64), *(np.ones(ticks, bool) for _ in range(3)))
+        known = np.ones((3, ticks), bool)
+        return cls(nothing, nothing.copy(), np.zeros(ticks, dtype=np.int64), known[0], known[1], known[2])

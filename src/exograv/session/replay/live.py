@@ -38,7 +38,7 @@ class LiveAgain:
         self._columns, self._names = Columns(recorded.recording.ticks), recorded.phase_names
         self._lost = gaps(recorded.recording.ticks["sequence"]).tolist()
         self._again = Again.of(len(self._columns), joints)
-        self._state, self._row = np.zeros((), state_dtype(joints)), np.zeros((), answer_dtype(joints))
+        self._state, self._row = np.zeros(1, state_dtype(joints)), np.zeros((), answer_dtype(joints))
         self._waiting: deque[np.void] = deque(maxlen=REACH)
         self._settles_at = -np.inf
         live, level = recorded.live or {}, instead.gravity_level
@@ -88,7 +88,7 @@ class LiveAgain:
         state = self._state.copy()
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
         state["q"], state["current"] = believed.q, believed.current
-        return state[()]
+        return state[0]
 
     def _answer(self, k: int) -> None:
         """To every measurement that control has answered to since its last answer, this one the last."""

@@ -1,6 +1,7 @@
 """`exograv replay`: fly a recording once more and say where control or guard decide otherwise."""
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,7 @@ def again_of(run: Recorded, instead: Instead, progress: Progress) -> Again:
 
 
 def figures(
-    run: Recorded, columns: Columns, again: Again, found: dict[str, Difference], instead: Instead
+    run: Recorded, columns: Columns, again: Again, found: Mapping[str, Difference], instead: Instead
 ) -> dict[str, Any]:
     """All that is reported."""
     settings, everywhere = run.recording.settings, np.ones(len(columns), bool)
@@ -91,7 +92,7 @@ def figures(
     }
 
 
-def _draw(run: Recorded, columns: Columns, again: Again, found: dict[str, Difference], folder: Path) -> Path:
+def _draw(run: Recorded, columns: Columns, again: Again, found: Mapping[str, Difference], folder: Path) -> Path:
     from exograv.study.figures.replay import Series, write  # Matplotlib: 0.4 s
 
     # Where there is an arm, minutes of an empty machine before it would leave it no room.
