@@ -17,9 +17,10 @@ from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.recording.contents import Ending, examine
 from exograv.recording.disk import expected_bytes, refuse_small_disk
 from exograv.recording.encoding import tick_dtype, unpacked_ticks
+from exograv.recording.schema import SCHEMA_VERSION
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
-VERSION_1 = Path(__file__).parent / "data" / "version_1.mcap"
+OLD = Path(__file__).parent / "data"
 CHUNKS, TICKS_PER_CHUNK = 4, 3
 
 
@@ -167,23 +168,29 @@ def test_nothing_is_cut_off_a_file_that_holds_less_than_was_promised(tmp_path: P
     assert path.read_bytes() == content
 
 
-def test_a_file_of_an_older_version_is_read_and_not_continued():
-    old = read_recording(VERSION_1)
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_file_of_an_older_version_is_read_and_not_continued(version: int):
+    path = OLD / f"version_{version}.mcap"
+    old = read_recording(path)
     assert old.remark is None
-    assert old.settings["schema_version"] == 1
+    assert old.settings["schema_version"] == version
     np.testing.assert_array_equal(old.ticks["t"], 1e-3 * np.arange(5))
     np.testing.assert_array_equal(old.ticks["tick_us"], 40.0 + np.arange(5))
+    np.testing.assert_array_equal(old.ticks["q_measured"][4], [4.0, -4.0])
     np.testing.assert_array_equal(old.ticks["tau_commanded"][4], [74.0, -74.0])
-    assert np.isnan(old.ticks["lateness_us"]).all()
-    assert old.ticks["safe_state"].tolist() == old.ticks["sequence"].tolist() == [0] * 5
+    counted = version > 1
+    np.testing.assert_array_equal(old.ticks["lateness_us"], 7.0 + np.arange(5) if counted else np.full(5, np.nan))
+    assert old.ticks["safe_state"].tolist() == ([0, 1, 2, 0, 1] if counted else [0] * 5)
+    assert old.ticks["sequence"].tolist() == ([100, 101, 102, 103, 104] if counted else [0] * 5)
+    assert np.isnan(old.ticks["v_reference"]).all()
     assert old.last("/event")["text"] == "Größer als ½"
     with pytest.raises(RecordingError, match="Start a new one"):
-        RecordingWriter.continued(VERSION_1)
+        RecordingWriter.continued(path)
 
 
 def test_ticks_of_the_present_version_are_not_copied():
     data = rows(0, 3).tobytes()
-    assert unpacked_ticks(data, len(JOINTS), 2).tobytes() == data
+    assert unpacked_ticks(data, len(JOINTS), SCHEMA_VERSION).tobytes() == data
 
 
 def test_what_a_sync_has_counted_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

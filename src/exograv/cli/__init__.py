@@ -24,6 +24,7 @@ from .faults import Faults, run_faults_command
 from .identify_log import IdentifyLog, run_identify_log
 from .live import Live, run_live_command
 from .new_rig import NewRig, run_new_rig
+from .replay import Replay, run_replay_command
 from .report import Report, run_report
 from .rigs import Rigs, run_rigs
 from .transparency import Transparency, run_transparency_command
@@ -38,6 +39,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "identify-log": (IdentifyLog, run_identify_log),
     "export-urdf": (ExportUrdf, run_export_command),
     "report": (Report, run_report),
+    "replay": (Replay, run_replay_command),
     "rigs": (Rigs, run_rigs),
     "new-rig": (NewRig, run_new_rig),
     "check-rig": (CheckRig, run_check_rig),

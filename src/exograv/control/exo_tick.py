@@ -1,5 +1,7 @@
 """The control law of the empty machine: follow a reference with feed-forward and PD, known weights on its mounts."""
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from jaxtyping import Float
@@ -44,15 +46,22 @@ class ExoTick:
         """There is no loop."""
         self.clearance = 1.0
         """And no arm whose angles could be singular."""
+        self.acts: list[dict[str, Any]] = []
+        """What it was told since somebody last noted it."""
 
     @property
     def tau_feedforward(self) -> Joints:
         """What the model expects the motors to give [N·m]."""
         return self._kernel.outputs["tau_feedforward"]
 
+    def described(self) -> dict[str, Any]:
+        """For a recording, which holds the machine's own files: what else makes this controller."""
+        return {"kind": "empty"}
+
     def hang(self, mount: str, mass_kg: float) -> None:
         """Carry a known weight at a mount from now on; zero takes it off."""
         self._kernel.inputs["weights"][self._mounts.index(mount)] = mass_kg
+        self.acts.append({"act": "hang", "place": mount, "mass_kg": mass_kg})
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
         """Desired torque (joint,) [N·m]; arguments as in `Tick.step`."""

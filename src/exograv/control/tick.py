@@ -151,6 +151,10 @@ class Tick:
             if self.closure_slope < SETTLED_SLOPE:
                 break
 
+    def forget(self) -> None:
+        """Whatever happened before is unknown: the next step finds the closed posture from cold."""
+        self._closed = False
+
     def close(self, q: Joints, x: Parameters) -> None:
         """Find the closed posture from cold, outside the loop: at the start and after a jump of `q`."""
         self._start_from(q, self._solver.solve(q, fit=x[self._layout.fit])[0])

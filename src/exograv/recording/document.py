@@ -1,7 +1,8 @@
 """docs/recording_format.md, made from the table. `python -m exograv.recording.document` prints it."""
 
 from .encoding import tick_definition
-from .schema import CHANNELS, SCHEMA_VERSION, Channel, Field
+from .fields import POINTS, Channel, Field
+from .schema import CHANNELS, SCHEMA_VERSION
 from .writer import SYNC_EVERY_S
 
 INTRODUCTION = f"""\
@@ -22,7 +23,25 @@ written, and one over its summary. What does not agree is left out, with all tha
 
 Values are SI unless the unit beside them says otherwise. `[joint]` is one entry per actuated joint, in the order of
 `joints` in `/settings`. Torque is positive along the joint's axis, and is what the motor adds. Each channel carries
-its own schema in the file, so that a viewer that knows nothing of exograv can open it.
+its own schema in the file, so that a viewer that knows nothing of exograv can open it: Foxglove and Lichtblick,
+PlotJuggler, and every reader of MCAP with `ros2msg` and JSON Schema.
+
+## Replay
+
+    exograv replay FILE [--json P] [--out DIR] [--person FILE] [--calibration FILE] [--gravity-level G] [--rig R]
+
+lets control and guard decide once more on what a recording of `exograv demo`, `identify` or `live` measured: it makes
+the machine from the files in `/settings`, controllers and observer from `/control` (of a live run, from
+`settings.live`), the guard with what it held the person to, and feeds the ticks one by one. Numbers are stored
+without rounding, so the same code on the same computer decides the same to the last bit; the answer says so, or names
+the first tick, torque and joint that differ by more than 1e-6 N·m, other safe states and stops, and what is not as it
+was (versions, hash of the code, the machine's files, missing ticks). The exit status is then 1. The figure shows
+torque and difference, by joint, with the phases. What it cannot make anew is the torque of the first pushes of a
+calibration, a script without feedback: there the recorded one goes through the guard. Where ticks are missing,
+filters begin anew, and half a second is not compared. A file that was cut or damaged is replayed up to its last good
+record. With an option the same ticks are decided as they would have been with another person (a file of `exograv
+identify --keep`, from the first tick on), calibration, felt weight or machine: what the arm would then have done
+differently is not simulated. Recordings before version 3 do not hold what control was given.
 """
 
 
@@ -50,11 +69,15 @@ def _rows(fields: tuple[Field, ...], prefix: str = "") -> list[str]:
     rows = []
     for field in fields:
         size = "".join(f"[{'' if length == 'any' else length}]" for length in field.size)
-        remarks = [
-            word for word, holds in (("may be absent", field.optional), ("may be null", field.nullable)) if holds
-        ]
+        remarks = ["may be absent"] if field.optional or field.nullable else []
+        if field.nullable:
+            remarks.append("null before version 3")
+        if field.size == POINTS:
+            remarks.append("each an object of `x`, `y`, `z`; before version 3 a list of the three")
         if field.since > 1:
             remarks.append(f"since version {field.since}; before, and where nobody says, {field.default:g}")
+        if field.narrow_before > 1:
+            remarks.append(f"float32 before version {field.narrow_before}")
         meaning = field.meaning + (f" ({', '.join(remarks)})" if remarks else "")
         rows.append(f"| `{prefix}{field.name}` | {field.type}{size} | {field.unit} | {meaning} |")
         rows += _rows(field.fields, f"{prefix}{field.name}{size}.")

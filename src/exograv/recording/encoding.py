@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from .schema import JOINT, SCHEMA_VERSION, TICK, Channel, Field
+from .fields import AXES, JOINT, POINTS, Channel, Field
+from .schema import SCHEMA_VERSION, TICK
 
 CDR_HEADER = b"\x00\x01\x00\x00"
 """Encapsulation of every binary message: plain CDR, little-endian."""
@@ -17,12 +18,16 @@ TICK_DEFAULTS = {field.name: field.default for field in TICK.fields if field.def
 def tick_dtype(n_joints: int, version: int = SCHEMA_VERSION) -> np.dtype:
     """One `/tick` message as a packed record: the CDR header, then the fields of the table in that version.
 
-    CDR aligns each value to its own size, counted from the end of the header. `t` comes first and all others have
-    four bytes, so nothing is padded; fixed-size arrays carry no length.
+    CDR aligns each value to its own size, counted from the end of the header. Values of eight bytes begin at multiples
+    of eight by the order of the table, so nothing is padded; fixed-size arrays carry no length.
     """
     types: dict[str, Any] = {"float64": "<f8", "float32": "<f4", "uint32": "<u4"}
     shape = {(): (), JOINT: (n_joints,)}
-    columns = [(field.name, types[field.type], shape[field.size]) for field in TICK.fields if field.since <= version]
+    columns = [
+        (field.name, types["float32" if version < field.narrow_before else field.type], shape[field.size])
+        for field in TICK.fields
+        if field.since <= version
+    ]
     return np.dtype([("cdr_header", "u1", (4,)), *columns])
 
 
@@ -44,25 +49,64 @@ def tick_definition(n_joints: int) -> str:
 
 
 def json_schema(fields: tuple[Field, ...], n_joints: int) -> dict[str, Any]:
-    """JSON Schema of an object with these fields."""
+    """JSON Schema of an object with these fields, in what Foxglove and its descendants understand of that language.
+
+    Source: `parseJsonSchema.ts` of Foxglove Studio 1.x: each object has `properties`, a type is one word, no array is
+    in an array.
+    """
     return {
         "type": "object",
         "properties": {field.name: _json_property(field, n_joints) for field in fields},
-        "required": [field.name for field in fields if not field.optional],
+        "required": [field.name for field in fields if not (field.optional or field.nullable)],
         "additionalProperties": False,
     }
 
 
 def _json_property(field: Field, n_joints: int) -> dict[str, Any]:
-    item: dict[str, Any] = json_schema(field.fields, n_joints) if field.fields else {"type": field.type}
-    for length in reversed(field.size):
+    item: dict[str, Any] = {"type": field.type}
+    if field.type == "object":
+        item = json_schema(field.fields, n_joints) if field.fields else {"type": "object", "properties": {}}
+    size = field.size
+    if size == POINTS:
+        item, size = json_schema(AXES, n_joints), size[:1]
+    for length in reversed(size):
         item = {"type": "array", "items": item}
         if length != "any":
             item["minItems"] = item["maxItems"] = n_joints if length == "joint" else length
     item["description"] = f"{field.meaning} [{field.unit}]"
-    if field.nullable:
-        item["type"] = [item["type"], "null"]
     return item
+
+
+def stored(fields: tuple[Field, ...], message: Mapping[str, Any]) -> dict[str, Any]:
+    """A message as it is in the file: what is null is left out, and a point is an object."""
+    known, found = {field.name: field for field in fields}, {}
+    for name, value in message.items():
+        field = known[name]
+        if value is None:
+            # Where null is not allowed it is somebody's mistake, which the file then shows.
+            found |= {} if field.nullable else {name: None}
+        elif field.size == POINTS:
+            found[name] = [dict(zip("xyz", point, strict=True)) for point in value]
+        elif field.fields:
+            found[name] = [stored(field.fields, one) for one in value]
+        else:
+            found[name] = value
+    return found
+
+
+def restored(fields: tuple[Field, ...], message: Mapping[str, Any]) -> dict[str, Any]:
+    """The message of which `stored` made this one; those of versions before 3 are as they were."""
+    absent = {field.name: None for field in fields if field.nullable and not field.optional}
+    found: dict[str, Any] = absent | dict(message)
+    for field in fields:
+        value = found.get(field.name)
+        if not isinstance(value, list):
+            continue
+        if field.fields:
+            found[field.name] = [restored(field.fields, one) for one in value]
+        elif field.size == POINTS:
+            found[field.name] = [list(point.values()) if isinstance(point, dict) else point for point in value]
+    return found
 
 
 def misfits(channel: Channel, message: Mapping[str, Any]) -> list[str]:

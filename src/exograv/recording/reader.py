@@ -12,7 +12,7 @@ from mcap.writer import MCAP0_MAGIC
 from exograv.errors import RecordingError
 
 from .contents import Contents, Ending, examine
-from .encoding import unpacked_ticks
+from .encoding import restored, unpacked_ticks
 from .schema import CHANNELS, SCHEMA_VERSION, TICK
 
 READABLE = range(1, SCHEMA_VERSION + 1)
@@ -66,7 +66,11 @@ def read_recording(path: Path) -> Recording:
     found = examine(content, lambda topic, data: parts[topic].append(data))
     settings = settings_of(path, parts["/settings"])
     ticks = unpacked_ticks(b"".join(parts[TICK.topic]), len(settings["joints"]), settings["schema_version"])
-    messages = {topic: [json.loads(data) for data in parts[topic]] for topic in CHANNELS if topic != TICK.topic}
+    messages = {
+        topic: [restored(channel.fields, json.loads(data)) for data in parts[topic]]
+        for topic, channel in CHANNELS.items()
+        if channel is not TICK
+    }
     return Recording(path, settings, ticks, _remark(path, content, found, ticks), messages)
 
 

@@ -1,66 +1,10 @@
 """The recording format in one table: writer, reader and docs/recording_format.md are made from it."""
 
-import math
-from dataclasses import dataclass
+from .fields import JOINT, LIST, POINTS, Channel, Field, T
+from .tick_fields import TICK as TICK
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Raised whenever an old reader would misread a new file; this one reads all from 1 on."""
-
-Size = tuple[str | int, ...]
-"""Length of each dimension: a number, `joint` (actuated joints of the file) or `any`; () is a single value."""
-
-
-@dataclass(frozen=True)
-class Field:
-    """One value of a message."""
-
-    name: str
-    type: str
-    """A ROS 2 type (`float64`, `float32`, `uint32`) in a binary channel, a JSON type otherwise.
-
-    An `object` holds `fields`, or anything if there are none.
-    """
-
-    unit: str
-    meaning: str
-    size: Size = ()
-    optional: bool = False
-    """May be absent."""
-
-    nullable: bool = False
-    """May be null: asked for, and not reached or not known."""
-
-    fields: "tuple[Field, ...]" = ()
-
-    since: int = 1
-    """Version of the format from which on a tick has it."""
-
-    default: float | None = None
-    """Of a tick that does not say, or is older than the field; None where every tick must."""
-
-
-@dataclass(frozen=True)
-class Channel:
-    """One stream of messages."""
-
-    topic: str
-    encoding: str
-    """`cdr` (binary, one message a tick) or `json`."""
-
-    rate: str
-    meaning: str
-    fields: tuple[Field, ...]
-
-    @property
-    def schema_name(self) -> str:
-        """Name of the message type in the file."""
-        return f"exograv/msg/{self.topic.strip('/').title().replace('_', '')}"
-
-
-T = Field("t", "number", "s", "time on the rig's clock")
-JOINT: Size = ("joint",)
-LIST: Size = ("any",)
-POINTS: Size = ("any", 3)
 
 PARAMETER_FIELDS = (
     Field("name", "string", "-", "parameter of the arm"),
@@ -76,62 +20,6 @@ CALIBRATION_FIELDS = (
     Field("truth", "number", "unit", "value of the twin", optional=True, nullable=True),
     Field("estimate", "number", "unit", "value found on the empty machine"),
     Field("ci95", "number", "unit", "lower and upper end of the 95 % interval", (2,), optional=True, nullable=True),
-)
-
-TICK = Channel(
-    "/tick",
-    "cdr",
-    "every tick, 1 kHz",
-    "What was measured, wanted and commanded in one period.",
-    (
-        Field("t", "float64", "s", "time of the measurement on the rig's clock"),
-        Field("phase", "uint32", "-", "number of `/phase` messages so far; 0 before the first"),
-        Field(
-            "closure_slope",
-            "float32",
-            "N·m",
-            "largest slope of the cuffs' energy left; above 1e-6 the loops are not closed",
-        ),
-        Field("tick_us", "float32", "µs", "time that the controller took; no seed fixes it"),
-        Field(
-            "lateness_us",
-            "float32",
-            "µs",
-            "how late the period began; NaN on a virtual clock, no seed fixes it",
-            since=2,
-            default=math.nan,
-        ),
-        Field(
-            "safe_state",
-            "uint32",
-            "-",
-            "0: control's own torque, limited; one more than the number of the safe state (SS0 to SS3) otherwise",
-            since=2,
-            default=0.0,
-        ),
-        Field(
-            "sequence",
-            "uint32",
-            "-",
-            "number of the measurement; a gap is a tick that was lost; 0 throughout where nobody counted",
-            since=2,
-            default=0.0,
-        ),
-        Field("q_measured", "float32", "rad", "joint position by the encoder", JOINT),
-        Field("q_reference", "float32", "rad", "joint position wanted; NaN while nothing is wanted", JOINT),
-        Field("v", "float32", "rad/s", "joint velocity as the controller used it", JOINT),
-        Field("current", "float32", "A", "motor current; NaN where torque comes from a sensor", JOINT),
-        Field("tau_measured", "float32", "N·m", "joint torque by current and calibration, or by the sensor", JOINT),
-        Field("tau_feedforward", "float32", "N·m", "joint torque that the model expects, friction included", JOINT),
-        Field("tau_desired", "float32", "N·m", "joint torque that control asked for", JOINT),
-        Field(
-            "tau_commanded",
-            "float32",
-            "N·m",
-            "joint torque that the motors were told; other than desired where the envelope stepped in",
-            JOINT,
-        ),
-    ),
 )
 
 SETTINGS = Channel(
@@ -290,6 +178,40 @@ TIMING = Channel(
     ),
 )
 
+CONTROL = Channel(
+    "/control",
+    "json",
+    "at each change",
+    "What control was given: all that `exograv replay` needs beside the ticks. Numbers are exact.",
+    (
+        T,
+        Field(
+            "act",
+            "string",
+            "-",
+            "`pilot` (a machine and its guard begin), `fly` (a controller takes over), `publish`, `force`, `carry`, "
+            "`hang` (what a controller is told)",
+        ),
+        Field("controller", "integer", "-", "which one, from 0, of the pilot in charge", optional=True),
+        Field(
+            "kind",
+            "string",
+            "-",
+            "of a controller that is new: `empty` (machine alone), `arm`, `other` (its torque cannot be replayed)",
+            optional=True,
+        ),
+        Field("period_s", "number", "s", "of a pilot: between two ticks", optional=True),
+        Field("actuators", "object", "N·m/A", "of a pilot: `gain` and `gain_sd` per joint", optional=True),
+        Field("machine", "object", "SI", "of an arm's controller: the machine as calibrated", optional=True),
+        Field("x", "number", "SI", "parameters of the arm that are told", LIST, optional=True),
+        Field("q", "number", "rad", "posture in which they must not be felt as a push", JOINT, optional=True),
+        Field("place", "string", "-", "of a known weight: `hand`, `forearm`, or a mount", optional=True),
+        Field("mass_kg", "number", "kg", "the known weight that is carried from now on", optional=True),
+        Field("taken", "boolean", "-", "whether the controller accepted it", optional=True),
+    ),
+)
+
 CHANNELS = {
-    channel.topic: channel for channel in (SETTINGS, TICK, PHASE, EVENT, ESTIMATE, LEFT_OVER, SKELETON, RESULT, TIMING)
+    channel.topic: channel
+    for channel in (SETTINGS, TICK, PHASE, EVENT, ESTIMATE, LEFT_OVER, SKELETON, RESULT, TIMING, CONTROL)
 }

@@ -17,7 +17,7 @@ from exograv.errors import RecordingError
 
 from .container import INDEX_ENTRY, MESSAGE_HEAD, RECORD_HEAD, ChunkedFile
 from .contents import examine
-from .encoding import json_schema, misfits, tick_definition
+from .encoding import json_schema, misfits, stored, tick_definition
 from .reader import read_content, settings_of
 from .schema import CHANNELS, SCHEMA_VERSION, TICK
 from .tick_block import T_MAX_S, TickBlock
@@ -251,7 +251,7 @@ def _encoded(topic: str, t: float, message: Mapping[str, Any]) -> bytes:
             f"Allowed: {', '.join(field.name for field in channel.fields)}."
         )
     try:
-        return json.dumps(message, allow_nan=False, default=_plain, ensure_ascii=False).encode()
+        return json.dumps(stored(channel.fields, message), allow_nan=False, default=_plain, ensure_ascii=False).encode()
     except (TypeError, ValueError) as error:
         raise RecordingError(f"A message of {topic} at {t} s is no JSON: {error}. Use null for 'none'.") from error
 

@@ -19,6 +19,7 @@ from exograv.rig import Rig
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
 from exograv.signals import Command, JointState
 
+from .exchange import RESET, STOP_PRESSED, UNANSWERED, answer_dtype, answered_to, state_dtype
 from .loop import run_loop
 from .realtime import Rights, realtime
 from .recorder_process import PHASE, Inlet, event
@@ -33,38 +34,6 @@ POLL_S = 20e-6
 
 ASK_PARENT_EVERY = 200
 """Looks of an idle process between two questions whether the run is over."""
-
-
-def state_dtype(joints: int) -> np.dtype:
-    """What the guard tells control in a tick."""
-    per_joint = (joints,)
-    return np.dtype(
-        [
-            ("sequence", "<i8"),
-            ("now", "<f8"),
-            ("safe_state", "<i8"),
-            ("q", "<f8", per_joint),
-            ("current", "<f8", per_joint),
-        ],
-        align=True,
-    )
-
-
-def answer_dtype(joints: int) -> np.dtype:
-    """What control answers."""
-    per_joint = (joints,)
-    return np.dtype(
-        [
-            ("sequence", "<i8"),
-            ("valid_until", "<f8"),
-            ("mode", "<i8"),
-            ("slope", "<f8"),
-            ("v", "<f8", per_joint),
-            ("tau", "<f8", per_joint),
-            ("tau_feedforward", "<f8", per_joint),
-        ],
-        align=True,
-    )
 
 
 @dataclass(frozen=True)
@@ -85,7 +54,7 @@ class Answering(Protocol):
     """Control, as the process around it sees it."""
 
     def answer(self, state: np.void, row: np.ndarray) -> None:
-        """Fill in what is submitted for a state; `sequence` and `valid_until` are filled in already."""
+        """Fill in what is submitted for a state; `sequence`, `valid_until` and `seen` are filled in already."""
         ...
 
     @property
@@ -166,11 +135,13 @@ class _Guarding:
         self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
         self._state, self._row = np.zeros((), state_dtype(channels.joints)), np.zeros((), tick_dtype(channels.joints))
         self._row["cdr_header"] = (0, 1, 0, 0)
-        self._row["q_reference"] = np.nan
+        for name in ("q_reference", "v_reference", "a_reference"):
+            self._row[name] = np.nan
         self._safe_state, self._phase, self._mode = SafeState.NONE, 0, -1
         self._latches: list[Latch] = []
         self._unanswered, self._started_ns = 0, 0
         self._was_stopped, self._is_asked_to_end = False, False
+        self._acts = 0
 
     def tick(self, period: int) -> bool:
         """Look, ask, decide, command, record; whether it is over before its time."""
@@ -189,12 +160,14 @@ class _Guarding:
         self._rig.write(Command(now, state.sequence, now + COMMAND_LIFE_S, tau, current, guarded.drive_damping))
         self._safe_state = guarded.safe_state
         self._note(period, now)
-        self._record(period, state, tau, answer, woken)
+        self._record(period, now, state, tau, answer, woken)
         if self._was_stopped and self._job.resets and not self._is_asked_to_end and self._guard.reset():
+            self._acts |= RESET
             self._events.put(event(now, "note", "The virtual operator has reset the latch."))
         if period % ASK_PARENT_EVERY == 0 and self._parent.poll():
             self._parent.recv()
             self._is_asked_to_end = True
+            self._acts |= STOP_PRESSED
             self._guard.press_stop()
         return self._is_asked_to_end and self._guard.envelope.descent_is_over
 
@@ -236,8 +209,13 @@ class _Guarding:
             self._latches.append(Latch(stop.value, period, 1e-9 * (time.monotonic_ns() - self._started_ns)))
             self._events.put(event(now, "stop", stop.value))
 
-    def _record(self, period: int, state: JointState, tau: np.ndarray, answer: np.void | None, woken: int) -> None:
+    def _record(
+        self, period: int, now: float, state: JointState, tau: np.ndarray, answer: np.void | None, woken: int
+    ) -> None:
         row = self._row
+        row["now"], row["acts"], self._acts = now, self._acts, 0
+        row["faulty"] = sum(1 << joint for joint in state.faulty)
+        row["q_motor"] = np.nan if state.q_motor is None else state.q_motor
         row["t"], row["phase"], row["sequence"] = state.t, self._phase, state.sequence & 0xFFFFFFFF
         row["tick_us"] = 1e-3 * (time.monotonic_ns() - woken)
         row["lateness_us"] = 1e-3 * max(woken - self._started_ns - period * round(1e9 * self._rig.period_s), 0)
@@ -245,9 +223,13 @@ class _Guarding:
         row["q_measured"], row["current"] = state.q, state.current
         row["tau_measured"], row["tau_commanded"] = self._gain * state.current, tau
         if answer is None:
-            for name in ("v", "tau_feedforward", "tau_desired", "closure_slope"):
+            for name in UNANSWERED:
                 row[name] = np.nan
+            row["seen"] = 0
         else:
+            for name in ("drive", "gravity_level", "arm_share"):
+                row[name] = answer[name]
+            row["seen"] = answer["seen"] & 0xFFFFFFFF
             row["v"], row["tau_desired"] = answer["v"], answer["tau"]
             row["tau_feedforward"], row["closure_slope"] = answer["tau_feedforward"], answer["slope"]
             if not answer["slope"] < self._slope_max:
@@ -292,6 +274,8 @@ def _answer_all(control: Answering, states: Mailbox, answers: Mailbox, joints: i
             time.sleep(POLL_S)
             continue
         seen, idle = got[0], 0
-        row["sequence"], row["valid_until"] = got[1]["sequence"], got[1]["now"] + COMMAND_LIFE_S
+        before, row["sequence"] = int(row["sequence"]), got[1]["sequence"]
+        row["valid_until"] = got[1]["now"] + COMMAND_LIFE_S
+        row["seen"] = answered_to(int(row["seen"]), int(row["sequence"]) - before)
         control.answer(got[1], row)
         answers.write(row)

@@ -2,6 +2,8 @@
 
 import copy
 from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -27,7 +29,9 @@ class ArmController:
     """`Controller` of a worn machine; new parameters fade in."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: parameters.Parameters, dt: float):
-        self.assembly = assembly
+        self.assembly, self.machine = assembly, machine
+        self.acts: list[dict[str, Any]] = []
+        """What it was told since somebody last noted it."""
         self._tick = Tick(assembly, machine)
         self._trial = self._tick.again()
         self._dt = dt
@@ -44,8 +48,12 @@ class ArmController:
         other = copy.copy(self)
         other._tick, other._trial = self._tick.again(), self._trial.again()
         other._handover, other._payloads = Handover(x, self._dt), Handover(self._no_payload, self._dt)
-        other._weights = {}
+        other._weights, other.acts = {}, []
         return other
+
+    def described(self) -> dict[str, Any]:
+        """For a recording, which holds machine and person otherwise: what else makes this controller."""
+        return {"kind": "arm", "machine": asdict(self.machine), "x": self.x.copy()}
 
     @property
     def mode(self) -> Mode:
@@ -77,6 +85,10 @@ class ArmController:
         self._tick.payload[:] = self._payloads.step()
         return self._tick.step(q, v, reference, self._handover.step())
 
+    def forget(self) -> None:
+        """Find the arm's posture from cold in the next step: after a time that nobody saw."""
+        self._tick.forget()
+
     def publish(self, x: parameters.Parameters, q: Joints) -> bool:
         """Head for new parameters; they enter no faster than the torque at `q` may change.
 
@@ -87,15 +99,17 @@ class ArmController:
         if not (np.isfinite(x).all() and all(is_physical(x[body]) for body in self._bodies)):
             return False
         wanted = self.torque_at_rest(q, x)
-        if not self._trial.is_closed:
-            return False
-        change = wanted - self.torque_at_rest(q, self.x)
-        self._handover.publish(x, float(np.abs(change).max()))
-        return True
+        is_taken = self._trial.is_closed
+        if is_taken:
+            change = wanted - self.torque_at_rest(q, self.x)
+            self._handover.publish(x, float(np.abs(change).max()))
+        self.acts.append({"act": "publish", "x": x.copy(), "q": q.copy(), "taken": is_taken})
+        return is_taken
 
     def put_in_force(self, x: parameters.Parameters) -> None:
         """Parameters at once and unseen: at a beginning, before anything is driven, and to prove the guard."""
         self._handover = Handover(x, self._dt)
+        self.acts.append({"act": "force", "x": x.copy()})
 
     @property
     def weights(self) -> Mapping[WeightPlace, float]:
@@ -118,11 +132,12 @@ class ArmController:
         )
         before = self.torque_at_rest(q, self.x)
         after = self.torque_at_rest(q, self.x, wanted)
-        if not self._trial.is_closed:
-            return False
-        self._weights = {where: m for where, m in weights.items() if m}
-        self._payloads.publish(wanted, float(np.abs(after - before).max()))
-        return True
+        is_taken = self._trial.is_closed
+        if is_taken:
+            self._weights = {where: m for where, m in weights.items() if m}
+            self._payloads.publish(wanted, float(np.abs(after - before).max()))
+        self.acts.append({"act": "carry", "place": place, "mass_kg": mass, "q": q.copy(), "taken": is_taken})
+        return is_taken
 
     def torque_at_rest(
         self, q: Joints, x: parameters.Parameters, payload: Float[np.ndarray, " phi"] | None = None

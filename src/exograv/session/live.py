@@ -5,7 +5,7 @@ import multiprocessing
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -14,32 +14,29 @@ from typing import Any
 
 import numpy as np
 
-from exograv import __version__
-from exograv.control.observer import Observer
 from exograv.errors import ConfigError, RigError
 from exograv.model.description import Side
 from exograv.rig.twin import Twin
+from exograv.rig.twin.twin import PERIOD
+from exograv.runtime.exchange import answer_dtype, state_dtype
 from exograv.runtime.live import (
     Channels,
     ControlJob,
     GuardedRig,
     GuardJob,
     GuardReport,
-    answer_dtype,
     control_process,
     guard_process,
-    state_dtype,
 )
 from exograv.runtime.recorder import Recorder, Report, timing_message
 from exograv.runtime.shared import Mailbox
 from exograv.runtime.timing import PERIOD_NS, Timing
 from exograv.safety.envelope import Envelope
-from exograv.safety.guard import Guard, SafeState
-from exograv.safety.modes import Event, Mode, ModeMachine
+from exograv.safety.guard import Guard
 from exograv.safety.person import Person, PersonLimits
-from exograv.signals import Reference
 
-from .arm_controller import ArmController
+from .account import versions, written_person, written_rig, written_told
+from .live_control import LiveControl
 from .person_limits import person_limits
 from .pilot import CLOSURE_SLOPE_MAX, Progress
 from .prepare import Prepared, prepare
@@ -51,8 +48,6 @@ READY_MAX_S = 120.0
 CHECK_S = 0.25
 STALL_BEFORE_S = 0.05
 """A latch is put down to the longest gap so long before it."""
-
-REST_BEFORE_RAMP_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -106,59 +101,6 @@ def guarded_rig(plan: Plan) -> GuardedRig:
     return GuardedRig(twin, guard, gain.gain, CLOSURE_SLOPE_MAX)
 
 
-MODES = tuple(Mode)
-
-
-class LiveControl:
-    """`Answering`: the arm's controller, and the mode that says how much of the arm is carried."""
-
-    mode_names = tuple(mode.name.lower() for mode in MODES)
-
-    def __init__(self, plan: Plan):
-        """The arm is held from the first tick on, as the twin begins."""
-        prepared, period_s = plan.prepared, 1e-9 * PERIOD_NS
-        self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
-        self._controller.mode.gravity_level = plan.gravity_level
-        self._observer = Observer(prepared.assembly.n, period_s)
-        self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
-        self._modes, self._rested_s = ModeMachine(Mode.FLOATING, 1.0), 0.0
-        self._q_ramp = self._still
-        # The first step finds the loops' posture from cold, which takes longer than a tick.
-        self._controller.step(plan.laboratory.description.donning_posture, self._still, self._hold(self._still))
-        self._controller = self._controller.again(prepared.x)
-        self._controller.mode.gravity_level = plan.gravity_level
-
-    def answer(self, state: np.void, row: np.ndarray) -> None:
-        """One tick."""
-        self._observer.update(state["q"])
-        q, v = self._observer.q, self._observer.v
-        self._follow(SafeState(int(state["safe_state"])), q, v)
-        self._controller.mode.arm_share = self._modes.arm_share
-        row["tau"] = self._controller.step(q, v, self._hold(q))
-        row["tau_feedforward"], row["v"] = self._controller.tau_feedforward, v
-        row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self._modes.mode)
-
-    def _hold(self, q: np.ndarray) -> Reference:
-        return Reference(q, self._still, self._still)
-
-    def _follow(self, safe_state: SafeState, q: np.ndarray, v: np.ndarray) -> None:
-        """What the guard says decides; after its reset the arm is taken again by a ramp."""
-        modes = self._modes
-        if safe_state >= SafeState.DESCENT:
-            modes.take(Event.FAULT)
-            self._rested_s = 0.0
-            return
-        if modes.mode is Mode.SAFE:
-            for event in (Event.RESET, Event.TEST, Event.PASSED):
-                modes.take(event)
-        if modes.mode is Mode.EXO_ONLY:
-            self._rested_s += self._period_s
-            if self._rested_s >= REST_BEFORE_RAMP_S:
-                self._rested_s, self._q_ramp = 0.0, q.copy()
-                modes.take(Event.TAKE_ARM)
-        modes.step(self._period_s, float(np.abs(q - self._q_ramp).max()), float(np.abs(v).max()))
-
-
 def run_live(
     options: LiveOptions,
     folder: Path,
@@ -184,20 +126,40 @@ def run_live(
     limits_of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
     plan = Plan(laboratory, prepared, limits_of_person, options.seed, options.gravity_level)
     joints = laboratory.description.joints
-    settings = {
-        "rig": laboratory.description.name,
-        "command": "live",
-        "disturbance_level": options.level,
-        "seed": options.seed,
-        "gravity_level": options.gravity_level,
-        "versions": {"exograv": __version__},
-    }
+    settings = _settings(options, plan)
     path = folder / "live.mcap"
     with Recorder(path, joints, settings, options.seconds) as recorder, _memory(len(joints)) as (states, answers):
         channels = Channels(len(joints), states.name, answers.name, recorder.inlet)
         report, wall_s = _fly(options, plan, channels, recorder, progress, started)
         recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
     return _figures(options, report, recording, path) | {"wall_s": round(wall_s, 2)}
+
+
+def _settings(options: LiveOptions, plan: Plan) -> dict[str, Any]:
+    """What the recording says of the run."""
+    description, prepared = plan.laboratory.description, plan.prepared
+    return {
+        "rig": description.name,
+        "title": description.settings.title,
+        "side": description.side,
+        "command": "exograv live",
+        "disturbance_level": options.level,
+        "seed": options.seed,
+        "gravity_level": options.gravity_level,
+        "hashes": {"rig": description.sha256},
+        "versions": versions(),
+        "settings": {
+            "options": asdict(options),
+            "rig_files": written_rig(description),
+            "told": written_told(plan.laboratory.body, plan.laboratory.wearer.lengths_given),
+            "live": {
+                "period_s": PERIOD,
+                "machine": asdict(prepared.machine),
+                "x": prepared.x,
+                "person": written_person(plan.person),
+            },
+        },
+    }
 
 
 @contextlib.contextmanager
@@ -223,7 +185,7 @@ def _fly(
     guard_job = GuardJob(partial(guarded_rig, plan), channels, periods, LiveControl.mode_names, resets=True)
     to_guard, guard_end = context.Pipe()
     to_control, control_end = context.Pipe()
-    control_job = ControlJob(partial(LiveControl, plan), channels)
+    control_job = ControlJob(partial(LiveControl, plan.prepared, plan.gravity_level), channels)
     guard = context.Process(target=guard_process, args=(guard_job, guard_end), name="guard", daemon=True)
     control = context.Process(target=control_process, args=(control_job, control_end), name="control", daemon=True)
     try:

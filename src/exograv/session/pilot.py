@@ -15,11 +15,13 @@ from exograv.model.loops import NEAR_SINGULAR
 from exograv.motion import Trajectory
 from exograv.recording import RecordingWriter
 from exograv.rig import Rig
+from exograv.runtime.exchange import ASTRAY
 from exograv.runtime.pace import Pace
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Submitted
 from exograv.signals import Command, JointState, Reference
 
+from .account import Account, mode_fields
 from .worn import Worn
 
 Joints = Float[np.ndarray, " joint"]
@@ -100,6 +102,8 @@ class Pilot:
         is_known = bool((self.actuators.gain_sd <= GAIN_SD_KNOWN * np.abs(self.actuators.gain)).all())
         self.guard = Guard.of_machine(self.envelope, period_s, self.actuators.gain.tolist(), is_known)
         self._near_singular = False
+        self._account = None if self.recording is None else Account(self.recording, self.actuators, period_s)
+        self._stop_known = self.envelope.stop
         self.q = self.rig.read().q.copy()
         """Where the joints were at the last tick [rad]."""
 
@@ -134,6 +138,10 @@ class Pilot:
     def _tick(self, controller: Controller, reference: Reference) -> Moment | None:
         """One tick; None where nothing was measured that may be believed: nobody is to learn from it."""
         state, now = self.rig.read(), self.rig.t
+        if self._account is not None:
+            self._account.note(state.t, controller)
+        # Whoever watches a motion may have tripped the envelope between two ticks.
+        acts = ASTRAY if self.envelope.stop is not self._stop_known else 0
         start = time.perf_counter_ns()
         believed, submitted = self.guard.see(state, now), None
         q, v = self.observer.q, self.observer.v
@@ -152,17 +160,26 @@ class Pilot:
         slope = controller.closure_slope
         if not slope < CLOSURE_SLOPE_MAX:
             self.guard.lose_model()
+        self._stop_known = self.envelope.stop
         self._watch_posture(controller.clearance, state.t)
         tau_measured = self.actuators.torque(state.current)
         if self.recording is not None:
             self.recording.tick(
                 state.t,
+                now=now,
+                **mode_fields(controller),
+                control=self.recording.count("/control"),
+                faulty=sum(1 << joint for joint in state.faulty),
+                acts=acts,
                 closure_slope=slope,
                 tick_us=tick_us,
                 safe_state=guarded.safe_state + 1,
                 sequence=state.sequence,
                 q_measured=state.q,
                 q_reference=reference.q,
+                v_reference=reference.v,
+                a_reference=reference.a,
+                q_motor=np.nan if state.q_motor is None else state.q_motor,
                 v=v,
                 current=state.current,
                 tau_measured=tau_measured,

@@ -1,18 +1,13 @@
 """What a recording must say about where it came from."""
 
-import platform
 from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
-import exograv
-
+from .account import versions, written_rig, written_told
 from .virtual import VirtualLaboratory, limits
 
 if TYPE_CHECKING:
     from .demo_options import DemoOptions
-
-PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
 
 
 def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: list[float]) -> dict[str, Any]:
@@ -43,11 +38,13 @@ def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: l
             "v_trip_rad_s": envelope.v_trip_rad_s,
         },
         "hashes": {"rig": description.sha256, **_wearer_hash(laboratory)},
-        "versions": {"exograv": exograv.__version__, "python": platform.python_version(), **_versions()},
+        "versions": versions(),
         # Neither the pace nor a file's place changes what is computed; which files were read stands in the hashes.
         "settings": {
             "options": asdict(options) | {"realtime": False, "calibration": None, "files": None},
             "rig": description.settings.model_dump(),
+            "rig_files": written_rig(description),
+            "told": written_told(body, laboratory.wearer.lengths_given),
         },
     }
 
@@ -55,13 +52,3 @@ def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: l
 def _wearer_hash(laboratory: VirtualLaboratory) -> dict[str, str]:
     model = laboratory.wearer_model
     return {} if model is None else {"wearer_model": model.sha256}
-
-
-def _versions() -> dict[str, str]:
-    found = {}
-    for package in PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "unknown"
-    return found

@@ -1,0 +1,151 @@
+"""What a recording must hold so that its run can be flown again without the machine: `exograv replay` reads it back."""
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+import exograv
+from exograv import kernel
+from exograv.control.tick import Mode
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.dynamics.friction import Friction
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.model.anthropometry import Body
+from exograv.model.description import RigDescription
+from exograv.recording import RecordingWriter
+from exograv.safety.person import PersonLimits
+from exograv.safety.plausible import Chain, PlausibleTable
+
+PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
+
+
+@runtime_checkable
+class Accountable(Protocol):
+    """A controller that can be made again from what it says of itself."""
+
+    acts: list[dict[str, Any]]
+    """What it was told since somebody last noted it."""
+
+    def described(self) -> dict[str, Any]:
+        """Its kind and what makes it, beside machine and person."""
+        ...
+
+
+class Account:
+    """Writes what a pilot's controllers are given, before the tick in which it is in force."""
+
+    def __init__(self, recording: RecordingWriter, actuators: ActuatorGain, period_s: float):
+        self._recording, self._actuators, self._period_s = recording, actuators, period_s
+        self._known: list[object] = []
+        self._flying: object = None
+
+    def note(self, t: float, controller: object) -> None:
+        """Before the tick of the time `t` [s]: who flies it, and what was told since the last one."""
+        if controller is not self._flying:
+            self._take_over(t, controller)
+        if isinstance(controller, Accountable) and controller.acts:
+            for act in controller.acts:
+                self._recording.write("/control", t, act)
+            controller.acts.clear()
+
+    def _take_over(self, t: float, controller: object) -> None:
+        if self._flying is None:
+            actuators = asdict(self._actuators)
+            self._recording.write(
+                "/control", t, {"act": "pilot", "period_s": self._period_s, "actuators": actuators}
+            )  # fmt: skip
+        self._flying = controller
+        new: dict[str, Any] = {}
+        if not any(controller is one for one in self._known):
+            self._known.append(controller)
+            new = controller.described() if isinstance(controller, Accountable) else {"kind": "other"}
+        number = next(k for k, one in enumerate(self._known) if one is controller)
+        self._recording.write("/control", t, {"act": "fly", "controller": number, **new})
+
+
+def mode_fields(controller: object) -> dict[str, float]:
+    """What a tick says of the mode it is flown in; nothing where no arm is carried."""
+    mode = getattr(controller, "mode", None)
+    if not isinstance(mode, Mode):
+        return {}
+    return {"drive": mode.drive, "gravity_level": mode.gravity_level, "arm_share": mode.arm_share}
+
+
+def written_rig(description: RigDescription) -> dict[str, str]:
+    """The machine's own files, by name: a recording must not depend on what becomes of a folder."""
+    files = (description.folder / "rig.toml", description.urdf_path)
+    return {str(path.relative_to(description.folder)): path.read_text(encoding="utf-8") for path in files}
+
+
+def written_told(body: Body, lengths: Mapping[str, float]) -> dict[str, Any]:
+    """The person by scale, tape and form, and what the machine is set to [m], without rounding."""
+    return {"body": asdict(body), "lengths_m": dict(lengths)}
+
+
+def read_machine(message: Mapping[str, Any]) -> CalibratedMachine:
+    """The machine as calibrated, to the last bit."""
+    plain = {name: np.array(message[name]) for name in ("phi", "gravity", "rotor_inertia", "residual_sd")}
+    return CalibratedMachine(
+        actuators=read_actuators(message["actuators"]),
+        friction=_friction(message["friction"]),
+        friction_sd=_friction(message["friction_sd"]),
+        correlation_s=np.array(message["correlation_s"]),
+        **plain,
+    )
+
+
+def read_actuators(message: Mapping[str, Any]) -> ActuatorGain:
+    """Gains of the drives."""
+    return ActuatorGain(np.array(message["gain"]), np.array(message["gain_sd"]))
+
+
+def _friction(message: Mapping[str, Any]) -> Friction:
+    columns = {name: np.array(values) for name, values in message.items() if name != "v_rest"}
+    return Friction(**columns, v_rest=message["v_rest"])
+
+
+def written_person(limits: PersonLimits) -> dict[str, Any]:
+    """What the guard holds a person to."""
+    return asdict(limits)
+
+
+def read_person(message: Mapping[str, Any]) -> PersonLimits:
+    """What the guard held the person to, to the last bit."""
+    table = message["table"]
+    chains = tuple(
+        Chain(tuple(one["joints"]), one["most_factors"], np.array(one["exo"]), np.array(one["arm"]))
+        for one in table["chains"]
+    )
+    bounds = {name: np.array(table[name]) for name in ("error", "dry", "viscous")}
+    arrays = {name: np.array(message[name]) for name in ("active_max_Nm", "q_lower", "q_upper")}
+    rest = {name: value for name, value in message.items() if name not in {"table", *arrays}}
+    return PersonLimits(table=PlausibleTable(chains, **bounds), **arrays, **rest)
+
+
+def versions() -> dict[str, str]:
+    """Of all that decides about the last bit of a torque."""
+    engine = "native" if kernel.compilation.native_is_possible() else "virtual machine"
+    found = {"exograv": exograv.__version__, "python": platform.python_version()}
+    found |= {"kernel": engine, "processor": platform.machine(), "code": code_sha256()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "unknown"
+    return found
+
+
+@cache
+def code_sha256() -> str:
+    """Of every module of exograv: two states of the code may have the same version."""
+    folder, digest = Path(exograv.__file__).parent, hashlib.sha256()
+    for path in sorted(folder.glob("**/*.py")):
+        digest.update(str(path.relative_to(folder)).encode() + path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,84 @@
+"""The guard's part of a replay, the same for a run in lock-step and a live one."""
+
+import numpy as np
+
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.model.description import RigDescription
+from exograv.runtime.exchange import ASTRAY, RESET, STOP_PRESSED
+from exograv.safety.envelope import Envelope, StopReason
+from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
+from exograv.safety.person import Person, PersonLimits
+from exograv.session.pilot import GAIN_SD_KNOWN
+from exograv.session.virtual import limits
+from exograv.signals import JointState
+
+from .columns import Again, Columns
+
+SETTLED_S = 0.5
+"""After a gap, in which filters that began anew do not yet agree with those of the run [s]: the observer needs 50 ms,
+the friction returned some motion."""
+
+
+class Guarding:
+    """One guard, from the beginning of its machine."""
+
+    def __init__(
+        self,
+        description: RigDescription,
+        actuators: ActuatorGain,
+        period_s: float,
+        person: PersonLimits | None = None,
+        gravity_level: float = 0.0,
+    ):
+        self._description, self._actuators, self._period_s = description, actuators, period_s
+        self._person, self._gravity_level = person, gravity_level
+        self._settles_at, self._is_blind = -np.inf, False
+        self.forget(None)
+
+    def forget(self, tau: np.ndarray | None) -> None:
+        """Begin anew, from this torque (joint,) [N·m] where the motors give one."""
+        envelope = Envelope(limits(self._description), self._period_s)
+        if self._person is not None:
+            envelope.person = Person(self._person, self._gravity_level)
+        if tau is not None:
+            envelope.begin(tau)
+        gain = self._actuators
+        is_known = bool((gain.gain_sd <= GAIN_SD_KNOWN * np.abs(gain.gain)).all())
+        self.guard = Guard.of_machine(envelope, self._period_s, gain.gain.tolist(), is_known)
+        self.safe_state = SafeState.NONE
+        self._stop: StopReason | None = None
+
+    def lose(self, k: int, columns: Columns) -> None:
+        """Ticks are missing before this one."""
+        self.forget(columns["tau_commanded"][k])
+        self._settles_at = columns.t[k] + SETTLED_S
+        self._is_blind = True
+
+    def see(self, k: int, columns: Columns) -> JointState | None:
+        """First half of a tick, after what was done to the guard since the last one."""
+        if self._is_blind and columns.safe_state[k] <= SafeState.BRIDGE + 1:
+            # A latch that was found after a gap is over; what the guard held before it is unknown.
+            self._is_blind = False
+            self.forget(columns["tau_commanded"][k])
+        acts = columns.acts[k]
+        if acts & RESET:
+            self.guard.reset()
+        if acts & STOP_PRESSED:
+            self.guard.press_stop()
+        if acts & ASTRAY:
+            self.guard.envelope.trip(StopReason.ASTRAY)
+        return self.guard.see(columns.state(k), columns.now[k])
+
+    def decide(self, k: int, columns: Columns, tau: np.ndarray | None, again: Again) -> Guarded:
+        """Second half; `tau` is what control answers in time, None if it does not."""
+        now = columns.now[k]
+        submitted = None if tau is None else Submitted(columns.sequence[k], now + COMMAND_LIFE_S, tau)
+        guarded = self.guard.decide(submitted, now)
+        self.safe_state = guarded.safe_state
+        again.tau_commanded[k], again.safe_state[k] = guarded.tau, guarded.safe_state + 1
+        again.knows_guard[k] = not self._is_blind and columns.t[k] >= self._settles_at
+        was, stop = self._stop, self.guard.envelope.stop
+        self._stop = stop
+        if stop is not None and was is None:
+            again.stops.append((columns.t[k], stop.value))
+        return guarded

@@ -1,0 +1,113 @@
+"""A live run once more: the guard sees what it saw, and control answers to the measurements that it answered to."""
+
+from collections import deque
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.runtime.exchange import answer_dtype, state_dtype
+from exograv.safety.modes import Mode
+from exograv.session.account import read_machine, read_person
+from exograv.session.live_control import MODES, LiveControl
+from exograv.session.person_limits import person_limits
+from exograv.session.pilot import CLOSURE_SLOPE_MAX, Progress
+from exograv.session.prepare import Prepared
+from exograv.signals import JointState
+
+from .columns import Again, Columns
+from .guarding import SETTLED_S, Guarding
+from .instead import Instead
+from .lockstep import PROGRESS_TICKS
+from .recorded import Recorded, gaps, readable
+
+REACH = 32
+"""Measurements back to which `seen` in a tick tells whether control has answered."""
+
+
+class LiveAgain:
+    """Flies the ticks of one recording."""
+
+    def __init__(self, recorded: Recorded, instead: Instead):
+        """Guard and control as they began.
+
+        Raises:
+            RecordingError: What they began with cannot be understood.
+            ConfigError: What takes the place of something recorded cannot be used.
+        """
+        path, joints = recorded.recording.path, len(recorded.recording.joints)
+        self._columns, self._names = Columns(recorded.recording.ticks), recorded.phase_names
+        self._lost = gaps(recorded.recording.ticks["sequence"]).tolist()
+        self._again = Again.of(len(self._columns), joints)
+        self._state, self._row = np.zeros(1, state_dtype(joints)), np.zeros((), answer_dtype(joints))
+        self._waiting: deque[np.void] = deque(maxlen=REACH)
+        self._settles_at = -np.inf
+        live, level = recorded.live or {}, instead.gravity_level
+        with readable(path):
+            machine = instead.machine(read_machine(live["machine"]), recorded.assembly)
+            x = instead.parameters(np.array(live["x"]), machine, recorded.assembly)
+            level = recorded.recording.settings["gravity_level"] if level is None else level
+            limits = read_person(live["person"])
+            if instead.arm_is_other:
+                limits = person_limits(recorded.assembly, machine, x)
+            actuators = read_machine(live["machine"]).actuators
+            self._guarding = Guarding(recorded.description, actuators, live["period_s"], limits, level)
+        if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
+            raise ConfigError(f"{path} was flown at gravity level {level}; allowed: 0 to 1.")
+        self._control = LiveControl(Prepared(recorded.assembly, machine, x, 0.0), level)
+        self._guarding.forget(actuators.torque(self._columns["current"][0]))
+
+    def fly(self, progress: Progress) -> Again:
+        """All ticks."""
+        total = len(self._columns)
+        for k in range(total):
+            if self._lost[k]:
+                self._lose(k)
+            self._tick(k)
+            if k % PROGRESS_TICKS == 0:
+                progress("Deciding once more", k / total)
+        progress("Deciding once more", 1.0)
+        return self._again
+
+    def _tick(self, k: int) -> None:
+        columns, again, guarding = self._columns, self._again, self._guarding
+        before = guarding.safe_state
+        believed, tau = guarding.see(k, columns), None
+        if believed is not None:
+            self._waiting.append(self._told(believed, columns.now[k], int(before)))
+        has_answered = bool(columns.seen[k]) and believed is not None
+        if has_answered:
+            self._answer(k)
+            tau = self._row["tau"].copy()
+            again.tau_desired[k] = tau
+        again.knows_control[k] = columns.t[k] >= self._settles_at
+        guarding.decide(k, columns, tau, again)
+        if has_answered and not self._row["slope"] < CLOSURE_SLOPE_MAX:
+            guarding.guard.lose_model()
+
+    def _told(self, believed: JointState, now: float, safe_state: int) -> np.void:
+        state = self._state.copy()
+        state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
+        state["q"], state["current"] = believed.q, believed.current
+        return state[0]
+
+    def _answer(self, k: int) -> None:
+        """To every measurement that control has answered to since its last answer, this one the last."""
+        seen, newest = self._columns.seen[k], self._columns.sequence[k]
+        for state in self._waiting:
+            back = newest - int(state["sequence"])
+            if back < REACH and seen >> back & 1:
+                self._control.answer(state, self._row)
+        if len(self._waiting) == REACH:
+            # It may have answered to what is out of reach, too late for anybody.
+            self._settles_at = self._columns.t[k] + SETTLED_S
+        self._waiting.clear()
+
+    def _lose(self, k: int) -> None:
+        columns = self._columns
+        self._again.gaps.append((columns.t[k], self._lost[k]))
+        self._guarding.lose(k, columns)
+        self._waiting.clear()
+        self._settles_at = columns.t[k] + SETTLED_S
+        name, share = self._names[columns.phase[k]], columns.mode[k][2]
+        mode = next((mode for mode in MODES if mode.name.lower() == name), Mode.FLOATING)
+        self._control.forget(mode, share if np.isfinite(share) else float(mode in (Mode.FLOATING, Mode.MOVING)))

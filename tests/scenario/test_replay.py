@@ -1,0 +1,36 @@
+"""What today's commands record is decided the same when it is replayed, to the last bit."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from exograv.session.live import LiveOptions, run_live
+from exograv.session.replay.run import ReplayOptions, run_replay
+
+from .conftest import SEED, Demo
+
+
+def same(path: Path) -> None:
+    found = run_replay(ReplayOptions(path), None, lambda _text, _share: None)
+    assert found["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
+    assert found["first_difference"] is None
+    assert found["safe_state_differs"]["ticks"] == 0
+    assert found["compared"]["tau_commanded"] == found["ticks"]
+    assert found["circumstances"] == []
+
+
+@pytest.mark.slow
+def test_a_demonstration_is_decided_the_same(demo: Demo):
+    same(demo.recording)
+
+
+@pytest.mark.slow
+def test_a_demonstration_on_the_other_side_and_another_planet_is_decided_the_same(run_demo: Callable[..., Demo]):
+    same(run_demo("demo", "--side", "left", "--seconds", "10", "--gravity-level", "0.378").recording)
+
+
+@pytest.mark.slow
+def test_a_live_run_is_decided_the_same(tmp_path: Path):
+    run_live(LiveOptions(seed=SEED, seconds=8.0), tmp_path, lambda _text, _share: None)
+    same(tmp_path / "live.mcap")
