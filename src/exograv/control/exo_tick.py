@@ -23,7 +23,8 @@ machine without an arm in it would shake), and so much stiffness per damping [1/
 class ExoTick:
     """By URDF and data sheet alone: it serves the calibration that will correct both."""
 
-    def __init__(self, description: RigDescription, tree: Tree):
+    def __init__(self, description: RigDescription, tree: Tree, gravity: Float[np.ndarray, " 3"] = GRAVITY):
+        """For a tree and the `gravity` (3,) in its base [m/s²]; a calibrated machine's where there is one."""
         n = len(tree.joints)
         self._mounts = description.mounts
         q, v, weights = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("weights", len(self._mounts))
@@ -33,7 +34,7 @@ class ExoTick:
             frame = tree.frame(mount)
             phi[:, frame.body] += weight * ca.DM(inertial_parameters(1.0, frame.p_body_frame, np.zeros((3, 3))))
         rotor = ca.DM(description.per_actuator("rotor_inertia_kgm2"))
-        feedforward = rnea(tree, q, v_reference, a_reference, phi, ca.SX(ca.DM(GRAVITY))) + rotor * a_reference
+        feedforward = rnea(tree, q, v_reference, a_reference, phi, ca.SX(ca.DM(gravity))) + rotor * a_reference
         kp, kd = (ca.DM(gains) for gains in empty_gains(description, tree))
         desired = feedforward + kp * (q_reference - q) + kd * (v_reference - v)
         names = ["q", "v", "q_reference", "v_reference", "a_reference", "weights"]

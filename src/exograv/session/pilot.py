@@ -125,6 +125,15 @@ class Pilot:
                 self.progress(text, k / len(trajectory))
         self.progress(text, 1.0)
 
+    def leave_stop(self, controller: Controller, within_s: float) -> bool:
+        """An operator's act after a stop: wait until the machine stands, and leave the latch; whether it could be left."""
+        still = np.zeros(len(self.q))
+        for _ in range(round(within_s / self.rig.period_s)):
+            if self.guard.reset():
+                return True
+            self._tick(controller, Reference(self.q, still, still))
+        return False
+
     def _tick(self, controller: Controller, reference: Reference) -> Moment | None:
         """One tick; None where nothing was measured that may be believed: nobody is to learn from it."""
         state, now = self.rig.read(), self.rig.t
