@@ -69,8 +69,13 @@ class ExoTick:
 def empty_gains(description: RigDescription, tree: Tree) -> tuple[Joints, Joints]:
     """Stiffness [N·m/rad] and damping [N·m·s/rad] of each joint of the empty machine."""
     kd = STIFFER_KD * description.per_actuator("weak_kd_Nms_per_rad")
-    kd = np.minimum(kd, DAMPING_RATE * _least_inertia(description, tree))
+    kd = np.minimum(kd, most_damping(description, tree))
     return np.minimum(STIFFER_KP * description.per_actuator("weak_kp_Nm_per_rad"), STIFFNESS_RATE * kd), kd
+
+
+def most_damping(description: RigDescription, tree: Tree) -> Joints:
+    """With which a joint of the empty machine may be braked from the computer without shaking [N·m·s/rad]."""
+    return DAMPING_RATE * _least_inertia(description, tree)
 
 
 def _least_inertia(description: RigDescription, tree: Tree) -> Joints:

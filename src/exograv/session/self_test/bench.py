@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from exograv.control.exo_tick import most_damping
 from exograv.errors import IdentificationError, RigError
 from exograv.identification.empty_machine import Calibration
 from exograv.model.description import RigDescription
@@ -54,7 +55,13 @@ class Bench:
         self.tree = replace(subject.tree, phi=machine.phi)
         self.gain = machine.actuators.gain
         self.tap = Tap(subject.rig)
-        envelope = Envelope(limits(subject.description), subject.rig.period_s)
+        worn = limits(subject.description)
+        self.drive_damping = worn.damping_Nms_per_rad
+        """With which a drive has to brake that hears nothing (joint,) [N·m·s/rad]: that of a soft descent."""
+        # Without an arm in it a light machine shakes under the damping that suits a worn one.
+        self.damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, self.tree))
+        """Of a soft descent of the empty machine (joint,) [N·m·s/rad]."""
+        envelope = Envelope(replace(worn, damping_Nms_per_rad=self.damping), subject.rig.period_s)
         self.pilot = Pilot(self.tap, machine.actuators, envelope, progress=progress)
         self.run = EmptyRun(self.description, self.tree, self.pilot, lambda _mount, _mass: None, machine.gravity)
         self.zero = np.zeros(len(self.description.joints))
@@ -64,11 +71,6 @@ class Bench:
     def joints(self) -> tuple[str, ...]:
         """Of the machine."""
         return self.description.joints
-
-    @property
-    def damping(self) -> Joints:
-        """With which a drive has to brake that hears nothing (joint,) [N·m·s/rad]: that of a soft descent."""
-        return self.pilot.envelope.limits.damping_Nms_per_rad
 
     def tau(self, passed: Passed) -> Float[np.ndarray, "tick joint"]:
         """Measured torque [N·m]."""

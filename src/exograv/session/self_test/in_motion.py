@@ -12,10 +12,7 @@ from .controllers import Carry
 from .poses import telling_poses
 from .step import Step, within, worst
 
-PUSH_FROM = 0.8
-"""Of the calibrated Coulomb friction: a push of so much moves no joint by more than it has to be moved anyway [-]."""
-
-PASS_RAD, PASS_SPEED = np.deg2rad(10.0), 0.6
+PASS_RAD, PASS_SPEED = np.deg2rad(10.0), 0.8
 """Half the way of a pass through a posture [rad], and its greatest speed [rad/s]: friction shows both ways."""
 
 HOLD_S, DRIFT_MAX_DEG = 3.0, 2.0  # docs/safety.md, start-up self-test
@@ -37,7 +34,7 @@ def nudge(bench: Bench) -> list[Step]:
     until the joint moves.
     """
     friction = bench.calibration.machine.friction
-    Nudger(bench.run, PUSH_FROM * np.asarray(friction.coulomb)).nudge(pushes=1)
+    Nudger(bench.run, np.asarray(friction.coulomb)).nudge(pushes=1)
     return [Step("sign of each joint", True, f"{len(bench.joints)} of {len(bench.joints)} right", "all")]
 
 

@@ -14,7 +14,7 @@ from .tap import Passed
 
 STOP_WITHIN_MS = 50.0  # docs/safety.md, F30
 GONE_WITHIN_S = 4.0  # docs/safety.md: what a stop may take with the motors on
-HOME_SPEED, PRESS_AT = 0.8, 0.7
+HOME_SPEED, PRESS_AT = 1.0, 0.7
 """Of the way home [rad/s], and the share of it after which Stop is pressed: from there the machine soon hangs still."""
 
 REST_S, REST_MAX_NM = 0.3, 0.7
@@ -23,7 +23,7 @@ REST_S, REST_MAX_NM = 0.3, 0.7
 FEED_SPEED, FEED_WAY = 0.7, 0.5  # rad/s and rad: fast enough to see a drive brake
 SILENCE_S = 0.15  # after which Stop is pressed as well
 TRIP_MAX_MS = 30.0  # docs/safety.md, F13
-BRAKES_SHARE = 0.4
+BRAKES_SHARE = 0.3
 """Of the damping that a drive has to be set to."""
 
 SEEN_RAD = 0.004  # way in which braking can be told from noise
@@ -80,10 +80,9 @@ def _gone(bench: Bench, passed: Passed) -> int:
 
 def stop_feeding(bench: Bench) -> list[Step]:
     """In the middle of a motion the machine hears no more: every drive must let go by itself, and brake."""
-    there = _crossing(bench)
-    bench.run.follow(there[0], "To where nobody commands")
+    path = _crossing(bench)
     ticks, silent = 0, -1
-    middle = len(there[1]) // 4
+    middle = len(path) // 4
     press = middle + round(SILENCE_S / bench.tap.period_s)
 
     def listener(moment: Moment) -> None:
@@ -95,23 +94,23 @@ def stop_feeding(bench: Bench) -> list[Step]:
         if ticks == press:
             bench.pilot.guard.press_stop()
 
-    bench.come_down(bench.run.controller, there[1], "Nobody commands", listener)
+    bench.come_down(bench.run.controller, path, "Nobody commands", listener)
     passed = bench.tap.passed(silent - round(0.05 / bench.tap.period_s))
     return _watchdog(bench, passed, silent - (bench.tap.ticks - len(passed.t)))
 
 
-def _crossing(bench: Bench) -> tuple[Trajectory, Trajectory]:
-    """To where all joints can move at once, and that motion, to and fro."""
+def _crossing(bench: Bench) -> Trajectory:
+    """All joints at once, to the side where there is more room, and back."""
     dt, q = bench.tap.period_s, bench.pilot.q.copy()
     lower, upper = (np.array([getattr(joint, end) for joint in bench.tree.joints]) for end in ("lower", "upper"))
-    way = np.where(q < 0.5 * (lower + upper), FEED_WAY, -FEED_WAY)
-    parts = []
-    for joint, goal in enumerate(q + way):
-        parts.append(sweep(q, joint, float(goal), FEED_SPEED, dt))
-    together = Trajectory(
-        q + sum(part.q - q for part in parts), sum(part.v for part in parts), sum(part.a for part in parts), dt
+    goal = q + np.where(q < 0.5 * (lower + upper), FEED_WAY, -FEED_WAY)
+    one_by_one = [sweep(q, joint, float(angle), FEED_SPEED, dt) for joint, angle in enumerate(goal)]
+    return Trajectory(
+        q + np.sum([path.q - q for path in one_by_one], axis=0),
+        np.sum([path.v for path in one_by_one], axis=0),
+        np.sum([path.a for path in one_by_one], axis=0),
+        dt,
     )
-    return joined([go_to(bench.pilot.q.copy(), q, 1.0, dt)]), together
 
 
 def _watchdog(bench: Bench, passed: Passed, silent: int) -> list[Step]:
@@ -126,7 +125,7 @@ def _watchdog(bench: Bench, passed: Passed, silent: int) -> list[Step]:
     )
     rest = slice(len(tau) - round(1.0 / dt), None)
     v = np.gradient(passed.q, dt, axis=0)
-    kept = np.abs((tau + bench.damping * v)[rest].mean(axis=0))
+    kept = np.abs((tau + bench.drive_damping * v)[rest].mean(axis=0))
     left, name = worst(kept, bench.joints)
     gone_ms = 1e3 * max(_falls(passed.t, tau[:, j], before[j], silent) for j in range(len(before)))
     brakes, lazy = _braking(bench, passed, tau, trip)
@@ -165,7 +164,7 @@ def _braking(
     end = trip + round(SILENCE_S / dt)
     way = passed.q[end] - passed.q[trip]
     momentum = -(tau[trip:end].sum(axis=0)) * dt
-    share = momentum / np.where(np.abs(way) > SEEN_RAD, way, np.nan) / bench.damping
+    share = momentum / np.where(np.abs(way) > SEEN_RAD, way, np.nan) / bench.drive_damping
     share = np.where(np.isfinite(share), share, np.inf)
     joint = int(share.argmin())
     return float(min(share[joint], 10.0)), bench.joints[joint]
