@@ -57,7 +57,9 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
     if fault != NOTHING:
         joint = int(np.random.default_rng([seed, level, list(HIDDEN).index(fault)]).integers(len(description.joints)))
         machine = HIDDEN[fault].machine(machine, joint)
-    subject = virtual_subject(description, machine, taken, RUN_SEED + seed)
+    whole = taken.whole
+    lengths = whole.measured.lengths_m
+    subject = virtual_subject(description, machine, whole.calibration(), lengths, RUN_SEED + seed)
     if fault != NOTHING:
         driver = HIDDEN[fault].driver(subject.rig, joint, description.nominal_gain)
         subject = replace(subject, rig=driver, press=driver.press)

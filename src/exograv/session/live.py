@@ -15,14 +15,11 @@ from typing import Any
 import numpy as np
 
 from exograv import __version__
-from exograv.control.observer import Observer
 from exograv.errors import ConfigError, RigError
 from exograv.model.description import Side
-from exograv.rig.twin import Twin
 from exograv.runtime.live import (
     Channels,
     ControlJob,
-    GuardedRig,
     GuardJob,
     GuardReport,
     answer_dtype,
@@ -33,17 +30,12 @@ from exograv.runtime.live import (
 from exograv.runtime.recorder import Recorder, Report, timing_message
 from exograv.runtime.shared import Mailbox
 from exograv.runtime.timing import PERIOD_NS, Timing
-from exograv.safety.envelope import Envelope
-from exograv.safety.guard import Guard, SafeState
-from exograv.safety.modes import Event, Mode, ModeMachine
-from exograv.safety.person import Person, PersonLimits
-from exograv.signals import Reference
 
-from .arm_controller import ArmController
+from .live_control import SKIPPED, LiveControl, Plan, guarded_rig, notes
 from .person_limits import person_limits
-from .pilot import CLOSURE_SLOPE_MAX, Progress
+from .pilot import Progress
 from .prepare import Prepared, prepare
-from .virtual import VirtualLaboratory, draw_laboratory, limits, refuse_motorless
+from .virtual import VirtualLaboratory, draw_laboratory, refuse_motorless
 
 READY_MAX_S = 120.0
 """For a process to build what it needs, kernels compiled in it."""
@@ -51,8 +43,6 @@ READY_MAX_S = 120.0
 CHECK_S = 0.25
 STALL_BEFORE_S = 0.05
 """A latch is put down to the longest gap so long before it."""
-
-REST_BEFORE_RAMP_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -65,6 +55,8 @@ class LiveOptions:
     seed: int = 0
     seconds: float = 10.0
     gravity_level: float = 0.0
+    self_test: bool = False
+    """Whether the empty twin is tested before; no wearer of it could come to harm without."""
 
     def __post_init__(self):
         if not 1.0 <= self.seconds <= 7200.0:
@@ -80,83 +72,6 @@ class LiveOptions:
             raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
         if not sys.platform.startswith("linux"):
             raise ConfigError(f"exograv live needs Linux, and this is {sys.platform}.")
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What each process builds its part from."""
-
-    laboratory: VirtualLaboratory
-    prepared: Prepared
-    person: PersonLimits
-    seed: int
-    gravity_level: float
-
-
-def guarded_rig(plan: Plan) -> GuardedRig:
-    """The twin, held in its donning posture, and the guard in front of it."""
-    laboratory, prepared = plan.laboratory, plan.prepared
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, plan.seed, t0=prepared.t)
-    envelope = Envelope(limits(laboratory.description), twin.period_s)
-    envelope.person = Person(plan.person, plan.gravity_level)
-    state = twin.read()
-    gain = prepared.machine.actuators
-    envelope.begin(gain.torque(state.current))
-    guard = Guard.of_machine(envelope, twin.period_s, gain.gain.tolist())
-    return GuardedRig(twin, guard, gain.gain, CLOSURE_SLOPE_MAX)
-
-
-MODES = tuple(Mode)
-
-
-class LiveControl:
-    """`Answering`: the arm's controller, and the mode that says how much of the arm is carried."""
-
-    mode_names = tuple(mode.name.lower() for mode in MODES)
-
-    def __init__(self, plan: Plan):
-        """The arm is held from the first tick on, as the twin begins."""
-        prepared, period_s = plan.prepared, 1e-9 * PERIOD_NS
-        self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
-        self._controller.mode.gravity_level = plan.gravity_level
-        self._observer = Observer(prepared.assembly.n, period_s)
-        self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
-        self._modes, self._rested_s = ModeMachine(Mode.FLOATING, 1.0), 0.0
-        self._q_ramp = self._still
-        # The first step finds the loops' posture from cold, which takes longer than a tick.
-        self._controller.step(plan.laboratory.description.donning_posture, self._still, self._hold(self._still))
-        self._controller = self._controller.again(prepared.x)
-        self._controller.mode.gravity_level = plan.gravity_level
-
-    def answer(self, state: np.void, row: np.ndarray) -> None:
-        """One tick."""
-        self._observer.update(state["q"])
-        q, v = self._observer.q, self._observer.v
-        self._follow(SafeState(int(state["safe_state"])), q, v)
-        self._controller.mode.arm_share = self._modes.arm_share
-        row["tau"] = self._controller.step(q, v, self._hold(q))
-        row["tau_feedforward"], row["v"] = self._controller.tau_feedforward, v
-        row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self._modes.mode)
-
-    def _hold(self, q: np.ndarray) -> Reference:
-        return Reference(q, self._still, self._still)
-
-    def _follow(self, safe_state: SafeState, q: np.ndarray, v: np.ndarray) -> None:
-        """What the guard says decides; after its reset the arm is taken again by a ramp."""
-        modes = self._modes
-        if safe_state >= SafeState.DESCENT:
-            modes.take(Event.FAULT)
-            self._rested_s = 0.0
-            return
-        if modes.mode is Mode.SAFE:
-            for event in (Event.RESET, Event.TEST, Event.PASSED):
-                modes.take(event)
-        if modes.mode is Mode.EXO_ONLY:
-            self._rested_s += self._period_s
-            if self._rested_s >= REST_BEFORE_RAMP_S:
-                self._rested_s, self._q_ramp = 0.0, q.copy()
-                modes.take(Event.TAKE_ARM)
-        modes.step(self._period_s, float(np.abs(q - self._q_ramp).max()), float(np.abs(v).max()))
 
 
 def run_live(
@@ -181,6 +96,7 @@ def run_live(
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_motorless(laboratory.description)
     prepared = prepare(laboratory, options.seed, progress)
+    self_test = _tested(laboratory, prepared, options.seed, progress) if options.self_test else SKIPPED
     limits_of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
     plan = Plan(laboratory, prepared, limits_of_person, options.seed, options.gravity_level)
     joints = laboratory.description.joints
@@ -197,7 +113,27 @@ def run_live(
         channels = Channels(len(joints), states.name, answers.name, recorder.inlet)
         report, wall_s = _fly(options, plan, channels, recorder, progress, started)
         recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
-    return _figures(options, report, recording, path) | {"wall_s": round(wall_s, 2)}
+    return _figures(options, report, recording, path) | {"self_test": self_test, "wall_s": round(wall_s, 2)}
+
+
+def _tested(laboratory: VirtualLaboratory, prepared: Prepared, seed: int, progress: Progress) -> str:
+    """The self-test of the machine without its wearer.
+
+    Raises:
+        RigError: It has not passed.
+    """
+    from .self_test.run import virtual_subject
+    from .self_test.unworn import test_machine
+
+    if prepared.calibration is None:
+        raise RigError("The machine was not calibrated, so there is nothing to test it by. Calibrate it first.")
+    lengths = laboratory.wearer.lengths_given
+    subject = virtual_subject(laboratory.description, laboratory.machine, prepared.calibration, lengths, seed)
+    steps, busy_s = test_machine(subject, progress)
+    for step in steps:
+        if not step.passed:
+            raise RigError(f"The self-test has failed ({step.name}). {step.what_to_do}")
+    return f"passed: {len(steps)} steps, {busy_s:.0f} s of the machine"
 
 
 @contextlib.contextmanager
@@ -220,7 +156,9 @@ def _fly(
 ) -> tuple[GuardReport, float]:
     context = multiprocessing.get_context("spawn")
     periods = round(options.seconds * 1e9 / PERIOD_NS)
-    guard_job = GuardJob(partial(guarded_rig, plan), channels, periods, LiveControl.mode_names, resets=True)
+    guard_job = GuardJob(
+        partial(guarded_rig, plan), channels, periods, LiveControl.mode_names, True, notes(options.self_test)
+    )
     to_guard, guard_end = context.Pipe()
     to_control, control_end = context.Pipe()
     control_job = ControlJob(partial(LiveControl, plan), channels)
@@ -303,6 +241,7 @@ def _figures(options: LiveOptions, report: GuardReport, recording: Report, path:
             {"cause": latch.cause, "at_s": round(latch.at_s, 3), "stall_ms": round(_stall_ms(timing, latch.period), 3)}
             for latch in report.latches
         ],
+        "modes": [{"mode": name, "at_s": round(at_s, 3)} for name, at_s in report.modes],
     }
 
 

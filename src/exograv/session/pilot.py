@@ -20,6 +20,9 @@ from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Submitted
 from exograv.signals import Command, JointState, Reference
 
+from .arm_controller import ArmController
+from .worn_lock import Key, unlock, withdraw_pass
+
 Joints = Float[np.ndarray, " joint"]
 Progress = Callable[[str, float], None]
 """Called with a sentence and the share done, now and then."""
@@ -83,6 +86,8 @@ class Pilot:
     recording: RecordingWriter | None = None
     progress: Progress = lambda _text, _share: None
     pace: Pace | None = None
+    key: Key | None = None
+    """What unlocks a real machine for an arm."""
     tick_us: list[float] = field(default_factory=list)
     """Time that each decision took, guard included [µs]."""
 
@@ -112,8 +117,11 @@ class Pilot:
         """Follow a trajectory to its end.
 
         Raises:
-            RigError: The envelope stopped the run; the arm has come down softly.
+            RigError: The envelope stopped the run, and the arm has come down softly; or it is an arm's controller, and
+                the machine is locked.
         """
+        if isinstance(controller, ArmController):
+            unlock(self.rig, self.key)
         for k in range(len(trajectory)):
             reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
             moment = self._tick(controller, reference)
@@ -126,7 +134,7 @@ class Pilot:
         self.progress(text, 1.0)
 
     def leave_stop(self, controller: Controller, within_s: float) -> bool:
-        """An operator's act after a stop: wait until the machine stands, and leave the latch; whether it could be left."""
+        """An operator's act after a stop: wait until the machine stands, and leave the latch; whether it could be."""
         still = np.zeros(len(self.q))
         for _ in range(round(within_s / self.rig.period_s)):
             if self.guard.reset():
@@ -192,8 +200,12 @@ class Pilot:
         text = reason.value if reason is not None else ""
         if self.recording is not None:
             self.recording.write("/event", self.rig.read().t, {"kind": "stop", "text": text})
-        for _ in range(round((self.envelope.limits.descent_s + 1.0) / self.rig.period_s)):
-            self._tick(controller, reference)
+        try:
+            for _ in range(round((self.envelope.limits.descent_s + 1.0) / self.rig.period_s)):
+                self._tick(controller, reference)
+        finally:
+            if self.key is not None:
+                withdraw_pass(self.key.file, text)
         raise RigError(
             f"The run was stopped: {text} The arm was let down softly. Look into the recording, then repeat."
         )

@@ -17,7 +17,7 @@ NOISE_MAX_DEG = 0.1
 """Of an encoder at rest: two steps of the worst twin's."""
 
 APART_MAX_DEG = 2.0
-"""By which a joint's encoder may differ from its motor's and its own offset in the calibration (docs/safety.md, F08)."""
+"""By which a joint's encoder may differ from its motor's and its calibrated offset (docs/safety.md, F08)."""
 
 BIAS_WARN_NM, BIAS_MAX_NM = 1.0, 2.0  # docs/safety.md, F10
 AGE_MAX_MS = 3.0  # docs/safety.md, F05
@@ -74,8 +74,8 @@ def _zero(bench: Bench, passed: Passed) -> Step:
     bias = bench.gain * passed.current.mean(axis=0) - told
     value, name = worst(bias, bench.joints)
     what_to_do = (
-        f"The motor of joint '{name}' reports {value:+.2f} N·m that it is not told: set the zero of its current sensor, "
-        "with the motor switched off."
+        f"The motor of joint '{name}' reports {value:+.2f} N·m that it is not told: set the zero of its current "
+        "sensor, with the motor switched off."
     )
     step = within("torque zero", value, BIAS_MAX_NM, "N·m", what_to_do)
     if step.passed:
@@ -99,7 +99,9 @@ def wake_guard(bench: Bench) -> list[Step]:
     is_awake = is_finite and reason is StopReason.NOT_FINITE
     return [
         within("guard cuts a wrong command to", largest, round(step_max, 6), "N·m a tick", again),
-        Step("guard stops a torque that is no number", is_awake, _said(reason), "stopped", "", "" if is_awake else again),
+        Step(
+            "guard stops a torque that is no number", is_awake, _said(reason), "stopped", "", "" if is_awake else again
+        ),
     ]
 
 

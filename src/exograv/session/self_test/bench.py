@@ -27,7 +27,7 @@ REST_WITHIN_S = 5.0  # after a descent: a light machine sinks slowly, braked
 
 Joints = Float[np.ndarray, " joint"]
 Press = Callable[[Guard], None]
-"""Presses Stop: on the twin by itself; on hardware an operator is asked to, and the button's own line tells the guard."""
+"""Presses Stop: on the twin by itself; on hardware an operator is asked to, and the button's line tells the guard."""
 
 
 @dataclass(frozen=True)

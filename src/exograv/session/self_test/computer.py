@@ -69,10 +69,18 @@ def recorder(folder: Path, joints: Sequence[str]) -> list[Step]:
             finally:
                 ring.close()
         kept = len(read_recording(path).ticks["t"])
-    lost = "The recorder loses what it was given when it is killed: look at the disk of --out, then install exograv again."
+    lost = (
+        "The recorder loses what it was given when it is killed: look at the disk of --out, then install exograv again."
+    )
     slow = "A killed recorder is replaced too slowly: the computer or its disk is too slow, or too busy."
     return [
-        within("ticks lost when the recorder is killed", float(2 * KILL_TICKS - min(kept, report.acknowledged)), 0.0, "", lost),
+        within(
+            "ticks lost when the recorder is killed",
+            float(2 * KILL_TICKS - min(kept, report.acknowledged)),
+            0.0,
+            "",
+            lost,
+        ),
         within("recorder is back after", took_s, RESTART_MAX_S, "s", slow),
     ]
 

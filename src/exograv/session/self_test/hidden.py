@@ -96,7 +96,7 @@ class Turned(Driver):
 
 @dataclass
 class Biased(Driver):
-    """A current sensor has a wrong zero; within the drive's own loop the motor gives less by as much, and says nothing."""
+    """A current sensor has a wrong zero; within the drive's own loop the motor gives less, and says nothing."""
 
     within_loop: bool = False
 

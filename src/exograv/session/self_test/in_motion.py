@@ -50,8 +50,8 @@ def hold_poses(bench: Bench) -> list[Step]:
             break
     drift, name = max(((*worst(np.rad2deg(row), bench.joints),) for row in drifts), key=lambda found: abs(found[0]))
     sinks = (
-        f"Joint '{name}' moved by {drift:+.1f}° while the machine carried itself: its motor does not give the torque of "
-        "its current, its encoder is off, or something hangs on the machine. Take that off, or calibrate again."
+        f"Joint '{name}' moved by {drift:+.1f}° while the machine carried itself: its motor does not give the torque "
+        "of its current, its encoder is off, or something hangs on the machine. Take that off, or calibrate again."
     )
     steps = [within("drift while it carries itself", drift, DRIFT_MAX_DEG, f"° in {HOLD_S:g} s", sinks)]
     return steps if not steps[0].passed else [*steps, *weight(bench)]
@@ -87,18 +87,25 @@ def _scale(bench: Bench, found: Changed) -> Step:
     told = found.scale_sd <= SCALE_SD_MAX
     error, name = worst(np.where(told, found.scale - 1.0, 0.0), bench.joints)
     what_to_do = (
-        f"The motor of joint '{name}' gives {1.0 + error:.2f} times the torque of its calibration for the same current. "
-        "Look for a hot or damaged motor, a slipping gear, another drive setting, or a weight on the machine; then "
-        "calibrate again."
+        f"The motor of joint '{name}' gives {1.0 + error:.2f} times the torque of its calibration for the same "
+        "current. Look for a hot or damaged motor, a slipping gear, another drive setting, or a weight on the machine; "
+        "then calibrate again."
     )
-    return within("error of the torque's scale", error, SCALE_MAX, "share", what_to_do)
+    step = within("error of the torque's scale", error, SCALE_MAX, "share", what_to_do)
+    if told.all() or not step.passed:
+        return step
+    unknown = ", ".join(joint for joint, is_told in zip(bench.joints, told, strict=True) if not is_told)
+    cannot = (
+        f"Warning: {unknown} carry too little of the machine's weight for their scale to be told to {SCALE_MAX:.0%}."
+    )
+    return Step(step.name, True, step.measured, step.limit, step.unit, cannot)
 
 
 def _offset(bench: Bench, found: Changed) -> Step:
     angle, name = worst(np.rad2deg(found.offset), bench.joints)
     what_to_do = (
-        f"By the machine's weight the encoder of joint '{name}' reads {angle:+.1f}° more than when it was calibrated. Set "
-        "its zero at the jig or the stop, look whether the base still stands as it did, then calibrate again."
+        f"By the machine's weight the encoder of joint '{name}' reads {angle:+.1f}° more than when it was calibrated. "
+        "Set its zero at the jig or the stop, look whether the base still stands as it did, then calibrate again."
     )
     return within("encoder offset by weight", angle, OFFSET_MAX_DEG, "°", what_to_do)
 
@@ -106,7 +113,7 @@ def _offset(bench: Bench, found: Changed) -> Step:
 def _bias(bench: Bench, found: Changed) -> Step:
     value, name = worst(found.bias, bench.joints)
     what_to_do = (
-        f"The motor of joint '{name}' gives {-value:+.2f} N·m beside what it reports: set the zero of its current sensor, "
-        "with the motor switched off."
+        f"The motor of joint '{name}' gives {-value:+.2f} N·m beside what it reports: set the zero of its current "
+        "sensor, with the motor switched off."
     )
     return within("torque zero by weight", value, BIAS_MAX_NM, "N·m", what_to_do)

@@ -14,8 +14,7 @@ INSIDE = np.deg2rad(14.0)  # of the joints' limits: room for the passes
 
 
 def telling_poses(description: RigDescription, tree: Tree) -> Float[np.ndarray, "3 joint"]:
-    """Out of the corners and middles of the calibration's sweeps, the three that tell most of the joint that they tell
-    least of [rad]."""
+    """Three of the corners and middles of the calibration's sweeps that tell most of the joint told least of [rad]."""
     lower = np.array([joint.lower for joint in tree.joints]) + INSIDE
     upper = np.maximum(np.array([joint.upper for joint in tree.joints]) - INSIDE, lower)
     candidates = []

@@ -1,17 +1,18 @@
 """`exograv self-test`: the computer, the empty machine, and, if asked, the arm in it; what passes unlocks the day."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError
+from exograv.identification.empty_machine import Calibration
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, Side, load_rig
 from exograv.rig import may_be_worn
-from exograv.rig.twin import Disturbances, Twin, draw_machine
+from exograv.rig.twin import Disturbances, Machine, Twin, draw_machine
 from exograv.session.calibration_run import TakenCalibration, take_calibration, twin_identity
 from exograv.session.nudge import starting_posture
 from exograv.session.nudge_checks import refuse_joints_without_motor
@@ -108,15 +109,17 @@ def _of_computer(
 
 def _subject(options: SelfTestOptions, description: RigDescription, taken: TakenCalibration) -> Subject:
     machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
-    return virtual_subject(description, machine, taken, options.seed)
+    whole = taken.whole
+    return virtual_subject(description, machine, whole.calibration(), whole.measured.lengths_m, options.seed)
 
 
-def virtual_subject(description: RigDescription, machine: Any, taken: TakenCalibration, seed: int) -> Subject:
+def virtual_subject(
+    description: RigDescription, machine: Machine, calibration: Calibration, lengths: Mapping[str, float], seed: int
+) -> Subject:
     """The empty machine of the twin, hanging, and somebody who presses Stop when it is time."""
-    lengths = taken.whole.measured.lengths_m
     tree = adjusted(read_exoskeleton(description), description, lengths)
     twin = Twin(description, machine, None, seed, starting_posture(tree), lengths=lengths)
-    return Subject(description, tree, taken.whole.calibration(), twin, lambda guard: guard.press_stop())
+    return Subject(description, tree, calibration, twin, lambda guard: guard.press_stop())
 
 
 def _worn(options: SelfTestOptions, steps: list[Step], progress: Progress) -> list[Step]:
@@ -169,9 +172,7 @@ def keep(key: Key, steps: list[Step], worn: bool, now: datetime) -> str:
     return f"passed at {now.replace(microsecond=0).isoformat()}"
 
 
-def _figures(
-    options: SelfTestOptions, description: RigDescription, steps: list[Step], note: str
-) -> dict[str, Any]:
+def _figures(options: SelfTestOptions, description: RigDescription, steps: list[Step], note: str) -> dict[str, Any]:
     return {
         "rig": description.name,
         "side": description.side,

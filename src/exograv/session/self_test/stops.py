@@ -129,6 +129,10 @@ def _watchdog(bench: Bench, passed: Passed, silent: int) -> list[Step]:
     left, name = worst(kept, bench.joints)
     gone_ms = 1e3 * max(_falls(passed.t, tau[:, j], before[j], silent) for j in range(len(before)))
     brakes, lazy = _braking(bench, passed, tau, trip)
+    is_lazy = (
+        f"The drive of joint '{lazy}' does not brake when it hears nothing: an arm would fall. Set its watchdog to "
+        "brake after 20 ms (docs/safety.md)."
+    )
     return [
         within("torque left when nobody commands", left, REST_MAX_NM, "N·m", f"Drive of joint '{name}': {dead}"),
         within("torque is gone when nobody commands", gone_ms, TRIP_MAX_MS + MEAN_TICKS, "ms", dead),
@@ -138,10 +142,7 @@ def _watchdog(bench: Bench, passed: Passed, silent: int) -> list[Step]:
             round(brakes, 3),
             BRAKES_SHARE,
             "of the damping set, at least",
-            ""
-            if brakes >= BRAKES_SHARE
-            else f"The drive of joint '{lazy}' does not brake when it hears nothing: an arm would fall. Set its watchdog "
-            "to brake after 20 ms (docs/safety.md).",
+            "" if brakes >= BRAKES_SHARE else is_lazy,
         ),
     ]
 
@@ -153,9 +154,7 @@ def _falls(t: Float[np.ndarray, " tick"], tau: Float[np.ndarray, " tick"], befor
     return float(t[silent + below[0]] - t[silent]) if below.size else np.inf
 
 
-def _braking(
-    bench: Bench, passed: Passed, tau: Float[np.ndarray, "tick joint"], trip: int
-) -> tuple[float, str]:
+def _braking(bench: Bench, passed: Passed, tau: Float[np.ndarray, "tick joint"], trip: int) -> tuple[float, str]:
     """Least share of its damping with which a drive brakes, from when it must have tripped until Stop, and its joint.
 
     What brakes by damping · v takes damping · way of momentum.

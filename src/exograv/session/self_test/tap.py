@@ -1,4 +1,4 @@
-"""Sits on the line between computer and machine: keeps what passes, and can hold commands back as a dead computer would."""
+"""Between computer and machine: keeps what passes, and can hold commands back as a dead computer would."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,9 +1,7 @@
 """The unworn part, step by step; what comes after a step that failed is not tried."""
 
-import time
 from collections.abc import Callable, Sequence
 
-from exograv.errors import RigError
 from exograv.session.nudge_checks import refuse_before_motion
 from exograv.session.pilot import Progress
 
