@@ -62,7 +62,7 @@ def key(tmp_path: Path) -> Key:
 
 
 def pilot(key: Key | None) -> Pilot:
-    envelope = Envelope(Limits(np.array([10.0]), np.array([4.0])), 0.001)
+    envelope = Envelope(Limits(np.array([10.0]), np.array([4.0]), descent_s=0.1), 0.001)
     return Pilot(Metal(), ActuatorGain(np.ones(1), np.zeros(1)), envelope, key=key)
 
 

@@ -17,7 +17,6 @@ QUICK = {
     "motor's encoder off by 5°": ("encoders agree", "'shoulder_abduction'"),
     "current sensor off by 2.5 N·m": ("torque zero", "set the zero of its current sensor"),
     "measurements come late": ("encoders and zeros at rest", "The run was stopped"),
-    "encoders swapped": ("joints and first readings", "is swapped with another"),
 }
 SLOW = {
     "motor gives half its torque": ("error of the torque's scale", "times the torque of its calibration"),
@@ -31,6 +30,7 @@ SLOW = {
     "Stop does nothing": ("Stop is heard", "Stop does not stop the machine"),
     "Stop does not reach the drives": ("torque left after Stop", "Stop does not stop the machine"),
     "encoder is dead": ("sign of each joint", "'shoulder_abduction'"),
+    "encoders swapped": ("sign of each joint", "is swapped with another"),
     "motors swapped": ("sign of each joint", "swapped"),
     "joints swapped": ("", "swapped"),
 }

@@ -27,7 +27,6 @@ QUICK = {
     "motor's encoder off by 5°": 1,
     "current sensor off by 2.5 N·m": 2,
     "measurements come late": 0,
-    "encoders swapped": 0,
 }
 """Found before anything moves: fault, and joint."""
 
@@ -43,6 +42,7 @@ SLOW = {
     "Stop does nothing": 0,
     "Stop does not reach the drives": 0,
     "encoder is dead": 1,
+    "encoders swapped": 0,
     "motors swapped": 1,
     "joints swapped": 0,
     "nothing": 0,
