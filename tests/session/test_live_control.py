@@ -85,7 +85,7 @@ def course() -> Course:
 
 @pytest.mark.slow
 def test_it_goes_by_the_table_from_off_to_floating(course: Course):
-    found = entered([Mode.OFF, *course.modes])
+    found = entered(course.modes)
     assert [mode for mode, _ in found] == [Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mode.FLOATING]
     began = dict(found)
     assert began[Mode.RAMP_IN] - began[Mode.EXO_ONLY] == pytest.approx(REST_BEFORE_RAMP_S, abs=0.01)

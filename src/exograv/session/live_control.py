@@ -85,7 +85,7 @@ class LiveControl:
         self._controller.mode.gravity_level = plan.gravity_level
         self._observer = Observer(prepared.assembly.n, period_s)
         self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
-        self._modes, self._rested_s = ModeMachine(), 0.0
+        self._modes, self._rested_s, self._has_begun = ModeMachine(), 0.0, False
         self._q_ramp = self._still
         # The first step finds the loops' posture from cold, which takes longer than a tick.
         self._controller.step(plan.laboratory.description.donning_posture, self._still, self._hold(self._still))
@@ -118,7 +118,9 @@ class LiveControl:
             modes.take(Event.FAULT)
             self._rested_s = 0.0
             return
-        if (event := OPERATOR.get(modes.mode)) is not None:
+        if not self._has_begun:
+            self._has_begun = True  # a tick switched off, for the recording to begin with
+        elif (event := OPERATOR.get(modes.mode)) is not None:
             modes.take(event)
         elif modes.mode is Mode.EXO_ONLY:
             self._rested_s += self._period_s

@@ -19,7 +19,7 @@ QUICK = {
     "measurements come late": ("encoders and zeros at rest", "The run was stopped"),
 }
 SLOW = {
-    "motor gives half its torque": ("error of the torque's scale", "times the torque of its calibration"),
+    "motor gives half its torque": ("", "'shoulder_flexion'"),
     "motor gives twice its torque": ("", "'shoulder_abduction'"),
     "motor turns the other way": ("sign of each joint", "counts the other way round"),
     "both encoders reversed": ("sign of each joint", "'shoulder_rotation'"),
@@ -29,7 +29,7 @@ SLOW = {
     "watchdog does not brake": ("drives brake when nobody commands", "an arm would fall"),
     "Stop does nothing": ("Stop is heard", "Stop does not stop the machine"),
     "Stop does not reach the drives": ("torque left after Stop", "Stop does not stop the machine"),
-    "encoder is dead": ("sign of each joint", "'shoulder_abduction'"),
+    "encoder is dead": ("sign of each joint", "encoder and its motor's do not say the same"),
     "encoders swapped": ("sign of each joint", "is swapped with another"),
     "motors swapped": ("sign of each joint", "swapped"),
     "joints swapped": ("", "swapped"),
