@@ -20,6 +20,20 @@ from exograv.safety.modes import (
 )
 
 DT = 1e-3
+WRITTEN_DOWN = """
+           TEST      PASSED   FAILED TAKE_ARM ARRIVED  MOVE   WEIGH    FLOAT    GIVE_BACK SWITCH_OFF FAULT RESET
+OFF        SELF_TEST -        -      -        -        -      -        -        -         -          -     -
+SELF_TEST  -         EXO_ONLY OFF    -        -        -      -        -        -         OFF        SAFE  -
+EXO_ONLY   -         -        -      RAMP_IN  -        -      -        -        -         OFF        SAFE  -
+RAMP_IN    -         -        -      -        FLOATING -      -        -        RAMP_OUT  -          SAFE  -
+FLOATING   -         -        -      -        -        MOVING WEIGHING -        RAMP_OUT  -          SAFE  -
+MOVING     -         -        -      -        -        -      WEIGHING FLOATING RAMP_OUT  -          SAFE  -
+WEIGHING   -         -        -      -        -        MOVING -        FLOATING RAMP_OUT  -          SAFE  -
+RAMP_OUT   -         -        -      -        EXO_ONLY -      -        -        -         -          SAFE  -
+SAFE       -         -        -      -        -        -      -        -        -         -          -     OFF
+"""
+"""All transitions and all that are none, a second time: a row a mode, a column an event."""
+
 INTO_AN_ARM = (Event.TEST, Event.PASSED, Event.TAKE_ARM)
 STEEPEST_PER_S = 0.32  # pi / (2 * 5 s), in shares of the arm
 
@@ -48,6 +62,23 @@ def test_an_event_does_what_the_table_says_and_else_nothing(mode: Mode, event: E
     assert machine.mode is (expected or mode)
     if expected is None:
         assert (machine.mode, machine.arm_share) == before
+
+
+def written_down() -> dict[tuple[Mode, Event], Mode | None]:
+    head, *rows = [line.split() for line in WRITTEN_DOWN.strip().splitlines()]
+    return {
+        (Mode[mode], Event[event]): None if after == "-" else Mode[after]
+        for mode, *afters in rows
+        for event, after in zip(head, afters, strict=True)
+    }
+
+
+@pytest.mark.parametrize(("mode", "event"), list(itertools.product(Mode, Event)))
+def test_every_transition_and_every_other_is_as_written_down_here(mode: Mode, event: Event):
+    machine = ModeMachine(mode, 0.25 if mode in WORN else 0.0)
+    expected = written_down()[mode, event]
+    assert machine.take(event) == (expected is not None)
+    assert machine.mode is (expected or mode)
 
 
 def test_every_mode_can_be_reached_and_left():

@@ -27,6 +27,7 @@ from .new_rig import NewRig, run_new_rig
 from .replay import Replay, run_replay_command
 from .report import Report, run_report
 from .rigs import Rigs, run_rigs
+from .self_test import SelfTest, run_self_test_command
 from .transparency import Transparency, run_transparency_command
 from .weigh import Weigh, run_weigh_command
 
@@ -45,6 +46,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "check-rig": (CheckRig, run_check_rig),
     "design-motion": (DesignMotion, run_design_motion),
     "doctor": (Doctor, run_doctor),
+    "self-test": (SelfTest, run_self_test_command),
     "live": (Live, run_live_command),
     "faults": (Faults, run_faults_command),
     "bench": (Bench, run_bench_command),

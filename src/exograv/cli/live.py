@@ -27,6 +27,9 @@ class Live(Common):
     gravity_level: float = 0.0
     """Felt share of the arm's own weight: 0 on a space station, 1 on Earth."""
 
+    self_test: bool = False
+    """Test the empty machine first, as a real one has to be; without, the recording says that it is skipped."""
+
 
 def run_live_command(command: Live) -> dict[str, Any]:
     """Run it and say how it went."""
@@ -34,7 +37,13 @@ def run_live_command(command: Live) -> dict[str, Any]:
     from exograv.terminal import bars
 
     options = LiveOptions(
-        command.rig, command.side, command.level, command.seed, command.seconds, command.gravity_level
+        command.rig,
+        command.side,
+        command.level,
+        command.seed,
+        command.seconds,
+        command.gravity_level,
+        command.self_test,
     )
     with bars() as progress:
         result = run_live(options, command.out, progress)
@@ -56,6 +65,8 @@ def show_live(result: dict[str, Any]) -> None:
         f"Recorded {result['samples_recorded']} ticks, lost {result['samples_lost']}: {result['recording']}",
         highlight=False,
     )
+    modes = ", ".join(f"{one['mode'].replace('_', ' ')} from {one['at_s']:.2f} s" for one in result["modes"])
+    console.print(f"Self-test {result['self_test']}. Modes: {modes}.", highlight=False)
     for latch in result["latches"]:
         before = f"Longest gap just before: {latch['stall_ms']:.1f} ms."
         console.print(f"Stopped after {latch['at_s']:.1f} s: {latch['cause']} {before}", highlight=False)

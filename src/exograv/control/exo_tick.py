@@ -25,7 +25,8 @@ machine without an arm in it would shake), and so much stiffness per damping [1/
 class ExoTick:
     """By URDF and data sheet alone: it serves the calibration that will correct both."""
 
-    def __init__(self, description: RigDescription, tree: Tree):
+    def __init__(self, description: RigDescription, tree: Tree, gravity: Float[np.ndarray, " 3"] = GRAVITY):
+        """For a tree and the `gravity` (3,) in its base [m/s²]; a calibrated machine's where there is one."""
         n = len(tree.joints)
         self._mounts = description.mounts
         q, v, weights = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("weights", len(self._mounts))
@@ -35,7 +36,7 @@ class ExoTick:
             frame = tree.frame(mount)
             phi[:, frame.body] += weight * ca.DM(inertial_parameters(1.0, frame.p_body_frame, np.zeros((3, 3))))
         rotor = ca.DM(description.per_actuator("rotor_inertia_kgm2"))
-        feedforward = rnea(tree, q, v_reference, a_reference, phi, ca.SX(ca.DM(GRAVITY))) + rotor * a_reference
+        feedforward = rnea(tree, q, v_reference, a_reference, phi, ca.SX(ca.DM(gravity))) + rotor * a_reference
         kp, kd = (ca.DM(gains) for gains in empty_gains(description, tree))
         desired = feedforward + kp * (q_reference - q) + kd * (v_reference - v)
         names = ["q", "v", "q_reference", "v_reference", "a_reference", "weights"]
@@ -77,8 +78,13 @@ class ExoTick:
 def empty_gains(description: RigDescription, tree: Tree) -> tuple[Joints, Joints]:
     """Stiffness [N·m/rad] and damping [N·m·s/rad] of each joint of the empty machine."""
     kd = STIFFER_KD * description.per_actuator("weak_kd_Nms_per_rad")
-    kd = np.minimum(kd, DAMPING_RATE * _least_inertia(description, tree))
+    kd = np.minimum(kd, most_damping(description, tree))
     return np.minimum(STIFFER_KP * description.per_actuator("weak_kp_Nm_per_rad"), STIFFNESS_RATE * kd), kd
+
+
+def most_damping(description: RigDescription, tree: Tree) -> Joints:
+    """With which a joint of the empty machine may be braked from the computer without shaking [N·m·s/rad]."""
+    return DAMPING_RATE * _least_inertia(description, tree)
 
 
 def _least_inertia(description: RigDescription, tree: Tree) -> Joints:

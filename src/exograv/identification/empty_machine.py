@@ -75,7 +75,7 @@ def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Cal
     """
     _refuse_unmoved(description, sweeps)
     model = EmptyMachine(description, tree)
-    prior = _as_it_was(description, model.prior, before)
+    prior = as_it_was(description, model.prior, before)
     found = _calibration(description, model.fit(sweeps, prior, model.fit(sweeps, prior))).machine
     friction, friction_sd = (
         replace(old, **{name: getattr(new, name) for name in CHANGING})
@@ -87,7 +87,7 @@ def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Cal
     return replace(before, machine=replace(before.machine, friction=friction, friction_sd=friction_sd))
 
 
-def _as_it_was(description: RigDescription, data_sheets: Prior, before: Calibration) -> Prior:
+def as_it_was(description: RigDescription, data_sheets: Prior, before: Calibration) -> Prior:
     """What a re-check believes: all is as it was but for what changes with the day, and ripple, which is not kept."""
     layout, machine, friction = data_sheets.layout, before.machine, before.machine.friction
     mean, sd = data_sheets.mean.copy(), np.full(len(data_sheets.mean), KNOWN_SD)

@@ -50,6 +50,21 @@ class Rig(Protocol):
 
 
 @runtime_checkable
+class VirtualRig(Protocol):
+    """A machine that is only computed: nobody can be in it. One that does not say so is real."""
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether nobody can be in it."""
+        ...
+
+
+def may_be_worn(rig: Rig) -> bool:
+    """Whether a person may be in this machine, so that everything that protects one is asked for."""
+    return not (isinstance(rig, VirtualRig) and rig.is_virtual)
+
+
+@runtime_checkable
 class CuffSensing(Protocol):
     """A machine with a six-axis force/torque sensor at every cuff, in the order of its description; tared empty."""
 

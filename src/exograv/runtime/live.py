@@ -7,8 +7,8 @@ answer for a part of the period, never longer; that it comes too late, or never 
 import contextlib
 import signal
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import Protocol, runtime_checkable
 
@@ -84,6 +84,9 @@ class GuardJob:
     resets: bool
     """Whether somebody stands beside who resets a latch as soon as the arm is down and at rest: a virtual operator."""
 
+    notes: Mapping[str, str] = field(default_factory=dict)
+    """What to record besides when a mode begins, by its name."""
+
 
 @dataclass(frozen=True)
 class Latch:
@@ -107,6 +110,9 @@ class GuardReport:
 
     t: float
     """The rig's clock [s]."""
+
+    modes: tuple[tuple[str, float], ...] = ()
+    """Every mode in its turn, and when it began, since the loop's start [s]."""
 
 
 def guard_process(job: GuardJob, parent: Connection) -> None:
@@ -139,6 +145,7 @@ class _Guarding:
             self._row[name] = np.nan
         self._safe_state, self._phase, self._mode = SafeState.NONE, 0, -1
         self._latches: list[Latch] = []
+        self._modes: list[tuple[str, float]] = []
         self._unanswered, self._started_ns = 0, 0
         self._was_stopped, self._is_asked_to_end = False, False
         self._acts = 0
@@ -173,7 +180,7 @@ class _Guarding:
 
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
         """At the end."""
-        return GuardReport(timing, rights, tuple(self._latches), self._unanswered, self._rig.t)
+        return GuardReport(timing, rights, tuple(self._latches), self._unanswered, self._rig.t, tuple(self._modes))
 
     def close(self) -> None:
         """Let go of the memory."""
@@ -198,8 +205,11 @@ class _Guarding:
 
     def _enter(self, mode: int, now: float) -> None:
         if mode != self._mode:
-            self._mode, self._phase = mode, self._phase + 1
-            self._events.put(event(now, PHASE, self._job.mode_names[mode]))
+            self._mode, self._phase, name = mode, self._phase + 1, self._job.mode_names[mode]
+            self._modes.append((name, 1e-9 * (time.monotonic_ns() - self._started_ns)))
+            self._events.put(event(now, PHASE, name))
+            if text := self._job.notes.get(name):
+                self._events.put(event(now, "note", text))
 
     def _note(self, period: int, now: float) -> None:
         """Each stop once, when it comes."""

@@ -1,12 +1,13 @@
 """The empty machine under way: led along references, loaded with known weights, watched; what it measures is kept."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
 
 from exograv.control.exo_tick import ExoTick, empty_gains
+from exograv.dynamics.loop_torque import GRAVITY
 from exograv.errors import IdentificationError, RigError
 from exograv.identification.empty_machine import SAMPLE_PERIOD_S, V_CLEAR, V_START, Sweeps
 from exograv.identification.empty_model import FILTER_DELAY_S
@@ -37,9 +38,11 @@ class EmptyRun:
     tree: Tree
     pilot: Pilot
     hang: Hang
+    gravity: Float[np.ndarray, " 3"] = field(default_factory=GRAVITY.copy)
+    """In the base, where a calibration has found how it leans [m/s²]."""
 
     def __post_init__(self):
-        self.controller = ExoTick(self.description, self.tree)
+        self.controller = ExoTick(self.description, self.tree, self.gravity)
         self.filter = SampleFilter(len(self.description.joints), self.pilot.rig.period_s, FILTER_DELAY_S)
         """Its torque is the motor current [A]."""
         kp, _ = empty_gains(self.description, self.tree)

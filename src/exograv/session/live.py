@@ -16,13 +16,11 @@ import numpy as np
 
 from exograv.errors import ConfigError, RigError
 from exograv.model.description import Side
-from exograv.rig.twin import Twin
 from exograv.rig.twin.twin import PERIOD
 from exograv.runtime.exchange import answer_dtype, state_dtype
 from exograv.runtime.live import (
     Channels,
     ControlJob,
-    GuardedRig,
     GuardJob,
     GuardReport,
     control_process,
@@ -31,16 +29,13 @@ from exograv.runtime.live import (
 from exograv.runtime.recorder import Recorder, Report, timing_message
 from exograv.runtime.shared import Mailbox
 from exograv.runtime.timing import PERIOD_NS, Timing
-from exograv.safety.envelope import Envelope
-from exograv.safety.guard import Guard
-from exograv.safety.person import Person, PersonLimits
 
 from .account import versions, written_person, written_rig, written_told
-from .live_control import LiveControl
+from .live_control import SKIPPED, LiveControl, Plan, guarded_rig, notes
 from .person_limits import person_limits
-from .pilot import CLOSURE_SLOPE_MAX, Progress
+from .pilot import Progress
 from .prepare import Prepared, prepare
-from .virtual import VirtualLaboratory, draw_laboratory, limits, refuse_motorless
+from .virtual import VirtualLaboratory, draw_laboratory, refuse_motorless
 
 READY_MAX_S = 120.0
 """For a process to build what it needs, kernels compiled in it."""
@@ -60,6 +55,8 @@ class LiveOptions:
     seed: int = 0
     seconds: float = 10.0
     gravity_level: float = 0.0
+    self_test: bool = False
+    """Whether the empty twin is tested before; no wearer of it could come to harm without."""
 
     def __post_init__(self):
         if not 1.0 <= self.seconds <= 7200.0:
@@ -75,30 +72,6 @@ class LiveOptions:
             raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
         if not sys.platform.startswith("linux"):
             raise ConfigError(f"exograv live needs Linux, and this is {sys.platform}.")
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What each process builds its part from."""
-
-    laboratory: VirtualLaboratory
-    prepared: Prepared
-    person: PersonLimits
-    seed: int
-    gravity_level: float
-
-
-def guarded_rig(plan: Plan) -> GuardedRig:
-    """The twin, held in its donning posture, and the guard in front of it."""
-    laboratory, prepared = plan.laboratory, plan.prepared
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, plan.seed, t0=prepared.t)
-    envelope = Envelope(limits(laboratory.description), twin.period_s)
-    envelope.person = Person(plan.person, plan.gravity_level)
-    state = twin.read()
-    gain = prepared.machine.actuators
-    envelope.begin(gain.torque(state.current))
-    guard = Guard.of_machine(envelope, twin.period_s, gain.gain.tolist())
-    return GuardedRig(twin, guard, gain.gain, CLOSURE_SLOPE_MAX)
 
 
 def run_live(
@@ -123,6 +96,7 @@ def run_live(
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_motorless(laboratory.description)
     prepared = prepare(laboratory, options.seed, progress)
+    self_test = _tested(laboratory, prepared, options.seed, progress) if options.self_test else SKIPPED
     limits_of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
     plan = Plan(laboratory, prepared, limits_of_person, options.seed, options.gravity_level)
     joints = laboratory.description.joints
@@ -132,7 +106,27 @@ def run_live(
         channels = Channels(len(joints), states.name, answers.name, recorder.inlet)
         report, wall_s = _fly(options, plan, channels, recorder, progress, started)
         recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
-    return _figures(options, report, recording, path) | {"wall_s": round(wall_s, 2)}
+    return _figures(options, report, recording, path) | {"self_test": self_test, "wall_s": round(wall_s, 2)}
+
+
+def _tested(laboratory: VirtualLaboratory, prepared: Prepared, seed: int, progress: Progress) -> str:
+    """The self-test of the machine without its wearer.
+
+    Raises:
+        RigError: It has not passed.
+    """
+    from .self_test.run import virtual_subject
+    from .self_test.unworn import test_machine
+
+    if prepared.calibration is None:
+        raise RigError("The machine was not calibrated, so there is nothing to test it by. Calibrate it first.")
+    lengths = laboratory.wearer.lengths_given
+    subject = virtual_subject(laboratory.description, laboratory.machine, prepared.calibration, lengths, seed)
+    steps, busy_s = test_machine(subject, progress)
+    for step in steps:
+        if not step.passed:
+            raise RigError(f"The self-test has failed ({step.name}). {step.what_to_do}")
+    return f"passed: {len(steps)} steps, {busy_s:.0f} s of the machine"
 
 
 def _settings(options: LiveOptions, plan: Plan) -> dict[str, Any]:
@@ -182,7 +176,9 @@ def _fly(
 ) -> tuple[GuardReport, float]:
     context = multiprocessing.get_context("spawn")
     periods = round(options.seconds * 1e9 / PERIOD_NS)
-    guard_job = GuardJob(partial(guarded_rig, plan), channels, periods, LiveControl.mode_names, resets=True)
+    guard_job = GuardJob(
+        partial(guarded_rig, plan), channels, periods, LiveControl.mode_names, True, notes(options.self_test)
+    )
     to_guard, guard_end = context.Pipe()
     to_control, control_end = context.Pipe()
     control_job = ControlJob(partial(LiveControl, plan.prepared, plan.gravity_level), channels)
@@ -265,6 +261,7 @@ def _figures(options: LiveOptions, report: GuardReport, recording: Report, path:
             {"cause": latch.cause, "at_s": round(latch.at_s, 3), "stall_ms": round(_stall_ms(timing, latch.period), 3)}
             for latch in report.latches
         ],
+        "modes": [{"mode": name, "at_s": round(at_s, 3)} for name, at_s in report.modes],
     }
 
 

@@ -1,20 +1,76 @@
-"""Control of `exograv live`: the arm's controller, and the mode that says how much of the arm is carried."""
+"""What the two processes of `exograv live` are made of: the twin behind its guard, and control with its mode."""
 
-from dataclasses import astuple
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from exograv.control.observer import Observer
+from exograv.rig.twin import Twin
+from exograv.rig.twin.own_arm import OwnArm
+from exograv.runtime.live import GuardedRig
 from exograv.runtime.timing import PERIOD_NS
-from exograv.safety.guard import SafeState
-from exograv.safety.modes import Event, Mode, ModeMachine
+from exograv.safety.envelope import Envelope
+from exograv.safety.guard import Guard, SafeState
+from exograv.safety.modes import RAMP_IN_S, WORN, Event, Mode, ModeMachine
+from exograv.safety.person import Person, PersonLimits
 from exograv.signals import Reference
 
 from .arm_controller import ArmController
+from .held import Held
+from .pilot import CLOSURE_SLOPE_MAX
 from .prepare import Prepared
+from .virtual import VirtualLaboratory, limits
+from .worn_lock import unlock
 
 REST_BEFORE_RAMP_S = 1.0
+SKIPPED = "skipped: twin"
+SKIPPED_TEXT = "The self-test is skipped: this is the twin, and nobody is in it."
+
+OPERATOR: Mapping[Mode, Event] = MappingProxyType(
+    {Mode.SAFE: Event.RESET, Mode.OFF: Event.TEST, Mode.SELF_TEST: Event.PASSED}
+)
+"""What the virtual operator does as soon as it is possible, one event a tick. `PASSED` follows at once: on the twin the
+self-test is done before the loop, or skipped, and the recording says so."""
+
 MODES = tuple(Mode)
+
+
+def notes(is_tested: bool) -> dict[str, str]:
+    """What to record when a mode begins."""
+    return {} if is_tested else {Mode.SELF_TEST.name.lower(): SKIPPED_TEXT}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What each process builds its part from."""
+
+    laboratory: VirtualLaboratory
+    prepared: Prepared
+    person: PersonLimits
+    seed: int
+    gravity_level: float
+
+
+def guarded_rig(plan: Plan) -> GuardedRig:
+    """The twin, its wearer holding the own arm in the donning posture, and the guard in front of it.
+
+    Raises:
+        RigError: The machine is locked.
+    """
+    laboratory, prepared = plan.laboratory, plan.prepared
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, plan.seed, t0=prepared.t)
+    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+    held = Held(twin, own, REST_BEFORE_RAMP_S, RAMP_IN_S)
+    unlock(held, None)
+    envelope = Envelope(limits(laboratory.description), twin.period_s)
+    envelope.person = Person(plan.person, plan.gravity_level)
+    state = twin.read()
+    gain = prepared.machine.actuators
+    envelope.begin(gain.torque(state.current))
+    guard = Guard.of_machine(envelope, twin.period_s, gain.gain.tolist())
+    return GuardedRig(held, guard, gain.gain, CLOSURE_SLOPE_MAX)
 
 
 class LiveControl:
@@ -22,14 +78,15 @@ class LiveControl:
 
     mode_names = tuple(mode.name.lower() for mode in MODES)
 
-    def __init__(self, prepared: Prepared, gravity_level: float):
-        """The arm is held from the first tick on, as the twin begins."""
+    def __init__(self, prepared: Prepared, gravity_level: float, is_first: bool = True):
+        """The machine is off; one that comes later finds it in a safe state."""
         period_s = 1e-9 * PERIOD_NS
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._controller.mode.gravity_level = gravity_level
         self._observer = Observer(prepared.assembly.n, period_s)
         self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
-        self._modes, self._rested_s = ModeMachine(Mode.FLOATING, 1.0), 0.0
+        self._modes = ModeMachine() if is_first else ModeMachine(Mode.SAFE)
+        self._rested_s, self._has_begun = 0.0, not is_first
         self._q_ramp = self._still
         # The first step finds the loops' posture from cold, which takes longer than a tick.
         posture = prepared.assembly.description.donning_posture
@@ -37,37 +94,44 @@ class LiveControl:
         self._controller = self._controller.again(prepared.x)
         self._controller.mode.gravity_level = gravity_level
 
+    @property
+    def mode(self) -> Mode:
+        """In force."""
+        return self._modes.mode
+
     def answer(self, state: np.void, row: np.ndarray) -> None:
         """One tick."""
         self._observer.update(state["q"])
         q, v = self._observer.q, self._observer.v
         self._follow(SafeState(int(state["safe_state"])), q, v)
         self._controller.mode.arm_share = self._modes.arm_share
-        row["tau"] = self._controller.step(q, v, self._hold(q))
+        tau = self._controller.step(q, v, self._hold(q))
+        row["tau"] = tau if self.mode is Mode.EXO_ONLY or self.mode in WORN else self._still
         row["tau_feedforward"], row["v"] = self._controller.tau_feedforward, v
-        row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self._modes.mode)
+        row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self.mode)
         row["drive"], row["gravity_level"], row["arm_share"] = astuple(self._controller.mode)
 
     def forget(self, mode: Mode, arm_share: float) -> None:
         """Begin anew in this mode with this share of the arm: after a time that nobody saw."""
         self._observer = Observer(len(self._still), self._period_s)
-        self._modes, self._rested_s = ModeMachine(mode, arm_share), 0.0
+        self._modes, self._rested_s, self._has_begun = ModeMachine(mode, arm_share), 0.0, True
         self._controller.forget()
 
     def _hold(self, q: np.ndarray) -> Reference:
         return Reference(q, self._still, self._still)
 
     def _follow(self, safe_state: SafeState, q: np.ndarray, v: np.ndarray) -> None:
-        """What the guard says decides; after its reset the arm is taken again by a ramp."""
+        """What the guard says decides; the arm is taken by a ramp, at first and after each reset."""
         modes = self._modes
         if safe_state >= SafeState.DESCENT:
             modes.take(Event.FAULT)
             self._rested_s = 0.0
             return
-        if modes.mode is Mode.SAFE:
-            for event in (Event.RESET, Event.TEST, Event.PASSED):
-                modes.take(event)
-        if modes.mode is Mode.EXO_ONLY:
+        if not self._has_begun:
+            self._has_begun = True  # a tick switched off, for the recording to begin with
+        elif (event := OPERATOR.get(modes.mode)) is not None:
+            modes.take(event)
+        elif modes.mode is Mode.EXO_ONLY:
             self._rested_s += self._period_s
             if self._rested_s >= REST_BEFORE_RAMP_S:
                 self._rested_s, self._q_ramp = 0.0, q.copy()

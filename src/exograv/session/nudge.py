@@ -31,7 +31,8 @@ MARGIN = np.deg2rad(4.0)  # of the first posture from the joints' limits: room t
 PUSHES = 3  # each way; each ends some tenths of a degree farther, at another ripple of the gear
 STARTED = 0.0015
 """Displacement at which a joint slides: more than stuck friction bends, and two steps of a bad encoder [rad]."""
-RATE = 1.0  # of the usual Coulomb friction, a second
+RATE, KNOWN_RATE = 1.0, 1.5  # of the usual Coulomb friction, and of a known one, a second
+KNOWN = 0.5  # of a known Coulomb friction, with which a push starts: a shorter one would not show its current
 AGAIN = 0.4  # a further push of the same kind starts at this share of the last
 HELD = 0.4  # of the usual Coulomb friction: what it holds on any day
 PUSH_MAX = {"harmonic": 6.0, "quasi_direct": 8.0}
@@ -65,9 +66,20 @@ class Push:
 class Nudger:
     """Pushes the joints of a machine that nobody has moved yet."""
 
-    def __init__(self, run: EmptyRun):
+    def __init__(self, run: EmptyRun, coulomb: Joints | None = None):
+        """Look where it hangs.
+
+        Args:
+            run: Of the empty machine.
+            coulomb: Friction of a machine that is known (joint,) [N·m]; where absent, what is usual.
+
+        Raises:
+            ConfigError: By its encoders it does not hang.
+        """
         self._run, self._joints = run, run.description.joints
         self._usual = usual_friction(run.description, COULOMB)[0]
+        known = np.zeros(len(self._joints)) if coulomb is None else coulomb
+        self._first, self._rate = KNOWN * known, np.maximum(RATE * self._usual, KNOWN_RATE * known)
         hanging, q = starting_posture(run.tree), run.pilot.q.copy()
         weight = carrying_torque(run.tree, hanging)
         # Friction holds what hangs. Motors that nobody has tried yet carry only what would fall from its best posture,
@@ -94,7 +106,7 @@ class Nudger:
         """Pushes one way; the torques along the push that moved the joint [N·m]."""
         found: list[float] = []
         for _ in range(pushes):
-            first = AGAIN * max(found[-1], 0.0) if found else 0.0
+            first = AGAIN * max(found[-1], 0.0) if found else float(self._first[joint])
             found.append(self._start(joint, sign, first, text))
         return found
 
@@ -133,7 +145,7 @@ class Nudger:
             rows.append((moment.state.t, sample.q.copy(), sample.tau.copy(), commanded))
             way[:] = moment.q - q_start
             # The filter would tell of it 40 ms late.
-            size = np.inf if np.abs(way).max() > MOVED else size + RATE * self._usual[joint] * rig.period_s
+            size = np.inf if np.abs(way).max() > MOVED else size + self._rate[joint] * rig.period_s
             push.tau[joint] = push.tau_feedforward[joint] + (sign * size if size < self._most[joint] else 0.0)
 
         while size < self._most[joint]:

@@ -22,7 +22,9 @@ from exograv.safety.guard import COMMAND_LIFE_S, Guard, Submitted
 from exograv.signals import Command, JointState, Reference
 
 from .account import Account, mode_fields
+from .arm_controller import ArmController
 from .worn import Worn
+from .worn_lock import Key, unlock, withdraw_pass
 
 Joints = Float[np.ndarray, " joint"]
 Progress = Callable[[str, float], None]
@@ -91,6 +93,8 @@ class Pilot:
     pace: Pace | None = None
     worn: Worn | None = None
     """Tells the guard who is in the machine; nobody is if absent."""
+    key: Key | None = None
+    """What unlocks a real machine for an arm."""
     tick_us: list[float] = field(default_factory=list)
     """Time that each decision took, guard included [µs]."""
 
@@ -122,8 +126,11 @@ class Pilot:
         """Follow a trajectory to its end.
 
         Raises:
-            RigError: The envelope stopped the run; the arm has come down softly.
+            RigError: The envelope stopped the run, and the arm has come down softly; or it is an arm's controller, and
+                the machine is locked.
         """
+        if isinstance(controller, ArmController):
+            unlock(self.rig, self.key)
         for k in range(len(trajectory)):
             reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
             moment = self._tick(controller, reference)
@@ -134,6 +141,15 @@ class Pilot:
             if k % PROGRESS_TICKS == 0:
                 self.progress(text, k / len(trajectory))
         self.progress(text, 1.0)
+
+    def leave_stop(self, controller: Controller, within_s: float) -> bool:
+        """An operator's act after a stop: wait until the machine stands, and leave the latch; whether it could be."""
+        still = np.zeros(len(self.q))
+        for _ in range(round(within_s / self.rig.period_s)):
+            if self.guard.reset():
+                return True
+            self._tick(controller, Reference(self.q, still, still))
+        return False
 
     def _tick(self, controller: Controller, reference: Reference) -> Moment | None:
         """One tick; None where nothing was measured that may be believed: nobody is to learn from it."""
@@ -206,8 +222,12 @@ class Pilot:
         text = reason.value if reason is not None else ""
         if self.recording is not None:
             self.recording.write("/event", self.rig.read().t, {"kind": "stop", "text": text})
-        for _ in range(round((self.envelope.limits.descent_s + 1.0) / self.rig.period_s)):
-            self._tick(controller, reference)
+        try:
+            for _ in range(round((self.envelope.limits.descent_s + 1.0) / self.rig.period_s)):
+                self._tick(controller, reference)
+        finally:
+            if self.key is not None:
+                withdraw_pass(self.key.file, text)
         raise RigError(
             f"The run was stopped: {text} The arm was let down softly. Look into the recording, then repeat."
         )

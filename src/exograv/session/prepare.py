@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
+from exograv.identification.empty_machine import Calibration
 from exograv.model.assembly import Assembly
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
@@ -30,6 +31,9 @@ class Prepared:
     t: float
     """The rig's clock when all was done: the machine has warmed up so far [s]."""
 
+    calibration: Calibration | None = None
+    """Of the empty machine, where it was measured."""
+
 
 def prepare(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Prepared:
     """Calibrate and identify one machine and its wearer.
@@ -37,14 +41,15 @@ def prepare(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Pre
     Raises:
         ExogravError: The machine, the wearer or the run was refused.
     """
-    machine, t = _calibrated(laboratory, seed, progress)
+    calibration, t = _calibrated(laboratory, seed, progress)
+    machine = calibration.machine
     assembly = laboratory.assembly()
     twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
     pilot = pilot_of(twin, machine.actuators, laboratory, progress)
     controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
     identifier = Identifier(pilot, controller, machine, "recursive", "current", lambda *_found: None)
     found = identify_arm(pilot, controller, identifier, MOTION_S)
-    return Prepared(assembly, machine, found.last.x, twin.t)
+    return Prepared(assembly, machine, found.last.x, twin.t, calibration)
 
 
 def pilot_of(twin: Twin, actuators: ActuatorGain, laboratory: VirtualLaboratory, progress: Progress) -> Pilot:
@@ -52,12 +57,11 @@ def pilot_of(twin: Twin, actuators: ActuatorGain, laboratory: VirtualLaboratory,
     return Pilot(twin, actuators, Envelope(limits(laboratory.description), twin.period_s), progress=progress)
 
 
-def _calibrated(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> tuple[CalibratedMachine, float]:
+def _calibrated(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> tuple[Calibration, float]:
     """The empty machine, and its clock when it is known."""
 
     def pilot(twin: Twin, actuators: ActuatorGain) -> Pilot:
         return pilot_of(twin, actuators, laboratory, progress)
 
     empty = EmptyTwin(laboratory.description, laboratory.machine, seed, laboratory.wearer.lengths_given)
-    calibration, t = empty.calibrate(pilot)
-    return calibration.machine, t
+    return empty.calibrate(pilot)

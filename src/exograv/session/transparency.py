@@ -17,6 +17,7 @@ from .movements import WantedMovement, pointing, recorded
 from .pilot import Progress
 from .transparency_summary import rig_result
 from .transparency_trial import CONDITIONS, Trial, run_trial
+from .worn_lock import NOT_NEEDED
 
 MovementName = Literal["pointing", "recorded"]
 
@@ -70,7 +71,7 @@ def run_transparency(options: TransparencyOptions, folder: Path, progress: Progr
 
     report = write_transparency_report(results, folder / "transparency.html")
     result = results[0] if options.rig is not None else {"profiles": {one["profile"]: one for one in results}}
-    return {**result, "wall_s": round(time.perf_counter() - start, 1), "report": str(report)}
+    return {**result, "self_test": NOT_NEEDED, "wall_s": round(time.perf_counter() - start, 1), "report": str(report)}
 
 
 def movement_for(name: MovementName, description: RigDescription) -> WantedMovement:

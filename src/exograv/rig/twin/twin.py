@@ -125,6 +125,11 @@ class Twin:
         """The rig's clock [s]."""
         return self._t0 + self._steps * TIMESTEP
 
+    @property
+    def is_virtual(self) -> bool:
+        """Its wearer is as virtual."""
+        return True
+
     def __enter__(self) -> "Twin":
         return self
 

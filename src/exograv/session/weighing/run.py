@@ -25,6 +25,7 @@ from exograv.session.pilot import Pilot, Progress
 from exograv.session.prepare import MOTION_S, pilot_of
 from exograv.session.stage_0 import EmptyTwin
 from exograv.session.virtual import VirtualLaboratory, draw_laboratory, refuse_motorless
+from exograv.session.worn_lock import NOT_NEEDED
 
 from .arm_check import ArmCheck, ArmJudge
 from .estimator import Weighing
@@ -201,6 +202,7 @@ def _figures(options: WeighOptions, laboratory: VirtualLaboratory, typed: float,
             for place, one in found.weights.items()
         ],
         "true_arm_mass_kg": round(arm, 4),
+        "self_test": NOT_NEEDED,
     }
 
 

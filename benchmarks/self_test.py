@@ -1,0 +1,156 @@
+"""Does the start-up self-test find what is wrong, and let pass what is not? docs/safety.md, "Before anybody is in it".
+
+    python benchmarks/self_test.py --seeds 0-19 --faults 0-0 --calibrations calibrations --save self_test.json
+    python benchmarks/self_test.py --load self_test.json
+
+Every machine is calibrated when all is well (kept in the folder of calibrations, and taken from there where it is), and
+tested as on another day: with other noise, cold. In --seeds nothing is wrong; in --faults each fault once a machine, at
+a joint that chance draws. Runs that are in the file of --save already are not repeated.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+RIGS = "recupera_like,recupera_like_qdd"
+NOTHING = "nothing"
+RUN_SEED = 50_000
+"""Beyond the machine's own: the noise of the day of the test."""
+
+
+def calibrated(rig: str, level: int, seed: int, folder: Path) -> Path | None:
+    """The machine's calibration; None where stage 0 refuses the machine."""
+    from exograv.errors import ExogravError
+    from exograv.session.calibration_run import CalibrateOptions, run_calibration
+
+    file = folder / f"{rig}_{level}_{seed}.toml"
+    if not file.exists() and not file.with_suffix(".refused").exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            run_calibration(CalibrateOptions(rig, None, level, seed, file), lambda _text, _share: None)
+        except ExogravError as error:
+            file.with_suffix(".refused").write_text(str(error))
+    return file if file.exists() else None
+
+
+def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, Any]:
+    """One self-test."""
+    from dataclasses import replace
+
+    from exograv.model.description import load_rig
+    from exograv.rig.twin import Disturbances, draw_machine
+    from exograv.session.calibration_run import take_calibration, twin_identity
+    from exograv.session.self_test.hidden import HIDDEN
+    from exograv.session.self_test.run import virtual_subject
+    from exograv.session.self_test.unworn import test_machine
+
+    description = load_rig(rig)
+    machine = draw_machine(description, Disturbances.at_level(level), seed)
+    taken = take_calibration(file, description, twin_identity(level, seed), datetime.now(UTC))
+    joint, driver = 0, None
+    if fault != NOTHING:
+        joint = int(np.random.default_rng([seed, level, list(HIDDEN).index(fault)]).integers(len(description.joints)))
+        machine = HIDDEN[fault].machine(machine, joint)
+    whole = taken.whole
+    lengths = whole.measured.lengths_m
+    subject = virtual_subject(description, machine, whole.calibration(), lengths, RUN_SEED + seed)
+    if fault != NOTHING:
+        driver = HIDDEN[fault].driver(subject.rig, joint, description.nominal_gain)
+        subject = replace(subject, rig=driver, press=driver.press)
+    started = time.perf_counter()
+    steps, busy_s = test_machine(subject, lambda _text, _share: None)
+    failed = [step for step in steps if step.passed is False]
+    return {
+        "joint": description.joints[joint],
+        "refused": bool(failed),
+        "by": failed[0].name if failed else "",
+        "why": failed[0].what_to_do if failed else "",
+        "figures": {step.name: step.measured for step in steps if isinstance(step.measured, float)},
+        "machine_s": round(busy_s, 2),
+        "wall_s": round(time.perf_counter() - started, 2),
+    }
+
+
+def wanted(options: argparse.Namespace) -> Iterator[tuple[str, int, int, str]]:
+    """Machines in good order, and then each fault."""
+    from exograv.session.self_test.hidden import HIDDEN
+
+    machines = [(rig, level) for level in _span(options.levels) for rig in options.rigs.split(",")]
+    for seed in _span(options.faults):
+        for fault in HIDDEN:
+            for rig, level in machines:
+                yield rig, level, seed, fault
+    for seed in _span(options.seeds):
+        for rig, level in machines:
+            yield rig, level, seed, NOTHING
+
+
+def show(results: dict[str, dict[str, Any]]) -> None:
+    """A row a fault; then those in good order, by drive and level."""
+    rows: dict[str, list[tuple[str, dict[str, Any]]]] = {}
+    for key, result in results.items():
+        rows.setdefault(key.split("|")[3], []).append((key, result))
+    print(f"{'fault':34}{'tested':>7}{'refused':>8}  found by")
+    for fault, runs in rows.items():
+        if fault != NOTHING:
+            by = sorted({result["by"] for _, result in runs if result["refused"]})
+            print(f"{fault:34}{len(runs):7}{sum(r['refused'] for _, r in runs):8}  {'; '.join(by)}")
+            for key, result in runs:
+                if not result["refused"]:
+                    print(f"    not found: {key} {result['joint']} {result['figures']}")
+    healthy = rows.get(NOTHING, [])
+    print(f"\nin good order: {len(healthy)} tested, {sum(r['refused'] for _, r in healthy)} refused")
+    for group in sorted({tuple(key.split("|")[:2]) for key, _ in healthy}):
+        runs = [result for key, result in healthy if tuple(key.split("|")[:2]) == group]
+        busy = [result["machine_s"] for result in runs]
+        print(
+            f"  {group[0]}, level {group[1]}: {len(runs)} tested, {sum(r['refused'] for r in runs)} refused; "
+            f"machine {np.median(busy):.0f} s, at most {max(busy):.0f} s"
+        )
+    for key, result in healthy:
+        if result["refused"]:
+            print(f"    refused: {key} {result['by']}: {result['why']}")
+    for name in sorted({name for _, result in healthy for name in result["figures"]}):
+        values = np.abs([result["figures"][name] for _, result in healthy if name in result["figures"]])
+        print(f"  {name:42} median {np.median(values):.3g}, worst {values.max():.3g}, least {values.min():.3g}")
+
+
+def _span(text: str) -> range:
+    first, _, last = text.partition("-")
+    return range(int(first), int(last or first) + 1) if first else range(0)
+
+
+def main() -> None:
+    """Run or load, then show; each result is saved as soon as it is there."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rigs", default=RIGS)
+    parser.add_argument("--levels", default="0-4")
+    parser.add_argument("--seeds", default="0-19")
+    parser.add_argument("--faults", default="0-0")
+    parser.add_argument("--calibrations", type=Path, default=Path("calibrations"))
+    parser.add_argument("--save", type=Path)
+    parser.add_argument("--load", type=Path)
+    options = parser.parse_args()
+    if options.load:
+        show(json.loads(options.load.read_text()))
+        return
+    results = json.loads(options.save.read_text()) if options.save and options.save.exists() else {}
+    for rig, level, seed, fault in wanted(options):
+        key = f"{rig}|{level}|{seed}|{fault}"
+        if key in results or (file := calibrated(rig, level, seed, options.calibrations)) is None:
+            continue
+        results[key] = run(rig, level, seed, fault, file)
+        print(key, results[key]["by"] or "passed", results[key]["wall_s"], flush=True)
+        if options.save:
+            options.save.write_text(json.dumps(results, indent=1))
+    show(results)
+
+
+if __name__ == "__main__":
+    main()

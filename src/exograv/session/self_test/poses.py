@@ -1,0 +1,32 @@
+"""Where an empty machine is held: three postures in which the joints' own links weigh as differently as they can."""
+
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics.at_rest import carrying_torque
+from exograv.model.description import RigDescription
+from exograv.model.tree import Tree
+
+POSES = 3  # docs/safety.md, start-up self-test
+INSIDE = np.deg2rad(14.0)  # of the joints' limits: room for the passes
+
+
+def telling_poses(description: RigDescription, tree: Tree) -> Float[np.ndarray, "3 joint"]:
+    """Three of the corners and middles of the calibration's sweeps that tell most of the joint told least of [rad]."""
+    lower = np.array([joint.lower for joint in tree.joints]) + INSIDE
+    upper = np.maximum(np.array([joint.upper for joint in tree.joints]) - INSIDE, lower)
+    candidates = []
+    for plan in description.calibration.sweeps:
+        for angle in (plan.from_deg, 0.5 * (plan.from_deg + plan.to_deg), plan.to_deg):
+            posture = np.deg2rad(plan.posture_deg)
+            posture[description.joints.index(plan.joint)] = np.deg2rad(angle)
+            candidates.append(np.clip(posture, lower, upper))
+    loads = np.array([carrying_torque(tree, posture) for posture in candidates])
+    most = np.maximum(np.ptp(loads, axis=0), 1e-6)  # a joint about a vertical axis carries nothing anywhere
+
+    def told(chosen: tuple[int, ...]) -> float:
+        return float((np.ptp(loads[list(chosen)], axis=0) / most).min())
+
+    return np.array([candidates[k] for k in max(combinations(range(len(candidates)), POSES), key=told)])
