@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ConfigError, ExogravError, RigError
-from exograv.runtime.fitness import PERIODS_FOR_GOAL, judge
+from exograv.runtime.fitness import PERIODS_FOR_GOAL, WOKEN_WITHIN_NS, judge
 from exograv.runtime.host import Host, read_host
 from exograv.runtime.loop import run_loop
 from exograv.runtime.realtime import Rights, realtime
@@ -116,6 +116,7 @@ def _row(name: str, timing: Timing, rights: Rights) -> dict[str, Any]:
         "effective_rate_Hz": round(timing.effective_rate_Hz, 3),
         "longest_gap_us": round(timing.longest_gap_us, 1),
         "late_share": timing.late_share,
+        "woken_share": timing.woken_within(WOKEN_WITHIN_NS),
         "missed": timing.missed,
         "lateness_us": _figures(timing.lateness_ns),
         "compute_us": _figures(timing.compute_ns),

@@ -95,7 +95,7 @@ def timing(progress: Progress) -> list[Step]:
     """Ten seconds of the loop with real-time rights; what it lacks locks a real machine, and says nothing of it."""
     found = loop_test(2.0 * SELF_TEST_S, progress)
     row = found["rows"][1]
-    share = 1.0 - row["late_share"]
+    share = row["woken_share"]
     reasons = " ".join([*found["reasons"], *found["prepare"]])
     may = bool(found["may_drive_worn"])
     return [
