@@ -11,10 +11,9 @@ from exograv.safety.guard import SafeState
 from exograv.safety.person import PersonLimits
 from exograv.safety.plausible import Chain, Features, PlausibleTable
 from exograv.session.faults.campaign import Campaign, run_campaign
-from exograv.session.faults.oracle import Oracle
+from exograv.session.faults.oracle import Oracle, carrying
 from exograv.session.faults.scenario import Scenario
 from exograv.session.faults.table import FAULTS
-from exograv.signals import JointState, TorqueSource
 
 DT = 0.001
 LIMITS = Limits(np.array([30.0, 20.0]), np.array([10.0, 4.0]))
@@ -31,13 +30,12 @@ def person() -> PersonLimits:
     return PersonLimits(table, np.array([8.0, 4.0]), np.full(2, -2.0), np.full(2, 2.0))
 
 
-def measurement(tick: int) -> JointState:
-    return JointState(tick * DT, tick, np.zeros(2), np.zeros(2), np.full(2, np.nan), TorqueSource.CURRENT)
-
-
 def judged(torques: list[list[float]]) -> list[str | None]:
     oracle = Oracle(LIMITS, person(), DT)
-    return [oracle.judge(np.array(tau), measurement(k), frozenset(), 0.0) for k, tau in enumerate(torques)]
+    for tau in torques:
+        oracle.note(np.array(tau), np.zeros(2), frozenset(), 0.0)
+    wrong = oracle.judge().wrong
+    return [wrong.get(k) for k in range(len(torques))]
 
 
 def test_what_carries_and_a_little_more_may_go_out():
@@ -62,6 +60,28 @@ def test_what_must_never_go_out_is_seen(torques: list[list[float]], words: str):
 
 def test_a_torque_beyond_the_bounds_may_only_come_back_as_fast_as_it_can():
     assert judged([[15.0, 0.0], [14.85, 0.0], [14.70, 0.0]])[1:] == [None, None]
+
+
+def test_the_oracle_reads_the_same_table_as_the_guard_without_its_code():
+    generator = np.random.default_rng(0)
+    size = (3, Features(3, 2).count)
+    chain = Chain((0, 2, 1), 2, generator.normal(size=size), generator.normal(size=size))
+    table = PlausibleTable((chain,), np.zeros(3), np.zeros(3), np.zeros(3))
+    q, level = generator.uniform(-3.0, 3.0, (20, 3)), generator.uniform(0.0, 1.8, 20)
+    of_guard = [table.torque(one, at) for one, at in zip(q, level, strict=True)]
+    assert carrying(table, q, level) == pytest.approx(np.array(of_guard), abs=1e-12)
+
+
+def test_a_joint_that_is_not_believed_any_more_stays_where_it_was_for_the_oracle():
+    weight = np.zeros((2, Features(2, 2).count))
+    weight[0, 1] = 20.0  # times cos(q of joint 0)
+    table = PlausibleTable((Chain((0, 1), 2, np.zeros_like(weight), weight),), *[np.zeros(2)] * 3)
+    of_person = PersonLimits(table, np.array([8.0, 4.0]), np.full(2, -2.0), np.full(2, 2.0))
+    for isolated, is_wrong in ((frozenset({0}), False), (frozenset[int](), True)):
+        oracle = Oracle(LIMITS, of_person, DT)
+        for q in (0.0, 1.5, 1.5):
+            oracle.note(np.array([20.0, 0.0]), np.array([q, 0.0]), isolated, 0.0)
+        assert bool(oracle.judge().wrong) == is_wrong
 
 
 def test_every_fault_has_a_sentence_and_one_that_is_to_be_found_has_a_budget_and_a_safe_state():
