@@ -60,8 +60,15 @@ class Injector:
         """Whether it makes the person push in a tick, so that nobody can call the arm relaxed."""
         return False
 
-    def shows(self, told: Float[np.ndarray, "tick joint"]) -> Bool[np.ndarray, " tick"]:
-        """Ticks in which anything can tell the fault, by what the joints are told [N·m]; all from the onset on."""
+    def shows(
+        self, told: Float[np.ndarray, "tick joint"], noise_Nm: Float[np.ndarray, " joint"]
+    ) -> Bool[np.ndarray, " tick"]:
+        """Ticks in which anything can tell the fault; all from the onset on.
+
+        Args:
+            told: What each joint was told in every tick [N·m].
+            noise_Nm: Of the measured currents, one standard deviation [N·m].
+        """
         return np.arange(len(told)) >= self.onset
 
     def at_joint(self, values: np.ndarray, change: Callable[[float], float]) -> np.ndarray:

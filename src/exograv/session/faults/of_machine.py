@@ -11,6 +11,10 @@ from exograv.signals import Command, JointState
 from .injector import TICK_S, Injector
 
 
+NOISE_SD = 3.0
+"""Of the current's noise, beyond which ten ticks in a row come together [-]."""
+
+
 class NotANumber(Injector):
     """F01: an encoder or a current sensor says NaN or infinity."""
 
@@ -142,9 +146,10 @@ class WeakMotor(Injector):
     def commanded(self, command: Command, tick: int) -> Command:
         return replace(command, current=self.at_joint(command.current, lambda i: self.share * i))
 
-    def shows(self, told: np.ndarray) -> np.ndarray:
-        """While so much is missing that the guard calls it wrong: a motor that is told little gives little."""
-        return super().shows(told) & ((1.0 - self.share) * np.abs(told[:, self.joint]) > TORQUE_OFF_NM)
+    def shows(self, told: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
+        """While so much is missing that noise cannot hide it: a motor that is told little gives little."""
+        missing = (1.0 - self.share) * np.abs(told[:, self.joint])
+        return super().shows(told, noise_Nm) & (missing > TORQUE_OFF_NM + NOISE_SD * noise_Nm[self.joint])
 
 
 class DriveFault(Injector):

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool
 
 from exograv.model.support import sample_postures
 from exograv.safety.guard import SafeState
@@ -101,22 +101,23 @@ def fly(subject: Subject, scenario: Scenario) -> Verdict:
     flight = Flight(subject, int(generator.integers(2**31)), posture, list(faults.values()), moves)
     last = max((fault.onset for fault in faults.values()), default=0)
     course = flight.fly(last + AFTER_TICKS)
-    begins = {name: _begin(course, flight.watch.told, FAULTS[name], fault) for name, fault in faults.items()}
+    noise, told = subject.laboratory.machine.sensors.current_noise, flight.watch.told
+    begins = {name: _begin(course, FAULTS[name], fault, fault.shows(told, noise)) for name, fault in faults.items()}
     return _verdict(scenario, course, {name: fault.onset for name, fault in faults.items()}, begins, relaxed)
 
 
-def _begin(course: Course, told: Float[np.ndarray, "tick joint"], fault: Fault, injector: Injector) -> float:
+def _begin(course: Course, fault: Fault, injector: Injector, shows: Bool[np.ndarray, " tick"]) -> float:
     """Tick from which on the time runs to find a fault; infinite where it never showed for long enough.
 
     What stops and shows again begins anew: its time runs from the beginning of the last stretch before the stop, or of
     the first one that was long enough to find it in.
     """
-    shows = injector.shows(told)
+    ticks = len(shows)
     if fault.shows_in_motion:
-        shows &= np.arange(len(told)) >= course.moving_since.get(injector.joint, len(told))
+        shows = shows & (np.arange(ticks) >= course.moving_since.get(injector.joint, ticks))
     edges = np.flatnonzero(np.diff(shows.astype(int), prepend=0, append=0)).reshape(-1, 2)
     for begin, end in edges.tolist():
-        is_last = end == len(told) or (course.stopped_tick is not None and course.stopped_tick <= end + _budget(fault))
+        is_last = end == ticks or (course.stopped_tick is not None and course.stopped_tick <= end + _budget(fault))
         if is_last or end - begin > _budget(fault):
             return begin
     return np.inf
