@@ -13,7 +13,8 @@ import pytest
 from exograv.recording import read_recording
 from exograv.runtime.timing import Outcome, Timing
 from exograv.safety.envelope import StopReason
-from exograv.session.live import LiveOptions, _stall_ms, run_live
+from exograv.session.live import LiveOptions, run_live, stall_ms
+from exograv.session.live_processes import Running
 
 SECONDS = 8.0
 
@@ -21,8 +22,8 @@ SECONDS = 8.0
 def lived(folder: Path, kill: str | None, after_s: float = 2.0) -> dict[str, Any]:
     """A run in which one process is killed."""
 
-    def started(guard, control, recorder) -> None:
-        pid = {"control": control.pid, "recorder": recorder.pid, None: None}[kill]
+    def started(running: Running) -> None:
+        pid = {"control": running.control.pid, "recorder": running.recorder.pid, None: None}[kill]
 
         def strike() -> None:
             time.sleep(after_s)
@@ -59,6 +60,6 @@ def timing(periods: list[int], command_us: list[float]) -> Timing:
 
 def test_a_latch_is_put_down_to_the_longest_gap_just_before_it():
     run = timing([0, 1, 2, 3, 9, 10, 11, 100], [0.0] * 8)
-    assert _stall_ms(run, 9) == pytest.approx(6.0)
-    assert _stall_ms(run, 11) == pytest.approx(6.0)
-    assert _stall_ms(run, 3) == pytest.approx(1.0)
+    assert stall_ms(run, 9) == pytest.approx(6.0)
+    assert stall_ms(run, 11) == pytest.approx(6.0)
+    assert stall_ms(run, 3) == pytest.approx(1.0)

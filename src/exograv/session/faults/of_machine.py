@@ -10,7 +10,6 @@ from exograv.signals import Command, JointState
 
 from .injector import TICK_S, Injector
 
-
 NOISE_SD = 3.0
 """Of the current's noise, beyond which ten ticks in a row come together [-]."""
 
