@@ -12,15 +12,20 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError
+from exograv.session.live import Plan
 from exograv.session.pilot import Progress
 
-from .figures import figures_of, told
+from .figures import figures_of, told, with_strikes
 from .people import make_known, subject
 from .scenario import Scenario, Verdict, fly, is_bad, names_of, shrunk
+from .struck import strike
 from .table import FAULTS
 
 CHUNK = 20
 REPLAYS_MAX = 20
+
+STRIKES_MAX = 60
+"""Of each kind; a live run lasts at most two hours."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,9 @@ class Campaign:
     level: int = 2
     persons: int = 2
     processes: int | None = None
+    strikes: int = 1
+    """How often each process of a live run is struck for real, after the scenarios."""
+
     replay: str | None = None
     """One scenario in place of all: "NUMBER:FAULT+FAULT"."""
 
@@ -42,6 +50,8 @@ class Campaign:
             raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
         if not 0 <= self.level <= 4:
             raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
+        if not 0 <= self.strikes <= STRIKES_MAX:
+            raise ConfigError(f"--strikes is {self.strikes}; allowed: 0 (none) to {STRIKES_MAX}.")
         if self.persons < 1:
             raise ConfigError(f"--persons is {self.persons}; allowed: 1 and above.")
 
@@ -78,7 +88,15 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
         for k, verdict in enumerate(bad):
             progress("Shrinking what went wrong", k / len(bad))
             small.append(shrunk(subject(people[verdict.scenario.number % campaign.persons]), verdict))
-    return _told(campaign, verdicts) | {"replay": [scenario.command for scenario in small]}
+        is_whole = len(verdicts) == campaign.scenarios
+        live = _struck(campaign, people[0], progress) if campaign.strikes and is_whole else None
+    return with_strikes(_told(campaign, verdicts), live) | {"replay": [scenario.command for scenario in small]}
+
+
+def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any]:
+    """After the scenarios: a live run needs the processors for itself."""
+    known = subject(path)
+    return strike(Plan(known.laboratory, known.prepared, known.person, campaign.seed, 0.0), campaign.strikes, progress)
 
 
 def _told(campaign: Campaign, verdicts: list[Verdict]) -> dict[str, Any]:

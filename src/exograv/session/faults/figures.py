@@ -7,6 +7,7 @@ import numpy as np
 
 from exograv.safety.guard import SafeState
 
+from .elsewhere import ELSEWHERE, NOT_YET
 from .scenario import HAND_MAX_M_S, Verdict, is_bad
 from .table import FAULTS
 
@@ -99,3 +100,23 @@ def _pairs(verdicts: Sequence[Verdict]) -> dict[str, int]:
     """Of two faults at a time; judged by the sum of their budgets."""
     pairs = [v for v in verdicts if len(v.scenario.faults) == 2 and not v.false_trip]
     return {"runs": len(pairs), "missed": sum(bool(v.missed) for v in pairs)}
+
+
+def with_strikes(figures: dict[str, Any], live: dict[str, Any] | None) -> dict[str, Any]:
+    """The same with what was found on real processes, where any were struck; the figures of scenarios stay theirs."""
+    elsewhere = {"proved_by": {row.id: list(row.proved_by) for row in ELSEWHERE}, "not_yet": dict(NOT_YET)}
+    if live is None:
+        return figures | elsewhere | {"live": None}
+    missed = sum(row["missed"] for row in live["by_fault"].values())
+    return (
+        figures
+        | elsewhere
+        | {
+            "ok": figures["ok"] and not missed and not live["envelope_violations"],
+            "envelope_violations": figures["envelope_violations"] + live["envelope_violations"],
+            "violations": [*figures["violations"], *live["violations"]],
+            "missed_budgets": figures["missed_budgets"] + missed,
+            "by_fault": figures["by_fault"] | live["by_fault"],
+            "live": {name: value for name, value in live.items() if name not in ("by_fault", "violations")},
+        }
+    )

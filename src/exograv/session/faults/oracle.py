@@ -100,7 +100,8 @@ class Oracle:
 
     def _off(self, tau: Rows, change: Rows, high: Rows) -> Bool[np.ndarray, "tick joint"]:
         """Above a bound, and not on the way back; where nothing is known of the posture yet, nothing is off it."""
-        return np.array((tau > high + self._rounding) & (change > 2.0 * self._rounding - self._step))
+        off = (tau > high + self._rounding) & (change > 2.0 * self._rounding - self._step)
+        return np.asarray(off, dtype=bool)
 
     def _allowed(self, q: Rows, gravity_level: Float[np.ndarray, " tick"]) -> tuple[Rows, Rows]:
         """The widest bounds of the rows: outside of all walls, with friction at any speed that the guard may see."""

@@ -74,21 +74,29 @@ def _named(progress: Progress, name: str) -> Progress:
 
 def _recorded(plan: Plan, flown: Flown) -> dict[str, Any]:
     """The recording against what was acknowledged, and every command in it against the envelope."""
-    ticks = read_recording(flown.path).ticks
-    oracle = Oracle(limits(plan.laboratory.description), plan.person, 1e-9 * PERIOD_NS, ROUNDING_NM)
-    for tau, q in zip(ticks["tau_commanded"].astype(float), ticks["q_measured"].astype(float), strict=True):
-        oracle.note(tau, q, frozenset(), plan.gravity_level)
-    wrong = oracle.judge().wrong
-    steps = np.diff(ticks["sequence"].astype(np.int64))
+    ticks, lost = read_recording(flown.path).ticks, flown.recording.lost
+    gaps = np.diff(ticks["sequence"].astype(np.int64)) - 1
+    wrong = [what for part in np.split(ticks, np.flatnonzero(gaps) + 1) for what in _judged(plan, part)]
+    # What found the ring full was never acknowledged; a gap beyond that was.
+    missing = flown.recording.acknowledged - len(ticks) + max(int(gaps.sum()) - lost, 0)
     return {
         "ticks": len(ticks),
         "envelope_violations": len(wrong),
-        "violations": [f"live, tick {tick}: {what}" for tick, what in list(wrong.items())[:3]],
-        "acknowledged": flown.recording.acknowledged,
-        "acknowledged_missing": flown.recording.acknowledged - len(ticks) + int(np.sum(steps - 1)),
+        "violations": [f"live: {what}" for what in wrong[:3]],
+        "samples_acknowledged": flown.recording.acknowledged,
+        "samples_lost": lost,
+        "acknowledged_missing": missing,
         "control_restarts": flown.control_restarts,
         "recorder_restarts": flown.recording.restarts,
     }
+
+
+def _judged(plan: Plan, ticks: np.ndarray) -> list[str]:
+    """What is wrong with commands that followed one another."""
+    oracle = Oracle(limits(plan.laboratory.description), plan.person, 1e-9 * PERIOD_NS, ROUNDING_NM)
+    for tau, q in zip(ticks["tau_commanded"].astype(float), ticks["q_measured"].astype(float), strict=True):
+        oracle.note(tau, q, frozenset(), plan.gravity_level)
+    return [f"{ticks['t'][k]:.3f} s: {what}" for k, what in oracle.judge().wrong.items()]
 
 
 def _row(kind: str, made: Sequence[Strike], flown: Flown, found: dict[str, Any]) -> dict[str, Any]:
@@ -96,12 +104,12 @@ def _row(kind: str, made: Sequence[Strike], flown: Flown, found: dict[str, Any])
     counted = [one for one in made if one.was_calm]
     times = [reaction_ms(one, flown) for one in counted] if budget is not None else []
     seen = [time for time in times if time is not None]
-    stalls = [_stall_ms(one, flown) for one in counted]
+    stalls = [_stall_ms(one, flown) for one in counted] if budget is not None else []
     missed = sum(time is None or time > (budget or 0.0) + stall for time, stall in zip(times, stalls, strict=False))
     if kind == "F19":
         missed = sum(one.alarm_ms is None or one.alarm_ms > ALARM_MAX_MS for one in made)
         seen = [one.alarm_ms for one in made if one.alarm_ms is not None]
-    if row.budget_ms is None:
+    if budget is None:
         missed += found["acknowledged_missing"] > 0
     p50, p99, most = np.percentile(seen, [50, 99, 100]).round(2).tolist() if seen else (None, None, None)
     return {
@@ -113,7 +121,7 @@ def _row(kind: str, made: Sequence[Strike], flown: Flown, found: dict[str, Any])
         "budget_ms": ALARM_MAX_MS if kind == "F19" else budget,
         "missed": missed,
         "safe_state": (SafeState.DESCENT if budget is not None else SafeState.NONE).name,
-        "stall_ms": round(max(stalls, default=0.0), 2),
+        "stall_ms": round(max(stalls), 2) if stalls else None,
         "command_p999_us": _around(counted, flown),
         "acknowledged_missing": found["acknowledged_missing"],
         "hand_m_s": None,
@@ -155,7 +163,7 @@ def _any(masks: Sequence[np.ndarray], timing: Timing) -> float | None:
 
 
 def end_of_guard(plan: Plan, progress: Progress) -> dict[str, Any]:
-    """Kill the guard (-9): how soon the parent says so, and whether the recording is whole.
+    """Kill the guard (-9): whether the parent says so, and whether the recording is whole.
 
     The twin's drives die with the process that flies them; their watchdog is timed in lock-step (F17).
     """
@@ -169,18 +177,19 @@ def end_of_guard(plan: Plan, progress: Progress) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         try:
             fly_plan(plan, SECONDS_A_STRIKE, Path(folder), {}, _named(progress, "Killing the guard"), started)
-            noticed = None
+            ended = None
         except RigError:
-            noticed = round(1e-6 * (time.monotonic_ns() - at_ns[0]), 2)
+            ended = round(1e-6 * (time.monotonic_ns() - at_ns[0]), 1)
         recording = read_recording(Path(folder) / "live.mcap")
     return {
-        "what": "the guard is killed (-9); its parent says so and completes the recording",
+        "what": "the guard is killed (-9): its parent ends the others, completes the recording and says so",
         "runs": 1,
         "alone": 1,
-        "detected": int(noticed is not None),
-        "reaction_ms": {"p50": noticed, "p99": noticed, "max": noticed},
+        "detected": int(ended is not None),
+        "reaction_ms": {"p50": None, "p99": None, "max": None},
+        "ended_ms": ended,
         "budget_ms": None,
-        "missed": int(noticed is None or recording.remark is not None),
+        "missed": int(ended is None or recording.remark is not None),
         "safe_state": "DRIVES BRAKE",
         "hand_m_s": None,
     }
