@@ -95,8 +95,7 @@ class Oracle:
         return Judgement(dict(sorted(wrong.items())), step)
 
     def _too_strong(self, tau: Rows) -> Bool[np.ndarray, " tick"]:
-        strong: np.ndarray = np.abs(tau) > self._limits.torque_max_Nm + self._rounding
-        return strong.any(axis=1)
+        return np.logical_or.reduce(np.abs(tau) > self._limits.torque_max_Nm + self._rounding, axis=1)
 
     def _off(self, tau: Rows, change: Rows, high: Rows) -> Bool[np.ndarray, "tick joint"]:
         """Above a bound, and not on the way back; where nothing is known of the posture yet, nothing is off it."""
