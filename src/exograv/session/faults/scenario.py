@@ -119,7 +119,7 @@ def _begin(course: Course, fault: Fault, injector: Injector, shows: Bool[np.ndar
     for begin, end in edges.tolist():
         is_last = end == ticks or (course.stopped_tick is not None and course.stopped_tick <= end + _budget(fault))
         if is_last or end - begin > _budget(fault):
-            return begin
+            return float(begin)
     return np.inf
 
 
