@@ -228,7 +228,7 @@ class _Guarding:
             if got is not None and int(got[1]["sequence"]) == believed.sequence:
                 self._silent = 0
                 return got[1]
-            if time.monotonic_ns() > until:
+            if time.monotonic_ns() >= until:
                 self._unanswered += 1
                 self._silent += 1
                 return None

@@ -88,7 +88,7 @@ def test_two_faults_have_the_sum_of_their_budgets_from_the_first_on(tick: int | 
 def test_two_faults_of_which_none_has_to_be_found_are_never_missed():
     pair = ("F06", "F29")
     course = stopped(None, StopReason.TOO_FAST)
-    begins = dict.fromkeys(pair, float(ONSET))
+    begins: dict[str, float] = {name: float(ONSET) for name in pair}
     assert _verdict(Scenario(0, 0, pair), course, dict.fromkeys(pair, ONSET), begins, True).missed == ()
 
 
