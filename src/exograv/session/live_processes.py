@@ -34,8 +34,9 @@ READY_MAX_S = 120.0
 
 CHECK_S = 0.25
 
-HANGS_S = 2.0
-"""Without an answer, after which a control that is alive is ended and replaced; the arm has long been coming down."""
+HANGS_TICKS = 2000
+"""In which the guard asked and nobody answered, after which a control that is alive is ended and replaced; the arm has
+long been coming down. Not a time: a guard whose machine says nothing does not ask."""
 
 FRUITLESS_MAX = 3
 """Controls in a row that ended without one answer; what ends them would end the next one too."""
@@ -68,11 +69,11 @@ class Flown:
 class ControlKeeper:
     """Control's process, and the next one when it has died or hangs; none of them can leave the guard's latch."""
 
-    def __init__(self, parts: Parts, channels: Channels, answers: Mailbox):
-        self._parts, self._channels, self._answers = parts, channels, answers
+    def __init__(self, parts: Parts, channels: Channels, states: Mailbox, answers: Mailbox):
+        self._parts, self._channels, self._states, self._answers = parts, channels, states, answers
         self._context = multiprocessing.get_context("spawn")
         self.restarts = 0
-        self._fruitless, self._seen, self._since = 0, 0, time.monotonic()
+        self._fruitless = self._seen = self._asked = 0
         self._start(parts.control)
 
     @property
@@ -90,16 +91,16 @@ class ControlKeeper:
 
     def check(self) -> None:
         """Replace it if it has died, or does not answer any more. To be called some times a second."""
-        answered, now = self._count(), time.monotonic()
+        answered, asked = _count(self._answers), _count(self._states)
         if answered != self._seen:
-            self._seen, self._since, self._fruitless = answered, now, 0
-        hangs = self._answers_since_start() and now - self._since > HANGS_S
+            self._seen, self._asked, self._fruitless = answered, asked, 0
+        hangs = answered != self._at_start and asked - self._asked > HANGS_TICKS
         if (self._process.is_alive() and not hangs) or self._fruitless >= FRUITLESS_MAX:
             return
         self._end(0.0)
         self.restarts += 1
         self._fruitless += 1
-        self._since = now
+        self._asked = asked
         self._start(self._parts.control_again)
 
     def close(self) -> None:
@@ -112,7 +113,7 @@ class ControlKeeper:
         self._process = self._context.Process(target=control_process, args=(job, theirs), name="control", daemon=True)
         self._process.start()
         theirs.close()
-        self._at_start = self._count()
+        self._at_start = _count(self._answers)
 
     def _end(self, patience_s: float) -> None:
         with contextlib.suppress(OSError):
@@ -123,12 +124,10 @@ class ControlKeeper:
             self._process.join(1.0)
         self._connection.close()
 
-    def _count(self) -> int:
-        newest = self._answers.read()
-        return 0 if newest is None else newest[0]
 
-    def _answers_since_start(self) -> bool:
-        return self._count() != self._at_start
+def _count(mailbox: Mailbox) -> int:
+    newest = mailbox.read()
+    return 0 if newest is None else newest[0]
 
 
 @dataclass(frozen=True)
@@ -166,7 +165,7 @@ def fly(
         guard = context.Process(target=guard_process, args=(job, theirs), name="guard", daemon=True)
         guard.start()
         theirs.close()
-        control = ControlKeeper(parts, channels, answers)
+        control = ControlKeeper(parts, channels, states, answers)
         try:
             progress("Starting guard and control", 0.0)
             control.await_ready()
