@@ -15,6 +15,7 @@ def test_no_strike_takes_an_acknowledged_sample_or_lets_a_torque_out_of_the_enve
     assert found["acknowledged_missing"] == 0
     assert found["envelope_violations"] == 0
     assert found["ticks"] > 0
+    assert found["not_struck"] == []
     rows = found["by_fault"]
     assert set(rows) == {*KINDS, "F17 live"}
     assert [row["runs"] for row in rows.values()] == [1] * len(rows)

@@ -85,6 +85,8 @@ def show_faults(result: dict[str, Any]) -> None:
         console.print(f"{title.replace('_', ' ')}: {result[title]}", highlight=False)
     for line in (*result["crashed"], *result["violations"], *result["missed"], *result["false_trips"]):
         console.print(f"  {line}", highlight=False)
+    if result["live"] and result["live"]["not_struck"]:
+        console.print(f"Not struck: {', '.join(result['live']['not_struck'])}. {result['live']['outcome']}")
     if "course" in result:
         console.print(result["course"])
     for line in result["replay"]:

@@ -2,11 +2,13 @@
 
 import ast
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import exograv
 from exograv.session.faults.elsewhere import ELSEWHERE, NOT_YET
+from exograv.session.faults.figures import with_strikes
 from exograv.session.faults.strikes import KINDS
 from exograv.session.faults.table import FAULTS
 
@@ -65,3 +67,25 @@ def test_nothing_that_moves_a_machine_asks_for_the_time_of_day():
 def test_a_clock_on_the_wall_is_recognised(source: str):
     assert asks_for_the_time_of_day(source)
     assert not asks_for_the_time_of_day("import time\ntime.monotonic_ns()\ntime.sleep(1)")
+
+
+def live(**changes: object) -> dict[str, Any]:
+    row = {"missed": 0}
+    return {"by_fault": {"F16 live": row}, "envelope_violations": 0, "violations": [], "not_struck": []} | changes
+
+
+@pytest.mark.parametrize(
+    ("changes", "is_ok"),
+    [
+        ({}, True),
+        ({"not_struck": ["F16 live"]}, False),
+        ({"envelope_violations": 1}, False),
+        ({"by_fault": {"F16 live": {"missed": 1}}}, False),
+    ],
+)
+def test_a_campaign_is_only_in_order_if_all_was_struck_and_nothing_missed(changes: dict[str, Any], is_ok: bool):
+    scenarios = {"ok": True, "envelope_violations": 0, "violations": [], "missed_budgets": 0, "by_fault": {"F01": {}}}
+    found = with_strikes(scenarios, live(**changes))
+    assert found["ok"] == is_ok
+    assert set(found["by_fault"]) == {"F01", "F16 live"}
+    assert set(found["not_yet"]) == set(NOT_YET)

@@ -109,7 +109,7 @@ def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> dict[str,
     scenario = campaign.replayed()
     path = make_known(campaign.seed, scenario.number % campaign.persons, campaign.level, folder, progress)
     verdict = fly(subject(path), scenario)
-    return _told(campaign, [verdict]) | {"replay": [], "course": told(verdict)}
+    return with_strikes(_told(campaign, [verdict]), None) | {"replay": [], "course": told(verdict)}
 
 
 def _flown(campaign: Campaign, folder: Path, progress: Progress) -> tuple[list[Verdict], list[Path]]:

@@ -62,6 +62,8 @@ def strike(plan: Plan, times: int, progress: Progress) -> dict[str, Any]:
                 striker.end()
         made, found = strikers[0].made, _recorded(plan, flown)
     rows = {kind: _row(kind, [one for one in made if one.kind == kind], flown, found) for kind in KINDS}
+    # A loop that the computer could not keep up ends before its time; what was not struck is not proved.
+    found["not_struck"] = [kind for kind, row in rows.items() if not row["alone"]]
     return found | {
         "by_fault": rows | {"F17 live": end_of_guard(plan, progress)},
         "granted": flown.report.rights.granted,
@@ -78,8 +80,10 @@ def _recorded(plan: Plan, flown: Flown) -> dict[str, Any]:
     gaps = np.diff(ticks["sequence"].astype(np.int64)) - 1
     wrong = [what for part in np.split(ticks, np.flatnonzero(gaps) + 1) for what in _judged(plan, part)]
     # What found the ring full was never acknowledged; a gap beyond that was.
-    missing = flown.recording.acknowledged - len(ticks) + max(int(gaps.sum()) - lost, 0)
+    missing = max(flown.recording.acknowledged - len(ticks), 0) + max(int(gaps.sum()) - lost, 0)
     return {
+        "outcome": flown.report.timing.outcome.value,
+        "recording": flown.recording.why,
         "ticks": len(ticks),
         "envelope_violations": len(wrong),
         "violations": [f"live: {what}" for what in wrong[:3]],
