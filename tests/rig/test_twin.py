@@ -159,6 +159,20 @@ def test_a_drive_that_hears_nothing_brakes_by_itself(make_twin):
     assert unheard < 0.6 * heard
 
 
+def test_a_drive_brakes_within_thirty_milliseconds_of_the_last_command_and_not_while_it_is_told(make_twin):
+    twin = make_twin(LEVELS[2])
+    run(twin, 0.1, 0.0)
+    last = Command(twin.t, 0, twin.t + 0.005, np.zeros(4), np.zeros(4))
+    assert not twin.drive_damping().any()
+    silent_s = 0.0
+    while not twin.drive_damping().all():
+        twin.write(last)
+        silent_s += twin.period_s
+    assert 0.02 < silent_s - 0.001 <= 0.03
+    run(twin, 0.02)
+    assert not twin.drive_damping().any()
+
+
 def test_the_motors_saturate(make_twin):
     twin = make_twin(LEVELS[0])
     run(twin, 0.005, 1e3)

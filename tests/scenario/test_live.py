@@ -13,16 +13,17 @@ import pytest
 from exograv.recording import read_recording
 from exograv.runtime.timing import Outcome, Timing
 from exograv.safety.envelope import StopReason
-from exograv.session.live import LiveOptions, _stall_ms, run_live
+from exograv.session.live import LiveOptions, run_live, stall_ms
+from exograv.session.live_processes import Running
 
 SECONDS = 8.0
 
 
-def lived(folder: Path, kill: str | None, after_s: float = 2.0) -> dict[str, Any]:
+def lived(folder: Path, kill: str | None, after_s: float = 2.0, seconds: float = SECONDS) -> dict[str, Any]:
     """A run in which one process is killed."""
 
-    def started(guard, control, recorder) -> None:
-        pid = {"control": control.pid, "recorder": recorder.pid, None: None}[kill]
+    def started(running: Running) -> None:
+        pid = {"control": running.control.pid, "recorder": running.recorder.pid, None: None}[kill]
 
         def strike() -> None:
             time.sleep(after_s)
@@ -31,7 +32,7 @@ def lived(folder: Path, kill: str | None, after_s: float = 2.0) -> dict[str, Any
 
         threading.Thread(target=strike, daemon=True).start()
 
-    return run_live(LiveOptions(seconds=SECONDS), folder, lambda _text, _share: None, started)
+    return run_live(LiveOptions(seconds=seconds), folder, lambda _text, _share: None, started)
 
 
 @pytest.mark.slow
@@ -42,6 +43,21 @@ def test_when_control_is_killed_the_guard_lets_the_arm_down_and_the_recording_go
     ticks = read_recording(tmp_path / "live.mcap").ticks
     assert len(ticks["t"]) == result["samples_recorded"] == result["ticks"]
     assert (np.abs(ticks["tau_commanded"][-1]) < 1.0).all()
+
+
+@pytest.mark.slow
+def test_another_control_takes_the_arm_only_after_a_reset_and_by_a_ramp(tmp_path: Path):
+    result = lived(tmp_path, "control", seconds=60.0)
+    assert result["control_restarts"] == 1
+    assert result["samples_lost"] == 0
+    recording = read_recording(tmp_path / "live.mcap")
+    names = [phase["name"] for phase in recording.messages("/phase")]
+    assert names[:2] == ["floating", "safe"]
+    assert names[2:5] == ["exo_only", "ramp_in", "floating"]
+    resets = [event["t"] for event in recording.messages("/event") if "reset" in event["text"]]
+    taken = recording.messages("/phase")[2]["t"]
+    assert resets
+    assert resets[0] <= taken
 
 
 @pytest.mark.slow
@@ -59,6 +75,6 @@ def timing(periods: list[int], command_us: list[float]) -> Timing:
 
 def test_a_latch_is_put_down_to_the_longest_gap_just_before_it():
     run = timing([0, 1, 2, 3, 9, 10, 11, 100], [0.0] * 8)
-    assert _stall_ms(run, 9) == pytest.approx(6.0)
-    assert _stall_ms(run, 11) == pytest.approx(6.0)
-    assert _stall_ms(run, 3) == pytest.approx(1.0)
+    assert stall_ms(run, 9) == pytest.approx(6.0)
+    assert stall_ms(run, 11) == pytest.approx(6.0)
+    assert stall_ms(run, 3) == pytest.approx(1.0)

@@ -16,7 +16,7 @@ class Faults(Common):
     """Break machine, control and person in simulation, thousands of times, and see what the guard makes of it."""
 
     scenarios: int = 200
-    """How many; one takes a third of a second of a processor."""
+    """How many; one takes half a second of a processor."""
 
     level: int = 2
     """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
@@ -25,7 +25,10 @@ class Faults(Common):
     """Persons in machines, each calibrated and identified at first; every second one has quasi-direct drives."""
 
     processes: int | None = None
-    """At the same time; one a processor if none is named."""
+    """At the same time; one a processor if none is named. The result does not depend on it."""
+
+    strikes: int = 1
+    """How often each process of a live run is killed, stopped and starved for real afterwards; 0 for not at all."""
 
     replay: Annotated[str | None, tyro.conf.arg(metavar="NUMBER:FAULT")] = None
     """One scenario, as a campaign prints it."""
@@ -37,7 +40,13 @@ def run_faults_command(command: Faults) -> dict[str, Any]:
     from exograv.terminal import bars
 
     campaign = Campaign(
-        command.scenarios, command.seed, command.level, command.persons, command.processes, command.replay
+        command.scenarios,
+        command.seed,
+        command.level,
+        command.persons,
+        command.processes,
+        command.strikes,
+        command.replay,
     )
     with bars() as progress:
         result = run_campaign(campaign, progress)
@@ -64,10 +73,20 @@ def show_faults(result: dict[str, Any]) -> None:
             numbers = ("–" if cell is None else f"{cell:g}" for cell in (*cells, *rest))
             table.add_row(*((name, row["what"]) if has_room else (name,)), *numbers)
     console.print(table)
+    hand, pairs = result["relaxed_hand_m_s"], result["pairs"]
+    console.print(
+        f"Hand of a relaxed person after a stop: at most {hand['max']} m/s, above {hand['allowed']} in {hand['above']} "
+        f"of {hand['runs']}. Pairs: {pairs['missed']} of {pairs['runs']} missed their budgets together.",
+        highlight=False,
+    )
+    for line in hand["cases"]:
+        console.print(f"  {line}", highlight=False)
     for title in ("envelope_violations", "missed_budgets", "false_trips_per_hour"):
         console.print(f"{title.replace('_', ' ')}: {result[title]}", highlight=False)
     for line in (*result["crashed"], *result["violations"], *result["missed"], *result["false_trips"]):
         console.print(f"  {line}", highlight=False)
+    if result["live"] and result["live"]["not_struck"]:
+        console.print(f"Not struck: {', '.join(result['live']['not_struck'])}. {result['live']['outcome']}")
     if "course" in result:
         console.print(result["course"])
     for line in result["replay"]:

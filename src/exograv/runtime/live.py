@@ -29,6 +29,10 @@ from .timing import Timing
 ANSWER_BY_NS = 650_000
 """After the period's start control has to have answered [ns]: the rest is the guard's own, and the machine's."""
 
+GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
+"""Ticks in a row without an answer, after which the guard waits in every eighth tick only: it has let the arm down, and
+a loop that waits in all of them may be left without rest and broken off (`runtime.loop`)."""
+
 POLL_S = 20e-6
 """Between two looks into a mailbox; the kernel adds some 60 µs."""
 
@@ -82,7 +86,7 @@ class GuardJob:
     periods: int
     mode_names: tuple[str, ...]
     resets: bool
-    """Whether somebody stands beside who resets a latch as soon as the arm is down and at rest: a virtual operator."""
+    """Whether a virtual operator resets a latch as soon as the arm is down and at rest and control answers."""
 
     notes: Mapping[str, str] = field(default_factory=dict)
     """What to record besides when a mode begins, by its name."""
@@ -110,6 +114,9 @@ class GuardReport:
 
     t: float
     """The rig's clock [s]."""
+
+    started_ns: int
+    """When the first period began, on CLOCK_MONOTONIC [ns]."""
 
     modes: tuple[tuple[str, float], ...] = ()
     """Every mode in its turn, and when it began, since the loop's start [s]."""
@@ -146,15 +153,14 @@ class _Guarding:
         self._safe_state, self._phase, self._mode = SafeState.NONE, 0, -1
         self._latches: list[Latch] = []
         self._modes: list[tuple[str, float]] = []
-        self._unanswered, self._started_ns = 0, 0
-        self._was_stopped, self._is_asked_to_end = False, False
+        self._unanswered = self._silent = self._started_ns = 0
+        self._was_stopped = self._is_asked_to_end = False
         self._acts = 0
 
     def tick(self, period: int) -> bool:
         """Look, ask, decide, command, record; whether it is over before its time."""
         woken = time.monotonic_ns()
-        if not self._started_ns:
-            self._started_ns = woken
+        self._started_ns = self._started_ns or woken
         state, now = self._rig.read(), self._rig.t
         believed = self._guard.see(state, now)
         answer = None if believed is None else self._asked(believed, now, woken)
@@ -168,7 +174,9 @@ class _Guarding:
         self._safe_state = guarded.safe_state
         self._note(period, now)
         self._record(period, now, state, tau, answer, woken)
-        if self._was_stopped and self._job.resets and not self._is_asked_to_end and self._guard.reset():
+        # Nobody hands an arm to a control that is not there: it has to answer first.
+        may_reset = self._was_stopped and self._job.resets and not self._is_asked_to_end and answer is not None
+        if may_reset and self._guard.reset():
             self._acts |= RESET
             self._events.put(event(now, "note", "The virtual operator has reset the latch."))
         if period % ASK_PARENT_EVERY == 0 and self._parent.poll():
@@ -180,7 +188,8 @@ class _Guarding:
 
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
         """At the end."""
-        return GuardReport(timing, rights, tuple(self._latches), self._unanswered, self._rig.t, tuple(self._modes))
+        latches, modes = tuple(self._latches), tuple(self._modes)
+        return GuardReport(timing, rights, latches, self._unanswered, self._rig.t, self._started_ns, modes)
 
     def close(self) -> None:
         """Let go of the memory."""
@@ -193,13 +202,16 @@ class _Guarding:
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, self._safe_state
         state["q"], state["current"] = believed.q, believed.current
         self._states.write(state)
-        until = woken + ANSWER_BY_NS
+        waits = self._silent < GIVEN_UP_AFTER or believed.sequence % ASKED_AGAIN_EVERY == 0
+        until = woken + ANSWER_BY_NS * waits
         while True:
             got = self._answers.read()
             if got is not None and int(got[1]["sequence"]) == believed.sequence:
+                self._silent = 0
                 return got[1]
-            if time.monotonic_ns() > until:
+            if time.monotonic_ns() >= until:
                 self._unanswered += 1
+                self._silent += 1
                 return None
             time.sleep(POLL_S)
 
@@ -227,9 +239,8 @@ class _Guarding:
         row["faulty"] = sum(1 << joint for joint in state.faulty)
         row["q_motor"] = np.nan if state.q_motor is None else state.q_motor
         row["t"], row["phase"], row["sequence"] = state.t, self._phase, state.sequence & 0xFFFFFFFF
-        row["tick_us"] = 1e-3 * (time.monotonic_ns() - woken)
+        row["safe_state"], row["tick_us"] = self._safe_state + 1, 1e-3 * (time.monotonic_ns() - woken)
         row["lateness_us"] = 1e-3 * max(woken - self._started_ns - period * round(1e9 * self._rig.period_s), 0)
-        row["safe_state"] = self._safe_state + 1
         row["q_measured"], row["current"] = state.q, state.current
         row["tau_measured"], row["tau_commanded"] = self._gain * state.current, tau
         if answer is None:

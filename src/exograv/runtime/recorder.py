@@ -118,13 +118,23 @@ class Recorder:
         self._await_start()
 
     @property
+    def path(self) -> Path:
+        """Of the recording."""
+        return self._job.path
+
+    @property
     def pid(self) -> int:
         """Of the recorder process."""
         return self._process.pid or 0
 
+    @property
+    def failure(self) -> str:
+        """Why nothing more can be written; empty while all is well. Asking changes nothing."""
+        return self._failure or self._said("why").decode()
+
     def check(self) -> Report:
         """Start another recorder if it has died, and say how the recording is. To be called some times a second."""
-        self._failure = self._failure or self._said("why").decode()
+        self._failure = self.failure
         if not self._failure and not self._process.is_alive():
             self._replace()
         return self._report()

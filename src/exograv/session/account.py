@@ -20,7 +20,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription
 from exograv.recording import RecordingWriter
-from exograv.safety.person import PersonLimits
+from exograv.safety.person import Person, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 
 PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
@@ -45,15 +45,28 @@ class Account:
         self._recording, self._actuators, self._period_s = recording, actuators, period_s
         self._known: list[object] = []
         self._flying: object = None
+        self._person: Person | None = None
+        self._level = 0.0
 
-    def note(self, t: float, controller: object) -> None:
-        """Before the tick of the time `t` [s]: who flies it, and what was told since the last one."""
+    def note(self, t: float, controller: object, person: Person | None) -> None:
+        """Before the tick of the time `t` [s]: who flies it, who is in it, and what was told since the last one."""
         if controller is not self._flying:
             self._take_over(t, controller)
+        if person is not self._person:
+            self._wear(t, person)
+        elif person is not None and person.gravity_level != self._level:
+            self._level = person.gravity_level
+            self._recording.write("/control", t, {"act": "level", "gravity_level": self._level})
         if isinstance(controller, Accountable) and controller.acts:
             for act in controller.acts:
                 self._recording.write("/control", t, act)
             controller.acts.clear()
+
+    def _wear(self, t: float, person: Person | None) -> None:
+        self._person = person
+        limits = None if person is None else written_person(person.limits)
+        self._level = 0.0 if person is None else person.gravity_level
+        self._recording.write("/control", t, {"act": "wear", "person": limits, "gravity_level": self._level})
 
     def _take_over(self, t: float, controller: object) -> None:
         if self._flying is None:

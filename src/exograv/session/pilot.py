@@ -155,7 +155,7 @@ class Pilot:
         """One tick; None where nothing was measured that may be believed: nobody is to learn from it."""
         state, now = self.rig.read(), self.rig.t
         if self._account is not None:
-            self._account.note(state.t, controller)
+            self._account.note(state.t, controller, self.envelope.person)
         # Whoever watches a motion may have tripped the envelope between two ticks.
         acts = ASTRAY if self.envelope.stop is not self._stop_known else 0
         start = time.perf_counter_ns()

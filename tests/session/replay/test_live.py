@@ -21,8 +21,8 @@ from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.safety.person import PersonLimits
 from exograv.safety.plausible import Chain, Features, PlausibleTable
 from exograv.session.identify import table_guess
-from exograv.session.live import LiveOptions, Plan, _settings, guarded_rig
-from exograv.session.live_control import LiveControl
+from exograv.session.live import settings_of
+from exograv.session.live_control import LiveControl, Plan, guarded_rig
 from exograv.session.prepare import Prepared
 from exograv.session.replay.instead import Instead
 from exograv.session.replay.run import ReplayOptions, run_replay
@@ -87,7 +87,7 @@ def lived(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
             word.send("stop")
         guarding.tick(period)
     guarding.close()
-    write(path, joints, _settings(LiveOptions(level=LEVEL, seed=SEED, gravity_level=0.2), plan), ticks, events)
+    write(path, joints, settings_of(plan, {"disturbance_level": LEVEL}), ticks, events)
     for memory in (states, answers, ticks, events):
         memory.close()
     return path

@@ -96,6 +96,7 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
         arm_forces, carried["hysteresis"] = _arm_forces(scene, wearer, now)
         qfrc += arm_forces
     inputs, results = vars(kinematics) | vars(now), {"xfrc_applied": xfrc, "qfrc_applied": qfrc}
+    results["damping_in_force"] = told.damping
     results |= {f"{name}_next": value for name, value in carried.items()}
     function = ca.Function(
         "twin_step_forces", list(inputs.values()), list(results.values()), list(inputs), list(results)

@@ -228,6 +228,10 @@ class Twin:
         mujoco.mj_objectVelocity(scene.model, scene.data, mujoco.mjtObj.mjOBJ_BODY, scene.mounts["hand"], velocity, 0)
         return float(np.linalg.norm(velocity[3:]))
 
+    def drive_damping(self) -> Joints:
+        """With what each drive brakes its own motor since the last step; for examiners (joint,) [N·m·s/rad]."""
+        return self._forces.outputs["damping_in_force"].copy()
+
     def _start(self, q: Joints) -> None:
         q_arm, tau = Statics(self._scene, self._wearer, with_passive=True).settle(q)
         memory = self._memory

@@ -4,14 +4,14 @@ The run is in lock-step on the twin's clock: the same seed gives the same run, b
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from exograv.control.observer import Observer
-from exograv.rig.twin import Twin
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.rig.twin import Truth, Twin
+from exograv.safety.envelope import Envelope, Limits
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
 from exograv.safety.person import Person, PersonLimits
 from exograv.session.arm_controller import ArmController
@@ -20,7 +20,9 @@ from exograv.session.prepare import Prepared
 from exograv.session.virtual import VirtualLaboratory
 from exograv.signals import Command, JointState, Reference
 
-from .injectors import Injector, StopPressed
+from .course import Course, Watch
+from .injector import Injector
+from .of_person import StopPressed
 from .oracle import Oracle
 
 Joints = Float[np.ndarray, " joint"]
@@ -28,8 +30,8 @@ Joints = Float[np.ndarray, " joint"]
 SWAY_HZ, SWAY_STIFFNESS, SWAY_DAMPING = 0.8, 12.0, 1.5
 """Of a person who moves the arm [Hz, N·m/rad, N·m·s/rad]."""
 
-MOVING_RAD_S = 0.2
-"""Speed at which a fault that shows in motion has to show [rad/s]."""
+RELEASE_TICKS = 100
+"""After a push, in which the braked hand loses what the push gave it [-]."""
 
 
 @dataclass(frozen=True)
@@ -41,42 +43,6 @@ class Subject:
     controller: ArmController
     limits: Limits
     person: PersonLimits
-
-
-@dataclass
-class Course:
-    """What happened in one scenario."""
-
-    ticks: int = 0
-    violations: list[str] = field(default_factory=list)
-    """What went out that should not have; the first ones, in words."""
-
-    violated_ticks: int = 0
-    stopped_tick: int | None = None
-    reason: StopReason | None = None
-    worst: SafeState = SafeState.NONE
-    worst_tick: int | None = None
-    """When that state came first."""
-
-    moving_since: dict[int, int] = field(default_factory=dict)
-    """Tick from the first onset on in which each joint was first clearly moving."""
-
-    speed_at_onset: float = 0.0
-    extra_speed: float = 0.0
-    """By which a joint grew faster between the first onset and the safe state [rad/s]."""
-
-    extra_way_deg: float = 0.0
-    hand_m_s: float = 0.0
-    """The hand's greatest speed from the safe state on."""
-
-    told_Nm: np.ndarray | None = None
-    """The most that each joint was told from the first onset on (joint,) [N·m]."""
-
-    torque_step_Nm: float = 0.0
-    """Greatest change of a command from one tick to the next after the first onset [N·m]."""
-
-    crashed: str | None = None
-    """The twin or the software gave up."""
 
 
 class Flight:
@@ -109,25 +75,43 @@ class Flight:
         self._faults, self._moves, self._own = faults, moves, np.zeros_like(self._twin.tau_voluntary)
         self._held_at = self._twin.truth.q_arm.copy()
         self._still = np.zeros(joints)
-        self._onset = min((fault.onset for fault in faults), default=None)
-        self.course = Course()
+        self._last = Command(self._twin.t, -1, self._twin.t, self._still, self._still)
+        self.watch = Watch(min((fault.onset for fault in faults), default=None))
 
     def fly(self, ticks: int) -> Course:
         """So many ticks; whatever breaks is part of the course."""
+        course = self.watch.course
         try:
             for tick in range(ticks):
                 self._tick(tick)
+                course.ticks += 1
         except Exception as error:  # noqa: BLE001 - a scenario that breaks the software is a finding, not an end
-            self.course.crashed = f"{type(error).__name__}: {error}"
-        return self.course
+            course.crashed = f"{type(error).__name__}: {error}"
+        return self.watch.finish(self._oracle.judge())
 
     def _tick(self, tick: int) -> None:
         active = [fault for fault in self._faults if tick >= fault.onset]
-        self._move(tick)
+        seen = self._twin.truth if active or self._moves.any() else None
+        if seen is not None:
+            self._move(tick, seen)
         for fault in active:
             fault.act(self._twin, self._controller, tick)
             if isinstance(fault, StopPressed):
                 self._guard.press_stop()
+        if any(fault.ends_guard for fault in active):
+            self._go_on_without_guard(tick, seen)
+        else:
+            self._guarded(tick, active, seen)
+        if active and self.watch.course.braked_tick is None and (self._twin.drive_damping() > 0.0).all():
+            self.watch.course.braked_tick = tick + 1
+
+    def _go_on_without_guard(self, tick: int, seen: Truth | None) -> None:
+        """The drives have what they heard last."""
+        self.watch.commanded(tick, self._last.tau, SafeState.NONE, None)
+        self._look(tick, seen)
+        self._twin.write(self._last)
+
+    def _guarded(self, tick: int, active: Sequence[Injector], seen: Truth | None) -> None:
         state, now = self._twin.read(), self._twin.t
         truth = state
         for fault in active:
@@ -137,18 +121,19 @@ class Flight:
         for fault in active:
             submitted = fault.answered(submitted, tick)
         guarded = self._guard.decide(submitted, now)
-        self._judge(tick, believed, guarded, truth)
+        self._note(tick, believed, guarded)
+        self._look(tick, seen)
         tau, until = guarded.tau, now + COMMAND_LIFE_S
         command = Command(now, truth.sequence, until, tau, self._gain.current(tau), guarded.drive_damping)
         for fault in active:
             command = fault.commanded(command, tick)
+        self._last = command
         self._twin.write(command)
-        self.course.ticks += 1
 
-    def _move(self, tick: int) -> None:
+    def _move(self, tick: int, seen: Truth) -> None:
         """The person sways the arm about where it was: a slow push, held back; beside whatever else pushes."""
         if self._moves.any():
-            seen, phase = self._twin.truth, 2.0 * np.pi * SWAY_HZ * self._twin.period_s * tick
+            phase = 2.0 * np.pi * SWAY_HZ * self._twin.period_s * tick
             own = (
                 self._moves * np.sin(phase) - SWAY_STIFFNESS * (seen.q_arm - self._held_at) - SWAY_DAMPING * seen.v_arm
             )
@@ -166,32 +151,16 @@ class Flight:
             self._guard.lose_model()
         return Submitted(believed.sequence, now + COMMAND_LIFE_S, tau.copy())
 
-    def _judge(self, tick: int, believed: JointState | None, guarded: Guarded, truth: JointState) -> None:
-        course, envelope = self.course, self._envelope
-        found = self._oracle.judge(guarded.tau, believed, envelope.isolated, self._person.gravity_level)
-        if found:
-            course.violated_ticks += 1
-            course.violations = [*course.violations, f"tick {tick}: {found}"][:3]
-        if envelope.stop is not None and course.stopped_tick is None:
-            course.stopped_tick, course.reason = tick, envelope.stop
-        if guarded.safe_state > course.worst:
-            course.worst, course.worst_tick = guarded.safe_state, tick
-        if self._onset is not None and tick >= self._onset:
-            self._watch_motion(tick, self._onset, truth)
-            course.torque_step_Nm = max(course.torque_step_Nm, self._oracle.step_Nm)
-            told = np.abs(guarded.tau)
-            course.told_Nm = told if course.told_Nm is None else np.maximum(course.told_Nm, told)
+    def _note(self, tick: int, believed: JointState | None, guarded: Guarded) -> None:
+        envelope, q = self._envelope, None if believed is None else believed.q
+        self._oracle.note(guarded.tau, q, envelope.isolated, self._person.gravity_level)
+        self.watch.commanded(tick, guarded.tau, guarded.safe_state, envelope.stop)
 
-    def _watch_motion(self, tick: int, onset: int, truth: JointState) -> None:
-        """By the twin's truth: the examiner's business, nobody flies by it."""
-        course, seen = self.course, self._twin.truth
-        speed = np.abs(seen.v)
-        if tick == onset:
-            self._q_onset, self._v_onset = seen.q.copy(), seen.v.copy()
-        for joint in np.flatnonzero(speed > MOVING_RAD_S).tolist():
-            course.moving_since.setdefault(joint, tick)
-        if course.stopped_tick is None:
-            course.extra_speed = max(course.extra_speed, float(np.abs(seen.v - self._v_onset).max()))
-            course.extra_way_deg = max(course.extra_way_deg, float(np.rad2deg(np.abs(seen.q - self._q_onset).max())))
-        else:
-            course.hand_m_s = max(course.hand_m_s, self._twin.hand_speed())
+    def _look(self, tick: int, seen: Truth | None) -> None:
+        """By the twin's truth: the examiner's business."""
+        watch = self.watch
+        if seen is not None:
+            watch.moved(tick, seen)
+        if watch.course.stopped_tick is not None or watch.course.braked_tick is not None:
+            is_pushed = any(fault.pushes(at) for fault in self._faults for at in (tick, tick - RELEASE_TICKS))
+            watch.hand(self._twin.hand_speed(), is_pushed)

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Bool
 
 from exograv.model.support import sample_postures
-from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
-from exograv.safety.monitors import TORQUE_OFF_NM
 
-from .flight import Course, Flight, Subject
-from .injectors import Injector
+from .course import Course
+from .flight import Flight, Subject
+from .injector import Injector
 from .table import FAULTS, Fault
 
 POSTURES = 64
@@ -29,9 +29,6 @@ HAND_MAX_M_S = 1.0
 """After a fault of a relaxed arm."""
 
 SPIKE_STEP_NM = 0.15
-
-WEAKEST_LOSS = 0.7
-"""Share of its torque that the strongest of the weak motors loses [-]."""
 
 
 @dataclass(frozen=True)
@@ -104,48 +101,83 @@ def fly(subject: Subject, scenario: Scenario) -> Verdict:
     flight = Flight(subject, int(generator.integers(2**31)), posture, list(faults.values()), moves)
     last = max((fault.onset for fault in faults.values()), default=0)
     course = flight.fly(last + AFTER_TICKS)
-    return _verdict(scenario, course, faults, relaxed)
+    noise, told = subject.laboratory.machine.sensors.current_noise, flight.watch.told
+    begins = {name: _begin(course, FAULTS[name], fault, fault.shows(told, noise)) for name, fault in faults.items()}
+    return _verdict(scenario, course, {name: fault.onset for name, fault in faults.items()}, begins, relaxed)
 
 
-def _verdict(scenario: Scenario, course: Course, faults: dict[str, Injector], relaxed: bool) -> Verdict:
-    first = min((fault.onset for fault in faults.values()), default=course.ticks)
+def _begin(course: Course, fault: Fault, injector: Injector, shows: Bool[np.ndarray, " tick"]) -> float:
+    """Tick from which on the time runs to find a fault; infinite where it never showed for long enough.
+
+    What stops and shows again begins anew: its time runs from the beginning of the last stretch before the stop, or of
+    the first one that was long enough to find it in.
+    """
+    ticks = len(shows)
+    if fault.shows_in_motion:
+        shows = shows & (np.arange(ticks) >= course.moving_since.get(injector.joint, ticks))
+    edges = np.flatnonzero(np.diff(shows.astype(int), prepend=0, append=0)).reshape(-1, 2)
+    for begin, end in edges.tolist():
+        is_last = end == ticks or (course.stopped_tick is not None and course.stopped_tick <= end + _budget(fault))
+        if is_last or end - begin > _budget(fault):
+            return float(begin)
+    return np.inf
+
+
+def _budget(fault: Fault) -> float:
+    return fault.budget_ms or 0.0
+
+
+def _verdict(
+    scenario: Scenario, course: Course, onsets: dict[str, int], begins: dict[str, float], relaxed: bool
+) -> Verdict:
+    first = min(onsets.values(), default=course.ticks)
     false_trip = course.stopped_tick is not None and course.stopped_tick < first
     found: dict[str, float | None] = {}
-    missed: list[str] = []
-    if len(faults) == 1 and not false_trip:
-        (name, injector), fault = next(iter(faults.items())), FAULTS[next(iter(faults))]
-        begin = injector.onset
-        if fault.shows_in_motion:
-            begin = course.moving_since.get(injector.joint, course.ticks)
-        if fault.reasons:
-            found[name] = _milliseconds(course, fault, begin)
-            if _is_missed(course, fault, found[name], begin) and not _is_too_little(course, fault, injector):
-                missed.append(name)
-        elif fault.safe_state is SafeState.BRIDGE and course.worst > SafeState.BRIDGE:
-            missed.append(name)
-        if name == "F03 spike" and course.torque_step_Nm > SPIKE_STEP_NM and relaxed:
-            missed.append(name)
-    return Verdict(scenario, course, false_trip, found, tuple(missed), first * 0.001, relaxed)
+    missed: tuple[str, ...] = ()
+    if false_trip or course.crashed:
+        pass
+    elif len(onsets) == 1:
+        name = scenario.faults[0]
+        found[name] = _found(course, FAULTS[name], begins[name])
+        missed = (name,) if _is_missed(course, FAULTS[name], found[name], begins[name], relaxed) else ()
+    elif len(onsets) == 2:
+        missed = scenario.faults if _is_pair_missed(course, begins) else ()
+    return Verdict(scenario, course, false_trip, found, missed, first * 0.001, relaxed)
 
 
-def _milliseconds(course: Course, fault: Fault, begin: int) -> float | None:
-    if course.reason not in fault.reasons or course.stopped_tick is None:
-        return None
-    return max(float(course.stopped_tick - begin), 0.0)
+def _found(course: Course, fault: Fault, begin: float) -> float | None:
+    """After how many milliseconds the safe state was there, by the right reason; None where it was not."""
+    if fault.at_drive:
+        tick = course.braked_tick
+    else:
+        tick = course.since.get(fault.safe_state) if course.reason in fault.reasons else None
+    return None if tick is None else max(tick - begin, 0.0)
 
 
-def _is_missed(course: Course, fault: Fault, found: float | None, begin: int) -> bool:
+def _is_missed(course: Course, fault: Fault, found: float | None, begin: float, relaxed: bool) -> bool:
+    if fault.is_borne:
+        too_far = fault.id == "F03 spike" and relaxed and course.torque_step_Nm > SPIKE_STEP_NM
+        return too_far or (fault.safe_state is SafeState.BRIDGE and course.worst > SafeState.BRIDGE)
     if found is None:
-        # What nobody can tell from rest has to be found only where there was time for it to show.
-        return not (fault.shows_in_motion and begin + (fault.budget_ms or 0.0) >= course.ticks)
-    return course.worst < fault.safe_state or (fault.budget_ms is not None and found > fault.budget_ms)
+        return begin + _budget(fault) < course.ticks
+    return found > _budget(fault)
 
 
-def _is_too_little(course: Course, fault: Fault, injector: Injector) -> bool:
-    """A motor that is told little may give little less, unseen."""
-    if fault.reasons != (StopReason.TORQUE_WRONG,) or course.told_Nm is None:
+def _is_pair_missed(course: Course, begins: dict[str, float]) -> bool:
+    """Whether nothing protected the person within both budgets together, from the first that could be found on.
+
+    One of the two may hide the other, or the state for it; then what is asked for is the lesser of both.
+    """
+    to_find = {name: begin for name, begin in begins.items() if not FAULTS[name].is_borne}
+    until = min(to_find.values(), default=np.inf) + sum(_budget(FAULTS[name]) for name in begins)
+    if until >= course.ticks:
         return False
-    return bool(course.told_Nm[injector.joint] < TORQUE_OFF_NM / WEAKEST_LOSS)
+    least = min(FAULTS[name].safe_state for name in to_find)
+    if all(FAULTS[name].at_drive for name in to_find):
+        ticks = [course.braked_tick]
+    else:
+        ticks = [course.since.get(max(least, SafeState.DESCENT)), course.braked_tick]
+    return min((tick for tick in ticks if tick is not None), default=np.inf) > until
 
 
 def shrunk(subject: Subject, verdict: Verdict) -> Scenario:

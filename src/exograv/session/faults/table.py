@@ -10,8 +10,8 @@ from types import MappingProxyType
 from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
 
-from . import injectors
-from .injectors import Injector
+from . import of_control, of_machine, of_person
+from .injector import Injector
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,14 @@ class Fault:
     shows_in_motion: bool = False
     """Nothing tells it from a joint that stands still."""
 
+    at_drive: bool = False
+    """Nothing that a guard does reaches the drives any more: what counts is when they brake by themselves."""
+
+    @property
+    def is_borne(self) -> bool:
+        """Whether nothing has to be found."""
+        return not self.reasons and not self.at_drive
+
     @property
     def what(self) -> str:
         """In a sentence."""
@@ -46,34 +54,34 @@ ISOLATION, DESCENT, DAMPING, BRIDGE = SafeState.ISOLATION, SafeState.DESCENT, Sa
 STOP = StopReason
 
 _FAULTS = (
-    Fault("F01", injectors.NotANumber, (STOP.NO_MEASUREMENT,), 4.0, ISOLATION),
-    Fault("F02", injectors.StuckEncoder, (STOP.ENCODER_DEAD, STOP.ENCODERS_PART), 30.0, ISOLATION, True),
-    Fault("F03", injectors.Jump, (STOP.ENCODER_JUMPED,), 4.0, ISOLATION),
-    Fault("F03 spike", injectors.Spike, (), None, BRIDGE),
-    Fault("F04", injectors.Silent, (STOP.MACHINE_SILENT,), 6.0, ISOLATION),
-    Fault("F05", injectors.Stale, (STOP.MACHINE_SILENT,), 6.0, ISOLATION),
-    Fault("F06", injectors.Reordered, (), None, BRIDGE),
-    Fault("F06 twice", injectors.Doubled, (), None, BRIDGE),
-    Fault("F07", injectors.SignFlip, (STOP.ENCODERS_PART,), 20.0, ISOLATION, True),
-    Fault("F08", injectors.Slip, (STOP.ENCODERS_PART, STOP.ENCODER_JUMPED), 112.0, ISOLATION),
+    Fault("F01", of_machine.NotANumber, (STOP.NO_MEASUREMENT,), 4.0, ISOLATION),
+    Fault("F02", of_machine.StuckEncoder, (STOP.ENCODER_DEAD, STOP.ENCODERS_PART), 30.0, ISOLATION, True),
+    Fault("F03", of_machine.Jump, (STOP.ENCODER_JUMPED,), 4.0, ISOLATION),
+    Fault("F03 spike", of_machine.Spike, (), None, BRIDGE),
+    Fault("F04", of_machine.Silent, (STOP.MACHINE_SILENT,), 6.0, ISOLATION),
+    Fault("F05", of_machine.Stale, (STOP.MACHINE_SILENT,), 6.0, ISOLATION),
+    Fault("F06", of_machine.Reordered, (), None, BRIDGE),
+    Fault("F06 twice", of_machine.Doubled, (), None, BRIDGE),
+    Fault("F07", of_machine.SignFlip, (STOP.ENCODERS_PART,), 20.0, ISOLATION, True),
+    Fault("F08", of_machine.Slip, (STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.TOO_FAST), 112.0, ISOLATION),
     # Without a model of inertia nothing tells either from a person who pushes (docs/safety.md).
-    Fault("F09", injectors.TorqueConstant),
-    Fault("F10", injectors.CurrentBias, (STOP.TORQUE_WRONG,), 250.0, DAMPING),
-    Fault("F11", injectors.WeakMotor, (STOP.TORQUE_WRONG,), 26.0, DAMPING, True),
-    Fault("F12", injectors.DriveFault, (STOP.DRIVE_FAULT,), 3.0, ISOLATION),
-    Fault("F13", injectors.BusesLost, (STOP.MACHINE_SILENT,), 30.0, ISOLATION),
-    Fault("F14 few", injectors.FewLate, (), None, BRIDGE),
-    Fault("F14", injectors.ManyLate, (STOP.CONTROL_SILENT,), 20.0, DESCENT),
-    Fault("F15", injectors.Hang, (STOP.CONTROL_SILENT,), 10.0, DESCENT),
-    Fault("F16", injectors.Killed, (STOP.CONTROL_SILENT,), 5.0, DESCENT),
-    Fault("F17", injectors.GuardDies, (), 30.0, SafeState.NONE),
-    Fault("F25", injectors.TenfoldArm),
-    Fault("F26", injectors.Diverged),
-    Fault("F28", injectors.HiddenWeight),
-    Fault("F29", injectors.Push),
-    Fault("F30", injectors.StopPressed, (STOP.STOP_PRESSED,), 1.0, DESCENT),
-    Fault("F39", injectors.StopLineOpen, (STOP.DRIVE_FAULT,), 2.0, ISOLATION),
-    Fault("control", injectors.WrongTorque),
+    Fault("F09", of_machine.TorqueConstant),
+    Fault("F10", of_machine.CurrentBias, (STOP.TORQUE_WRONG,), 250.0, DAMPING),
+    Fault("F11", of_machine.WeakMotor, (STOP.TORQUE_WRONG,), 26.0, DAMPING),
+    Fault("F12", of_machine.DriveFault, (STOP.DRIVE_FAULT,), 3.0, ISOLATION),
+    Fault("F13", of_machine.BusesLost, (STOP.MACHINE_SILENT,), 30.0, ISOLATION, at_drive=True),
+    Fault("F14 few", of_control.FewLate, (), None, BRIDGE),
+    Fault("F14", of_control.ManyLate, (STOP.CONTROL_SILENT,), 20.0, DESCENT),
+    Fault("F15", of_control.Hang, (STOP.CONTROL_SILENT,), 10.0, DESCENT),
+    Fault("F16", of_control.Killed, (STOP.CONTROL_SILENT,), 5.0, DESCENT),
+    Fault("F17", of_machine.GuardDies, (), 30.0, at_drive=True),
+    Fault("F25", of_control.TenfoldArm),
+    Fault("F26", of_control.Diverged),
+    Fault("F28", of_person.HiddenWeight),
+    Fault("F29", of_person.Push),
+    Fault("F30", of_person.StopPressed, (STOP.STOP_PRESSED,), 1.0, DESCENT),
+    Fault("F39", of_machine.StopLineOpen, (STOP.DRIVE_FAULT,), 2.0, ISOLATION),
+    Fault("control", of_control.WrongTorque),
 )
 
 FAULTS: Mapping[str, Fault] = MappingProxyType({fault.id: fault for fault in _FAULTS})

@@ -48,6 +48,17 @@ class Guarding:
         self.safe_state = SafeState.NONE
         self._stop: StopReason | None = None
 
+    def wear(self, person: PersonLimits | None, gravity_level: float) -> None:
+        """Somebody else is in the machine from here on, or nobody."""
+        self._person, self._gravity_level = person, gravity_level
+        self.guard.envelope.person = None if person is None else Person(person, gravity_level)
+
+    def feel(self, gravity_level: float) -> None:
+        """The same person is to feel another share of the arm's weight."""
+        self._gravity_level = gravity_level
+        if self.guard.envelope.person is not None:
+            self.guard.envelope.person.gravity_level = gravity_level
+
     def lose(self, k: int, columns: Columns) -> None:
         """Ticks are missing before this one."""
         self.forget(columns["tau_commanded"][k])

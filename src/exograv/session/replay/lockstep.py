@@ -9,7 +9,7 @@ from exograv.control.exo_tick import ExoTick
 from exograv.control.observer import Observer
 from exograv.control.tick import Mode
 from exograv.errors import RecordingError
-from exograv.session.account import read_actuators, read_machine
+from exograv.session.account import read_actuators, read_machine, read_person
 from exograv.session.arm_controller import ArmController
 from exograv.session.pilot import CLOSURE_SLOPE_MAX, Progress
 from exograv.signals import Reference
@@ -95,6 +95,11 @@ class _Pilot:
             if "kind" in message:
                 self._controllers.append(self._made(message))
             self._flying = self._controllers[message["controller"]]
+        elif act == "wear":
+            person = None if message["person"] is None else read_person(message["person"])
+            self._guarding.wear(person, message["gravity_level"])
+        elif act == "level":
+            self._guarding.feel(message["gravity_level"])
         elif isinstance(flying, ExoTick):
             flying.hang(message["place"], message["mass_kg"])
         elif isinstance(flying, ArmController):

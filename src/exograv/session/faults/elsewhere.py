@@ -1,0 +1,97 @@
+"""Faults that no scenario flies: by which tests they are proved, or why they are not yet.
+
+With the table of scenarios and the strikes at real processes these are all of F01 to F40.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class Proved:
+    """One row."""
+
+    id: str
+    what: str
+
+    proved_by: tuple[str, ...]
+    """Tests as pytest names them."""
+
+
+ELSEWHERE = (
+    Proved(
+        "F18",
+        "the recorder dies, or its disk is slow (struck for real too)",
+        (
+            "tests/runtime/test_recorder.py::test_no_acknowledged_tick_is_missing_and_none_is_there_twice_after_kills_at_random_moments",
+            "tests/runtime/test_recorder.py::test_a_slow_disk_delays_nobody_and_loses_nothing",
+        ),
+    ),
+    Proved(
+        "F19",
+        "the disk is full, or fails (struck for real too)",
+        (
+            "tests/runtime/test_recorder.py::test_a_full_disk_is_reported_within_a_second_and_leaves_control_alone",
+            "tests/recording/test_durability.py::test_a_sync_that_fails_ends_the_recording_and_is_never_repeated",
+        ),
+    ),
+    Proved(
+        "F20",
+        "power is lost while recording",
+        (
+            "tests/recording/test_durability.py::test_every_crash_image_holds_a_prefix_of_the_messages_and_says_that_it_was_cut",
+            "tests/recording/test_durability.py::test_the_zeros_that_a_power_failure_leaves_at_the_end_are_no_ticks",
+        ),
+    ),
+    Proved(
+        "F21",
+        "the wall clock jumps",
+        ("tests/session/faults/test_elsewhere.py::test_nothing_that_moves_a_machine_asks_for_the_time_of_day",),
+    ),
+    Proved(
+        "F22",
+        "a URDF is corrupt or hostile",
+        (
+            "tests/model/test_urdf.py::test_a_file_that_could_hurt_later_is_refused_with_its_place",
+            "tests/model/test_urdf.py::test_changed_bytes_give_a_physical_tree_or_a_model_error",
+            "tests/model/test_urdf.py::test_any_attribute_with_any_number_gives_a_physical_tree_or_a_model_error",
+        ),
+    ),
+    Proved(
+        "F23",
+        "a settings file is corrupt, or in wrong units",
+        (
+            "tests/model/test_description.py::test_a_mistake_in_the_rig_file_is_refused_with_its_place",
+            "tests/session/test_calibration_file.py::test_a_damaged_file_is_refused_with_the_next_step",
+            "tests/model/test_anthropometry.py::test_a_person_in_wrong_units_is_refused",
+        ),
+    ),
+    Proved(
+        "F24",
+        "a recording, a person's or a machine's file is altered",
+        (
+            "tests/recording/test_durability.py::test_no_altered_byte_alters_a_message_unnoticed",
+            "tests/session/test_calibration_file.py::test_every_changed_digit_is_found_out",
+            "tests/session/test_participant_file.py::test_a_changed_value_is_refused",
+        ),
+    ),
+    Proved(
+        "F40",
+        "two faults at a time (`pairs` of a campaign)",
+        (
+            "tests/session/faults/test_faults.py::test_in_sixty_scenarios_nothing_leaves_the_envelope_and_every_budget_is_kept",
+        ),
+    ),
+)
+
+_CONSOLE = "issue 8: there is no console yet"
+
+NOT_YET: Mapping[str, str] = MappingProxyType(
+    {
+        "F27": "a pause of the identifier: during a live run nothing is identified yet; the worker process",
+        **dict.fromkeys(("F31", "F32", "F33", "F34", "F35", "F36"), _CONSOLE),
+        "F37": "leaks: an hour of live twin, not run by a test",
+    }
+)
+"""Why no row and no test stands for them."""

@@ -1,0 +1,244 @@
+"""The processes of a live run, as their parent sees them: started, watched, replaced where one may be, ended."""
+
+import contextlib
+import multiprocessing
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+from exograv.errors import RigError
+from exograv.runtime.exchange import answer_dtype, state_dtype
+from exograv.runtime.live import (
+    Answering,
+    Channels,
+    ControlJob,
+    GuardedRig,
+    GuardJob,
+    GuardReport,
+    control_process,
+    guard_process,
+)
+from exograv.runtime.recorder import Recorder, Report, timing_message
+from exograv.runtime.shared import Mailbox
+from exograv.runtime.timing import PERIOD_NS
+
+from .pilot import Progress
+
+READY_MAX_S = 120.0
+"""For a process to build what it needs, kernels compiled in it."""
+
+CHECK_S = 0.25
+
+HANGS_TICKS = 2000
+"""In which the guard asked and nobody answered, after which a control that is alive is ended and replaced; the arm has
+long been coming down. Not a time: a guard whose machine says nothing does not ask."""
+
+FRUITLESS_MAX = 3
+"""Controls in a row that ended without one answer; what ends them would end the next one too."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """How guard and control build what they work with, in their own processes."""
+
+    guard: Callable[[], GuardedRig]
+    control: Callable[[], Answering]
+
+    control_again: Callable[[], Answering]
+    """After one that died: a control that carries nothing until the operator has reset and the arm is taken again."""
+
+    mode_names: tuple[str, ...]
+
+    notes: Mapping[str, str] = field(default_factory=dict)
+    """What to record besides when a mode begins, by its name."""
+
+
+@dataclass(frozen=True)
+class Flown:
+    """What is left of a live run."""
+
+    report: GuardReport
+    recording: Report
+    path: Path
+    wall_s: float
+    control_restarts: int
+
+
+class ControlKeeper:
+    """Control's process, and the next one when it has died or hangs; none of them can leave the guard's latch."""
+
+    def __init__(self, parts: Parts, channels: Channels, states: Mailbox, answers: Mailbox):
+        self._parts, self._channels, self._states, self._answers = parts, channels, states, answers
+        self._context = multiprocessing.get_context("spawn")
+        self.restarts = 0
+        self._fruitless = self._seen = self._asked = 0
+        self._start(parts.control)
+
+    @property
+    def pid(self) -> int:
+        """Of the control in charge."""
+        return self._process.pid or 0
+
+    def await_ready(self) -> None:
+        """Wait until it has built what it needs.
+
+        Raises:
+            RigError: It has died.
+        """
+        await_word(self._process, self._connection)
+
+    def check(self) -> None:
+        """Replace it if it has died, or does not answer any more. To be called some times a second."""
+        answered, asked = _count(self._answers), _count(self._states)
+        if answered != self._seen:
+            self._seen, self._asked, self._fruitless = answered, asked, 0
+        hangs = answered != self._at_start and asked - self._asked > HANGS_TICKS
+        if (self._process.is_alive() and not hangs) or self._fruitless >= FRUITLESS_MAX:
+            return
+        self._end(0.0)
+        self.restarts += 1
+        self._fruitless += 1
+        self._asked = asked
+        self._start(self._parts.control_again)
+
+    def close(self) -> None:
+        """Say that it is over."""
+        self._end(2.0)
+
+    def _start(self, build: Callable[[], Answering]) -> None:
+        self._connection, theirs = self._context.Pipe()
+        job = ControlJob(build, self._channels)
+        self._process = self._context.Process(target=control_process, args=(job, theirs), name="control", daemon=True)
+        self._process.start()
+        theirs.close()
+        self._at_start = _count(self._answers)
+
+    def _end(self, patience_s: float) -> None:
+        with contextlib.suppress(OSError):
+            self._connection.send("over")
+        self._process.join(patience_s)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join(1.0)
+        self._connection.close()
+
+
+def _count(mailbox: Mailbox) -> int:
+    newest = mailbox.read()
+    return 0 if newest is None else newest[0]
+
+
+@dataclass(frozen=True)
+class Running:
+    """What runs, for whoever wants to disturb it."""
+
+    guard: BaseProcess
+    control: ControlKeeper
+    recorder: Recorder
+    states: Mailbox
+    """What the guard tells control: among it the safe state in force."""
+
+    answers: Mailbox
+    """What control answers: among it how much of the arm is carried."""
+
+    stop: Callable[[], None]
+    """Press Stop: the arm comes down, then all ends."""
+
+
+def fly(
+    parts: Parts,
+    seconds: float,
+    recorder: Recorder,
+    progress: Progress,
+    started: Callable[[Running], object] = lambda *_: None,
+) -> Flown:
+    """Guard and control in processes of their own beside the recorder, which is completed.
+
+    Raises:
+        RigError: A process died before the loop began, or the guard in it.
+    """
+    joints = recorder.inlet.n_joints
+    context = multiprocessing.get_context("spawn")
+    with _memory(joints) as (states, answers):
+        channels = Channels(joints, states.name, answers.name, recorder.inlet)
+        periods = round(seconds * 1e9 / PERIOD_NS)
+        job = GuardJob(parts.guard, channels, periods, parts.mode_names, resets=True, notes=parts.notes)
+        to_guard, theirs = context.Pipe()
+        guard = context.Process(target=guard_process, args=(job, theirs), name="guard", daemon=True)
+        guard.start()
+        theirs.close()
+        control = ControlKeeper(parts, channels, states, answers)
+        try:
+            progress("Starting guard and control", 0.0)
+            control.await_ready()
+            await_word(guard, to_guard)
+            to_guard.send("go")
+            begun = time.monotonic()
+            started(Running(guard, control, recorder, states, answers, lambda: to_guard.send("stop")))
+            report = _watched(guard, to_guard, recorder, control, progress, seconds)
+            wall_s = time.monotonic() - begun
+            recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
+            return Flown(report, recording, recorder.path, wall_s, control.restarts)
+        finally:
+            control.close()
+            guard.join(2.0)
+            if guard.is_alive():
+                guard.kill()
+
+
+@contextlib.contextmanager
+def _memory(joints: int) -> Iterator[tuple[Mailbox, Mailbox]]:
+    states, answers = Mailbox(state_dtype(joints)), Mailbox(answer_dtype(joints))
+    try:
+        yield states, answers
+    finally:
+        states.close()
+        answers.close()
+
+
+def await_word(process: BaseProcess, connection: Connection) -> Any:
+    """What a process says when it is ready.
+
+    Raises:
+        RigError: It has died, or takes too long.
+    """
+    try:
+        if connection.poll(READY_MAX_S):
+            return connection.recv()
+    except EOFError:
+        pass
+    process.join(1.0)
+    raise RigError(
+        f"The process '{process.name}' was not ready (exit status {process.exitcode}). What it wrote above says why; "
+        "then repeat."
+    )
+
+
+def _watched(
+    guard: BaseProcess,
+    connection: Connection,
+    recorder: Recorder,
+    control: ControlKeeper,
+    progress: Progress,
+    seconds: float,
+) -> GuardReport:
+    """The parent's part while the loop runs; Ctrl-C presses Stop, and the arm comes down before all ends."""
+    begun = time.monotonic()
+    while True:
+        try:
+            if connection.poll(CHECK_S):
+                return connection.recv()
+            recorder.check()
+            control.check()
+            progress("Floating live", min((time.monotonic() - begun) / seconds, 1.0))
+        except KeyboardInterrupt:
+            connection.send("stop")
+        except EOFError:
+            guard.join(1.0)
+            raise RigError(
+                f"The guard's process died (exit status {guard.exitcode}); the drives' own watchdog brakes the arm."
+            ) from None

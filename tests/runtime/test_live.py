@@ -1,0 +1,152 @@
+"""A guard lets the arm down when control is silent, keeps its rest, and gives the arm to nobody who does not answer."""
+
+import contextlib
+from collections.abc import Iterator
+from multiprocessing import Pipe
+
+import numpy as np
+import pytest
+
+from exograv.recording.encoding import tick_dtype
+from exograv.runtime.live import (
+    GIVEN_UP_AFTER,
+    Channels,
+    GuardedRig,
+    GuardJob,
+    _Guarding,
+    answer_dtype,
+    state_dtype,
+)
+from exograv.runtime.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
+from exograv.runtime.shared import Mailbox, Ring
+from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.guard import Guard, SafeState
+from exograv.signals import Command, JointState, TorqueSource
+
+PERIOD_S = 0.001
+LIMITS = Limits(np.array([30.0]), np.array([10.0]), descent_s=0.05)
+DOWN = 100
+"""Ticks after which the descent is over."""
+
+
+class StandingRig:
+    """A joint that never moves; commands are counted."""
+
+    joints, period_s = ("elbow",), PERIOD_S
+
+    def __init__(self):
+        self.commands: list[Command] = []
+
+    @property
+    def t(self) -> float:
+        return PERIOD_S * len(self.commands)
+
+    def read(self) -> JointState:
+        number = len(self.commands)
+        return JointState(self.t, number, np.zeros(1), np.zeros(1), np.full(1, np.nan), TorqueSource.CURRENT)
+
+    def write(self, command: Command) -> None:
+        self.commands.append(command)
+
+    def __enter__(self) -> "StandingRig":
+        return self
+
+    def __exit__(self, kind, error, trace) -> None:
+        pass
+
+
+class Table:
+    """The guard's tick with a control that answers when it is told to."""
+
+    def __init__(self, guarding: _Guarding, rig: StandingRig, guard: Guard, answers: Mailbox):
+        self.guarding, self.rig, self.guard, self._answers = guarding, rig, guard, answers
+        self.looks = 0
+        self._read = guarding._answers.read
+        guarding._answers.read = self._counted
+        self._row = np.zeros((), answer_dtype(1))
+
+    def tick(self, answers: bool) -> None:
+        if answers:
+            number = len(self.rig.commands)
+            self._row["sequence"], self._row["valid_until"] = number, self.rig.t + 0.005
+            self._answers.write(self._row)
+        self.looks = 0
+        self.guarding.tick(len(self.rig.commands))
+
+    def _counted(self):
+        self.looks += 1
+        return self._read()
+
+
+class Clock:
+    """Only sleep takes time, some microseconds longer than asked for."""
+
+    now = 0
+
+    def monotonic_ns(self) -> int:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += round(1e9 * seconds) + 60_000
+
+
+@pytest.fixture
+def table(monkeypatch: pytest.MonkeyPatch) -> Iterator[Table]:
+    monkeypatch.setattr("exograv.runtime.live.time", Clock())
+    rig = StandingRig()
+    guard = Guard.of_machine(Envelope(LIMITS, PERIOD_S), PERIOD_S)
+    with contextlib.ExitStack() as stack:
+        made = [
+            stack.enter_context(contextlib.closing(memory))
+            for memory in (
+                Mailbox(state_dtype(1)),
+                Mailbox(answer_dtype(1)),
+                Ring(tick_dtype(1), RING_TICKS),
+                Ring(EVENT, RING_EVENTS),
+            )
+        ]
+        states, answers, ticks, events = (memory.name for memory in made)
+        channels = Channels(1, states, answers, Inlet(1, ticks, events))
+        build = lambda: GuardedRig(rig, guard, np.ones(1), 1.0)  # noqa: E731 - one line says it
+        guards_end, _parents_end = Pipe()
+        guarding = _Guarding(GuardJob(build, channels, 1000, ("floating",), resets=True), guards_end)
+        mailbox = made[1]
+        assert isinstance(mailbox, Mailbox)
+        yield Table(guarding, rig, guard, mailbox)
+        guarding.close()
+
+
+def test_an_arm_is_not_given_to_a_control_that_does_not_answer(table: Table):
+    for _ in range(5):
+        table.tick(answers=True)
+    assert table.guard.envelope.stop is None
+    for _ in range(3 * DOWN):
+        table.tick(answers=False)
+    assert table.guard.envelope.stop is StopReason.CONTROL_SILENT
+    assert len(table.guarding._latches) == 1
+    for _ in range(5):
+        table.tick(answers=True)
+    assert table.guard.envelope.stop is None
+    assert table.guarding._safe_state is SafeState.NONE
+    assert len(table.guarding._latches) == 1
+
+
+def test_a_control_that_answers_while_the_arm_comes_down_does_not_shorten_the_descent(table: Table):
+    for answers in (True, False, False, False, False):
+        table.tick(answers)
+    for _ in range(DOWN // 4):
+        table.tick(answers=True)
+        assert table.guard.envelope.stop is StopReason.CONTROL_SILENT
+
+
+def test_a_guard_that_has_given_control_up_waits_in_few_ticks_only_until_it_answers_again(table: Table):
+    table.tick(answers=True)
+    looks = []
+    for _ in range(GIVEN_UP_AFTER + 80):
+        table.tick(answers=False)
+        looks.append(table.looks)
+    assert min(looks[:GIVEN_UP_AFTER]) > 1
+    assert sum(each > 1 for each in looks[GIVEN_UP_AFTER:]) <= 10
+    table.tick(answers=True)
+    table.tick(answers=False)
+    assert table.looks > 1

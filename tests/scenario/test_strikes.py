@@ -1,0 +1,23 @@
+"""Processes of a live run are killed, stopped and starved for real: what is acknowledged stays, the arm comes down."""
+
+import pytest
+
+from exograv.session.faults.people import make_known, subject
+from exograv.session.faults.strikes import KINDS
+from exograv.session.faults.struck import strike
+from exograv.session.live import Plan
+
+
+@pytest.mark.slow
+def test_no_strike_takes_an_acknowledged_sample_or_lets_a_torque_out_of_the_envelope(tmp_path):
+    known = subject(make_known(7, 0, 2, tmp_path))
+    found = strike(Plan(known.laboratory, known.prepared, known.person, 0, 0.0), 1, lambda _text, _share: None)
+    assert found["acknowledged_missing"] == 0
+    assert found["envelope_violations"] == 0
+    assert found["ticks"] > 0
+    assert found["not_struck"] == []
+    rows = found["by_fault"]
+    assert set(rows) == {*KINDS, "F17 live"}
+    assert [row["runs"] for row in rows.values()] == [1] * len(rows)
+    assert {name for name, row in rows.items() if row["missed"]} == set()
+    assert found["control_restarts"] == found["recorder_restarts"] == 1
