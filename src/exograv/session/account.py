@@ -1,6 +1,7 @@
 """What a recording must hold so that its run can be flown again without the machine: `exograv replay` reads it back."""
 
 import hashlib
+import math
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -125,8 +126,8 @@ def _friction(message: Mapping[str, Any]) -> Friction:
 
 
 def written_person(limits: PersonLimits) -> dict[str, Any]:
-    """What the guard holds a person to."""
-    return asdict(limits)
+    """What the guard holds a person to; a limit that is none is left out, because JSON has no infinity."""
+    return {name: value for name, value in asdict(limits).items() if value is not math.inf}
 
 
 def read_person(message: Mapping[str, Any]) -> PersonLimits:

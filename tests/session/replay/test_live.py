@@ -31,11 +31,14 @@ from exograv.signals import JointState
 
 from .conftest import LEVEL, SEED, nothing
 
-TICKS, STOP_AT = 900, 700
-LATE = (200, 202, 500)
+FLOATS = 6100
+"""After a rest and a ramp."""
+
+TICKS, STOP_AT = FLOATS + 900, FLOATS + 700
+LATE = (FLOATS + 200, FLOATS + 202, FLOATS + 500)
 """Measurements that control answers to when the guard has given up waiting."""
 
-MISSED = (300, 301, 501)
+MISSED = (FLOATS + 300, FLOATS + 301, FLOATS + 501)
 """Measurements that control never gets to see."""
 
 
@@ -111,8 +114,8 @@ def replayed(path: Path, **instead: Any) -> dict[str, Any]:
 def test_every_torque_is_the_recorded_one_to_the_last_bit_and_the_stop_comes_again_in_its_tick(lived: Path):
     ticks = read_recording(lived).ticks
     assert ticks["sequence"][ticks["seen"] == 0].tolist() == sorted(LATE + MISSED)
-    assert ticks["seen"][302] & 0b111 == 0b001
-    assert ticks["seen"][502] & 0b111 == 0b101
+    assert ticks["seen"][FLOATS + 302] & 0b111 == 0b001
+    assert ticks["seen"][FLOATS + 502] & 0b111 == 0b101
     found = replayed(lived)
     assert found["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
     assert found["first_difference"] is None
@@ -129,7 +132,7 @@ def test_lost_ticks_are_said_and_what_follows_agrees_again(lived: Path, tmp_path
     with RecordingWriter(tmp_path / "a.mcap", source.joints, settings) as recording:
         for message in source.messages("/phase"):
             recording.write("/phase", message["t"], {"name": message["name"]})
-        recording.ticks(np.delete(source.ticks, np.r_[400:440]))
+        recording.ticks(np.delete(source.ticks, np.r_[FLOATS + 400 : FLOATS + 440]))
     found = replayed(tmp_path / "a.mcap")
     assert [gap["lost"] for gap in found["gaps"]] == [40]
     assert max(found["difference_Nm"]["tau_commanded"]["max"]) < 0.5
