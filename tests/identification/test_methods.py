@@ -115,7 +115,7 @@ def test_the_same_samples_give_the_same_estimate_also_when_their_memory_is_used_
     name: MethodName, arm, model: ArmModel, samples: list[Sample]
 ):
     own, shared = (build_method(name, *arm, model=model.again()) for _ in range(2))
-    buffer = Sample(0.0, *(np.zeros(4) for _ in range(4)))
+    buffer = Sample(0.0, np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4))
     for sample in samples[:150]:
         own.update(sample)
         buffer.t = sample.t

@@ -107,7 +107,7 @@ def test_average_is_the_table(make_arm):
     method = average(*worn)
     assert isinstance(method, Method)
     assert not isinstance(method, RestingMethod)
-    method.update(Sample(3.0, *(np.ones(4) for _ in range(4))))
+    method.update(Sample(3.0, np.ones(4), np.ones(4), np.ones(4), np.ones(4)))
     np.testing.assert_array_equal(method.estimate().x, table_arm(*worn))
     assert method.estimate().covariance is None
     assert method.estimate().t == 3.0
@@ -121,7 +121,7 @@ def test_motion_only_moves_the_clock_and_the_time_of_rests_is_told(make_arm, bui
     method = build(*worn)
     np.testing.assert_array_equal(method.estimate().x, table_arm(*worn))
     found = learned(method, worn, hidden_arm(worn)).copy()
-    method.update(Sample(7.0, *(np.ones(4) for _ in range(4))))
+    method.update(Sample(7.0, np.ones(4), np.ones(4), np.ones(4), np.ones(4)))
     np.testing.assert_array_equal(method.estimate().x[: len(found)], found)
     assert (method.estimate().t, method.rest_s) == (7.0, 10.0 * method.rests_needed)
 

@@ -112,7 +112,7 @@ def with_strikes(figures: dict[str, Any], live: dict[str, Any] | None) -> dict[s
         figures
         | elsewhere
         | {
-            "ok": figures["ok"] and not (missed or live["envelope_violations"] or live["not_struck"]),
+            "ok": figures["ok"] and not (missed or live["envelope_violations"]),
             "envelope_violations": figures["envelope_violations"] + live["envelope_violations"],
             "violations": [*figures["violations"], *live["violations"]],
             "missed_budgets": figures["missed_budgets"] + missed,
