@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .discrepancy import Discrepancy
+from .instrument import Instrumented
 from .interface import Covariance, Estimate, Joints, Parameters, Sample, TorqueModel
 from .pace import BATCH_PERIOD_S, Averages
 from .physical import PhysicalProjection
@@ -32,6 +33,9 @@ class Noise:
 
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
 """Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
+
+ASKED_ABOVE = 1.5
+"""Multiple of `Noise.disturbance_sd` above which rows are taken along the motion that was asked for [-]."""
 
 UNLIKELY = 1e-6
 """Probability below which an assumed size is not carried on at the next linearisation [-]."""
@@ -109,6 +113,7 @@ class Recursive:
         self._relinearise_t = RELINEARISE_FIRST_S
         self._samples = 0
         self._rejected = 0
+        self._choose_rows(False)
 
     def update(self, sample: Sample) -> None:
         """Take one sample; every 0.08 s their mean is used."""
@@ -131,6 +136,7 @@ class Recursive:
         """
         if not self._history:
             return
+        self._choose_rows(self._restlessness() > ASKED_ABOVE)
         self._step()
         if np.abs(self._bank.mean()).max() > ASTRAY_SD:
             self._doubt()
@@ -192,9 +198,18 @@ class Recursive:
         """What is known now; bodies projected onto possible ones."""
         covariance = self.covariance()
         x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
-        scale = float(self._bank.weights @ self._scales)
+        scale = self._restlessness()
         told, rejected = slice(0, self._told), self._rejected / max(self._samples, 1)
         return Estimate(self._t, x[told], covariance[told, told], rejected, scale)
+
+    def _choose_rows(self, asked: bool) -> None:
+        """Along the motion that was asked for, where the model can; else along the measured one."""
+        if isinstance(self._model, Instrumented):
+            self._model.is_on = asked
+
+    def _restlessness(self) -> float:
+        """Size of the slow disturbance, in multiples of the expected one [-]."""
+        return float(self._bank.weights @ self._scales)
 
     def _plausible(self) -> Parameters:
         """Where to linearise: the mean, but not beyond `PLAUSIBLE_SD`: early, a few samples can point anywhere."""
