@@ -240,6 +240,8 @@ def test_limits_that_just_make_sense_are_taken():
         {"path_W": -0.1},
         {"path_W": np.inf},
         {"path_W": np.nan},
+        {"driven_W": -0.1},
+        {"driven_J": np.inf},
         {"v_trip_rad_s": 0.0},
         {"v_trip_rad_s": np.nan},
         {"tank_max_J": np.inf},
@@ -269,6 +271,31 @@ def test_a_speed_that_is_a_person_s_own_starts_the_descent_before_the_machine_s(
     envelope = worn(limits=replace(LIMITS, v_trip_rad_s=9.0))
     envelope.limit(STILL, np.zeros(2), np.array([0.0, 5.1]))
     assert envelope.stop is StopReason.TOO_FAST
+
+
+def test_who_is_moved_along_a_path_has_a_larger_tank_and_who_is_let_go_what_floating_begins_with():
+    envelope = worn(limits=replace(LIMITS, driven_W=2.0, driven_J=3.0))
+    person = envelope.person
+    assert person is not None
+    for _ in range(10):
+        envelope.limit(STILL, np.zeros(2), STILL)
+    assert person.energy_J == LIMITS.tank_start_J
+    person.drive(True)
+    assert person.energy_J == 3.0
+    person.energy_J = 1.0
+    person.drive(True)
+    for _ in range(100):
+        envelope.limit(STILL, np.zeros(2), STILL)
+    assert person.energy_J == pytest.approx(1.0 + 2.0 * 100 * DT)
+    for _ in range(2000):
+        envelope.limit(STILL, np.zeros(2), STILL)
+    assert person.energy_J == 3.0
+    person.drive(False)
+    assert person.energy_J == LIMITS.tank_start_J
+    person.energy_J = 0.1
+    person.drive(False)
+    envelope.limit(STILL, np.zeros(2), STILL)
+    assert person.energy_J == 0.1
 
 
 def test_on_a_path_the_tank_fills_by_its_power_to_its_cap():

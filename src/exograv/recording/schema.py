@@ -210,6 +210,7 @@ CONTROL = Channel(
         Field("mass_kg", "number", "kg", "the known weight that is carried from now on", optional=True),
         Field("person", "object", "SI", "limits of who is in the machine", optional=True),
         Field("gravity_level", "number", "-", "share of the arm's weight that is to be felt", optional=True),
+        Field("is_driven", "boolean", "-", "whether that person is moved along a path", optional=True),
         Field("taken", "boolean", "-", "whether the controller accepted it", optional=True),
     ),
 )

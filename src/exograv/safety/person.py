@@ -55,6 +55,8 @@ class PersonLimits:
     """What control may put into the person beyond carrying; it fills again by braking, and by `path_W`."""
 
     path_W: float = 0.0
+    driven_W: float = 0.0
+    driven_J: float = 0.0
     """What a motion on a path takes beyond carrying, while the arm is moved along one."""
 
     def __post_init__(self):
@@ -73,8 +75,9 @@ class PersonLimits:
             raise ConfigError(f"active_max_Nm is {self.active_max_Nm}; it must be positive and finite. Correct it.")
         if not self.v_trip_rad_s > 0.0:
             raise ConfigError(f"v_trip_rad_s is {self.v_trip_rad_s}; allowed: above 0. Correct it.")
-        if not 0.0 <= self.path_W < math.inf:
-            raise ConfigError(f"path_W is {self.path_W}; allowed: 0 and above, finite. Correct it.")
+        for name in ("path_W", "driven_W", "driven_J"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise ConfigError(f"{name} is {getattr(self, name)}; allowed: 0 and above, finite. Correct it.")
         if not 0.0 < self.tank_start_J <= self.tank_max_J < math.inf:
             raise ConfigError(
                 f"tank_start_J is {self.tank_start_J}; allowed: above 0 and up to tank_max_J, {self.tank_max_J}."
@@ -88,6 +91,9 @@ class Person:
     limits: PersonLimits
     gravity_level: float = 0.0
     """Felt share of the arm's weight; changed between ticks, by whoever may (docs/safety.md)."""
+
+    is_driven: bool = field(init=False, default=False)
+    """Whether control moves the arm along a path, as `drive` was told."""
 
     energy_J: float = field(init=False)
     """In the tank."""
@@ -126,6 +132,18 @@ class Person:
                 self._least[j], self._most[j] = ahead, q[j]
             if self._least[j] < self._free_lower[j] or self._most[j] > self._free_upper[j]:
                 self.is_in_a_wall = True
+
+    def drive(self, is_driven: bool) -> None:
+        """From here on control moves the arm along a path, against whatever its wearer does; or lets it go.
+
+        The tank is then filled to `driven_J`, and by `driven_W` as time passes; who is let go has what a floating arm
+        has at first.
+        """
+        if is_driven and not self.is_driven:
+            self.energy_J = max(self.energy_J, self.limits.driven_J)
+        elif not is_driven:
+            self.energy_J = min(self.energy_J, self.limits.tank_start_J)
+        self.is_driven = is_driven
 
     @property
     def is_past_a_stop(self) -> bool:
@@ -196,10 +214,13 @@ class Person:
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:
         """Let the tank pay for what goes out, or fill by what brakes."""
-        over, power = self._over(tau, v), -self.limits.path_W
+        limits, over = self.limits, self._over(tau, v)
+        power, most = -limits.path_W, limits.tank_max_J
+        if self.is_driven:
+            power, most = -max(limits.path_W, limits.driven_W), max(most, limits.driven_J)
         for j in self._joints:
             power += over[j] * v[j]
-        self.energy_J = min(self.energy_J - dt * power, self.limits.tank_max_J)
+        self.energy_J = min(self.energy_J - dt * power, most)
 
     def _over(self, tau: Numbers, v: Sequence[float]) -> Numbers:
         """What torques are over carrying the plausible weight and over friction in the joint's own direction."""

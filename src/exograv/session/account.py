@@ -47,7 +47,7 @@ class Account:
         self._known: list[object] = []
         self._flying: object = None
         self._person: Person | None = None
-        self._level = 0.0
+        self._felt = (0.0, False)
 
     def note(self, t: float, controller: object, person: Person | None) -> None:
         """Before the tick of the time `t` [s]: who flies it, who is in it, and what was told since the last one."""
@@ -55,9 +55,9 @@ class Account:
             self._take_over(t, controller)
         if person is not self._person:
             self._wear(t, person)
-        elif person is not None and person.gravity_level != self._level:
-            self._level = person.gravity_level
-            self._recording.write("/control", t, {"act": "level", "gravity_level": self._level})
+        elif person is not None and (person.gravity_level, person.is_driven) != self._felt:
+            self._felt = person.gravity_level, person.is_driven
+            self._recording.write("/control", t, {"act": "level", **_felt(person)})
         if isinstance(controller, Accountable) and controller.acts:
             for act in controller.acts:
                 self._recording.write("/control", t, act)
@@ -66,8 +66,9 @@ class Account:
     def _wear(self, t: float, person: Person | None) -> None:
         self._person = person
         limits = None if person is None else written_person(person.limits)
-        self._level = 0.0 if person is None else person.gravity_level
-        self._recording.write("/control", t, {"act": "wear", "person": limits, "gravity_level": self._level})
+        self._felt = (0.0, False) if person is None else (person.gravity_level, person.is_driven)
+        felt = {} if person is None else _felt(person)
+        self._recording.write("/control", t, {"act": "wear", "person": limits, **felt})
 
     def _take_over(self, t: float, controller: object) -> None:
         if self._flying is None:
@@ -82,6 +83,10 @@ class Account:
             new = controller.described() if isinstance(controller, Accountable) else {"kind": "other"}
         number = next(k for k, one in enumerate(self._known) if one is controller)
         self._recording.write("/control", t, {"act": "fly", "controller": number, **new})
+
+
+def _felt(person: Person) -> dict[str, Any]:
+    return {"gravity_level": person.gravity_level, "is_driven": person.is_driven}
 
 
 def mode_fields(controller: object) -> dict[str, float]:

@@ -29,8 +29,11 @@ class _Fade:
         self._left -= 1
         value = self._goal if self._left <= 0 else getattr(self._mode, self._field) + self._step
         setattr(self._mode, self._field, value)
-        if self._field == "gravity_level" and self._envelope.person is not None:
-            self._envelope.person.gravity_level = value
+        person = self._envelope.person
+        if person is not None and self._field == "gravity_level":
+            person.gravity_level = value
+        elif person is not None:
+            person.drive(value > 0.0)
 
 
 def fade(

@@ -56,7 +56,7 @@ class Worn:
     def expect(self, x: Parameters, covariance: Covariance, v_motion: float) -> None:
         """Somebody who may be anyone that is believed possible; moved by up to `v_motion` [rad/s]."""
         margin = self._maker.margin(x, covariance, self._workspace)
-        self._put_in(self._unsure(x, np.zeros(self._layout.phi.stop), margin, v_motion))
+        self._put_in(self._unsure(x, np.zeros(self._layout.phi.stop), margin, v_motion), is_driven=True)
 
     def know(self, x: Parameters, payload: Float[np.ndarray, " phi"] | None = None) -> None:
         """Somebody who has been identified, with what is carried besides the arm."""
@@ -90,6 +90,8 @@ class Worn:
             path_W=PATH_W,
         )
 
-    def _put_in(self, limits: PersonLimits) -> None:
+    def _put_in(self, limits: PersonLimits, is_driven: bool = False) -> None:
         before = self._envelope.person
-        self._envelope.person = Person(limits, 0.0 if before is None else before.gravity_level)
+        person = Person(replace(limits, driven_W=PATH_W, driven_J=UNKNOWN_J), before.gravity_level if before else 0.0)
+        person.drive(is_driven or (before is not None and before.is_driven))
+        self._envelope.person = person

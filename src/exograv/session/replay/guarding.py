@@ -48,16 +48,19 @@ class Guarding:
         self.safe_state = SafeState.NONE
         self._stop: StopReason | None = None
 
-    def wear(self, person: PersonLimits | None, gravity_level: float) -> None:
+    def wear(self, person: PersonLimits | None, gravity_level: float, is_driven: bool) -> None:
         """Somebody else is in the machine from here on, or nobody."""
-        self._person, self._gravity_level = person, gravity_level
+        self._person = person
         self.guard.envelope.person = None if person is None else Person(person, gravity_level)
+        self.feel(gravity_level, is_driven)
 
-    def feel(self, gravity_level: float) -> None:
-        """The same person is to feel another share of the arm's weight."""
+    def feel(self, gravity_level: float, is_driven: bool) -> None:
+        """The same person is to feel another share of the arm's weight, or is moved or let go."""
         self._gravity_level = gravity_level
-        if self.guard.envelope.person is not None:
-            self.guard.envelope.person.gravity_level = gravity_level
+        person = self.guard.envelope.person
+        if person is not None:
+            person.gravity_level = gravity_level
+            person.drive(is_driven)
 
     def lose(self, k: int, columns: Columns) -> None:
         """Ticks are missing before this one."""

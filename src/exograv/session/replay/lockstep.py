@@ -97,9 +97,9 @@ class _Pilot:
             self._flying = self._controllers[message["controller"]]
         elif act == "wear":
             person = None if message["person"] is None else read_person(message["person"])
-            self._guarding.wear(person, message["gravity_level"])
+            self._guarding.wear(person, message.get("gravity_level", 0.0), message.get("is_driven", False))
         elif act == "level":
-            self._guarding.feel(message["gravity_level"])
+            self._guarding.feel(message["gravity_level"], message["is_driven"])
         elif isinstance(flying, ExoTick):
             flying.hang(message["place"], message["mass_kg"])
         elif isinstance(flying, ArmController):

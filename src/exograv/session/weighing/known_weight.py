@@ -59,10 +59,10 @@ def weigh(
         x[parameters.Layout.of(model.assembly).phi] += held_weight(model.assembly.arm, mass, at=where)
     way = weighing_way(model, x, place)
     estimator = WeightEstimator(model, x, _covariance(arm, model), place)
-    if pilot.worn is not None:
-        pilot.worn.weigh(x, place, SPEED)
     fade(pilot, controller, "drive", 1.0, pilot.q.copy())
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
+    if pilot.worn is not None:  # only now: a floating arm may be moved faster than one that is weighed
+        pilot.worn.weigh(x, place, SPEED)
     hang(False)
     empty = _heard(pilot, controller, way, way.trajectory(PASS_S, dt), f"{text}: without")
     hang(True)
