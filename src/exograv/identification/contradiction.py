@@ -10,7 +10,7 @@ from scipy.special import logsumexp
 
 from .discrepancy import Discrepancy
 from .interface import Sample, TorqueModel
-from .recursive import DISTURBANCE_SCALES, PLAUSIBLE_SD, Noise
+from .recursive import PLAUSIBLE_SD, USUAL_SCALES, Noise
 from .square_root import FilterBank
 
 LINEARISATIONS = 3
@@ -76,14 +76,14 @@ def _evidence(
         expected, D = _stacked(samples, x, model)
         y = tau - expected + D @ (x - mean)
         believed = D @ covariance @ D.T + known
-        found = [_gaussian(y, believed + scale**2 * unrest) for scale in DISTURBANCE_SCALES]
+        found = [_gaussian(y, believed + scale**2 * unrest) for scale in USUAL_SCALES]
         log = float(logsumexp([value for value, _ in found]) - np.log(len(found)))
         size = int(np.argmax([value for value, _ in found]))
         step = covariance @ (D.T @ found[size][1])
         residual = y - D @ step
         # Early, a few samples can point anywhere: no farther than the filter itself dares to linearise.
         x = mean + np.clip(step, -PLAUSIBLE_SD * sd, PLAUSIBLE_SD * sd)
-    return _Evidence(log, residual.reshape(len(samples), -1), float(DISTURBANCE_SCALES[size]))
+    return _Evidence(log, residual.reshape(len(samples), -1), float(USUAL_SCALES[size]))
 
 
 def _held_back(samples: Sequence[Sample], found: _Evidence, noise_sd: Each, noise: Noise) -> Each:

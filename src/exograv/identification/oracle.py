@@ -9,7 +9,7 @@ from scipy.linalg import cho_solve, cholesky, solve_triangular
 from .interface import Estimate, Joints, Parameters, Sample
 from .pace import BATCH_PERIOD_S, Averages
 from .physical import PhysicalProjection
-from .recursive import DISTURBANCE_SCALES
+from .recursive import USUAL_SCALES
 from .setting import Setting
 from .whitened import PLAUSIBLE_SD, Unknowns, Whitened
 
@@ -131,7 +131,7 @@ class Oracle:
     ) -> tuple[float, Float[np.ndarray, "sample joint"], float]:
         """The size of the slow torque that explains the residuals best, and what is added to outliers' noise."""
         best, scale, factors = -np.inf, 1.0, self._factors
-        for candidate in DISTURBANCE_SCALES:
+        for candidate in USUAL_SCALES:
             trial = self._factorised(float(candidate), rows.told_sd, held)
             likelihood = sum(_log_likelihood(F, r) for F, r in zip(trial, residual.T, strict=True))
             if likelihood > best:

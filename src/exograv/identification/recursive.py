@@ -34,6 +34,9 @@ class Noise:
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
 """Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
 
+USUAL_SCALES = DISTURBANCE_SCALES[:-1]
+"""Those of wearers of whom anything may be decided: the largest would explain another person's arm away."""
+
 ASKED_ABOVE = 1.5
 """Multiple of `Noise.disturbance_sd` above which rows are taken along the motion that was asked for [-]."""
 

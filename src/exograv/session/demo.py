@@ -35,7 +35,6 @@ from .stage_0 import EmptyTwin
 from .virtual import VirtualLaboratory, draw_laboratory, limits, refuse_motorless
 from .weighing.estimator import Weighing
 from .weighing.known_weight import weigh
-from .worn_lock import NOT_NEEDED
 
 FLOAT_S = 10.0
 WEIGHT_KG = (0.5, 1.0)  # range of the known weight that the wearer takes into the hand; the machine is built for 1 kg
@@ -108,7 +107,6 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
         **run.result,
         **run.of_person,
         "donning": options.donning,
-        "self_test": NOT_NEEDED,
         **_told_by(laboratory.wearer_model),
         "tick_us": percentiles(tick_us),
         "wall_s": round(time.perf_counter() - start, 2),

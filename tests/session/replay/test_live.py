@@ -140,7 +140,7 @@ def test_lost_ticks_are_said_and_what_follows_agrees_again(lived: Path, tmp_path
 
 def test_another_gravity_level_is_flown_by_control_and_guard(lived: Path):
     found = replayed(lived, gravity_level=1.0)
-    assert max(found["difference_Nm"]["tau_commanded"]["max"]) > 3.0
+    assert max(found["difference_Nm"]["tau_commanded"]["max"]) > 1.0
 
 
 @pytest.mark.parametrize(("passed", "after"), [(1, 0b1011), (2, 0b10101), (63, (0b101 << 63 | 1) % 2**64), (64, 1)])

@@ -15,7 +15,7 @@ QUICK = {
     "encoder reversed": ("encoders agree", "farther apart than in the calibration"),
     "encoder off by 5°": ("encoders agree", "'elbow_flexion'"),
     "motor's encoder off by 5°": ("encoders agree", "'shoulder_abduction'"),
-    "current sensor off by 2.5 N·m": ("torque zero", "set the zero of its current sensor"),
+    "current sensor off by 2.5 N·m": ("encoders and zeros at rest", "told"),
     "measurements come late": ("encoders and zeros at rest", "The run was stopped"),
 }
 SLOW = {

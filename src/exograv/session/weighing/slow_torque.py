@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import solve_triangular
 
-from exograv.identification.recursive import DISTURBANCE_SCALES as SCALES
+from exograv.identification.recursive import USUAL_SCALES as SCALES
 from exograv.identification.square_root import GATE
 
 CORRELATION_S = 3.0  # of the slow torque; people: 1-5 s (docs/arm.md)
