@@ -172,6 +172,16 @@ def test_a_torque_that_is_off_on_average_is_found_within_a_quarter_of_a_second(
     assert not is_found or results[0][0] <= 300
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_slow_motor_that_lags_behind_a_long_ramp_is_not_taken_for_biased(side: float):
+    monitors, tau, told = Monitors(2, DT, GAIN), 0.0, 0.0
+    for t in range(400):
+        assert list(monitors.look(state(t, [0.0, 0.0], None, [0.0, tau / GAIN[1]]))) == []
+        told = side * min(max(t - 50, 0) * 0.15, 25.0)  # 150 N·m/s
+        monitors.told([0.0, told])
+        tau += (1.0 - np.exp(-DT / 0.02)) * (told - tau)  # 8 Hz
+
+
 def test_a_joint_whose_current_was_no_number_for_a_while_is_watched_again():
     monitors = Monitors(2, DT, GAIN)
     broken = [state(t, [0.0, 0.0], None, [np.nan, 0.0]) for t in range(50)]

@@ -6,6 +6,7 @@ Sources of all figures: docs/safety.md.
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
+from itertools import islice
 
 from exograv.signals import JointState
 
@@ -22,6 +23,9 @@ TORQUE_OFF_NM = 3.0
 
 LATELY_TICKS = 12
 """So long a command may be on its way and a motor's torque behind it [-]."""
+
+SLOWEST_TICKS = 30
+"""So long the torque of a slow motor, of 8 Hz, may be behind for most of the way [-]."""
 
 IN_A_ROW = 10
 """Ticks after which it is a fault [-]."""
@@ -58,8 +62,8 @@ class Monitors:
             gain: Torque per motor current, as calibrated [N·m/A]; None where torque is measured by sensors.
         """
         self._gain = None if gain is None else list(gain)
-        self._told: deque[list[float]] = deque(maxlen=LATELY_TICKS)
-        self._off, self._parted = [0] * joints, [0] * joints
+        self._told: deque[list[float]] = deque(maxlen=SLOWEST_TICKS)
+        self._off_ticks, self._parted = [0] * joints, [0] * joints
         self._bias, self._bias_share = [0.0] * joints, period_s / (BIAS_S + period_s)
         self._refused, self._refused_ticks = [0] * joints, round(REFUSED_S / period_s)
         self._least_way = OPPOSITE_RAD_S * SPEED_TICKS * period_s
@@ -92,7 +96,7 @@ class Monitors:
     def _wrong_torques(self, state: JointState) -> list[int]:
         if len(self._told) < LATELY_TICKS:
             return []
-        measured, off, found = state.tau.tolist(), self._off, []
+        measured, off, found = state.tau.tolist(), self._off_ticks, []
         if self._gain is not None:
             current = state.current.tolist()
             measured = [gain * current[j] for j, gain in enumerate(self._gain)]
@@ -100,17 +104,20 @@ class Monitors:
             # A torque that is not a number is the ingress' to find.
             difference = measured[j] - newest
             if math.isfinite(difference):  # else a joint that is not asked would never be watched again
-                self._bias[j] += self._bias_share * (difference - self._bias[j])
-            is_off = abs(difference) > TORQUE_OFF_NM and self._is_off_lately(j, measured[j])
+                off_for_long = difference
+                if abs(difference) > 0.5 * TORQUE_BIAS_NM:  # the newest alone is quicker to ask
+                    off_for_long = self._off(j, measured[j], SLOWEST_TICKS)
+                self._bias[j] += self._bias_share * (off_for_long - self._bias[j])
+            is_off = abs(difference) > TORQUE_OFF_NM and abs(self._off(j, measured[j], LATELY_TICKS)) > TORQUE_OFF_NM
             off[j] = off[j] + 1 if is_off else 0
             if off[j] >= IN_A_ROW or abs(self._bias[j]) > TORQUE_BIAS_NM:
                 found.append(j)
         return found
 
-    def _is_off_lately(self, joint: int, tau: float) -> bool:
-        """Whether it is off everything that the joint was told lately, not only the newest."""
-        lately = [told[joint] for told in self._told]
-        return tau > max(lately) + TORQUE_OFF_NM or tau < min(lately) - TORQUE_OFF_NM
+    def _off(self, joint: int, tau: float, ticks: int) -> float:
+        """By how much it is off everything that the joint was told in the last ticks, not only the newest [N·m]."""
+        lately = [told[joint] for told in islice(reversed(self._told), ticks)]
+        return max(tau - max(lately), 0.0) + min(tau - min(lately), 0.0)
 
     def _parting(self, q: list[float], q_motor: list[float]) -> list[int]:
         """Joints whose two encoders have parted for some time: far, or in opposite directions, or one stands still."""

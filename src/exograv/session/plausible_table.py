@@ -23,8 +23,10 @@ CHECKED = 2048
 """Postures, others than the fitted ones, at which the error is taken: with a probability of 1 − 10⁻⁶ it is not exceeded
 in more than 0.7 % of all postures (0.993²⁰⁴⁸ < 10⁻⁶)."""
 
-CLOSED_SHARE_MIN = 0.5
-"""Share of the postures at which the arm lies in its cuffs; with less there is no table to trust [-]."""
+CLOSED_SHARE_MIN = 0.3
+"""Share of the postures at which the arm lies in its cuffs; with less hardly more than one a product is left to fit.
+
+Seven joints reach into a half of their postures with an arm in them; the error says what that costs."""
 
 MARGIN_SD = 3.0
 """Standard deviations of the arm's torque within which a person is plausible [-]."""
