@@ -20,7 +20,7 @@ from exograv.safety import envelope, guard, ingress, modes, monitors, person, pl
         ((ingress.JUMP_SHARE, ingress.JUMPS_MAX), (1.5, 3)),
         ((ingress.FROZEN_TICKS, ingress.FROZEN_FROM_RAD_S), (20, 0.2)),
         ((ingress.MOVING_TICKS, ingress.MOVING_COUNTS), (5, 4)),
-        (ingress.COARSEST_COUNT_RAD, math.tau / 16384),
+        (ingress.COARSEST_COUNT_RAD, math.tau / 8192),
         ((modes.RAMP_IN_S, modes.RAMP_OUT_S), (5.0, 3.0)),
         (modes.DRIFT_MAX_RAD, np.deg2rad(5.0)),
         (modes.SPEED_MAX_RAD_S, 0.5),

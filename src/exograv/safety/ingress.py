@@ -35,7 +35,7 @@ LOOKED_AT = MOVING_TICKS + FROZEN_TICKS + 1
 """Measurements, for that [-]."""
 
 
-COARSEST_COUNT_RAD = 2.0 * math.pi / 2**14
+COARSEST_COUNT_RAD = 2.0 * math.pi / 2**13
 """Of the encoders of machines that we know of: what a machine that does not say is taken to have [rad]."""
 
 
