@@ -241,7 +241,9 @@ class SecondIngress:
         good = of_now & ~no_number.any(axis=1)
         ticks = np.fmax(np.rint((tick.t - self.used_at) / m.period), 1.0)
         last = self._used(1)
-        reach = ticks[:, None] * (1.5 * m.v_trip * m.period)[:, None] + ticks[:, None] * m.count
+        at_first = ticks[:, None] * (1.5 * m.v_trip * m.period)[:, None] + ticks[:, None] * m.count
+        then = ((ticks + 0.5) * m.v_trip * m.period)[:, None] + m.count
+        reach = np.where(self.far > 0, then, at_first)
         off = good[:, None] & believed & (self.uses > 0) & (np.abs(tick.q - last) > reach)
         self.far = np.where(good[:, None] & believed, np.where(off, self.far + 1, 0), self.far)
         used = good & ~off.any(axis=1)

@@ -83,7 +83,9 @@ class Ingress:
             )
         self._period_s, joints = period_s, len(counts_rad)
         self._joints = range(joints)
-        self._reach = [JUMP_SHARE * v_trip_rad_s * period_s + count for count in counts_rad]
+        self._way = v_trip_rad_s * period_s
+        self._reach = [JUMP_SHARE * self._way + count for count in counts_rad]
+        self._slack = [(JUMP_SHARE - 1.0) * self._way + count for count in counts_rad]
         self._least_way = [
             max(FROZEN_FROM_RAD_S * MOVING_TICKS * period_s, MOVING_COUNTS * count) for count in counts_rad
         ]
@@ -125,7 +127,9 @@ class Ingress:
         is_far = False
         # All of them look, whatever the first one finds.
         for j in self._joints:
-            jumped[j] = jumped[j] + 1 if abs(q[j] - newest[j]) > ticks * self._reach[j] else 0
+            # After a first one by the speed alone: else a small jump would be within reach before it is the third.
+            reach = ticks * self._way + self._slack[j] if jumped[j] else ticks * self._reach[j]
+            jumped[j] = jumped[j] + 1 if abs(q[j] - newest[j]) > reach else 0
             is_far = is_far or jumped[j] > 0
         if is_far:
             return Seen(None, tuple((Doubt.JUMP, j) for j in self._joints if jumped[j] >= JUMPS_MAX))

@@ -49,10 +49,7 @@ class Spike(Injector):
 
 
 class Jump(Spike):
-    """F03: and stays there; 1.7° off at least, because less a fast joint could have made in the three ticks."""
-
-    def draw(self) -> None:
-        self.size = float(self.generator.choice([-1.0, 1.0]) * self.generator.uniform(0.03, 2.0))
+    """F03: and stays there."""
 
     def measured(self, state: JointState, tick: int) -> JointState:
         return replace(state, q=self.at_joint(state.q, lambda q: q + self.size))
