@@ -22,7 +22,8 @@ from exograv.errors import ExogravError
 from exograv.rig.twin import Twin, day_seed
 from exograv.session.arm_controller import ArmController
 from exograv.session.examine import Examination
-from exograv.session.identify import Identifier, identify_arm, table_guess
+from exograv.session.identify import Identifier, identify_arm
+from exograv.session.learner import table_guess
 from exograv.session.outcome import time_to_target
 from exograv.session.participant_run import ParticipantOptions, ParticipantRun
 from exograv.session.prepare import pilot_of

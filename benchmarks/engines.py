@@ -28,7 +28,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
 from exograv.session.doubt import doubt
-from exograv.session.identify import table_guess
+from exograv.session.learner import table_guess
 from exograv.session.nominal import nominal_machine
 from exograv.signals import Reference
 

@@ -20,7 +20,8 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig, rig_names
 from exograv.model.support import assemble
-from exograv.session.identify import build_method, identification_motion
+from exograv.session.identify import identification_motion
+from exograv.session.learner import build_method
 from exograv.session.nominal import nominal_machine
 from exograv.signals import Reference
 

@@ -28,7 +28,8 @@ from exograv.session.arm_controller import ArmController
 from exograv.session.benchmark_identification.cases import Case, by_machine, population
 from exograv.session.benchmark_identification.streams import Calibrated, calibrate, worn_twin
 from exograv.session.examine import Examination
-from exograv.session.identify import TRAVEL, build_method, identification_motion, table_guess
+from exograv.session.identify import TRAVEL, identification_motion
+from exograv.session.learner import build_method, table_guess
 from exograv.session.motions import motion_parts
 from exograv.session.pilot import Moment
 from exograv.session.prepare import pilot_of

@@ -29,7 +29,7 @@ from exograv.identification.interface import Method
 from exograv.identification.prior import prior
 from exograv.session.benchmark_identification.streams import Recorded
 from exograv.session.examine import Examination
-from exograv.session.identify import setting_of, table_guess
+from exograv.session.learner import setting_of, table_guess
 from exograv.session.names import MethodName
 
 CANDIDATES: Mapping[str, tuple[Mapping[str, float], ...]] = {

@@ -27,7 +27,8 @@ from exograv.identification.interface import Estimate, Sample
 from exograv.identification.prior import prior
 from exograv.rig.twin import Twin, day_seed
 from exograv.session.arm_controller import ArmController
-from exograv.session.identify import Belief, Identifier, identify_arm, table_guess
+from exograv.session.identify import Identifier, identify_arm
+from exograv.session.learner import Belief, table_guess
 from exograv.session.participant_file import other_body
 from exograv.session.participant_schema import Person
 from exograv.session.person_check import JUDGED_S, PersonCheck

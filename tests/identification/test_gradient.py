@@ -10,7 +10,8 @@ from exograv.identification.log_cholesky import theta_from_phi
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
-from exograv.session.identify import identification_motion, table_guess
+from exograv.session.identify import identification_motion
+from exograv.session.learner import table_guess
 from exograv.session.nominal import nominal_machine
 
 PERIOD_S = 1e-3

@@ -12,7 +12,8 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.model.tree import is_physical
-from exograv.session.identify import build_method, identification_motion, table_guess
+from exograv.session.identify import identification_motion
+from exograv.session.learner import build_method, table_guess
 from exograv.session.names import MethodName
 from exograv.session.nominal import nominal_machine
 

@@ -10,7 +10,8 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.rig.twin import Disturbances, Twin
 from exograv.safety.envelope import Envelope
 from exograv.session.arm_controller import ArmController
-from exograv.session.identify import identification_motion, table_guess
+from exograv.session.identify import identification_motion
+from exograv.session.learner import table_guess
 from exograv.session.nominal import nominal_machine
 from exograv.session.pilot import Pilot
 from exograv.session.virtual import VirtualLaboratory, draw_laboratory, limits

@@ -16,7 +16,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
 from exograv.session.arm_controller import ArmController
-from exograv.session.identify import table_guess
+from exograv.session.learner import table_guess
 from exograv.session.nominal import nominal_machine
 from exograv.session.pilot import Pilot
 from exograv.session.virtual import draw_laboratory, limits

@@ -9,7 +9,7 @@ from exograv.model.description import load_rig
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
 from exograv.session.arm_controller import ArmController
 from exograv.session.examine import Examination
-from exograv.session.identify import build_method, table_guess
+from exograv.session.learner import build_method, table_guess
 from exograv.session.names import MethodName
 from exograv.session.nominal import nominal_machine
 from exograv.session.prepare import pilot_of

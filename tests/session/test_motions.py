@@ -13,7 +13,8 @@ from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.motion import Trajectory
-from exograv.session.identify import build_method, identification_motion, table_guess
+from exograv.session.identify import identification_motion
+from exograv.session.learner import build_method, table_guess
 from exograv.session.motions import motion_parts
 from exograv.session.names import MotionName
 from exograv.session.nominal import nominal_machine

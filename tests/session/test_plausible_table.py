@@ -14,7 +14,7 @@ from exograv.model.arm import held_weight
 from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
 from exograv.session import plausible_table as room
-from exograv.session.identify import table_guess
+from exograv.session.learner import table_guess
 from exograv.session.nominal import nominal_machine
 from exograv.session.plausible_table import TableMaker
 

@@ -7,7 +7,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.session.arm_controller import ArmController
-from exograv.session.identify import table_guess
+from exograv.session.learner import table_guess
 from exograv.session.nominal import nominal_machine
 
 Q = np.deg2rad([30.0, 40.0, 0.0, 60.0])

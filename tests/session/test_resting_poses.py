@@ -11,7 +11,7 @@ from exograv.model.description import RigDescription, load_rig
 from exograv.model.kinematics import body_poses, frame_pose
 from exograv.rig.twin import Disturbances, Examiner, Twin, draw_machine, draw_wearer
 from exograv.session.arm_controller import ArmController
-from exograv.session.identify import table_guess
+from exograv.session.learner import table_guess
 from exograv.session.nominal import nominal_machine
 from exograv.session.pilot import Pilot
 from exograv.session.prepare import pilot_of

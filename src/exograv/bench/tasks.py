@@ -13,7 +13,7 @@ from exograv.dynamics.parameters import Layout
 from exograv.model.assembly import Assembly
 from exograv.model.loops import LoopSolver
 from exograv.model.tree import Tree
-from exograv.session.identify import table_guess
+from exograv.session.learner import table_guess
 from exograv.session.nominal import nominal_machine
 
 from . import machines, programs

@@ -15,7 +15,8 @@ from exograv.identification.interface import Method, Sample
 from exograv.identification.pace import BATCH_PERIOD_S
 from exograv.identification.prior import prior
 from exograv.kernel import compilation
-from exograv.session.identify import build_method, identification_motion
+from exograv.session.identify import identification_motion
+from exograv.session.learner import build_method
 from exograv.session.names import MethodName
 
 from .contest import Report, row

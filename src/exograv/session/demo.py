@@ -25,7 +25,8 @@ from .calibration_run import TakenCalibration, take_calibration, twin_identity
 from .demo_options import DemoOptions as DemoOptions
 from .examine import Examination, Score
 from .float_arm import Drift, float_arm
-from .identify import Identification, Identifier, identify_arm, table_guess
+from .identify import Identifier, identify_arm
+from .learner import Identification, table_guess
 from .motions import motion_parts
 from .outcome import calibration_rows, identifiability_rows, parameter_rows, percentiles, rounded, time_to_target
 from .participant_run import ParticipantRun

@@ -13,7 +13,7 @@ from exograv.model.support import assemble
 from exograv.safety.envelope import Envelope
 from exograv.signals import Reference
 
-from .identify import table_guess
+from .learner import table_guess
 from .nominal import nominal_machine
 from .pilot import CLOSURE_SLOPE_MAX
 from .virtual import limits

@@ -16,7 +16,8 @@ from exograv.model.assembly import Assembly
 
 from .calibration_file import identity_of
 from .followers import HeldOut
-from .identify import Belief, Identification, Identifier
+from .identify import Identifier
+from .learner import Belief, Identification
 from .outcome import rounded
 from .participant_file import (
     new_code,

@@ -11,7 +11,7 @@ from exograv.identification.pace import BATCH_PERIOD_S, Averages
 from exograv.identification.prior import disturbance_sd
 from exograv.identification.recursive import Noise
 
-from .identify import Belief
+from .learner import Belief
 
 JUDGED_S = (5.0, 10.0, 20.0)
 """Motion after which the samples are asked [s]."""

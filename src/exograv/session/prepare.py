@@ -11,7 +11,8 @@ from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
 
 from .arm_controller import ArmController
-from .identify import Identifier, identify_arm, table_guess
+from .identify import Identifier, identify_arm
+from .learner import table_guess
 from .pilot import Pilot, Progress
 from .stage_0 import EmptyTwin
 from .virtual import VirtualLaboratory, limits

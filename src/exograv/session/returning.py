@@ -21,7 +21,7 @@ from exograv.identification.left_over import TARGET_NM, LeftOverPrediction, Stop
 from exograv.identification.prior import prior
 from exograv.model.assembly import Assembly
 
-from .identify import NOTE_S, Belief, build_method
+from .learner import NOTE_S, Belief, build_method
 from .participant_schema import StoredParticipant
 from .person_check import PersonCheck
 

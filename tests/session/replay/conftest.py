@@ -18,7 +18,7 @@ from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope, StopReason
 from exograv.session.arm_controller import ArmController
 from exograv.session.demo_options import DemoOptions
-from exograv.session.identify import table_guess
+from exograv.session.learner import table_guess
 from exograv.session.nominal import nominal_machine
 from exograv.session.nudge import Push, starting_posture
 from exograv.session.pilot import Moment, Pilot

@@ -20,7 +20,7 @@ from exograv.runtime.shared import Mailbox, Ring
 from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.safety.person import PersonLimits
 from exograv.safety.plausible import Chain, Features, PlausibleTable
-from exograv.session.identify import table_guess
+from exograv.session.learner import table_guess
 from exograv.session.live import settings_of
 from exograv.session.live_control import LiveControl, Plan, guarded_rig
 from exograv.session.prepare import Prepared

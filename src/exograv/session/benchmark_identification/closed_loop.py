@@ -4,7 +4,8 @@ import numpy as np
 
 from exograv.identification.interface import Estimate
 from exograv.session.arm_controller import ArmController
-from exograv.session.identify import Identifier, identify_arm, table_guess
+from exograv.session.identify import Identifier, identify_arm
+from exograv.session.learner import table_guess
 from exograv.session.names import MethodName
 from exograv.session.pilot import Progress
 from exograv.session.prepare import pilot_of

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from exograv.identification.interface import Estimate, Method, RestingMethod
 from exograv.session.arm_controller import ArmController
-from exograv.session.identify import table_guess
+from exograv.session.learner import table_guess
 from exograv.session.pilot import Progress
 from exograv.session.prepare import pilot_of
 from exograv.session.resting_poses import rest_first

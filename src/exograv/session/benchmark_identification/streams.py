@@ -15,7 +15,8 @@ from exograv.model.assembly import Assembly
 from exograv.rig.twin import Twin, draw_machine
 from exograv.safety.envelope import Envelope
 from exograv.session.arm_controller import ArmController
-from exograv.session.identify import TRAVEL, identification_motion, table_guess
+from exograv.session.identify import TRAVEL, identification_motion
+from exograv.session.learner import table_guess
 from exograv.session.pilot import Moment, Pilot, Progress
 from exograv.session.prepare import pilot_of
 from exograv.session.stage_0 import EmptyTwin

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from exograv.errors import ExogravError
-from exograv.session.identify import build_method
+from exograv.session.learner import build_method
 from exograv.session.names import MethodName
 
 from .cases import Case

@@ -20,7 +20,8 @@ from exograv.rig.twin import Twin
 from exograv.rig.twin.parameters import parameter_truth
 from exograv.session.arm_controller import ArmController
 from exograv.session.calibration_run import take_calibration, twin_identity
-from exograv.session.identify import Identifier, identify_arm, table_guess
+from exograv.session.identify import Identifier, identify_arm
+from exograv.session.learner import table_guess
 from exograv.session.pilot import Pilot, Progress
 from exograv.session.prepare import MOTION_S, pilot_of
 from exograv.session.stage_0 import EmptyTwin
