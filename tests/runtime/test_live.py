@@ -8,15 +8,8 @@ import numpy as np
 import pytest
 
 from exograv.recording.encoding import tick_dtype
-from exograv.runtime.live import (
-    GIVEN_UP_AFTER,
-    Channels,
-    GuardedRig,
-    GuardJob,
-    _Guarding,
-    answer_dtype,
-    state_dtype,
-)
+from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
+from exograv.runtime.live import GIVEN_UP_AFTER, GuardedRig, GuardJob, _Guarding
 from exograv.runtime.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.runtime.shared import Mailbox, Ring
 from exograv.safety.envelope import Envelope, Limits, StopReason

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exograv.rig.twin import Twin
-from exograv.runtime.live import answer_dtype, state_dtype
+from exograv.runtime.exchange import answer_dtype, state_dtype
 from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
 from exograv.safety.modes import RAMP_IN_S, Mode, ModeMachine
 from exograv.session.ideal_from_truth import prepared_by_truth

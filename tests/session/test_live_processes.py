@@ -10,7 +10,8 @@ from multiprocessing.connection import Connection
 import numpy as np
 import pytest
 
-from exograv.runtime.live import Channels, ControlJob, answer_dtype, state_dtype
+from exograv.runtime.answering import ControlJob
+from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.recorder_process import Inlet
 from exograv.runtime.shared import Mailbox
 from exograv.session.live_processes import FRUITLESS_MAX, HANGS_TICKS, ControlKeeper, Parts

@@ -24,6 +24,10 @@ class Live(Common):
     seconds: Annotated[float, tyro.conf.arg(metavar="S")] = 10.0
     """How long, in real time."""
 
+    identify: Annotated[float, tyro.conf.arg(metavar="S")] = 0.0
+    """Move the arm for so long and learn it live, in a process of its own, before it floats; 10 or more. Without, it is
+    identified before the live run."""
+
     gravity_level: float = 0.0
     """Felt share of the arm's own weight: 0 on a space station, 1 on Earth."""
 
@@ -42,6 +46,7 @@ def run_live_command(command: Live) -> dict[str, Any]:
         command.level,
         command.seed,
         command.seconds,
+        command.identify,
         command.gravity_level,
         command.self_test,
     )
@@ -65,6 +70,15 @@ def show_live(result: dict[str, Any]) -> None:
         f"Recorded {result['samples_recorded']} ticks, lost {result['samples_lost']}: {result['recording']}",
         highlight=False,
     )
+    if result["recording_why"]:
+        console.print(result["recording_why"], highlight=False)
+    if found := result["identified"]:
+        left = ", ".join(f"{value:.2f}" for value in found["left_over_Nm"])
+        console.print(
+            f"Learned live in {found['motion_s']:.0f} s ({result['findings']} findings). {found['outcome']} "
+            f"{found['why']} Left over by the twin's truth: {left} N·m.",
+            highlight=False,
+        )
     modes = ", ".join(f"{one['mode'].replace('_', ' ')} from {one['at_s']:.2f} s" for one in result["modes"])
     console.print(f"Self-test {result['self_test']}. Modes: {modes}.", highlight=False)
     for latch in result["latches"]:

@@ -26,7 +26,7 @@ class SampleFilter:
         self._state: Float[np.ndarray, "input 3"] = self._kernel.inputs["state"]
         self._dt = dt
         self._t = 0.0
-        self._warm_up = round(6 * delay_s / dt)
+        self._transient = self._warm_up = round(6 * delay_s / dt)
         self.settled = False
         """Whether the start's transient has died out."""
         value, rate, second = self._state.T
@@ -34,6 +34,11 @@ class SampleFilter:
         self.sample = Sample(0.0, value[of_q], rate[of_q], second[of_q], value[of_tau])
         self._asked = Asked(value[of_asked], rate[of_asked], second[of_asked])
         """The newest filtered sample; its arrays are overwritten by `update`."""
+
+    def restart(self) -> None:
+        """Begin anew, as after a time in which nothing was measured; the seconds of motion count on."""
+        self._state[:] = 0.0
+        self._warm_up, self.settled = self._transient, False
 
     def update(self, q: Joints, tau: Joints, q_asked: Joints | None = None) -> Sample:
         """Take position [rad] and torque [N·m] of one tick, and the position [rad] that was asked for."""

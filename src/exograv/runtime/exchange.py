@@ -1,22 +1,46 @@
-"""What guard and control tell each other in a tick of the live loop, and what of it is recorded."""
+"""What the processes of the live loop tell each other in a tick, and what of it is recorded."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
-RESET, STOP_PRESSED, ASTRAY = 1, 2, 4
+from .recorder_process import Inlet
+
+RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON = 1, 2, 4, 8
 """Bits of `acts` in a recorded tick, in the order in which they come between two ticks."""
 
-UNANSWERED = ("v", "tau_feedforward", "tau_desired", "closure_slope", "drive", "gravity_level", "arm_share")
+UNANSWERED = (
+    "v",
+    "q_reference",
+    "tau_feedforward",
+    "tau_desired",
+    "closure_slope",
+    "drive",
+    "gravity_level",
+    "arm_share",
+)
 """Of a recorded tick: unknown to the guard where control did not answer in time."""
 
 
+@dataclass(frozen=True)
+class Channels:
+    """Names of the memory between guard, control and recorder."""
+
+    joints: int
+    states: str
+    answers: str
+    inlet: Inlet
+
+
 def state_dtype(joints: int) -> np.dtype:
-    """What the guard tells control in a tick."""
+    """What the guard tells control in a tick; `persons` counts how often the guard was told who is in the machine."""
     per_joint = (joints,)
     return np.dtype(
         [
             ("sequence", "<i8"),
             ("now", "<f8"),
             ("safe_state", "<i8"),
+            ("persons", "<i8"),
             ("q", "<f8", per_joint),
             ("current", "<f8", per_joint),
         ],
@@ -25,24 +49,49 @@ def state_dtype(joints: int) -> np.dtype:
 
 
 def answer_dtype(joints: int) -> np.dtype:
-    """What control answers."""
+    """What control answers.
+
+    `findings` counts those of a worker that it knows; `q_reference` is NaN where nothing drives.
+    """
     per_joint = (joints,)
     return np.dtype(
         [
             ("sequence", "<i8"),
             ("valid_until", "<f8"),
             ("mode", "<i8"),
+            ("findings", "<i8"),
             ("slope", "<f8"),
             ("drive", "<f8"),
             ("gravity_level", "<f8"),
             ("arm_share", "<f8"),
             ("seen", "<u8"),
             ("v", "<f8", per_joint),
+            ("q_reference", "<f8", per_joint),
             ("tau", "<f8", per_joint),
             ("tau_feedforward", "<f8", per_joint),
         ],
         align=True,
     )
+
+
+def sample_dtype(joints: int) -> np.dtype:
+    """What control tells a worker in a tick: the motion as measured and as asked for, and whether it is the last."""
+    per_joint = (joints,)
+    return np.dtype(
+        [
+            ("now", "<f8"),
+            ("is_last", "<i8"),
+            ("q", "<f8", per_joint),
+            ("tau", "<f8", per_joint),
+            ("q_asked", "<f8", per_joint),
+        ],
+        align=True,
+    )
+
+
+def finding_dtype(parameters: int) -> np.dtype:
+    """What a worker has found by the sample of the time `now`."""
+    return np.dtype([("now", "<f8"), ("x", "<f8", (parameters,))], align=True)
 
 
 def answered_to(seen: int, passed: int) -> int:

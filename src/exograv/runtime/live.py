@@ -1,28 +1,28 @@
-"""The live loop in two processes: a guard that owns the machine, and control, which only submits torques.
+"""The guard's process of the live loop: it owns the machine, and asks control, which only submits torques.
 
 They share two mailboxes: what the guard believes of the machine, and what control answers. The guard waits for an
 answer for a part of the period, never longer; that it comes too late, or never again, is its everyday business.
 """
 
-import contextlib
 import signal
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Rig
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
+from exograv.safety.person import Person, PersonLimits
 from exograv.signals import Command, JointState
 
-from .exchange import RESET, STOP_PRESSED, UNANSWERED, answer_dtype, answered_to, state_dtype
+from .answering import POLL_S
+from .exchange import RESET, STOP_PRESSED, TOLD_PERSON, UNANSWERED, Channels, answer_dtype, state_dtype
 from .loop import run_loop
 from .realtime import Rights, realtime
-from .recorder_process import PHASE, Inlet, event
+from .recorder_process import PHASE, event
 from .shared import Mailbox
 from .timing import Timing
 
@@ -33,11 +33,8 @@ GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
 """Ticks in a row without an answer, after which the guard waits in every eighth tick only: it has let the arm down, and
 a loop that waits in all of them may be left without rest and broken off (`runtime.loop`)."""
 
-POLL_S = 20e-6
-"""Between two looks into a mailbox; the kernel adds some 60 µs."""
-
 ASK_PARENT_EVERY = 200
-"""Looks of an idle process between two questions whether the run is over."""
+"""Ticks between two questions whether the parent has said something."""
 
 
 @dataclass(frozen=True)
@@ -51,30 +48,6 @@ class GuardedRig:
 
     slope_max: float
     """Beyond which control's own model of the loops does not fit any more [N·m]."""
-
-
-@runtime_checkable
-class Answering(Protocol):
-    """Control, as the process around it sees it."""
-
-    def answer(self, state: np.void, row: np.ndarray) -> None:
-        """Fill in what is submitted for a state; `sequence`, `valid_until` and `seen` are filled in already."""
-        ...
-
-    @property
-    def mode_names(self) -> tuple[str, ...]:
-        """By the number in `mode`: what a phase of the recording is called."""
-        ...
-
-
-@dataclass(frozen=True)
-class Channels:
-    """Names of the memory between the processes."""
-
-    joints: int
-    states: str
-    answers: str
-    inlet: Inlet
 
 
 @dataclass(frozen=True)
@@ -155,7 +128,7 @@ class _Guarding:
         self._modes: list[tuple[str, float]] = []
         self._unanswered = self._silent = self._started_ns = 0
         self._was_stopped = self._is_asked_to_end = False
-        self._acts = 0
+        self._acts = self._persons = 0
 
     def tick(self, period: int) -> bool:
         """Look, ask, decide, command, record; whether it is over before its time."""
@@ -180,10 +153,7 @@ class _Guarding:
             self._acts |= RESET
             self._events.put(event(now, "note", "The virtual operator has reset the latch."))
         if period % ASK_PARENT_EVERY == 0 and self._parent.poll():
-            self._parent.recv()
-            self._is_asked_to_end = True
-            self._acts |= STOP_PRESSED
-            self._guard.press_stop()
+            self._hear(self._parent.recv(), now)
         return self._is_asked_to_end and self._guard.envelope.descent_is_over
 
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
@@ -200,7 +170,7 @@ class _Guarding:
         """Tell control, and wait for its answer as long as there is time."""
         state = self._state
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, self._safe_state
-        state["q"], state["current"] = believed.q, believed.current
+        state["q"], state["current"], state["persons"] = believed.q, believed.current, self._persons
         self._states.write(state)
         waits = self._silent < GIVEN_UP_AFTER or believed.sequence % ASKED_AGAIN_EVERY == 0
         until = woken + ANSWER_BY_NS * waits
@@ -214,6 +184,19 @@ class _Guarding:
                 self._silent += 1
                 return None
             time.sleep(POLL_S)
+
+    def _hear(self, word: object, now: float) -> None:
+        """What the parent says: who has been found to be in the machine, or that it is over."""
+        if isinstance(word, PersonLimits):
+            before = self._guard.envelope.person
+            self._guard.envelope.person = Person(word, before.gravity_level if before else 0.0)
+            self._persons += 1
+            self._acts |= TOLD_PERSON
+            self._events.put(event(now, "note", "The guard knows the person as identified."))
+            return
+        self._is_asked_to_end = True
+        self._acts |= STOP_PRESSED
+        self._guard.press_stop()
 
     def _enter(self, mode: int, now: float) -> None:
         if mode != self._mode:
@@ -250,53 +233,9 @@ class _Guarding:
         else:
             for name in ("drive", "gravity_level", "arm_share"):
                 row[name] = answer[name]
-            row["seen"] = answer["seen"] & 0xFFFFFFFF
-            row["v"], row["tau_desired"] = answer["v"], answer["tau"]
+            row["seen"], row["control"] = answer["seen"] & 0xFFFFFFFF, answer["findings"]
+            row["v"], row["q_reference"], row["tau_desired"] = answer["v"], answer["q_reference"], answer["tau"]
             row["tau_feedforward"], row["closure_slope"] = answer["tau_feedforward"], answer["slope"]
             if not answer["slope"] < self._slope_max:
                 self._guard.lose_model()
         self._ticks.put(row)
-
-
-@dataclass(frozen=True)
-class ControlJob:
-    """What a control process is started with."""
-
-    build: Callable[[], Answering]
-    channels: Channels
-
-
-def control_process(job: ControlJob, parent: Connection) -> None:
-    """Be the control process: answer to every state, until the parent says that it is over or is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    states = Mailbox(state_dtype(job.channels.joints), job.channels.states)
-    answers = Mailbox(answer_dtype(job.channels.joints), job.channels.answers)
-    try:
-        control = job.build()
-        parent.send("ready")
-        with realtime(), contextlib.suppress(EOFError):
-            _answer_all(control, states, answers, job.channels.joints, parent)
-    finally:
-        states.close()
-        answers.close()
-
-
-def _answer_all(control: Answering, states: Mailbox, answers: Mailbox, joints: int, parent: Connection) -> None:
-    row, seen, idle = np.zeros((), answer_dtype(joints)), 0, 0
-    while True:
-        got = states.read()
-        if got is None or got[0] == seen:
-            idle += 1
-            if idle >= ASK_PARENT_EVERY:
-                idle = 0
-                if parent.poll():
-                    parent.recv()
-                    return
-            time.sleep(POLL_S)
-            continue
-        seen, idle = got[0], 0
-        before, row["sequence"] = int(row["sequence"]), got[1]["sequence"]
-        row["valid_until"] = got[1]["now"] + COMMAND_LIFE_S
-        row["seen"] = answered_to(int(row["seen"]), int(row["sequence"]) - before)
-        control.answer(got[1], row)
-        answers.write(row)

@@ -114,6 +114,7 @@ class Recorder:
         self.inlet = Inlet(len(joints), self._ticks.name, self._events.name)
         self._job = Job(path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s)
         self._failure, self._fruitless, self._safe_at_start = "", 0, 0
+        self._messages: list[tuple[str, float, dict[str, Any]]] = []
         self._start()
         self._await_start()
 
@@ -138,6 +139,11 @@ class Recorder:
         if not self._failure and not self._process.is_alive():
             self._replace()
         return self._report()
+
+    def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
+        """Have a message of the time `t` [s] recorded that comes now and then; whichever recorder is in charge does."""
+        self._messages.append((topic, t, dict(message)))
+        self._pass_on(self._messages[-1])
 
     def finish(self, timing: Mapping[str, Any] | None = None) -> Report:
         """Complete the file when control has put its last tick.
@@ -182,6 +188,12 @@ class Recorder:
         self._process = context.Process(target=record, args=(self._job, theirs), name="recorder", daemon=True)
         self._process.start()
         theirs.close()
+        for message in self._messages:  # it leaves out those that its file holds already
+            self._pass_on(message)
+
+    def _pass_on(self, message: tuple[str, float, dict[str, Any]]) -> None:
+        with contextlib.suppress(OSError):  # it has died; its successor is told
+            self._parent_end.send(message)
 
     def _replace(self) -> None:
         code = self._process.exitcode

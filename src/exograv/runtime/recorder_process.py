@@ -3,6 +3,7 @@
 import contextlib
 import signal
 import time
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -31,6 +32,9 @@ EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
 
 PHASE = "phase"
 """Kind of event that begins a phase, whose name is its text: it goes to `/phase`, the others to `/event`."""
+
+TOLD = ("/control",)
+"""Topics of which the parent has messages recorded."""
 
 GAVE_UP = 3
 """Exit code of a recorder whose file takes no more: the next one would meet the same disk."""
@@ -98,9 +102,17 @@ def record(job: Job, parent: Connection) -> None:
     status = Mailbox(STATUS, job.status)
     try:
         with contextlib.closing(_Desk(job, status)) as desk:
-            while not parent.poll(job.sync_every_s):
-                desk.save()
-            desk.finish(_last_words(parent))
+            until = time.monotonic() + job.sync_every_s
+            while True:
+                word = _heard(parent, until - time.monotonic())
+                if isinstance(word, tuple):
+                    desk.note(*word)
+                elif word is not None:
+                    break
+                if time.monotonic() >= until:
+                    desk.save()
+                    until = time.monotonic() + job.sync_every_s
+            desk.finish(word)
     except RecordingError as error:
         _say(status, job.start, 0.0, str(error))
         raise SystemExit(GAVE_UP) from None
@@ -108,9 +120,10 @@ def record(job: Job, parent: Connection) -> None:
         status.close()
 
 
-def _last_words(parent: Connection) -> Mapping[str, Any]:
+def _heard(parent: Connection, within_s: float) -> tuple[str, float, dict[str, Any]] | Mapping[str, Any] | None:
+    """A message to record, the last words of the run, or nothing."""
     try:
-        return parent.recv()
+        return parent.recv() if parent.poll(max(within_s, 0.0)) else None
     except EOFError:
         return {}  # the parent was killed: the file is completed all the same
 
@@ -126,7 +139,15 @@ class _Desk:
             ticks.acknowledge(self._writer.sync())
             events.acknowledge(self._events_written())
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
+        self._known = Counter({topic: self._writer.count(topic) for topic in TOLD})
         _say(status, job.start, 0.0, "")
+
+    def note(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
+        """Take a message from the parent, who tells every recorder of a file all of them."""
+        if self._known[topic] > 0:
+            self._known[topic] -= 1
+        else:
+            self._writer.write(topic, t, message)
 
     def save(self) -> None:
         """Bring all that is new to the disk, then say so."""

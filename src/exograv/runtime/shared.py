@@ -159,6 +159,11 @@ class Ring:
         self._taken = until
         return self._block.rows[index]
 
+    def newest(self) -> tuple[int, np.void] | None:
+        """How many values there have been, and a copy of the newest; None before the first one. Takes nothing."""
+        count = self.written
+        return None if count == 0 else (count, self._block.rows[(count - 1) % self._capacity].copy())
+
     def acknowledge(self, count: int) -> None:
         """Say that so many values, from the first one on, are safe: their places may be used again."""
         self._block.head["acknowledged"] = count

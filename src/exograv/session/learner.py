@@ -149,6 +149,10 @@ class Learner:
         self._published = sample.t
         return self.result.method.estimate()
 
+    def interrupt(self) -> None:
+        """The motion was broken off; what comes next follows on nothing."""
+        self._filter.restart()
+
     @property
     def is_to_note(self) -> bool:
         """Whether the estimate just published is to be judged; once a second."""

@@ -1,8 +1,9 @@
 """`exograv live`: the arm floats in real time, guard, control and recorder in processes of their own, on the twin."""
 
+import contextlib
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,14 +15,24 @@ from exograv.model.description import Side
 from exograv.rig.twin.twin import PERIOD
 from exograv.runtime.recorder import Recorder
 from exograv.runtime.timing import Timing
+from exograv.runtime.worker import WorkerJob, WorkerMemory
 
 from .account import versions, written_person, written_rig, written_told
+from .examine import Examination
+from .lesson import LessonPlan, unknown_person
 from .live_control import SKIPPED, LiveControl, Plan, guarded_rig, notes
 from .live_processes import Flown, Parts, Running, fly
+from .outcome import rounded
 from .person_limits import person_limits
 from .pilot import Progress
-from .prepare import Prepared, prepare
+from .prepare import Prepared, prepare, prepare_machine
 from .virtual import VirtualLaboratory, draw_laboratory, refuse_motorless
+
+LESSON_S = (10.0, 600.0)
+"""Of motion, at least and at most [s]."""
+
+AROUND_LESSON_S = 16.0
+"""Rest, ramp, the way to the motion's beginning, and what the worker takes at its end [s]."""
 
 STALL_BEFORE_S = 0.05
 """A latch is put down to the longest gap so long before it."""
@@ -36,6 +47,8 @@ class LiveOptions:
     level: int = 2
     seed: int = 0
     seconds: float = 10.0
+    identify_s: float = 0.0
+    """Of motion in which the arm is learned live, before all else; 0 learns it in lock-step before the loop [s]."""
     gravity_level: float = 0.0
     self_test: bool = False
     """Whether the empty twin is tested before; no wearer of it could come to harm without."""
@@ -43,6 +56,16 @@ class LiveOptions:
     def __post_init__(self):
         if not 1.0 <= self.seconds <= 7200.0:
             raise ConfigError(f"--seconds is {self.seconds:g}; allowed: 1 to 7200.")
+        if self.identify_s and not LESSON_S[0] <= self.identify_s <= LESSON_S[1]:
+            raise ConfigError(
+                f"--identify is {self.identify_s:g}; allowed: {LESSON_S[0]:g} to {LESSON_S[1]:g}, or 0 to identify "
+                "the arm before the live run."
+            )
+        if self.identify_s and self.gravity_level:
+            raise ConfigError(
+                f"--gravity-level is {self.gravity_level:g}; with --identify allowed: 0, because an arm is learned "
+                "while all of its weight is carried. Leave out one of the two."
+            )
         if not 0.0 <= self.gravity_level <= 1.0:
             raise ConfigError(
                 f"--gravity-level is {self.gravity_level:g}; allowed: 0 (weightless) to 1 (Earth). Above 1 the arm is "
@@ -74,13 +97,37 @@ def run_live(
     """
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_motorless(laboratory.description)
-    prepared = prepare(laboratory, options.seed, progress)
+    prepare_all = prepare_machine if options.identify_s else prepare
+    prepared = prepare_all(laboratory, options.seed, progress)
     self_test = _tested(laboratory, prepared, options.seed, progress) if options.self_test else SKIPPED
-    limits_of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
-    plan = Plan(laboratory, prepared, limits_of_person, options.seed, options.gravity_level)
     said = {"disturbance_level": options.level, "settings": {"options": asdict(options)}}
-    flown = fly_plan(plan, options.seconds, folder, said, progress, started, options.self_test)
-    return _figures(options, flown) | {"self_test": self_test}
+    with contextlib.ExitStack() as stack:
+        plan, seconds = _plan(options, laboratory, prepared, progress, stack)
+        flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test)
+    return _figures(options, flown) | {"self_test": self_test} | _learned(flown, laboratory, prepared)
+
+
+def _plan(
+    options: LiveOptions,
+    laboratory: VirtualLaboratory,
+    prepared: Prepared,
+    progress: Progress,
+    stack: contextlib.ExitStack,
+) -> tuple[Plan, float]:
+    """And how long it takes [s]."""
+    assembly, machine = prepared.assembly, prepared.machine
+    if not options.identify_s:
+        person = person_limits(assembly, machine, prepared.x)
+        return Plan(laboratory, prepared, person, options.seed, options.gravity_level), options.seconds
+    progress("Preparing for anybody's arm", 0.0)
+    person = unknown_person(assembly, machine)
+    size = WorkerMemory(assembly.n, len(prepared.x), round(2 * (options.identify_s + AROUND_LESSON_S) / PERIOD))
+    samples = stack.enter_context(contextlib.closing(size.sample_ring()))
+    findings = stack.enter_context(contextlib.closing(size.finding_ring()))
+    memory = replace(size, samples=samples.name, findings=findings.name)
+    lesson = LessonPlan(assembly, machine, options.identify_s, PERIOD, memory)
+    plan = Plan(laboratory, prepared, person, options.seed, 0.0, lesson)
+    return plan, options.identify_s + AROUND_LESSON_S + options.seconds
 
 
 def fly_plan(
@@ -93,12 +140,15 @@ def fly_plan(
     is_tested: bool = False,
 ) -> Flown:
     """Float the arm live, who is known already; as `run_live`."""
+    lesson = plan.lesson
+    control = partial(LiveControl, plan.prepared, plan.gravity_level, lesson=lesson)
     parts = Parts(
         partial(guarded_rig, plan),
-        partial(LiveControl, plan.prepared, plan.gravity_level),
-        partial(LiveControl, plan.prepared, plan.gravity_level, is_first=False),
+        control,
+        partial(control, is_first=False),
         LiveControl.mode_names,
         notes(is_tested),
+        None if lesson is None else WorkerJob(lesson.worker, lesson.memory),
     )
     with Recorder(
         folder / "live.mcap", plan.laboratory.description.joints, settings_of(plan, said), seconds
@@ -128,6 +178,7 @@ def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
                 "machine": asdict(prepared.machine),
                 "x": prepared.x,
                 "person": written_person(plan.person),
+                **({} if plan.lesson is None else {"identify_s": plan.lesson.seconds}),
             },
         },
     }
@@ -168,6 +219,7 @@ def _figures(options: LiveOptions, flown: Flown) -> dict[str, Any]:
         "samples_recorded": recording.acknowledged,
         "samples_lost": recording.lost,
         "recording_ok": recording.recording_ok,
+        "recording_why": recording.why,
         "recorder_restarts": recording.restarts,
         "control_restarts": flown.control_restarts,
         "recording": str(flown.path),
@@ -179,6 +231,26 @@ def _figures(options: LiveOptions, flown: Flown) -> dict[str, Any]:
         ],
         "modes": [{"mode": name, "at_s": round(at_s, 3)} for name, at_s in report.modes],
         "wall_s": round(flown.wall_s, 2),
+    }
+
+
+def _learned(flown: Flown, laboratory: VirtualLaboratory, prepared: Prepared) -> dict[str, Any]:
+    """What became of an arm that was to be learned live."""
+    learned = flown.learned
+    figures: dict[str, Any] = {"findings": flown.findings, "worker_restarts": flown.worker_restarts}
+    if learned is None:
+        return {"identified": None, **figures}
+    examination = Examination(laboratory, prepared.assembly, prepared.machine)
+    left_over = examination.score(learned.estimate.x).total
+    return figures | {
+        "identified": {
+            "outcome": learned.outcome.value,
+            "why": learned.why,
+            "motion_s": round(learned.estimate.t, 2),
+            "stop_s": learned.stop_s,
+            "not_relaxed_s": learned.restless_s,
+            "left_over_Nm": rounded(left_over),
+        }
     }
 
 

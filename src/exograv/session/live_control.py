@@ -18,7 +18,9 @@ from exograv.safety.person import Person, PersonLimits
 from exograv.signals import Reference
 
 from .arm_controller import ArmController
+from .fade import SECONDS
 from .held import Held
+from .lesson import Lesson, LessonPlan
 from .pilot import CLOSURE_SLOPE_MAX
 from .prepare import Prepared
 from .virtual import VirtualLaboratory, limits
@@ -51,6 +53,8 @@ class Plan:
     person: PersonLimits
     seed: int
     gravity_level: float
+    lesson: LessonPlan | None = None
+    """How the arm is learned live; absent where it is known."""
 
 
 def guarded_rig(plan: Plan) -> GuardedRig:
@@ -66,6 +70,7 @@ def guarded_rig(plan: Plan) -> GuardedRig:
     unlock(held, None)
     envelope = Envelope(limits(laboratory.description), twin.period_s)
     envelope.person = Person(plan.person, plan.gravity_level)
+    envelope.person.drive(plan.lesson is not None)
     state = twin.read()
     gain = prepared.machine.actuators
     envelope.begin(gain.torque(state.current))
@@ -78,8 +83,10 @@ class LiveControl:
 
     mode_names = tuple(mode.name.lower() for mode in MODES)
 
-    def __init__(self, prepared: Prepared, gravity_level: float, is_first: bool = True):
-        """The machine is off; one that comes later finds it in a safe state."""
+    def __init__(
+        self, prepared: Prepared, gravity_level: float, is_first: bool = True, lesson: Lesson | LessonPlan | None = None
+    ):  # fmt: skip
+        """The machine is off; a control that comes later finds it in a safe state."""
         period_s = 1e-9 * PERIOD_NS
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._controller.mode.gravity_level = gravity_level
@@ -87,6 +94,8 @@ class LiveControl:
         self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
         self._modes = ModeMachine() if is_first else ModeMachine(Mode.SAFE)
         self._rested_s, self._has_begun = 0.0, not is_first
+        self._lesson = lesson.lesson() if isinstance(lesson, LessonPlan) else lesson
+        self._actuators = prepared.machine.actuators
         self._q_ramp = self._still
         # The first step finds the loops' posture from cold, which takes longer than a tick.
         posture = prepared.assembly.description.donning_posture
@@ -102,14 +111,20 @@ class LiveControl:
     def answer(self, state: np.void, row: np.ndarray) -> None:
         """One tick."""
         self._observer.update(state["q"])
-        q, v = self._observer.q, self._observer.v
+        q, v, now = self._observer.q, self._observer.v, float(state["now"])
         self._follow(SafeState(int(state["safe_state"])), q, v)
+        self._learn(now, int(state["persons"]), q)
+        reference = self._reference(now, q)
         self._controller.mode.arm_share = self._modes.arm_share
-        tau = self._controller.step(q, v, self._hold(q))
+        tau = self._controller.step(q, v, reference)
         row["tau"] = tau if self.mode is Mode.EXO_ONLY or self.mode in WORN else self._still
         row["tau_feedforward"], row["v"] = self._controller.tau_feedforward, v
+        row["q_reference"] = reference.q if self._controller.mode.drive else np.nan
         row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self.mode)
+        row["findings"] = 0 if self._lesson is None else self._lesson.findings
         row["drive"], row["gravity_level"], row["arm_share"] = astuple(self._controller.mode)
+        if self._lesson is not None and self.mode is Mode.MOVING:
+            self._lesson.told(now, state["q"], self._actuators.torque(state["current"]), reference.q)
 
     def forget(self, mode: Mode, arm_share: float) -> None:
         """Begin anew in this mode with this share of the arm: after a time that nobody saw."""
@@ -119,6 +134,11 @@ class LiveControl:
 
     def _hold(self, q: np.ndarray) -> Reference:
         return Reference(q, self._still, self._still)
+
+    def _reference(self, now: float, q: np.ndarray) -> Reference:
+        if not self._controller.mode.drive or self._lesson is None:
+            return self._hold(q)
+        return self._hold(self._q_ramp) if self.mode is Mode.RAMP_IN else self._lesson.reference(now)
 
     def _follow(self, safe_state: SafeState, q: np.ndarray, v: np.ndarray) -> None:
         """What the guard says decides; the arm is taken by a ramp, at first and after each reset."""
@@ -136,4 +156,24 @@ class LiveControl:
             if self._rested_s >= REST_BEFORE_RAMP_S:
                 self._rested_s, self._q_ramp = 0.0, q.copy()
                 modes.take(Event.TAKE_ARM)
+                if self._lesson is not None:
+                    self._lesson.prepare(self._q_ramp)
         modes.step(self._period_s, float(np.abs(q - self._q_ramp).max()), float(np.abs(v).max()))
+
+    def _learn(self, now: float, persons: int, q: np.ndarray) -> None:
+        """An arm that is not known yet is moved as soon as it is taken, and let go when the guard knows it."""
+        lesson, modes = self._lesson, self._modes
+        if lesson is None:
+            return
+        if (x := lesson.found()) is not None:
+            self._controller.publish(x, q)
+        if modes.mode is Mode.FLOATING and not persons:
+            modes.take(Event.MOVE)
+            lesson.begin(now)
+        elif modes.mode is Mode.MOVING and persons:
+            modes.take(Event.FLOAT)
+        mode, step = self._controller.mode, self._period_s / SECONDS["drive"]
+        is_moved = not persons and modes.mode in WORN
+        mode.drive = min(mode.drive + step, 1.0) if is_moved else max(mode.drive - step, 0.0)
+        if modes.mode not in WORN:
+            mode.drive = 0.0

@@ -3,30 +3,26 @@
 import contextlib
 import multiprocessing
 import time
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from exograv.errors import RigError
-from exograv.runtime.exchange import answer_dtype, state_dtype
-from exograv.runtime.live import (
-    Answering,
-    Channels,
-    ControlJob,
-    GuardedRig,
-    GuardJob,
-    GuardReport,
-    control_process,
-    guard_process,
-)
+from exograv.runtime.answering import Answering, ControlJob, control_process
+from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
+from exograv.runtime.live import GuardedRig, GuardJob, GuardReport, guard_process
 from exograv.runtime.recorder import Recorder, Report, timing_message
 from exograv.runtime.shared import Mailbox
 from exograv.runtime.timing import PERIOD_NS
+from exograv.runtime.worker import WorkerJob
 
+from .account import written_person
+from .lesson import Learned
 from .pilot import Progress
+from .worker_keeper import WorkerKeeper
 
 READY_MAX_S = 120.0
 """For a process to build what it needs, kernels compiled in it."""
@@ -56,6 +52,9 @@ class Parts:
     notes: Mapping[str, str] = field(default_factory=dict)
     """What to record besides when a mode begins, by its name."""
 
+    worker: WorkerJob | None = None
+    """Where the arm is learned while it is moved; its memory is there already."""
+
 
 @dataclass(frozen=True)
 class Flown:
@@ -66,6 +65,9 @@ class Flown:
     path: Path
     wall_s: float
     control_restarts: int
+    worker_restarts: int = 0
+    findings: int = 0
+    learned: Learned | None = None
 
 
 class ControlKeeper:
@@ -148,6 +150,8 @@ class Running:
     stop: Callable[[], None]
     """Press Stop: the arm comes down, then all ends."""
 
+    worker: WorkerKeeper | None = None
+
 
 def fly(
     parts: Parts,
@@ -163,7 +167,7 @@ def fly(
     """
     joints = recorder.inlet.n_joints
     context = multiprocessing.get_context("spawn")
-    with _memory(joints) as (states, answers):
+    with _memory(joints) as (states, answers), contextlib.ExitStack() as stack:
         channels = Channels(joints, states.name, answers.name, recorder.inlet)
         periods = round(seconds * 1e9 / PERIOD_NS)
         job = GuardJob(parts.guard, channels, periods, parts.mode_names, resets=True, notes=parts.notes)
@@ -171,23 +175,43 @@ def fly(
         guard = context.Process(target=guard_process, args=(job, theirs), name="guard", daemon=True)
         guard.start()
         theirs.close()
+        stack.callback(_end, guard)
         control = ControlKeeper(parts, channels, states, answers)
-        try:
-            progress("Starting guard and control", 0.0)
-            control.await_ready()
-            await_word(guard, to_guard)
-            to_guard.send("go")
-            begun = time.monotonic()
-            started(Running(guard, control, recorder, states, answers, lambda: to_guard.send("stop")))
-            report = _watched(guard, to_guard, recorder, control, progress, seconds)
-            wall_s = time.monotonic() - begun
-            recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
-            return Flown(report, recording, recorder.path, wall_s, control.restarts)
-        finally:
-            control.close()
-            guard.join(2.0)
-            if guard.is_alive():
-                guard.kill()
+        stack.callback(control.close)
+        worker = None if parts.worker is None else _worker(parts.worker, recorder, to_guard, stack)
+        progress("Starting guard and control", 0.0)
+        control.await_ready()
+        await_word(guard, to_guard)
+        if worker is not None:
+            await_word(worker.process, worker.connection)
+        to_guard.send("go")
+        begun = time.monotonic()
+        started(Running(guard, control, recorder, states, answers, lambda: to_guard.send("stop"), worker))
+        report = _watched(guard, to_guard, (recorder, control, worker), progress, seconds)
+        wall_s = time.monotonic() - begun
+        recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
+        flown = Flown(report, recording, recorder.path, wall_s, control.restarts)
+        return flown if worker is None else replace(flown, **worker.figures())
+
+
+def _worker(job: WorkerJob, recorder: Recorder, to_guard: Connection, stack: contextlib.ExitStack) -> WorkerKeeper:
+    findings = job.memory.finding_ring()
+    stack.callback(findings.close)
+
+    def accept(learned: Learned) -> None:
+        to_guard.send(learned.person)
+        message = {"act": "wear", "person": written_person(learned.person), "gravity_level": 0.0, "is_driven": False}
+        recorder.write("/control", learned.t, message)
+
+    keeper = WorkerKeeper(job, findings, recorder.write, accept)
+    stack.callback(keeper.close)
+    return keeper
+
+
+def _end(guard: BaseProcess) -> None:
+    guard.join(2.0)
+    if guard.is_alive():
+        guard.kill()
 
 
 @contextlib.contextmanager
@@ -218,11 +242,18 @@ def await_word(process: BaseProcess, connection: Connection) -> Any:
     )
 
 
+class Watched(Protocol):
+    """What the parent looks after while the loop runs."""
+
+    def check(self) -> object:
+        """Look after it; called some times a second."""
+        ...
+
+
 def _watched(
     guard: BaseProcess,
     connection: Connection,
-    recorder: Recorder,
-    control: ControlKeeper,
+    others: Sequence[Watched | None],
     progress: Progress,
     seconds: float,
 ) -> GuardReport:
@@ -232,8 +263,9 @@ def _watched(
         try:
             if connection.poll(CHECK_S):
                 return connection.recv()
-            recorder.check()
-            control.check()
+            for other in others:
+                if other is not None:
+                    other.check()
             progress("Floating live", min((time.monotonic() - begun) / seconds, 1.0))
         except KeyboardInterrupt:
             connection.send("stop")

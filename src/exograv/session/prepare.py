@@ -1,6 +1,6 @@
 """All that has to happen before a wearer is weightless: the empty machine calibrated, the arm in it identified."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
@@ -27,7 +27,7 @@ class Prepared:
     assembly: Assembly
     machine: CalibratedMachine
     x: Parameters
-    """The arm as identified, and the friction."""
+    """The arm as identified, or as the table has it, and the friction."""
 
     t: float
     """The rig's clock when all was done: the machine has warmed up so far [s]."""
@@ -42,15 +42,24 @@ def prepare(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Pre
     Raises:
         ExogravError: The machine, the wearer or the run was refused.
     """
-    calibration, t = _calibrated(laboratory, seed, progress)
-    machine = calibration.machine
-    assembly = laboratory.assembly()
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
-    pilot = pilot_of(twin, machine.actuators, laboratory, progress)
-    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
-    identifier = Identifier(pilot, controller, machine, "recursive", "current", lambda *_found: None)
+    known = prepare_machine(laboratory, seed, progress)
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=known.t)
+    pilot = pilot_of(twin, known.machine.actuators, laboratory, progress)
+    controller = ArmController(known.assembly, known.machine, known.x, twin.period_s)
+    identifier = Identifier(pilot, controller, known.machine, "recursive", "current", lambda *_found: None)
     found = identify_arm(pilot, controller, identifier, MOTION_S)
-    return Prepared(assembly, machine, found.last.x, twin.t, calibration)
+    return replace(known, x=found.last.x, t=twin.t)
+
+
+def prepare_machine(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Prepared:
+    """Calibrate the machine; of its wearer only what the table says is known.
+
+    Raises:
+        ExogravError: The machine, the wearer or the run was refused.
+    """
+    calibration, t = _calibrated(laboratory, seed, progress)
+    assembly, machine = laboratory.assembly(), calibration.machine
+    return Prepared(assembly, machine, table_guess(assembly, machine), t, calibration)
 
 
 def pilot_of(twin: Twin, actuators: ActuatorGain, laboratory: VirtualLaboratory, progress: Progress) -> Pilot:

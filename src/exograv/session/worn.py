@@ -36,33 +36,31 @@ Joints = Float[np.ndarray, " joint"]
 Covariance = Float[np.ndarray, "parameter parameter"]
 
 
-class Worn:
-    """Of one wearer in one machine."""
+class LimitsMaker:
+    """What the guard is to hold one wearer in one machine to, by what is known of the arm."""
 
-    def __init__(self, envelope: Envelope, assembly: Assembly, machine: CalibratedMachine, x: Parameters):
+    def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: Parameters):
         """Prepare; seconds pass.
 
         Args:
-            envelope: That is told who is in the machine.
             assembly: The machine with the arm in it.
             machine: As calibrated.
             x: Of the table's arm or of this one.
         """
-        self._envelope, self._assembly = envelope, assembly
-        self._maker = TableMaker(assembly, machine, x)
+        self._assembly, self._maker = assembly, TableMaker(assembly, machine, x)
         self._workspace = sample_postures(assembly.description, POSTURES)
         self._layout = Layout.of(assembly)
 
-    def expect(self, x: Parameters, covariance: Covariance, v_motion: float) -> None:
-        """Somebody who may be anyone that is believed possible; moved by up to `v_motion` [rad/s]."""
+    def expected(self, x: Parameters, covariance: Covariance, v_motion: float) -> PersonLimits:
+        """Of somebody who may be anyone that is believed possible; moved by up to `v_motion` [rad/s]."""
         margin = self._maker.margin(x, covariance, self._workspace)
-        self._put_in(self._unsure(x, np.zeros(self._layout.phi.stop), margin, v_motion), is_driven=True)
+        return self._unsure(x, np.zeros(self._layout.phi.stop), margin, v_motion)
 
-    def know(self, x: Parameters, payload: Float[np.ndarray, " phi"] | None = None) -> None:
-        """Somebody who has been identified, with what is carried besides the arm."""
-        self._put_in(limits_of_table(self._assembly, self._maker.table(x, payload)))
+    def known(self, x: Parameters, payload: Float[np.ndarray, " phi"] | None = None) -> PersonLimits:
+        """Of somebody who has been identified, with what is carried besides the arm."""
+        return _driven(limits_of_table(self._assembly, self._maker.table(x, payload)))
 
-    def weigh(self, x: Parameters, place: WeightPlace, v_motion: float) -> None:
+    def weighed(self, x: Parameters, place: WeightPlace, v_motion: float) -> PersonLimits:
         """The same with anything up to `HEAVIEST_KG` at a place: nowhere else a payload is plausible."""
         half = held_weight(self._assembly.arm, 0.5 * HEAVIEST_KG, at=place)
         loaded, q = x.copy(), self._workspace
@@ -73,7 +71,7 @@ class Worn:
         without, with_half = found.tau_desired.reshape(2, len(q), -1)
         usable = found.is_closed.reshape(2, len(q)).all(axis=0)
         margin = np.abs(with_half - without)[usable].max(axis=0)
-        self._put_in(self._unsure(x, half, margin, v_motion))
+        return self._unsure(x, half, margin, v_motion)
 
     def _unsure(
         self, x: Parameters, payload: Float[np.ndarray, " phi"], margin: Joints, v_motion: float
@@ -82,16 +80,42 @@ class Worn:
         lower, upper = self._assembly.description.workspace
         table = self._maker.table(x, payload, margin)
         tank_J = UNKNOWN_J + float(0.5 * margin @ (upper - lower))
-        return replace(
+        limits = replace(
             limits_of_table(self._assembly, table),
             v_trip_rad_s=v_motion + V_MORE_RAD_S,
             tank_start_J=tank_J,
             tank_max_J=tank_J,
             path_W=PATH_W,
         )
+        return _driven(limits)
+
+
+def _driven(limits: PersonLimits) -> PersonLimits:
+    """With what there is besides while control moves the arm along a path."""
+    return replace(limits, driven_W=PATH_W, driven_J=UNKNOWN_J)
+
+
+class Worn:
+    """Tells an envelope, phase by phase, who is in the machine."""
+
+    def __init__(self, envelope: Envelope, assembly: Assembly, machine: CalibratedMachine, x: Parameters):
+        """Prepare, as `LimitsMaker`; seconds pass."""
+        self._envelope, self._maker = envelope, LimitsMaker(assembly, machine, x)
+
+    def expect(self, x: Parameters, covariance: Covariance, v_motion: float) -> None:
+        """Somebody who may be anyone that is believed possible; moved by up to `v_motion` [rad/s]."""
+        self._put_in(self._maker.expected(x, covariance, v_motion), is_driven=True)
+
+    def know(self, x: Parameters, payload: Float[np.ndarray, " phi"] | None = None) -> None:
+        """Somebody who has been identified, with what is carried besides the arm."""
+        self._put_in(self._maker.known(x, payload))
+
+    def weigh(self, x: Parameters, place: WeightPlace, v_motion: float) -> None:
+        """The same with anything up to `HEAVIEST_KG` at a place."""
+        self._put_in(self._maker.weighed(x, place, v_motion))
 
     def _put_in(self, limits: PersonLimits, is_driven: bool = False) -> None:
         before = self._envelope.person
-        person = Person(replace(limits, driven_W=PATH_W, driven_J=UNKNOWN_J), before.gravity_level if before else 0.0)
+        person = Person(limits, before.gravity_level if before else 0.0)
         person.drive(is_driven or (before is not None and before.is_driven))
         self._envelope.person = person

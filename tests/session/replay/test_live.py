@@ -13,8 +13,8 @@ from exograv.model.assembly import Assembly
 from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.runtime import live
-from exograv.runtime.exchange import answer_dtype, answered_to, state_dtype
-from exograv.runtime.live import Channels, GuardJob
+from exograv.runtime.exchange import Channels, answer_dtype, answered_to, state_dtype
+from exograv.runtime.live import GuardJob
 from exograv.runtime.recorder_process import EVENT, PHASE, RING_EVENTS, RING_TICKS, Inlet
 from exograv.runtime.shared import Mailbox, Ring
 from exograv.safety.guard import COMMAND_LIFE_S

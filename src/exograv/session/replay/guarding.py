@@ -31,7 +31,7 @@ class Guarding:
         gravity_level: float = 0.0,
     ):
         self._description, self._actuators, self._period_s = description, actuators, period_s
-        self._person, self._gravity_level = person, gravity_level
+        self._person, self._gravity_level, self._is_driven = person, gravity_level, False
         self._settles_at, self._is_blind = -np.inf, False
         self.forget(None)
 
@@ -40,6 +40,7 @@ class Guarding:
         envelope = Envelope(limits(self._description), self._period_s)
         if self._person is not None:
             envelope.person = Person(self._person, self._gravity_level)
+            envelope.person.drive(self._is_driven)
         if tau is not None:
             envelope.begin(tau)
         gain = self._actuators
@@ -56,7 +57,7 @@ class Guarding:
 
     def feel(self, gravity_level: float, is_driven: bool) -> None:
         """The same person is to feel another share of the arm's weight, or is moved or let go."""
-        self._gravity_level = gravity_level
+        self._gravity_level, self._is_driven = gravity_level, is_driven
         person = self.guard.envelope.person
         if person is not None:
             person.gravity_level = gravity_level

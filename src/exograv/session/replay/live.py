@@ -1,13 +1,16 @@
 """A live run once more: the guard sees what it saw, and control answers to the measurements that it answered to."""
 
 from collections import deque
+from typing import Any
 
 import numpy as np
 
+from exograv.dynamics.parameters import Parameters
 from exograv.errors import ConfigError
-from exograv.runtime.exchange import answer_dtype, state_dtype
+from exograv.runtime.exchange import TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
 from exograv.safety.modes import Mode
 from exograv.session.account import read_machine, read_person
+from exograv.session.lesson import Lesson
 from exograv.session.live_control import MODES, LiveControl
 from exograv.session.person_limits import person_limits
 from exograv.session.pilot import CLOSURE_SLOPE_MAX, Progress
@@ -53,7 +56,14 @@ class LiveAgain:
             self._guarding = Guarding(recorded.description, actuators, live["period_s"], limits, level)
         if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
             raise ConfigError(f"{path} was flown at gravity level {level}; allowed: 0 to 1.")
-        self._control = LiveControl(Prepared(recorded.assembly, machine, x, 0.0), level)
+        self._recorded, self._instead, self._machine = recorded, instead, machine
+        self._published, self._worn = ([m for m in recorded.control if m["act"] == act] for act in ("publish", "wear"))
+        self._finding = np.zeros(1, finding_dtype(len(x)))[0]
+        self._found, self._persons, lesson = 0, 0, None
+        if seconds := live.get("identify_s"):
+            lesson = Lesson(recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest)
+            self._guarding.feel(level, is_driven=True)
+        self._control = LiveControl(Prepared(recorded.assembly, machine, x, 0.0), level, lesson=lesson)
         self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
     def fly(self, progress: Progress) -> Again:
@@ -70,6 +80,8 @@ class LiveAgain:
 
     def _tick(self, k: int) -> None:
         columns, again, guarding = self._columns, self._again, self._guarding
+        if columns.acts[k] & TOLD_PERSON:
+            self._wear()
         before = guarding.safe_state
         believed, tau = guarding.see(k, columns), None
         if believed is not None:
@@ -87,12 +99,35 @@ class LiveAgain:
     def _told(self, believed: JointState, now: float, safe_state: int) -> np.void:
         state = self._state.copy()
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
-        state["q"], state["current"] = believed.q, believed.current
+        state["q"], state["current"], state["persons"] = believed.q, believed.current, self._persons
         return state[0]
+
+    def _wear(self) -> None:
+        """The guard is told whose arm has been learned."""
+        with readable(self._recorded.recording.path):
+            message = self._worn[self._persons]
+            limits = read_person(message["person"])
+            if self._instead.arm_is_other:
+                x = self._parameters(self._published[-1])
+                limits = person_limits(self._recorded.assembly, self._machine, x)
+            self._guarding.wear(limits, message["gravity_level"], message["is_driven"])
+        self._persons += 1
+
+    def _newest(self) -> tuple[int, np.void] | None:
+        """What control knew of the worker's findings."""
+        if not self._found:
+            return None
+        with readable(self._recorded.recording.path):
+            message = self._published[self._found - 1]
+            self._finding["now"], self._finding["x"] = message["t"], self._parameters(message)
+        return self._found, self._finding
+
+    def _parameters(self, message: dict[str, Any]) -> Parameters:
+        return self._instead.parameters(np.array(message["x"]), self._machine, self._recorded.assembly)
 
     def _answer(self, k: int) -> None:
         """To every measurement that control has answered to since its last answer, this one the last."""
-        seen, newest = self._columns.seen[k], self._columns.sequence[k]
+        seen, newest, self._found = self._columns.seen[k], self._columns.sequence[k], self._columns.control[k]
         for state in self._waiting:
             back = newest - int(state["sequence"])
             if back < REACH and seen >> back & 1:

@@ -1,0 +1,110 @@
+"""A process for what takes longer than a tick: it listens to control's samples, and tells what it finds when it can.
+
+Samples wait in a ring that holds all of a motion, so that control never waits for a worker, and a worker that dies is
+followed by one that begins anew with the first of them. What it finds goes into another ring, of which control takes
+the newest. What is found while samples are still waiting is of the past, and told to nobody.
+"""
+
+import signal
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from .exchange import finding_dtype, sample_dtype
+from .shared import Ring
+
+LOOKS_EVERY_S = 0.025
+"""Between two looks for samples."""
+
+LATE_SAMPLES = 500
+"""Waiting samples from which on a finding is of the past."""
+
+FINDINGS_MAX = 1 << 15
+"""At five a second nearly two hours."""
+
+
+@runtime_checkable
+class Working(Protocol):
+    """What a worker does, as the process around it sees it."""
+
+    def take(self, sample: np.void) -> np.ndarray | None:
+        """Take one sample; what is found by it, if it is time to tell."""
+        ...
+
+    def finish(self) -> tuple[np.ndarray, Any]:
+        """After the last sample: what is found in the end, and what the parent is to know of it."""
+        ...
+
+
+@dataclass(frozen=True)
+class WorkerMemory:
+    """The two rings of a worker, by name where another process has made them."""
+
+    joints: int
+    parameters: int
+    samples_max: int
+    samples: str | None = None
+    findings: str | None = None
+
+    def sample_ring(self) -> Ring:
+        """From control to the worker."""
+        return Ring(sample_dtype(self.joints), self.samples_max, self.samples)
+
+    def finding_ring(self) -> Ring:
+        """From the worker to control and to the parent."""
+        return Ring(finding_dtype(self.parameters), FINDINGS_MAX, self.findings)
+
+
+@dataclass(frozen=True)
+class WorkerJob:
+    """What a worker is started with."""
+
+    build: Callable[[], Working]
+    memory: WorkerMemory
+
+
+def worker_process(job: WorkerJob, parent: Connection) -> None:
+    """Be the worker: until the parent says that the run is over, or is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    samples, findings = job.memory.sample_ring(), job.memory.finding_ring()
+    try:
+        desk = _Desk(job, samples, findings)
+        parent.send("ready")
+        while not parent.poll(LOOKS_EVERY_S):
+            if desk.work():
+                parent.send(desk.told)
+    finally:
+        samples.close()
+        findings.close()
+
+
+class _Desk:
+    """Samples on one side, findings on the other."""
+
+    def __init__(self, job: WorkerJob, samples: Ring, findings: Ring):
+        self._working, self._samples, self._findings = job.build(), samples, findings
+        self._row = np.zeros((), finding_dtype(job.memory.parameters))
+        self._is_done, self._taken = False, 0
+        self.told: Any = None
+        """What the parent is to know in the end."""
+
+    def work(self) -> bool:
+        """Take what is new; whether that was the end."""
+        for sample in () if self._is_done else self._samples.take():
+            self._taken += 1
+            found = self._working.take(sample)
+            if sample["is_last"]:
+                found, self.told = self._working.finish()
+                self._put(sample, found)
+                self._is_done = True
+                return True
+            if found is not None and self._samples.written - self._taken < LATE_SAMPLES:
+                self._put(sample, found)
+        return False
+
+    def _put(self, sample: np.void, found: np.ndarray) -> None:
+        self._row["now"], self._row["x"] = sample["now"], found
+        self._findings.put(self._row)

@@ -1,0 +1,90 @@
+"""The parent's side of a worker: it is started, replaced when it dies, and what it finds is recorded and passed on."""
+
+import contextlib
+import multiprocessing
+from collections.abc import Callable, Mapping
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from exograv.runtime.shared import Ring
+from exograv.runtime.worker import WorkerJob, worker_process
+
+from .lesson import Learned
+
+RESTARTS_MAX = 3
+"""Workers that are replaced; what ends so many would end the next one too."""
+
+Record = Callable[[str, float, Mapping[str, Any]], object]
+
+
+class WorkerKeeper:
+    """One worker after another, until the arm is learned."""
+
+    def __init__(self, job: WorkerJob, findings: Ring, record: Record, accept: Callable[[Learned], object]):
+        """Start the first.
+
+        Args:
+            job: What each is started with.
+            findings: The parent's own, of which `job` has the name.
+            record: Takes topic, time [s] and message of what control was given.
+            accept: Told what was learned in the end.
+        """
+        self._job, self._findings, self._record, self._accept = job, findings, record, accept
+        self._context = multiprocessing.get_context("spawn")
+        self.restarts = 0
+        self.learned: Learned | None = None
+        self._start()
+
+    @property
+    def process(self) -> BaseProcess:
+        """The worker in charge."""
+        return self._process
+
+    @property
+    def connection(self) -> Connection:
+        """To it."""
+        return self._connection
+
+    def figures(self) -> dict[str, Any]:
+        """As `Flown` has them."""
+        return {"worker_restarts": self.restarts, "findings": self._findings.written, "learned": self.learned}
+
+    def check(self) -> None:
+        """Pass on what is new, and start another worker if this one has died. To be called some times a second."""
+        for row in self._findings.take():
+            self._record("/control", float(row["now"]), {"act": "publish", "x": row["x"].tolist()})
+        if self.learned is not None:
+            return
+        try:
+            if self._connection.poll():
+                self._hear(self._connection.recv())
+        except (EOFError, OSError):
+            self._process.join(1.0)
+        if self.learned is None and not self._process.is_alive() and self.restarts < RESTARTS_MAX:
+            self._connection.close()
+            self.restarts += 1
+            self._start()
+
+    def close(self) -> None:
+        """Say that it is over."""
+        with contextlib.suppress(OSError):
+            self._connection.send("over")
+        self._process.join(2.0)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join(1.0)
+        self._connection.close()
+
+    def _hear(self, word: object) -> None:
+        if isinstance(word, Learned):
+            self.learned = word
+            self._accept(word)
+
+    def _start(self) -> None:
+        self._connection, theirs = self._context.Pipe()
+        self._process = self._context.Process(
+            target=worker_process, args=(self._job, theirs), name="worker", daemon=True
+        )  # fmt: skip
+        self._process.start()
+        theirs.close()

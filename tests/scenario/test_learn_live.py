@@ -1,0 +1,80 @@
+"""An arm that is learned live floats as well as one that was learned before, though its worker is killed meanwhile."""
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exograv.errors import ConfigError
+from exograv.recording import read_recording
+from exograv.session.live import LiveOptions, run_live
+from exograv.session.live_processes import Running
+from exograv.session.replay.run import ReplayOptions, run_replay
+
+SEED = 1004
+SHOULDER_NM, ELBOW_NM = 0.5, 0.25
+"""The coarse target: half a minute at level 1 is more than it takes."""
+
+
+def learned(folder: Path, strike: signal.Signals | None = None) -> dict[str, Any]:
+    """A run whose worker gets a signal in the middle of the motion."""
+
+    def started(running: Running) -> None:
+        worker = running.worker
+        assert worker is not None
+        pid = worker.process.pid or 0
+
+        def later() -> None:
+            time.sleep(20.0)
+            if strike is not None:
+                os.kill(pid, strike)
+
+        threading.Thread(target=later, daemon=True).start()
+
+    options = LiveOptions(seed=SEED, level=1, seconds=4.0, identify_s=25.0)
+    return run_live(options, folder, lambda _text, _share: None, started)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    return learned(tmp_path_factory.mktemp("live"), signal.SIGKILL)
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_is_replaced_and_the_arm_learned_all_the_same(run: dict[str, Any]):
+    assert run["worker_restarts"] == 1
+    assert run["samples_lost"] == 0
+    found = run["identified"]
+    assert found["motion_s"] == pytest.approx(25.0, abs=0.5)
+    *shoulder, elbow = found["left_over_Nm"]
+    assert max(shoulder) < SHOULDER_NM
+    assert elbow < ELBOW_NM
+
+
+@pytest.mark.slow
+def test_an_arm_that_is_learned_is_let_go_when_the_guard_knows_it(run: dict[str, Any]):
+    recording = read_recording(Path(run["recording"]))
+    modes = [phase["name"] for phase in recording.messages("/phase")]
+    known = [event["t"] for event in recording.messages("/event") if "knows the person" in event["text"]]
+    floating = [phase["t"] for phase in recording.messages("/phase") if phase["name"] == "floating"]
+    assert modes[:5] == ["off", "self_test", "exo_only", "ramp_in", "moving"]
+    assert len(known) == 1
+    assert 0.0 <= floating[0] - known[0] < 0.05
+
+
+@pytest.mark.slow
+def test_a_run_that_learned_live_decides_the_same_when_it_is_flown_again(run: dict[str, Any]):
+    again = run_replay(ReplayOptions(Path(run["recording"])), None, lambda _text, _share: None)
+    assert again["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
+
+
+@pytest.mark.parametrize(
+    ("given", "says"), [({"identify_s": 3.0}, "10"), ({"identify_s": 20.0, "gravity_level": 0.5}, "gravity-level")]
+)
+def test_a_lesson_that_cannot_be_is_refused_before_anything_moves(given: dict[str, float], says: str):
+    with pytest.raises(ConfigError, match=says):
+        LiveOptions(**given)  # pyright: ignore[reportArgumentType] - one type a row

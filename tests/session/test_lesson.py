@@ -1,0 +1,117 @@
+"""A lesson moves the arm from where it is along the machine's motion, and tells what it measured."""
+
+import numpy as np
+import pytest
+
+from exograv.model.assembly import Assembly
+from exograv.runtime.exchange import finding_dtype, sample_dtype
+from exograv.session.ideal_from_truth import prepared_by_truth
+from exograv.session.identify import TRAVEL, V_MOTION, identification_motion
+from exograv.session.lesson import BRIDGED_TICKS, ArmWorker, Lesson
+from exograv.session.prepare import Prepared
+from exograv.session.virtual import draw_laboratory
+
+PERIOD_S, SECONDS, NOW = 0.001, 12.0, 100.0
+SEED = 1002
+TRANSIENT_S = 0.24  # six times the delay of the filter
+
+
+@pytest.fixture(scope="module")
+def prepared() -> Prepared:
+    return prepared_by_truth(draw_laboratory("recupera_like", None, 0, SEED), 0.0)
+
+
+class Told:
+    """Who listens to a lesson, and what a worker would have found."""
+
+    def __init__(self, assembly: Assembly):
+        self.rows: list[np.ndarray] = []
+        self.newest: tuple[int, np.void] | None = None
+        self.lesson = Lesson(assembly, SECONDS, PERIOD_S, lambda row: self.rows.append(row.copy()), lambda: self.newest)
+
+    def find(self, number: int, now: float, value: float) -> None:
+        row = np.zeros(1, finding_dtype(1))
+        row["now"], row["x"] = now, value
+        self.newest = number, row[0]
+
+
+def moved(told: Told, q: np.ndarray, start: float = NOW) -> np.ndarray:
+    """The positions asked for in all ticks; the arm is always where it should be."""
+    lesson, asked, k = told.lesson, [], 0
+    lesson.prepare(q)
+    lesson.begin(start)
+    while not lesson.is_over(now := start + k * PERIOD_S):
+        asked.append(lesson.reference(now).q.copy())
+        lesson.told(now, asked[-1], np.zeros(len(q)), asked[-1])
+        k += 1
+    for after in range(3):
+        now = start + (k + after) * PERIOD_S
+        lesson.told(now, asked[-1], np.zeros(len(q)), lesson.reference(now).q)
+    return np.array(asked)
+
+
+def test_the_arm_is_led_from_where_it_is_and_never_faster_than_the_motion_may_be(prepared: Prepared):
+    told, q = Told(prepared.assembly), prepared.assembly.description.donning_posture
+    asked = moved(told, q)
+    speed = np.abs(np.diff(asked, axis=0)).max() / PERIOD_S
+    assert np.abs(asked[0] - q).max() < 1e-6
+    assert TRAVEL < speed <= V_MOTION + 1e-6
+
+
+def test_samples_are_those_of_the_motion_and_the_last_is_told_once(prepared: Prepared):
+    told = Told(prepared.assembly)
+    moved(told, prepared.assembly.description.donning_posture)
+    path = identification_motion(prepared.assembly, SECONDS, PERIOD_S)
+    assert [int(row["is_last"]) for row in told.rows] == [0] * len(path) + [1]
+    assert np.array_equal(np.array([row["q_asked"] for row in told.rows[:-1]]), path.q)
+
+
+def test_a_lesson_that_is_begun_again_is_told_again_to_its_end(prepared: Prepared):
+    told, q = Told(prepared.assembly), prepared.assembly.description.donning_posture
+    moved(told, q)
+    first = len(told.rows)
+    moved(told, q, NOW + 60.0)
+    assert len(told.rows) == 2 * first
+
+
+def test_a_finding_is_taken_once_and_one_of_an_earlier_time_never(prepared: Prepared):
+    told = Told(prepared.assembly)
+    assert told.lesson.found() is None
+    told.find(1, NOW, 1.0)
+    first = told.lesson.found()
+    assert first is not None
+    assert first[0] == 1.0
+    assert told.lesson.found() is None
+    told.find(2, NOW - 1.0, 2.0)
+    assert told.lesson.found() is None
+    told.find(3, NOW + 1.0, 3.0)
+    third = told.lesson.found()
+    assert third is not None
+    assert third[0] == 3.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gap", [0, BRIDGED_TICKS - 1, 10 * BRIDGED_TICKS])
+def test_a_worker_learns_on_over_samples_that_are_missing(prepared: Prepared, gap: int):
+    """The arm that is moved is the controller's own model: what is learned must not turn away from it."""
+    from exograv.identification.arm_model import ArmModel
+    from exograv.identification.interface import Sample
+
+    assembly, machine = prepared.assembly, prepared.machine
+    worker, model = ArmWorker(assembly, machine, PERIOD_S), ArmModel(assembly, machine)
+    path, row = identification_motion(assembly, SECONDS, PERIOD_S), np.zeros(1, sample_dtype(assembly.n))[0]
+    missing = range(6000, 6000 + gap)
+    for k in range(len(path)):
+        if k in missing:
+            continue
+        sample = Sample(0.0, path.q[k], path.v[k], path.a[k], np.zeros(assembly.n))
+        row["now"], row["q"], row["q_asked"] = NOW + k * PERIOD_S, path.q[k], path.q[k]
+        row["tau"] = model.linearise(sample, prepared.x)[0]
+        worker.take(row)
+    x, learned = worker.finish()
+    at_rest = [np.abs(model.at_rest(q, x)[0] - model.at_rest(q, prepared.x)[0]).max() for q in path.q[::500]]
+    assert max(at_rest) < 0.05
+    # Where the gap is not bridged, it and the filter's transient after it are no motion.
+    breaks = gap > BRIDGED_TICKS
+    left_out = TRANSIENT_S * (1 + breaks) + breaks * gap * PERIOD_S
+    assert learned.estimate.t == pytest.approx(SECONDS - left_out, abs=0.01)
