@@ -32,7 +32,8 @@ PlotJuggler, and every reader of MCAP with `ros2msg` and JSON Schema.
 
 lets control and guard decide once more on what a recording of `exograv demo`, `identify` or `live` measured: it makes
 the machine from the files in `/settings`, controllers and observer from `/control` (of a live run, from
-`settings.live`), the guard with what it held the person to, and feeds the ticks one by one. Numbers are stored
+`settings.live`, and from `/control` what a worker found), the guard with what it held the person to, and feeds the
+ticks one by one. Numbers are stored
 without rounding, so the same code on the same computer decides the same to the last bit; the answer says so, or names
 the first tick, torque and joint that differ by more than 1e-6 N·m, other safe states and stops, and what is not as it
 was (versions, hash of the code, the machine's files, missing ticks). The exit status is then 1. The figure shows

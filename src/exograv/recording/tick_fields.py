@@ -72,7 +72,7 @@ TICK = Channel(
             "control",
             "uint32",
             "-",
-            "number of `/control` messages so far: what they say is in force",
+            "number of `/control` messages so far: what they say is in force; of a live run, of its `publish` messages",
             since=3,
             default=0.0,
         ),
@@ -98,7 +98,7 @@ TICK = Channel(
             "uint32",
             "-",
             "what was done to the guard since the last tick: 1 its latch was reset, 2 Stop was pressed, 4 a joint had "
-            "gone astray",
+            "gone astray, 8 it was told whose arm has been learned (the next `wear` of `/control`)",
             since=3,
             default=0.0,
         ),

@@ -132,7 +132,11 @@ def _friction(message: Mapping[str, Any]) -> Friction:
 
 def written_person(limits: PersonLimits) -> dict[str, Any]:
     """What the guard holds a person to; a limit that is none is left out, because JSON has no infinity."""
-    return {name: value for name, value in asdict(limits).items() if not (np.isscalar(value) and math.isinf(value))}
+    return {name: value for name, value in asdict(limits).items() if not _is_endless(value)}
+
+
+def _is_endless(value: object) -> bool:
+    return isinstance(value, float) and math.isinf(value)
 
 
 def read_person(message: Mapping[str, Any]) -> PersonLimits:

@@ -223,6 +223,7 @@ def _figures(options: LiveOptions, flown: Flown) -> dict[str, Any]:
         "recorder_restarts": recording.restarts,
         "control_restarts": flown.control_restarts,
         "recording": str(flown.path),
+        "footprint": dict(flown.footprint),
         "granted": report.rights.granted,
         "refused": report.rights.refused,
         "latches": [

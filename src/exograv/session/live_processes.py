@@ -2,13 +2,15 @@
 
 import contextlib
 import multiprocessing
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from exograv.errors import RigError
 from exograv.runtime.answering import Answering, ControlJob, control_process
@@ -20,6 +22,7 @@ from exograv.runtime.timing import PERIOD_NS
 from exograv.runtime.worker import WorkerJob
 
 from .account import written_person
+from .footprint import Footprint
 from .lesson import Learned
 from .pilot import Progress
 from .worker_keeper import WorkerKeeper
@@ -65,6 +68,8 @@ class Flown:
     path: Path
     wall_s: float
     control_restarts: int
+    footprint: Mapping[str, Any]
+    """As `Footprint.figures`."""
     worker_restarts: int = 0
     findings: int = 0
     learned: Learned | None = None
@@ -187,10 +192,12 @@ def fly(
         to_guard.send("go")
         begun = time.monotonic()
         started(Running(guard, control, recorder, states, answers, lambda: to_guard.send("stop"), worker))
-        report = _watched(guard, to_guard, (recorder, control, worker), progress, seconds)
+        pids = {"guard": guard, "control": control, "recorder": recorder}
+        footprint = Footprint({"session": os.getpid} | {name: partial(_pid, one) for name, one in pids.items()})
+        report = _watched(guard, to_guard, (recorder, control, worker, footprint), progress, seconds)
         wall_s = time.monotonic() - begun
         recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
-        flown = Flown(report, recording, recorder.path, wall_s, control.restarts)
+        flown = Flown(report, recording, recorder.path, wall_s, control.restarts, footprint.figures())
         return flown if worker is None else replace(flown, **worker.figures())
 
 
@@ -206,6 +213,10 @@ def _worker(job: WorkerJob, recorder: Recorder, to_guard: Connection, stack: con
     keeper = WorkerKeeper(job, findings, recorder.write, accept)
     stack.callback(keeper.close)
     return keeper
+
+
+def _pid(process: BaseProcess | ControlKeeper | Recorder) -> int:
+    return process.pid or 0
 
 
 def _end(guard: BaseProcess) -> None:
@@ -242,6 +253,7 @@ def await_word(process: BaseProcess, connection: Connection) -> Any:
     )
 
 
+@runtime_checkable
 class Watched(Protocol):
     """What the parent looks after while the loop runs."""
 

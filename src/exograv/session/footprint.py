@@ -1,0 +1,65 @@
+"""What the processes of a live run take from the computer: memory that grows, descriptors that are never closed."""
+
+import contextlib
+import os
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+EVERY_S = 5.0
+
+SETTLED_S = 60.0
+"""After which a process has all that it needs: growth is counted from there."""
+
+LEAST_S = 120.0
+"""Of settled run, before a growth by the hour is said."""
+
+MB = 1 << 20
+
+
+class Footprint:
+    """Looks at processes now and then."""
+
+    def __init__(self, pids: Mapping[str, Callable[[], int]], processes: Path = Path("/proc")):
+        """Nothing was seen yet; `pids` says who is in charge, which may change."""
+        self._pids, self._processes = pids, processes
+        self._page = os.sysconf("SC_PAGE_SIZE")
+        self._rows: dict[str, list[tuple[float, int, int, int]]] = {name: [] for name in pids}
+        self._begun, self._seen = time.monotonic(), -np.inf
+
+    def check(self) -> None:
+        """To be called some times a second."""
+        now = time.monotonic()
+        if now - self._seen < EVERY_S:
+            return
+        self._seen = now
+        for name, pid in self._pids.items():
+            folder = self._processes / str(pid())
+            with contextlib.suppress(OSError, IndexError, ValueError):  # it has just died
+                pages = int((folder / "statm").read_text().split()[1])
+                row = (now - self._begun, pid(), pages * self._page, len(os.listdir(folder / "fd")))
+                self._rows[name].append(row)
+
+    def figures(self) -> dict[str, Any]:
+        """By process: memory [MB] and descriptors at first, at last and at most, and how fast the memory grew [MB/h].
+
+        Of a process that was replaced, the last one's. The growth is None where the run was too short to tell.
+        """
+        return {name: _figures(rows) for name, rows in self._rows.items() if rows}
+
+
+def _figures(rows: list[tuple[float, int, int, int]]) -> dict[str, Any]:
+    of_last = np.array([(t, memory / MB, files) for t, pid, memory, files in rows if pid == rows[-1][1]])
+    t, memory, files = of_last.T
+    settled = t >= t[0] + SETTLED_S
+    growth = None
+    if settled.any() and t[-1] - t[settled][0] >= LEAST_S:
+        growth = round(3600.0 * float(np.polyfit(t[settled], memory[settled], 1)[0]), 3)
+    return {
+        "memory_MB": [round(float(value), 1) for value in (memory[0], memory[-1], memory.max())],
+        "growth_MB_per_h": growth,
+        "descriptors": [int(value) for value in (files[0], files[-1], files.max())],
+    }
