@@ -4,6 +4,8 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +13,27 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.recording import read_recording
+from exograv.session.ideal_from_truth import prepared_by_truth
+from exograv.session.learner import table_guess
 from exograv.session.live import LiveOptions, run_live
 from exograv.session.live_processes import Running
+from exograv.session.pilot import Progress
+from exograv.session.prepare import Prepared
 from exograv.session.replay.run import ReplayOptions, run_replay
+from exograv.session.virtual import VirtualLaboratory
 
 SEED = 1004
 SHOULDER_NM, ELBOW_NM = 0.5, 0.25
 """The coarse target: half a minute at level 1 is more than it takes."""
 
 
-def learned(folder: Path, strike: signal.Signals | None = None) -> dict[str, Any]:
+def known_machine(laboratory: VirtualLaboratory, _seed: int, _progress: Progress) -> Prepared:
+    """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
+    prepared = prepared_by_truth(laboratory, 0.0)
+    return replace(prepared, x=table_guess(prepared.assembly, prepared.machine))
+
+
+def learned(folder: Path, strike: signal.Signals) -> dict[str, Any]:
     """A run whose worker gets a signal in the middle of the motion."""
 
     def started(running: Running) -> None:
@@ -30,18 +43,19 @@ def learned(folder: Path, strike: signal.Signals | None = None) -> dict[str, Any
 
         def later() -> None:
             time.sleep(20.0)
-            if strike is not None:
-                os.kill(pid, strike)
+            os.kill(pid, strike)
 
         threading.Thread(target=later, daemon=True).start()
 
-    options = LiveOptions(seed=SEED, level=1, seconds=4.0, identify_s=25.0)
+    options = LiveOptions(seed=SEED, level=1, seconds=40.0, identify_s=25.0)
     return run_live(options, folder, lambda _text, _share: None, started)
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    return learned(tmp_path_factory.mktemp("live"), signal.SIGKILL)
+def run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Any]]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("exograv.session.live.prepare_machine", known_machine)
+        yield learned(tmp_path_factory.mktemp("live"), signal.SIGKILL)
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ class Live(Common):
     """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
 
     seconds: Annotated[float, tyro.conf.arg(metavar="S")] = 10.0
-    """How long, in real time."""
+    """How long, in real time; with `--identify` after that."""
 
     identify: Annotated[float, tyro.conf.arg(metavar="S")] = 0.0
     """Move the arm for so long and learn it live, in a process of its own, before it floats; 10 or more. Without, it is

@@ -196,6 +196,8 @@ def fly(
         footprint = Footprint({"session": os.getpid} | {name: partial(_pid, one) for name, one in pids.items()})
         report = _watched(guard, to_guard, (recorder, control, worker, footprint), progress, seconds)
         wall_s = time.monotonic() - begun
+        if worker is not None:
+            worker.note()
         recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
         flown = Flown(report, recording, recorder.path, wall_s, control.restarts, footprint.figures())
         return flown if worker is None else replace(flown, **worker.figures())

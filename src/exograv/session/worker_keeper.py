@@ -52,8 +52,7 @@ class WorkerKeeper:
 
     def check(self) -> None:
         """Pass on what is new, and start another worker if this one has died. To be called some times a second."""
-        for row in self._findings.take():
-            self._record("/control", float(row["now"]), {"act": "publish", "x": row["x"].tolist()})
+        self.note()
         if self.learned is not None:
             return
         try:
@@ -65,6 +64,11 @@ class WorkerKeeper:
             self._connection.close()
             self.restarts += 1
             self._start()
+
+    def note(self) -> None:
+        """Have what is new recorded."""
+        for row in self._findings.take():
+            self._record("/control", float(row["now"]), {"act": "publish", "x": row["x"].tolist()})
 
     def close(self) -> None:
         """Say that it is over."""
