@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
@@ -23,6 +24,7 @@ from exograv.session.replay.run import ReplayOptions, run_replay
 from exograv.session.virtual import VirtualLaboratory
 
 SEED = 1004
+RESIDUAL_NM, RESIDUAL_S = 0.1, 0.1  # of a machine that is known as well as stage 0 can
 SHOULDER_NM, ELBOW_NM = 0.5, 0.25
 """The coarse target: half a minute at level 1 is more than it takes."""
 
@@ -30,7 +32,9 @@ SHOULDER_NM, ELBOW_NM = 0.5, 0.25
 def known_machine(laboratory: VirtualLaboratory, _seed: int, _progress: Progress) -> Prepared:
     """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
     prepared = prepared_by_truth(laboratory, 0.0)
-    return replace(prepared, x=table_guess(prepared.assembly, prepared.machine))
+    joints = np.ones(prepared.assembly.n)
+    machine = replace(prepared.machine, residual_sd=RESIDUAL_NM * joints, correlation_s=RESIDUAL_S * joints)
+    return replace(prepared, machine=machine, x=table_guess(prepared.assembly, machine))
 
 
 def learned(folder: Path, strike: signal.Signals) -> dict[str, Any]:
@@ -47,7 +51,7 @@ def learned(folder: Path, strike: signal.Signals) -> dict[str, Any]:
 
         threading.Thread(target=later, daemon=True).start()
 
-    options = LiveOptions(seed=SEED, level=1, seconds=40.0, identify_s=25.0)
+    options = LiveOptions(seed=SEED, level=1, seconds=20.0, identify_s=25.0)
     return run_live(options, folder, lambda _text, _share: None, started)
 
 

@@ -1,8 +1,8 @@
 """A process for what takes longer than a tick: it listens to control's samples, and tells what it finds when it can.
 
 Samples wait in a ring that holds all of a motion, so that control never waits for a worker, and a worker that dies is
-followed by one that begins anew with the first of them. What it finds goes into another ring, of which control takes
-the newest. What is found while samples are still waiting is of the past, and told to nobody.
+followed by one that begins anew with the first of them. What it finds goes into another ring with the time of its
+sample, and control takes the newest: a worker that is slow, or catches up, holds up nobody.
 """
 
 import signal
@@ -18,9 +18,6 @@ from .shared import Ring
 
 LOOKS_EVERY_S = 0.025
 """Between two looks for samples."""
-
-LATE_SAMPLES = 500
-"""Waiting samples from which on a finding is of the past."""
 
 FINDINGS_MAX = 1 << 15
 """At five a second nearly two hours."""
@@ -87,21 +84,20 @@ class _Desk:
     def __init__(self, job: WorkerJob, samples: Ring, findings: Ring):
         self._working, self._samples, self._findings = job.build(), samples, findings
         self._row = np.zeros((), finding_dtype(job.memory.parameters))
-        self._is_done, self._taken = False, 0
+        self._is_done = False
         self.told: Any = None
         """What the parent is to know in the end."""
 
     def work(self) -> bool:
         """Take what is new; whether that was the end."""
         for sample in () if self._is_done else self._samples.take():
-            self._taken += 1
             found = self._working.take(sample)
             if sample["is_last"]:
                 found, self.told = self._working.finish()
                 self._put(sample, found)
                 self._is_done = True
                 return True
-            if found is not None and self._samples.written - self._taken < LATE_SAMPLES:
+            if found is not None:
                 self._put(sample, found)
         return False
 

@@ -78,9 +78,9 @@ ELSEWHERE = (
     ),
     Proved(
         "F27",
-        "the identifier pauses, hangs or dies: it has a process of its own, and what it finds too late is dropped",
+        "the identifier pauses, hangs or dies: it has a process of its own, and control drops what is of before",
         (
-            "tests/runtime/test_worker.py::test_what_is_found_while_newer_samples_wait_is_told_to_nobody",
+            "tests/runtime/test_worker.py::test_a_worker_in_place_of_one_that_died_begins_with_the_first_sample",
             "tests/session/test_lesson.py::test_a_finding_is_taken_once_and_one_of_an_earlier_time_never",
             "tests/scenario/test_learn_live.py::test_a_worker_that_is_killed_is_replaced_and_the_arm_learned_all_the_same",
         ),
