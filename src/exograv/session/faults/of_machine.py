@@ -143,7 +143,12 @@ class TorqueConstant(Injector):
         self.factor = float(self.generator.choice([-1.0, 0.5, 2.0]))
 
     def commanded(self, command: Command, tick: int) -> Command:
-        return replace(command, current=self.at_joint(command.current, lambda i: self.factor * i))
+        flowing = self.at_joint(command.current, lambda i: self.factor * i)
+        if command.damping is None:
+            return replace(command, current=flowing)
+        # A motor whose phases are shorted brakes by the square of its constant; stronger it is not counted on.
+        brake = min(self.factor**2, 1.0)
+        return replace(command, current=flowing, damping=self.at_joint(command.damping, lambda d: brake * d))
 
     def measured(self, state: JointState, tick: int) -> JointState:
         return replace(state, current=self.at_joint(state.current, lambda i: i / self.factor))
