@@ -36,6 +36,7 @@ def test_a_motor_that_turns_the_other_way_ends_in_its_own_drive_s_brake_and_a_sl
         if pilot.envelope.stop is not None:
             hand.append(twin.hand_speed())
 
+    twin.turn_motor(SHOULDER, -1.0)
     monkeypatch.setattr(twin, "write", wrote)
     monkeypatch.setattr(twin, "read", lambda: replace(state := read(), current=other * state.current))
     with pytest.raises(RigError):

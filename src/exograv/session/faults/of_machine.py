@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from exograv.rig.twin import Twin
 from exograv.safety.monitors import TORQUE_OFF_NM
+from exograv.session.arm_controller import ArmController
 from exograv.signals import Command, JointState
 
 from .injector import TICK_S, Injector
@@ -141,6 +143,10 @@ class TorqueConstant(Injector):
 
     def draw(self) -> None:
         self.factor = float(self.generator.choice([-1.0, 0.5, 2.0]))
+
+    def act(self, twin: Twin, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            twin.turn_motor(self.joint, self.factor)
 
     def commanded(self, command: Command, tick: int) -> Command:
         flowing = self.at_joint(command.current, lambda i: self.factor * i)
