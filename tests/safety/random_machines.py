@@ -20,8 +20,9 @@ EXTREMES = np.array([np.nan, np.inf, -np.inf, 1e308, -1e308, 1e4, 1100.0, 1e3, 5
 
 TRIPS: dict[int, tuple[str, bool, tuple[int, ...]]] = {
     1: ("MODEL_LOST", False, ()),
-    2: ("TORQUE_WRONG", True, (1,)),
+    2: ("MODEL_LOST", True, ()),
     3: ("ASTRAY", False, ()),
+    4: ("TORQUE_WRONG", True, (1,)),
 }
 """Faults that others find, whether the model is then not believed, and of which joints the motor."""
 
@@ -149,7 +150,7 @@ def draw_history(rng: np.random.Generator, m: Machines, ticks: int) -> History:
     level = _extreme(rng, level[..., None], rng.random(shape) < 0.01)[..., 0]
     spoke = ~happens()
     rows = zip(now, came, sequence, t, q, measured, spoke, answers, valid, tau, level, strict=True)
-    trip = np.where(rng.random(shape) < 0.1 * rarity, rng.integers(1, 4, shape), 0)
+    trip = np.where(rng.random(shape) < 0.1 * rarity, rng.integers(1, 1 + len(TRIPS), shape), 0)
     bare = _extreme(rng, v, happens(0.3))
     return History([Tick(*row) for row in rows], rng.random(shape) < 0.02, trip, bare)
 
