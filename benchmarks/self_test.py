@@ -69,6 +69,7 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
     return {
         "joint": description.joints[joint],
         "refused": bool(failed),
+        "named": bool(failed) and description.joints[joint] in failed[0].what_to_do,
         "by": failed[0].name if failed else "",
         "why": failed[0].what_to_do if failed else "",
         "figures": {step.name: step.measured for step in steps if isinstance(step.measured, float)},
@@ -96,11 +97,12 @@ def show(results: dict[str, dict[str, Any]]) -> None:
     rows: dict[str, list[tuple[str, dict[str, Any]]]] = {}
     for key, result in results.items():
         rows.setdefault(key.split("|")[3], []).append((key, result))
-    print(f"{'fault':34}{'tested':>7}{'refused':>8}  found by")
+    print(f"{'fault':34}{'tested':>7}{'refused':>8}{'joint named':>12}  found by")
     for fault, runs in rows.items():
         if fault != NOTHING:
             by = sorted({result["by"] for _, result in runs if result["refused"]})
-            print(f"{fault:34}{len(runs):7}{sum(r['refused'] for _, r in runs):8}  {'; '.join(by)}")
+            named = sum(r.get("named", False) for _, r in runs)
+            print(f"{fault:34}{len(runs):7}{sum(r['refused'] for _, r in runs):8}{named:12}  {'; '.join(by)}")
             for key, result in runs:
                 if not result["refused"]:
                     print(f"    not found: {key} {result['joint']} {result['figures']}")

@@ -173,6 +173,19 @@ def test_a_drive_brakes_within_thirty_milliseconds_of_the_last_command_and_not_w
     assert not twin.drive_damping().any()
 
 
+@pytest.mark.parametrize("factor", [-1.0, 2.0])
+def test_a_motor_of_another_constant_gives_another_torque_at_once_and_its_current_does_not_say_so(make_twin, factor):
+    twin, same = make_twin(LEVELS[2].without("current_noise")), np.ones(4)
+    run(twin, 0.2, 1.0)
+    tau, current = twin.truth.tau_motor, twin.read().current
+    twin.turn_motor(2, factor)
+    same[2] = factor
+    np.testing.assert_array_equal(twin.truth.tau_motor, same * tau)
+    after = run(twin, 0.05, lambda _: same)[1:]
+    said = np.array([state.current for state in after]) / same
+    np.testing.assert_allclose(said, np.tile(current, (len(said), 1)), rtol=0.01)
+
+
 def test_the_motors_saturate(make_twin):
     twin = make_twin(LEVELS[0])
     run(twin, 0.005, 1e3)

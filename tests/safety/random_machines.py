@@ -18,8 +18,13 @@ from .second_envelope import RAN_WELL, Machines, SecondEnvelope, SecondGuard, Ti
 EXTREMES = np.array([np.nan, np.inf, -np.inf, 1e308, -1e308, 1e4, 1100.0, 1e3, 5.0, -2.0, 0.0, -0.0])
 """No numbers, numbers of no use, and those at which a limit begins."""
 
-TRIPS = {1: ("MODEL_LOST", False), 2: ("TORQUE_WRONG", True), 3: ("ASTRAY", False)}
-"""Faults that others find, and whether the model is then not believed."""
+TRIPS: dict[int, tuple[str, bool, tuple[int, ...]]] = {
+    1: ("MODEL_LOST", False, ()),
+    2: ("MODEL_LOST", True, ()),
+    3: ("ASTRAY", False, ()),
+    4: ("TORQUE_WRONG", True, (1,)),
+}
+"""Faults that others find, whether the model is then not believed, and of which joints the motor."""
 
 TOLERANCE = 1e-9
 """N·m, J, of itself where it is above 1: of torques up to 100 N·m whose sums were taken in another order."""
@@ -145,7 +150,7 @@ def draw_history(rng: np.random.Generator, m: Machines, ticks: int) -> History:
     level = _extreme(rng, level[..., None], rng.random(shape) < 0.01)[..., 0]
     spoke = ~happens()
     rows = zip(now, came, sequence, t, q, measured, spoke, answers, valid, tau, level, strict=True)
-    trip = np.where(rng.random(shape) < 0.1 * rarity, rng.integers(1, 4, shape), 0)
+    trip = np.where(rng.random(shape) < 0.1 * rarity, rng.integers(1, 1 + len(TRIPS), shape), 0)
     bare = _extreme(rng, v, happens(0.3))
     return History([Tick(*row) for row in rows], rng.random(shape) < 0.02, trip, bare)
 
@@ -252,8 +257,8 @@ def first_envelopes(m: Machines, history: History) -> Trace:
 def _between(envelope: Envelope, trip: int, level: float) -> None:
     """What others do between two ticks."""
     if trip:
-        reason, without_model = TRIPS[trip]
-        envelope.trip(StopReason[reason], without_model=without_model)
+        reason, without_model, powerless = TRIPS[trip]
+        envelope.trip(StopReason[reason], without_model=without_model, powerless=powerless)
     if envelope.person is not None:
         envelope.person.gravity_level = float(level)
 
@@ -280,10 +285,12 @@ def second(m: Machines, history: History, has_guard: bool, first: Trace) -> Trac
                 trace.left[k] = guard.reset(history.reset[k])
             else:
                 envelope.reset(history.reset[k])
-            for number, (reason, without_model) in TRIPS.items():
+            for number, (reason, without_model, powerless) in TRIPS.items():
                 here = history.trip[k] == number
                 envelope.trip(here, reason)
                 envelope.without_model |= here & without_model
+                for joint in powerless:
+                    envelope.isolated[here, joint] = envelope.powerless[here, joint] = True
             if has_guard:
                 trace.tau[k], trace.drive_damping[k], trace.safe_state[k] = guard.step(tick)
                 trace.dropped[k] = guard.ingress.dropped

@@ -88,7 +88,7 @@ class SecondEnvelope:
         self.m = machines
         shape = machines.torque_max.shape
         self.reason = np.full(shape[0], RAN_WELL, dtype="<U20")
-        self.isolated = np.zeros(shape, dtype=bool)
+        self.isolated, self.powerless = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
         self.without_model = np.zeros(shape[0], dtype=bool)
         self.stopped_for = np.zeros(shape[0])
         self.tau = np.zeros(shape)
@@ -108,10 +108,16 @@ class SecondEnvelope:
         self.tau_at_stop[new] = self.tau[new]
         self.reason[new] = reason
 
+    def distrust(self, joints: np.ndarray) -> None:
+        """Of some joints (machine, joint) neither encoder nor motor is believed: only their drives brake them."""
+        self.powerless |= joints
+        self.isolated |= joints
+
     def reset(self, where: np.ndarray) -> None:
         """Leave the latch."""
         self.reason[where] = RAN_WELL
-        self.isolated[where], self.without_model[where], self.stopped_for[where] = False, False, 0.0
+        self.isolated[where], self.powerless[where] = False, False
+        self.without_model[where], self.stopped_for[where] = False, 0.0
 
     def limit(self, tau: np.ndarray, q: np.ndarray, v: np.ndarray, level: np.ndarray) -> np.ndarray:
         """Torque (machine, joint) that may go out."""
@@ -123,9 +129,11 @@ class SecondEnvelope:
         self.trip(~knows_q | ~knows_v, "NO_MEASUREMENT")
         self.trip(any_joint(~np.isfinite(tau)), "NOT_FINITE")
         fastest_allowed = np.where(m.worn & (m.own_trip < m.v_trip), m.own_trip, m.v_trip)
-        self.trip(any_joint(np.abs(v) > fastest_allowed[:, None]), "TOO_FAST")
         past = (self.q > m.upper + m.trip[:, None]) | (self.q < m.lower - m.trip[:, None])
         self.trip(m.worn & any_joint(past), "PAST_A_STOP")
+        too_fast = np.abs(v) > fastest_allowed[:, None]
+        self.trip(any_joint(too_fast), "TOO_FAST")
+        self.distrust(too_fast)
         # Nobody moves like that: the person's bounds and the tank are then those at rest.
         credible = np.where(any_joint(np.abs(v) > 1e3)[:, None], 0.0, v)
         self.soon = self.q + 0.1 * credible
@@ -143,7 +151,7 @@ class SecondEnvelope:
     def _descent(self) -> np.ndarray:
         self.stopped_for = np.where(self.stopped, self.stopped_for + self.m.period, self.stopped_for)
         left = np.clip(1.0 - self.stopped_for / self.m.descent, 0.0, 1.0)
-        return self.tau_at_stop * np.where(self.without_model, 0.0, left)[:, None]
+        return np.where(self.powerless, 0.0, self.tau_at_stop * np.where(self.without_model, 0.0, left)[:, None])
 
     def _depth(self) -> tuple[np.ndarray, np.ndarray]:
         """How deep in the wall before the upper and the lower stop; 0 where nobody is in the machine."""
@@ -304,7 +312,8 @@ class SecondGuard:
         ranks = ((answered, -1), (~answered, 0), (envelope.stopped, 1), (envelope.without_model, 2))
         state = np.max([np.where(where, rank, -1) for where, rank in ranks], axis=0)
         state = np.where(envelope.isolated.any(axis=1), 3, state)
-        return tau, np.where(envelope.isolated, self.m.damping, 0.0), state
+        braked = envelope.isolated * 1.0 + envelope.powerless
+        return tau, braked * self.m.damping, state
 
     def reset(self, where: np.ndarray) -> np.ndarray:
         """Machines whose latch was left."""

@@ -148,14 +148,15 @@ def test_a_torque_that_is_wrong_for_less_than_ten_ticks_is_not_found_nor_one_of_
         monitors.told([0.0, 0.0])
 
 
-def test_a_torque_that_is_not_what_was_told_leaves_damping_only():
+def test_a_torque_that_is_not_what_was_told_leaves_damping_only_and_none_through_that_motor():
     one, states = guard(), []
     for tick in range(LATELY_TICKS + IN_A_ROW + 1):
         measured = state(tick, [0.0, 0.0], None, [0.0, 8.0])
         states.append(one.step(measured, Submitted(tick, tick * DT + 0.005, np.zeros(2)), tick * DT).safe_state)
-    assert states[-1] is SafeState.DAMPING
+    assert states[-1] is SafeState.ISOLATION
+    assert one.envelope.without_model
+    np.testing.assert_array_equal(one.envelope.drive_damping > 0.0, [False, True])
     assert one.envelope.stop is StopReason.TORQUE_WRONG
-    assert not one.envelope.isolated
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])

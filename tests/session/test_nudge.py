@@ -1,11 +1,5 @@
 """A machine that is not what its files say is refused with joint, value and next step, and never runs away."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -21,6 +15,7 @@ from exograv.session.nudge_checks import refuse_restless
 from exograv.session.pilot import Pilot
 from exograv.session.virtual import limits
 
+SCRIPT = "corrupted.py"
 SEED = 1012
 V_MAX = 5.0  # rad/s: the envelope's trip speed, which a machine must not truly reach
 PUSHED = "Joint 'shoulder_flexion' moved by -1."
@@ -64,22 +59,6 @@ SLOW: dict[str, tuple[str, ...]] = {
     "encoder shifted": ("The encoder of joint 'elbow_flexion' reads +", "3° are allowed"),
     "gain for peak current": ("The gain of joint 'shoulder_abduction' is", "35% are allowed"),
 }
-
-
-def verdicts(which: str) -> dict[str, dict[str, Any]]:
-    script = Path(__file__).with_name("corrupted.py")
-    run = subprocess.run([sys.executable, str(script), which], check=True, capture_output=True, text=True)
-    return json.loads(run.stdout.splitlines()[-1])
-
-
-@pytest.fixture(scope="module")
-def quick() -> dict[str, dict[str, Any]]:
-    return verdicts("quick")
-
-
-@pytest.fixture(scope="module")
-def slow() -> dict[str, dict[str, Any]]:
-    return verdicts("slow")
 
 
 @pytest.mark.parametrize("case", QUICK)

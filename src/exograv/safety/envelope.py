@@ -94,6 +94,8 @@ class Envelope:
         """How often torque or torque rate was limited."""
         self.isolated: frozenset[int] = frozenset()
         """Joints whose encoder is not believed any more; their own drives brake them."""
+        self.powerless: frozenset[int] = frozenset()
+        """Those of them whose motor is not believed either: told no torque, braked twice as hard by their drives."""
         self.without_model = False
         """Whether the descent only damps, because torques by the model are not believed any more."""
         self._step = limits.torque_rate_max_Nm_per_s * dt
@@ -140,6 +142,7 @@ class Envelope:
             person.look(self._q, known)
         if self.stop is None:
             self._watch(desired, fastest)
+        self._catch(speeds, fastest)
         wanted = desired if self.stop is None else self._descent()
         plausible = wanted if person is None else person.bounded(wanted)
         if fastest is not None and self._brakes(fastest):
@@ -165,31 +168,41 @@ class Envelope:
         """What each drive adds by its own encoder (joint,) [N·m·s/rad]: that of the descent for an isolated joint."""
         if not self.isolated:
             return self._no_damping
-        return np.array([d if j in self.isolated else 0.0 for j, d in enumerate(self._damping)])
+        share = [(j in self.isolated) * (WITHOUT_MODEL if j in self.powerless else 1.0) for j in range(len(self._tau))]
+        return np.multiply(share, self._damping)
 
     @property
     def descent_is_over(self) -> bool:
         """Whether nothing of the torque at the stop is left."""
         return self.stop is not None and self._since_stop >= self.limits.descent_s
 
-    def trip(self, reason: StopReason, *, without_model: bool = False, isolate: Iterable[int] = ()) -> None:
+    def trip(
+        self,
+        reason: StopReason,
+        *,
+        without_model: bool = False,
+        isolate: Iterable[int] = (),
+        powerless: Iterable[int] = (),
+    ) -> None:
         """Start the soft descent for a reason that somebody else found; the first reason stays, what is worse is added.
 
         Args:
             reason: What was found.
             without_model: Torques by the model are not believed: damp only, twice as hard.
             isolate: Joints whose encoder is not believed: their motion is not fed back, their drives brake them.
+            powerless: Joints whose motor is not believed either: damping through it might drive.
         """
         if self.stop is None:
             self.stop = reason
             self._tau_at_stop = self._tau
         self.without_model = self.without_model or without_model
-        self.isolated |= frozenset(isolate)
+        self.powerless |= frozenset(powerless)
+        self.isolated |= self.powerless.union(isolate)
 
     def reset(self) -> None:
         """Leave the latched stop; an act of the operator. Torque goes on from where the descent has brought it."""
         self.stop = None
-        self.without_model, self.isolated = False, frozenset()
+        self.without_model, self.isolated, self.powerless = False, frozenset(), frozenset()
         self._since_stop = 0.0
 
     def _watch(self, tau_desired: list[float], fastest: float | None) -> None:
@@ -197,11 +210,14 @@ class Envelope:
             self.stop = StopReason.NO_MEASUREMENT
         elif not all(map(math.isfinite, tau_desired)):
             self.stop = StopReason.NOT_FINITE
-        elif fastest > self._v_trip():
-            self.stop = StopReason.TOO_FAST
         elif self.person is not None and self.person.is_past_a_stop:
             self.stop = StopReason.PAST_A_STOP
         self._tau_at_stop = self._tau
+
+    def _catch(self, speeds: list[float], fastest: float | None) -> None:
+        """Leave joints that are too fast to their drives: no command has held them, and any of it may be wrong."""
+        if fastest is not None and fastest > (v_trip := self._v_trip()):
+            self.trip(StopReason.TOO_FAST, powerless=[j for j, v in enumerate(speeds) if abs(v) > v_trip])
 
     def _v_trip(self) -> float:
         own = self.limits.v_trip_rad_s
@@ -212,7 +228,7 @@ class Envelope:
         if self.without_model:
             return self._none
         share = max(0.0, 1.0 - self._since_stop / self.limits.descent_s)
-        return [tau * share for tau in self._tau_at_stop]
+        return [0.0 if j in self.powerless else tau * share for j, tau in enumerate(self._tau_at_stop)]
 
     def _brakes(self, fastest: float) -> bool:
         """Whether any joint may be braked now."""

@@ -198,9 +198,12 @@ class Guard:
         return True
 
     def _distrust(self, reason: StopReason, joint: int) -> None:
-        """A torque that is not what was told may come from any cause: no torque by the model then, damping only."""
+        """A torque that is not what was told may come from any cause: no torque by the model then, damping only.
+
+        And none through that motor: one that turns the other way would drive where it is told to damp.
+        """
         if reason is StopReason.TORQUE_WRONG:
-            self.envelope.trip(reason, without_model=True)
+            self.envelope.trip(reason, without_model=True, powerless=(joint,))
         else:
             self.envelope.trip(reason, isolate=(joint,))
 

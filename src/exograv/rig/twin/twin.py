@@ -193,6 +193,16 @@ class Twin:
         """
         self._scene.hang(mount, mass_kg)
 
+    def turn_motor(self, joint: int, factor: float) -> None:
+        """A motor gives `factor` times the torque that it gives, and that is on its way: for examiners.
+
+        Whoever from then on turns its current by as much, to the drive and from it, has a motor of another constant.
+        """
+        memory, joints = self._memory, len(self._machine.drives.gain)
+        memory["drives"][TAU_MOTOR, joint] *= factor
+        memory["commands"][joint] *= factor
+        memory["measurements"][joints + joint] *= factor
+
     def cuff_wrenches(self) -> Wrenches:
         """Force and moment of each cuff on the arm by force/torque sensors there, as `rig.interface.CuffSensing`."""
         step, wrenches = self._wrenches

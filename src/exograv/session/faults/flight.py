@@ -74,6 +74,7 @@ class Flight:
         self._oracle = Oracle(subject.limits, subject.person, period_s)
         self._faults, self._moves, self._own = faults, moves, np.zeros_like(self._twin.tau_voluntary)
         self._held_at = self._twin.truth.q_arm.copy()
+        self._pushed_tick = -RELEASE_TICKS - 1
         self._still = np.zeros(joints)
         self._last = Command(self._twin.t, -1, self._twin.t, self._still, self._still)
         self.watch = Watch(min((fault.onset for fault in faults), default=None))
@@ -159,8 +160,9 @@ class Flight:
     def _look(self, tick: int, seen: Truth | None) -> None:
         """By the twin's truth: the examiner's business."""
         watch = self.watch
+        if any(fault.pushes(tick) for fault in self._faults):
+            self._pushed_tick = tick
         if seen is not None:
             watch.moved(tick, seen)
         if watch.course.stopped_tick is not None or watch.course.braked_tick is not None:
-            is_pushed = any(fault.pushes(at) for fault in self._faults for at in (tick, tick - RELEASE_TICKS))
-            watch.hand(self._twin.hand_speed(), is_pushed)
+            watch.hand(self._twin.hand_speed(), tick - self._pushed_tick <= RELEASE_TICKS)

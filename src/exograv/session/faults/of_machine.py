@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from exograv.rig.twin import Twin
 from exograv.safety.monitors import TORQUE_OFF_NM
+from exograv.session.arm_controller import ArmController
 from exograv.signals import Command, JointState
 
 from .injector import TICK_S, Injector
@@ -142,8 +144,17 @@ class TorqueConstant(Injector):
     def draw(self) -> None:
         self.factor = float(self.generator.choice([-1.0, 0.5, 2.0]))
 
+    def act(self, twin: Twin, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            twin.turn_motor(self.joint, self.factor)
+
     def commanded(self, command: Command, tick: int) -> Command:
-        return replace(command, current=self.at_joint(command.current, lambda i: self.factor * i))
+        flowing = self.at_joint(command.current, lambda i: self.factor * i)
+        if command.damping is None:
+            return replace(command, current=flowing)
+        # A motor whose phases are shorted brakes by the square of its constant; stronger it is not counted on.
+        brake = min(self.factor**2, 1.0)
+        return replace(command, current=flowing, damping=self.at_joint(command.damping, lambda d: brake * d))
 
     def measured(self, state: JointState, tick: int) -> JointState:
         return replace(state, current=self.at_joint(state.current, lambda i: i / self.factor))

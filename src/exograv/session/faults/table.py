@@ -50,7 +50,7 @@ class Fault:
         return (self.injector.__doc__ or "").split(": ", 1)[-1].split(". ")[0].rstrip(".")
 
 
-ISOLATION, DESCENT, DAMPING, BRIDGE = SafeState.ISOLATION, SafeState.DESCENT, SafeState.DAMPING, SafeState.BRIDGE
+ISOLATION, DESCENT, BRIDGE = SafeState.ISOLATION, SafeState.DESCENT, SafeState.BRIDGE
 STOP = StopReason
 
 _FAULTS = (
@@ -66,8 +66,8 @@ _FAULTS = (
     Fault("F08", of_machine.Slip, (STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.TOO_FAST), 112.0, ISOLATION),
     # Without a model of inertia nothing tells either from a person who pushes (docs/safety.md).
     Fault("F09", of_machine.TorqueConstant),
-    Fault("F10", of_machine.CurrentBias, (STOP.TORQUE_WRONG,), 250.0, DAMPING),
-    Fault("F11", of_machine.WeakMotor, (STOP.TORQUE_WRONG,), 26.0, DAMPING),
+    Fault("F10", of_machine.CurrentBias, (STOP.TORQUE_WRONG,), 250.0, ISOLATION),
+    Fault("F11", of_machine.WeakMotor, (STOP.TORQUE_WRONG,), 26.0, ISOLATION),
     Fault("F12", of_machine.DriveFault, (STOP.DRIVE_FAULT,), 3.0, ISOLATION),
     Fault("F13", of_machine.BusesLost, (STOP.MACHINE_SILENT,), 30.0, ISOLATION, at_drive=True),
     Fault("F14 few", of_control.FewLate, (), None, BRIDGE),

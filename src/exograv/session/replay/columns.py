@@ -1,11 +1,15 @@
 """Ticks as plain columns: reading a field of a packed row takes longer than deciding about it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
 
+from exograv.session.pilot import Progress
 from exograv.signals import JointState, TorqueSource
+
+PROGRESS_TICKS = 2000
 
 Torques = Float[np.ndarray, "tick joint"]
 
@@ -76,3 +80,13 @@ class Again:
         nothing = np.full((ticks, joints), np.nan)
         known = np.ones((3, ticks), bool)
         return cls(nothing, nothing.copy(), np.zeros(ticks, dtype=np.int64), known[0], known[1], known[2])
+
+
+def each_tick(columns: Columns, progress: Progress) -> Iterator[int]:
+    """Numbers of all ticks in their order; `progress` is told now and then, and at the end."""
+    total = len(columns)
+    for k in range(total):
+        yield k
+        if k % PROGRESS_TICKS == 0:
+            progress("Deciding once more", k / total)
+    progress("Deciding once more", 1.0)

@@ -17,10 +17,9 @@ from exograv.session.pilot import CLOSURE_SLOPE_MAX, Progress
 from exograv.session.prepare import Prepared
 from exograv.signals import JointState
 
-from .columns import Again, Columns
+from .columns import Again, Columns, each_tick
 from .guarding import SETTLED_S, Guarding
 from .instead import Instead
-from .lockstep import PROGRESS_TICKS
 from .recorded import Recorded, gaps, readable
 
 REACH = 32
@@ -68,14 +67,10 @@ class LiveAgain:
 
     def fly(self, progress: Progress) -> Again:
         """All ticks."""
-        total = len(self._columns)
-        for k in range(total):
+        for k in each_tick(self._columns, progress):
             if self._lost[k]:
                 self._lose(k)
             self._tick(k)
-            if k % PROGRESS_TICKS == 0:
-                progress("Deciding once more", k / total)
-        progress("Deciding once more", 1.0)
         return self._again
 
     def _tick(self, k: int) -> None:

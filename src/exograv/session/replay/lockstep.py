@@ -14,12 +14,10 @@ from exograv.session.arm_controller import ArmController
 from exograv.session.pilot import CLOSURE_SLOPE_MAX, Progress
 from exograv.signals import Reference
 
-from .columns import Again, Columns
+from .columns import Again, Columns, each_tick
 from .guarding import SETTLED_S, Guarding
 from .instead import Instead
 from .recorded import Recorded, gaps, readable
-
-PROGRESS_TICKS = 2000
 
 
 class Lockstep:
@@ -40,8 +38,7 @@ class Lockstep:
             RecordingError: What control was given is missing or cannot be understood.
             ConfigError: What takes the place of something recorded cannot be used.
         """
-        total = len(self._columns)
-        for k in range(total):
+        for k in each_tick(self._columns, progress):
             self._tell(self._columns.control[k])
             pilot = self._pilot
             if pilot is None:
@@ -53,9 +50,6 @@ class Lockstep:
                 self._again.gaps.append((self._columns.t[k], self._lost[k]))
                 pilot.lose(k)
             pilot.tick(k)
-            if k % PROGRESS_TICKS == 0:
-                progress("Deciding once more", k / total)
-        progress("Deciding once more", 1.0)
         return self._again
 
     def _tell(self, until: int) -> None:

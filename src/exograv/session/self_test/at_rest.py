@@ -27,10 +27,21 @@ ROUNDING = 1e-4  # of a step
 
 
 def listen(bench: Bench) -> list[Step]:
-    """A second at rest: noise and agreement of the encoders, age of what comes, zero of the torques."""
-    push = Push(np.zeros(len(bench.joints)))
-    bench.fly(push, SETTLE_S, "Listening")
-    passed = bench.fly(push, LISTEN_S, "Listening")
+    """A second at rest: noise and agreement of the encoders, age of what comes, zero of the torques.
+
+    Raises:
+        RigError: The guard stopped it, for something else than a torque that nobody told.
+    """
+    push, start = Push(np.zeros(len(bench.joints))), bench.tap.ticks
+    try:
+        bench.fly(push, SETTLE_S, "Listening")
+        passed = bench.fly(push, LISTEN_S, "Listening")
+    except RigError:
+        # The guard knows a torque that is wrong within milliseconds, and says of no joint that it is its zero.
+        step = _zero(bench, bench.tap.passed(start))
+        if step.passed or bench.pilot.envelope.stop is not StopReason.TORQUE_WRONG:
+            raise
+        return [step]
     return [*_encoders(bench, passed), *_fresh(passed), _zero(bench, passed)]
 
 
