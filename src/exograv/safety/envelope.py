@@ -8,7 +8,7 @@ needs an independent hardware emergency stop.
 import enum
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Float
@@ -47,18 +47,15 @@ class Limits:
     """Time over which the soft descent fades the torque: the hand stays below about 0.6 m/s."""
 
     def __post_init__(self):
-        for name in ("torque_max_Nm", "damping_Nms_per_rad"):
-            values = getattr(self, name)
-            bad = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
-            if bad.size:
-                raise ConfigError(
-                    f"envelope.{name} of joint {bad[0]} is {values[bad[0]]}; it must be positive and finite. "
-                    "Correct it in the rig file: zero would let the arm fall."
-                )
-        for name in ("torque_rate_max_Nm_per_s", "v_damping_rad_s", "v_trip_rad_s", "descent_s"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
-                raise ConfigError(f"envelope.{name} is {value}; it must be positive and finite. Correct it.")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            for joint, one in enumerate(np.ravel(value).tolist()):
+                if not 0.0 < one < math.inf:
+                    of_joint = f" of joint {joint}" if np.ndim(value) else ""
+                    raise ConfigError(
+                        f"envelope.{field.name}{of_joint} is {one}; it must be positive and finite. "
+                        "Correct it in the rig file: zero would let the arm fall."
+                    )
 
 
 class StopReason(enum.Enum):
@@ -100,12 +97,10 @@ class Envelope:
         self._dt = dt
         self._bounds: list[float] = limits.torque_max_Nm.tolist()
         self._damping: list[float] = limits.damping_Nms_per_rad.tolist()
-        self._tau = [0.0] * len(self._bounds)
-        self._q = [0.0] * len(self._bounds)
         self._none = [0.0] * len(self._bounds)
         self._no_damping = np.zeros(len(self._bounds))
         self._no_damping.flags.writeable = False  # every tick without a fault shares it
-        self._tau_at_stop = self._tau
+        self._q = self._tau = self._tau_at_stop = self._none
         self._since_stop = 0.0
 
     def begin(self, tau: Joints) -> None:
@@ -113,7 +108,6 @@ class Envelope:
         # A machine that does not say it, as NaN: from there every limit and the descent would let it through.
         known = [one if math.isfinite(one) else 0.0 for one in tau.tolist()]
         self._tau = [_within(one, -bound, bound) for one, bound in zip(known, self._bounds, strict=True)]
-        self._tau_at_stop = self._tau
 
     def limit(self, tau_desired: Joints, q: Joints, v: Joints) -> Joints:
         """Torque (joint,) [N·m] that may go out.
@@ -128,31 +122,31 @@ class Envelope:
         for joint in self.isolated:
             speeds[joint], positions[joint] = 0.0, self._q[joint]
         # Finite on both sides: minimum and maximum would hide a NaN.
-        fastest = max(map(abs, speeds)) if all(map(math.isfinite, speeds)) else None
-        # The friction of an incredible speed would lift every bound, and its power empty the tank for ever.
-        known = self._none if fastest is None or fastest > V_CREDIBLE_RAD_S else speeds
         if all(map(math.isfinite, positions)):
             self._q = positions
         else:
             self.trip(StopReason.NO_MEASUREMENT)  # positions that mean nothing leave the last ones in force
-        person = self.person
+        if not all(map(math.isfinite, speeds)):
+            self.trip(StopReason.NO_MEASUREMENT)
+            speeds = self._none
+        fastest, person = max(map(abs, speeds)), self.person
+        # The friction of an incredible speed would lift every bound, and its power empty the tank for ever.
+        known = speeds if fastest <= V_CREDIBLE_RAD_S else self._none
         if person is not None:
             person.look(self._q, known)
         if self.stop is None:
             self._watch(desired, fastest)
         wanted = desired if self.stop is None else self._descent()
-        plausible = wanted if person is None else person.bounded(wanted)
-        if fastest is not None and self._brakes(fastest):
+        allowed = wanted if person is None else person.bounded(wanted)
+        if self._brakes(fastest):
             # After the bounds: else what control pushes beyond them would be taken from the brake.
             brakes = [self._brake(joint, v) for joint, v in enumerate(speeds)]
             wanted = [tau - brake for tau, brake in zip(wanted, brakes, strict=True)]
-            plausible = wanted if person is None else person.braked(plausible, brakes)
+            allowed = wanted if person is None else person.braked(allowed, brakes)
         if person is not None:
-            plausible = person.afford(plausible, known, self.limits.torque_rate_max_Nm_per_s)
-        tau, step = list(plausible), self._step
-        for joint, last in enumerate(self._tau):
-            bound = self._bounds[joint]
-            tau[joint] = _within(_within(tau[joint], -bound, bound), last - step, last + step)
+            allowed = person.afford(allowed, known, self.limits.torque_rate_max_Nm_per_s)
+        step, rows = self._step, zip(allowed, self._bounds, self._tau, strict=True)
+        tau = [_within(_within(one, -bound, bound), last - step, last + step) for one, bound, last in rows]
         if person is not None:
             person.pay(tau, known, self._dt)
         if self.stop is None and tau != wanted:
@@ -181,31 +175,24 @@ class Envelope:
             isolate: Joints whose encoder is not believed: their motion is not fed back, their drives brake them.
         """
         if self.stop is None:
-            self.stop = reason
-            self._tau_at_stop = self._tau
+            self.stop, self._tau_at_stop = reason, self._tau
         self.without_model = self.without_model or without_model
         self.isolated |= frozenset(isolate)
 
     def reset(self) -> None:
         """Leave the latched stop; an act of the operator. Torque goes on from where the descent has brought it."""
-        self.stop = None
+        self.stop, self._since_stop = None, 0.0
         self.without_model, self.isolated = False, frozenset()
-        self._since_stop = 0.0
 
-    def _watch(self, tau_desired: list[float], fastest: float | None) -> None:
-        if fastest is None:
-            self.stop = StopReason.NO_MEASUREMENT
-        elif not all(map(math.isfinite, tau_desired)):
-            self.stop = StopReason.NOT_FINITE
-        elif fastest > self._v_trip():
-            self.stop = StopReason.TOO_FAST
+    def _watch(self, tau_desired: list[float], fastest: float) -> None:
+        if not all(map(math.isfinite, tau_desired)):
+            self.trip(StopReason.NOT_FINITE)
+        elif fastest > self.limits.v_trip_rad_s or (
+            self.person is not None and fastest > self.person.limits.v_trip_rad_s
+        ):
+            self.trip(StopReason.TOO_FAST)
         elif self.person is not None and self.person.is_past_a_stop:
-            self.stop = StopReason.PAST_A_STOP
-        self._tau_at_stop = self._tau
-
-    def _v_trip(self) -> float:
-        own = self.limits.v_trip_rad_s
-        return own if self.person is None else min(own, self.person.limits.v_trip_rad_s)
+            self.trip(StopReason.PAST_A_STOP)
 
     def _descent(self) -> list[float]:
         self._since_stop += self._dt

@@ -7,6 +7,7 @@ import enum
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
+from itertools import islice
 from typing import NamedTuple
 
 from exograv.errors import ConfigError
@@ -75,24 +76,23 @@ class Ingress:
         Raises:
             ConfigError: A count is negative or no number.
         """
-        bad = [(j, count) for j, count in enumerate(counts_rad) if not count >= 0.0]
-        if bad:
-            raise ConfigError(
-                f"The encoder of joint {bad[0][0]} has a count of {bad[0][1]} rad; allowed: 0 and above, infinite "
-                "where it is not watched. Correct it in the rig file."
-            )
-        self._period_s, joints = period_s, len(counts_rad)
-        self._joints = range(joints)
-        self._way = v_trip_rad_s * period_s
-        self._reach = [JUMP_SHARE * self._way + count for count in counts_rad]
-        self._slack = [(JUMP_SHARE - 1.0) * self._way + count for count in counts_rad]
-        self._least_way = [
-            max(FROZEN_FROM_RAD_S * MOVING_TICKS * period_s, MOVING_COUNTS * count) for count in counts_rad
-        ]
-        self._used: deque[list[float]] = deque(maxlen=LOOKED_AT)
-        self._newest = [math.nan] * joints
-        self._still, self._jumped = [0] * joints, [0] * joints
-        self._sequence, self._t = -1, -math.inf
+        for j, count in enumerate(counts_rad):
+            if not count >= 0.0:
+                raise ConfigError(
+                    f"The encoder of joint {j} has a count of {count} rad; allowed: 0 and above, infinite where it is "
+                    "not watched. Correct it in the rig file."
+                )
+        way = v_trip_rad_s * period_s
+        self._period_s, self._way = period_s, way
+        self._reach = [JUMP_SHARE * way + count for count in counts_rad]
+        self._slack = [(JUMP_SHARE - 1.0) * way + count for count in counts_rad]
+        clear = FROZEN_FROM_RAD_S * MOVING_TICKS * period_s
+        self._least_way = [max(clear, MOVING_COUNTS * count) for count in counts_rad]
+        # No number is far from another, or the same: what has not been seen yet raises no doubt.
+        self._used = deque([[math.nan] * len(counts_rad)] * LOOKED_AT, maxlen=LOOKED_AT)
+        self._jumped = [0] * len(counts_rad)
+        self._ignored: Collection[int] = ()
+        self._sequence, self._t = -1, 0.0
         self.dropped = 0
         """Measurements that came twice or after a newer one: counted, and never used."""
 
@@ -104,7 +104,8 @@ class Ingress:
             now: On the rig's clock [s].
             ignored: Joints that are not believed any more: what they say makes no measurement worse.
         """
-        self._forget(ignored)
+        if ignored != self._ignored:
+            self._forget(ignored)
         if state is None:
             return Seen(None, ((Doubt.MISSING, None),))
         if state.sequence <= self._sequence:
@@ -115,48 +116,45 @@ class Ingress:
         if not abs(now - state.t) <= AGE_MAX_S:
             return Seen(None, ((Doubt.STALE, None),))
         q, other = state.q.tolist(), _measured(state)
-        if not (all(map(math.isfinite, q)) and all(map(math.isfinite, other))):
-            believed = [j for j in self._joints if j not in ignored]
-            broken = [j for j in believed if not (math.isfinite(q[j]) and math.isfinite(other[j]))]
+        if not math.isfinite(sum(q) + sum(other)):  # of numbers only where all of them are
+            both = enumerate(zip(q, other, strict=True))
+            broken = [j for j, two in both if j not in ignored and not all(map(math.isfinite, two))]
             if broken:
                 return Seen(None, tuple((Doubt.NOT_FINITE, j) for j in broken))
-        # What is not believed is no number, and no number is far from another, or the same.
-        q = [math.nan if j in ignored else at for j, at in enumerate(q)] if ignored else q
-        ticks = max(round((state.t - self._t) / self._period_s), 1) if self._used else 1
-        newest, jumped = self._newest, self._jumped
-        is_far = False
-        # All of them look, whatever the first one finds.
-        for j in self._joints:
+        if ignored:
+            q = [math.nan if j in ignored else at for j, at in enumerate(q)]
+        if self._are_far(q, max(round((state.t - self._t) / self._period_s), 1)):
+            return Seen(None, tuple((Doubt.JUMP, j) for j, ticks in enumerate(self._jumped) if ticks >= JUMPS_MAX))
+        self._used.append(q)
+        self._t = state.t
+        return Seen(state, tuple((Doubt.FROZEN, j) for j in self._frozen(q)))
+
+    def _are_far(self, q: list[float], ticks: int) -> bool:
+        """Whether any joint is farther from where it was so many ticks ago than it can be."""
+        jumped, before = self._jumped, self._used[-1]
+        for j, at in enumerate(q):
             # After a first one by the speed alone: else a small jump would be within reach before it is the third.
             reach = ticks * self._way + self._slack[j] if jumped[j] else ticks * self._reach[j]
-            jumped[j] = jumped[j] + 1 if abs(q[j] - newest[j]) > reach else 0
-            is_far = is_far or jumped[j] > 0
-        if is_far:
-            return Seen(None, tuple((Doubt.JUMP, j) for j in self._joints if jumped[j] >= JUMPS_MAX))
-        return Seen(state, self._use(q, state.t))
+            jumped[j] = jumped[j] + 1 if abs(at - before[j]) > reach else 0
+        return any(jumped)
 
-    def _use(self, q: list[float], t: float) -> tuple[tuple[Doubt, int], ...]:
-        """These positions are believed; which joints have been the same for long after a clear motion."""
-        still, is_any_still = self._still, False
-        for j in self._joints:
-            still[j] = still[j] + 1 if q[j] == self._newest[j] else 0
-            is_any_still = is_any_still or still[j] >= FROZEN_TICKS
-        self._newest, self._t = q, t
-        self._used.append(q)
-        if not is_any_still or len(self._used) < LOOKED_AT:
-            return ()
-        return tuple((Doubt.FROZEN, j) for j in self._joints if self._is_frozen(j))
-
-    def _is_frozen(self, joint: int) -> bool:
-        """Whether a joint has been the same for long after a clear motion."""
-        way = abs(self._newest[joint] - self._used[0][joint])
-        return self._still[joint] >= FROZEN_TICKS and way >= self._least_way[joint]
+    def _frozen(self, q: list[float]) -> list[int]:
+        """Joints that have been the same for long after a clear motion."""
+        moving, still = self._used[0], self._used[MOVING_TICKS]
+        return [
+            j
+            for j, at in enumerate(q)
+            if at == still[j]
+            and abs(at - moving[j]) >= self._least_way[j]
+            and all(one[j] == at for one in islice(self._used, MOVING_TICKS, None))
+        ]
 
     def _forget(self, joints: Collection[int]) -> None:
         """Nothing was seen: when a joint is believed again, nobody knows how it came to where it is."""
+        self._ignored = joints
         for j in joints:
-            self._still[j] = self._jumped[j] = 0
-            for q in (self._newest, *self._used):
+            self._jumped[j] = 0
+            for q in self._used:
                 q[j] = math.nan
 
 

@@ -6,6 +6,7 @@ Sources of all figures: docs/safety.md.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from operator import mul
 
 import numpy as np
 from jaxtyping import Float
@@ -60,28 +61,25 @@ class PersonLimits:
     """What a motion on a path takes beyond carrying, while the arm is moved along one."""
 
     def __post_init__(self):
-        if not (self.wall_rad > 0.0 and 0.0 <= self.trip_rad < math.inf):
-            raise ConfigError(
-                f"wall_rad is {self.wall_rad}, trip_rad {self.trip_rad}; allowed: above 0, and from 0 up. Correct them."
-            )
-        bad = np.flatnonzero(~(self.q_upper - self.q_lower > 2.0 * self.wall_rad))
-        if bad.size:
-            j = bad[0]
-            raise ConfigError(
-                f"Joint {j} moves from {self.q_lower[j]} to {self.q_upper[j]} rad: no way is left between two walls of "
-                f"{self.wall_rad:.3f} rad. Correct the limits in the URDF."
-            )
-        if not (np.isfinite(self.active_max_Nm) & (self.active_max_Nm > 0.0)).all():
-            raise ConfigError(f"active_max_Nm is {self.active_max_Nm}; it must be positive and finite. Correct it.")
-        if not self.v_trip_rad_s > 0.0:
-            raise ConfigError(f"v_trip_rad_s is {self.v_trip_rad_s}; allowed: above 0. Correct it.")
-        for name in ("path_W", "driven_W", "driven_J"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise ConfigError(f"{name} is {getattr(self, name)}; allowed: 0 and above, finite. Correct it.")
-        if not 0.0 < self.tank_start_J <= self.tank_max_J < math.inf:
-            raise ConfigError(
-                f"tank_start_J is {self.tank_start_J}; allowed: above 0 and up to tank_max_J, {self.tank_max_J}."
-            )
+        most_J, is_active = self.tank_max_J, (self.active_max_Nm > 0.0) & np.isfinite(self.active_max_Nm)
+        for name, is_allowed, allowed in (
+            ("wall_rad", self.wall_rad > 0.0, "above 0"),
+            ("trip_rad", 0.0 <= self.trip_rad < math.inf, "0 and above, finite"),
+            ("active_max_Nm", is_active.all(), "above 0, finite"),
+            ("v_trip_rad_s", self.v_trip_rad_s > 0.0, "above 0"),
+            ("path_W", 0.0 <= self.path_W < math.inf, "0 and above, finite"),
+            ("driven_W", 0.0 <= self.driven_W < math.inf, "0 and above, finite"),
+            ("driven_J", 0.0 <= self.driven_J < math.inf, "0 and above, finite"),
+            ("tank_start_J", 0.0 < self.tank_start_J <= most_J < math.inf, f"above 0 and up to tank_max_J, {most_J}"),
+        ):
+            if not is_allowed:
+                raise ConfigError(f"{name} is {getattr(self, name)}; allowed: {allowed}. Correct it.")
+        for j, (lower, upper) in enumerate(zip(self.q_lower, self.q_upper, strict=True)):
+            if not upper - lower > 2.0 * self.wall_rad:
+                raise ConfigError(
+                    f"Joint {j} moves from {lower} to {upper} rad: no way is left between two walls of "
+                    f"{self.wall_rad:.3f} rad. Correct the limits in the URDF."
+                )
 
 
 @dataclass
@@ -101,37 +99,34 @@ class Person:
     def __post_init__(self):
         limits, table = self.limits, self.limits.table
         self.energy_J = limits.tank_start_J
-        self._error, self._dry = table.error.tolist(), table.dry.tolist()
-        self._viscous: Numbers = table.viscous.tolist()
-        self._active: Numbers = limits.active_max_Nm.tolist()
-        self._lower: Numbers = limits.q_lower.tolist()
-        self._upper: Numbers = limits.q_upper.tolist()
-        self._free_lower: Numbers = (limits.q_lower + limits.wall_rad).tolist()
-        self._free_upper: Numbers = (limits.q_upper - limits.wall_rad).tolist()
-        self._joints = range(len(self._active))
-        self._plausible: Numbers = [0.0] * len(self._active)
-        self._friction: Numbers = [0.0] * len(self._active)
-        self._q: Sequence[float] = [0.0] * len(self._active)
-        self._least, self._most = list(self._q), list(self._q)
-        self._low, self._high = list(self._q), list(self._q)
-        self.is_in_a_wall = False
-        """Whether any joint is near one of its stops; there alone walls have anything to say."""
+        self._joints = np.transpose([table.dry, table.viscous, table.error, limits.active_max_Nm]).tolist()
+        self._stops = list(zip(limits.q_lower.tolist(), limits.q_upper.tolist(), strict=True))
+        free = limits.q_lower + limits.wall_rad, limits.q_upper - limits.wall_rad
+        self._free = np.transpose(free).tolist()
+        """Between the walls [rad]."""
+        self.look([0.0] * len(self._joints), [0.0] * len(self._joints))
 
     def look(self, q: Sequence[float], v: Sequence[float]) -> None:
-        """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture."""
+        """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture.
+
+        Both rows of the envelope bound a joint: 1.3 times the plausible torque and 3 N·m, and the plausible torque and
+        what a weak adult can resist; the other way only what is beyond.
+        """
         # In this order a level that is no number counts as 0; in the other it would lift every bound.
         level = min(max(0.0, self.gravity_level), GRAVITY_LEVEL_MAX)
-        self._q, self._plausible = q, self.limits.table.torque(np.array(q), level)
-        self.is_in_a_wall = False
-        for j in self._joints:
-            self._friction[j] = self._dry[j] + self._viscous[j] * abs(v[j])
-            ahead = q[j] + WALL_AHEAD_S * v[j]
-            if ahead > q[j]:
-                self._least[j], self._most[j] = q[j], ahead
-            else:
-                self._least[j], self._most[j] = ahead, q[j]
-            if self._least[j] < self._free_lower[j] or self._most[j] > self._free_upper[j]:
-                self.is_in_a_wall = True
+        self._q, self._carried = q, self.limits.table.torque(np.array(q), level)
+        self._ahead = [at + WALL_AHEAD_S * speed for at, speed in zip(q, v, strict=True)]
+        places = zip(q, self._ahead, self._free, strict=True)
+        self.is_in_a_wall = not all(low <= at <= high and low <= soon <= high for at, soon, (low, high) in places)
+        """Whether any joint is near one of its stops; there alone walls have anything to say."""
+        self._friction, self._bounds = [], []
+        for p, speed, (dry, viscous, error, active) in zip(self._carried, v, self._joints, strict=True):
+            friction = dry + viscous * abs(speed)
+            beyond, size = friction + error, abs(p)
+            along = min(SHARE_MAX * size + MARGIN_NM, size + active) + beyond
+            against = min(MARGIN_NM, active) + beyond
+            self._friction.append(friction)
+            self._bounds.append((-against, along) if p > 0.0 else (-along, against))
 
     def drive(self, is_driven: bool) -> None:
         """From here on control moves the arm along a path, against whatever its wearer does; or lets it go.
@@ -148,38 +143,27 @@ class Person:
     @property
     def is_past_a_stop(self) -> bool:
         """Whether a joint is where it cannot be."""
-        trip, q = self.limits.trip_rad, self._q
-        return self.is_in_a_wall and any(
-            not self._lower[j] - trip <= q[j] <= self._upper[j] + trip for j in self._joints
-        )
+        trip, stops = self.limits.trip_rad, zip(self._q, self._stops, strict=True)
+        return self.is_in_a_wall and not all(lower - trip <= q <= upper + trip for q, (lower, upper) in stops)
 
     def bounded(self, tau: Numbers) -> Numbers:
-        """Torques [N·m] within what each joint may be told.
-
-        Both rows of the envelope hold: 1.3 times the plausible torque and 3 N·m, and the plausible torque and what a
-        weak adult can resist. Within a wall what pushes on towards the stop fades away.
-        """
-        found = list(tau)
-        for j in self._joints:
-            p, active, beyond = self._plausible[j], self._active[j], self._friction[j] + self._error[j]
-            up, down = (p, 0.0) if p > 0.0 else (0.0, p)
-            low, high = SHARE_MAX * down - MARGIN_NM, SHARE_MAX * up + MARGIN_NM
-            low = (low if low > down - active else down - active) - beyond
-            high = (high if high < up + active else up + active) + beyond
-            self._low[j], self._high[j] = low, high
-            if self.is_in_a_wall:
-                low, high = self._in_wall(j, low, high)
-            if not low <= found[j] <= high:
-                found[j] = low if found[j] < low else high
-        return found
+        """Torques [N·m] within what each joint may be told; what pushes on in a wall fades to carrying."""
+        bounds = self._bounds
+        if self.is_in_a_wall:
+            bounds = [self._in_wall(joint, *both) for joint, both in enumerate(bounds)]
+        return [
+            one if low <= one <= high else low if one < low else high
+            for one, (low, high) in zip(tau, bounds, strict=True)
+        ]
 
     def braked(self, tau: Numbers, brakes: Numbers) -> Numbers:
         """Bounded torques less what brakes [N·m]: within the same rows, but no wall takes from what brakes."""
-        return [min(max(tau[j] - brakes[j], self._low[j]), self._high[j]) for j in self._joints]
+        rows = zip(tau, brakes, self._bounds, strict=True)
+        return [min(max(one - brake, low), high) for one, brake, (low, high) in rows]
 
     def _in_wall(self, joint: int, low: float, high: float) -> tuple[float, float]:
         """What pushes on towards a stop fades to carrying [N·m]."""
-        p, (into_upper, into_lower) = self._plausible[joint], self._depth(joint)
+        p, (into_upper, into_lower) = self._carried[joint], self._depth(joint)
         high -= into_upper * (high - max(p, low))
         low += into_lower * (min(p, high) - low)
         return low, high
@@ -202,41 +186,40 @@ class Person:
             rate: How fast torque may change [N·m/s].
         """
         over, needed = self._over(tau, v), 0.0
-        for j in self._joints:
-            if over[j] * v[j] > 0.0:
-                needed += over[j] * over[j] * abs(v[j])
+        for one, speed in zip(over, v, strict=True):
+            if one * speed > 0.0:
+                needed += one * one * abs(speed)
         needed /= 2.0 * rate
         has = max(self.energy_J, 0.0)
         if needed <= has:
             return tau
-        kept = math.sqrt(has / needed)
-        return [tau[j] - (1.0 - kept) * over[j] if over[j] * v[j] > 0.0 else tau[j] for j in self._joints]
+        lost = 1.0 - math.sqrt(has / needed)
+        rows = zip(tau, over, v, strict=True)
+        return [one - lost * more if more * speed > 0.0 else one for one, more, speed in rows]
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:
         """Let the tank pay for what goes out, or fill by what brakes."""
-        limits, over = self.limits, self._over(tau, v)
-        power, most = -limits.path_W, limits.tank_max_J
+        limits = self.limits
+        refill, most = limits.path_W, limits.tank_max_J
         if self.is_driven:
-            power, most = -max(limits.path_W, limits.driven_W), max(most, limits.driven_J)
-        for j in self._joints:
-            power += over[j] * v[j]
+            refill, most = max(refill, limits.driven_W), max(most, limits.driven_J)
+        power = sum(map(mul, self._over(tau, v), v), -refill)
         self.energy_J = min(self.energy_J - dt * power, most)
 
     def _over(self, tau: Numbers, v: Sequence[float]) -> Numbers:
         """What torques are over carrying the plausible weight and over friction in the joint's own direction."""
-        found = list(tau)
-        for j in self._joints:
-            over = tau[j] - self._plausible[j]
-            if v[j] * over > 0.0:
-                friction = self._friction[j] if over > 0.0 else -self._friction[j]
-                over = over - friction if abs(over) > abs(friction) else 0.0
-            found[j] = over
+        found = []
+        for one, speed, p, friction in zip(tau, v, self._carried, self._friction, strict=True):
+            over = one - p
+            if over * speed > 0.0:
+                over = math.copysign(max(abs(over) - friction, 0.0), over)
+            found.append(over)
         return found
 
     def _depth(self, joint: int) -> tuple[float, float]:
         """How far into the wall before the upper and the lower stop, 0 to 1 at the stop [-]."""
-        wall, least, most = self.limits.wall_rad, self._least[joint], self._most[joint]
-        return _share((most - self._upper[joint]) / wall + 1.0), _share((self._lower[joint] - least) / wall + 1.0)
+        wall, (lower, upper), at, ahead = self.limits.wall_rad, self._stops[joint], self._q[joint], self._ahead[joint]
+        return _share((max(at, ahead) - upper) / wall + 1.0), _share((lower - min(at, ahead)) / wall + 1.0)
 
 
 def _share(value: float) -> float:
