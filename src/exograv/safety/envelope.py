@@ -18,6 +18,7 @@ from exograv.errors import ConfigError
 from .person import Person
 
 Joints = Float[np.ndarray, " joint"]
+Numbers = list[float]
 
 V_CREDIBLE_RAD_S = 1e3
 """No joint is faster; beyond, a velocity is a broken signal, whose product with the damping must still be finite."""
@@ -78,6 +79,10 @@ class StopReason(enum.Enum):
     STOP_PRESSED = "Stop was pressed."
 
 
+Finding = tuple[StopReason, int]
+"""What is wrong, and with which joint."""
+
+
 class Envelope:
     """Keeps every command inside `Limits`; after a fault it is latched in a soft descent until `reset`."""
 
@@ -95,8 +100,8 @@ class Envelope:
         """Whether the descent only damps, because torques by the model are not believed any more."""
         self._step = limits.torque_rate_max_Nm_per_s * dt
         self._dt = dt
-        self._bounds: list[float] = limits.torque_max_Nm.tolist()
-        self._damping: list[float] = limits.damping_Nms_per_rad.tolist()
+        self._bounds: Numbers = limits.torque_max_Nm.tolist()
+        self._damping: Numbers = limits.damping_Nms_per_rad.tolist()
         self._none = [0.0] * len(self._bounds)
         self._no_damping = np.zeros(len(self._bounds))
         self._no_damping.flags.writeable = False  # every tick without a fault shares it
@@ -117,21 +122,14 @@ class Envelope:
             q: Where the joints are (joint,) [rad].
             v: How fast they are (joint,) [rad/s].
         """
-        # Plain numbers: for a handful of joints they take a quarter of the time of arrays.
-        desired, speeds, positions = tau_desired.tolist(), v.tolist(), q.tolist()
-        for joint in self.isolated:
-            speeds[joint], positions[joint] = 0.0, self._q[joint]
-        # Finite on both sides: minimum and maximum would hide a NaN.
-        if all(map(math.isfinite, positions)):
-            self._q = positions
-        else:
-            self.trip(StopReason.NO_MEASUREMENT)  # positions that mean nothing leave the last ones in force
-        if not all(map(math.isfinite, speeds)):
-            self.trip(StopReason.NO_MEASUREMENT)
-            speeds = self._none
-        fastest, person = max(map(abs, speeds)), self.person
+        return np.array(self.limited(tau_desired.tolist(), q.tolist(), v.tolist()))
+
+    def limited(self, desired: Numbers, q: Numbers, v: Numbers) -> Numbers:
+        """The same in plain numbers: for a handful of joints they take a quarter of the time of arrays."""
+        v, person = self._believed(q, v), self.person
+        fastest = max(map(abs, v))
         # The friction of an incredible speed would lift every bound, and its power empty the tank for ever.
-        known = speeds if fastest <= V_CREDIBLE_RAD_S else self._none
+        known = v if fastest <= V_CREDIBLE_RAD_S else self._none
         if person is not None:
             person.look(self._q, known)
         if self.stop is None:
@@ -140,19 +138,20 @@ class Envelope:
         allowed = wanted if person is None else person.bounded(wanted)
         if self._brakes(fastest):
             # After the bounds: else what control pushes beyond them would be taken from the brake.
-            brakes = [self._brake(joint, v) for joint, v in enumerate(speeds)]
+            brakes = [self._brake(joint, speed) for joint, speed in enumerate(v)]
             wanted = [tau - brake for tau, brake in zip(wanted, brakes, strict=True)]
             allowed = wanted if person is None else person.braked(allowed, brakes)
         if person is not None:
             allowed = person.afford(allowed, known, self.limits.torque_rate_max_Nm_per_s)
-        step, rows = self._step, zip(allowed, self._bounds, self._tau, strict=True)
-        tau = [_within(_within(one, -bound, bound), last - step, last + step) for one, bound, last in rows]
+        tau, step = list(allowed), self._step
+        for j, last in enumerate(self._tau):
+            tau[j] = _within(_within(tau[j], -self._bounds[j], self._bounds[j]), last - step, last + step)
         if person is not None:
             person.pay(tau, known, self._dt)
         if self.stop is None and tau != wanted:
             self.clipped_ticks += 1
         self._tau = tau
-        return np.array(tau)
+        return tau
 
     @property
     def drive_damping(self) -> Joints:
@@ -184,7 +183,23 @@ class Envelope:
         self.stop, self._since_stop = None, 0.0
         self.without_model, self.isolated = False, frozenset()
 
-    def _watch(self, tau_desired: list[float], fastest: float) -> None:
+    def _believed(self, q: Numbers, v: Numbers) -> Numbers:
+        """Take the positions, if they mean anything; velocities, of which an isolated joint has none."""
+        if self.isolated:
+            q, v = q.copy(), v.copy()
+            for joint in self.isolated:
+                q[joint], v[joint] = self._q[joint], 0.0
+        # Finite on both sides: minimum and maximum would hide a NaN.
+        if all(map(math.isfinite, q)):
+            self._q = q
+        else:
+            self.trip(StopReason.NO_MEASUREMENT)  # positions that mean nothing leave the last ones in force
+        if all(map(math.isfinite, v)):
+            return v
+        self.trip(StopReason.NO_MEASUREMENT)
+        return self._none
+
+    def _watch(self, tau_desired: Numbers, fastest: float) -> None:
         if not all(map(math.isfinite, tau_desired)):
             self.trip(StopReason.NOT_FINITE)
         elif fastest > self.limits.v_trip_rad_s or (
@@ -194,7 +209,7 @@ class Envelope:
         elif self.person is not None and self.person.is_past_a_stop:
             self.trip(StopReason.PAST_A_STOP)
 
-    def _descent(self) -> list[float]:
+    def _descent(self) -> Numbers:
         self._since_stop += self._dt
         if self.without_model:
             return self._none

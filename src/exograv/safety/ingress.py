@@ -3,7 +3,6 @@
 Sources of all figures: docs/safety.md.
 """
 
-import enum
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
@@ -12,6 +11,8 @@ from typing import NamedTuple
 
 from exograv.errors import ConfigError
 from exograv.signals import JointState, TorqueSource
+
+from .envelope import Finding, StopReason
 
 AGE_MAX_S = 0.003
 """Up to which a measurement is of now [s]."""
@@ -40,25 +41,17 @@ COARSEST_COUNT_RAD = 2.0 * math.pi / 2**13
 """Of the encoders of machines that we know of: what a machine that does not say is taken to have [rad]."""
 
 
-class Doubt(enum.Enum):
-    """What is wrong with a measurement; the value is a sentence for the operator."""
-
-    NOT_FINITE = "An encoder or a current is not a number."
-    JUMP = "An encoder jumped farther than a joint can move."
-    FROZEN = "An encoder stood still while its joint was moving."
-    MISSING = "No measurement came."
-    STALE = "A measurement is too old, or of a time to come."
-    OUT_OF_ORDER = "A measurement came twice, or after a newer one."
-
-
 class Seen(NamedTuple):
     """What one tick brought."""
 
     state: JointState | None
     """A measurement that may be used; None where there is none."""
 
-    doubts: tuple[tuple[Doubt, int | None], ...] = ()
-    """Each with the joint that it is about, None for all of them."""
+    found: tuple[Finding, ...] = ()
+    """Joints whose encoder is certainly not to be believed any more."""
+
+    broken: frozenset[int] = frozenset()
+    """Joints that said what is no number."""
 
 
 class Ingress:
@@ -82,7 +75,7 @@ class Ingress:
                     f"The encoder of joint {j} has a count of {count} rad; allowed: 0 and above, infinite where it is "
                     "not watched. Correct it in the rig file."
                 )
-        way = v_trip_rad_s * period_s
+        way, self._joints = v_trip_rad_s * period_s, range(len(counts_rad))
         self._period_s, self._way = period_s, way
         self._reach = [JUMP_SHARE * way + count for count in counts_rad]
         self._slack = [(JUMP_SHARE - 1.0) * way + count for count in counts_rad]
@@ -107,47 +100,47 @@ class Ingress:
         if ignored != self._ignored:
             self._forget(ignored)
         if state is None:
-            return Seen(None, ((Doubt.MISSING, None),))
+            return Seen(None)
         if state.sequence <= self._sequence:
             self.dropped += 1
-            return Seen(None, ((Doubt.OUT_OF_ORDER, None),))
+            return Seen(None)
         self._sequence = state.sequence
         # A time to come is no time of this clock, and would excuse any jump.
         if not abs(now - state.t) <= AGE_MAX_S:
-            return Seen(None, ((Doubt.STALE, None),))
+            return Seen(None)
         q, other = state.q.tolist(), _measured(state)
         if not math.isfinite(sum(q) + sum(other)):  # of numbers only where all of them are
             both = enumerate(zip(q, other, strict=True))
-            broken = [j for j, two in both if j not in ignored and not all(map(math.isfinite, two))]
+            broken = frozenset(j for j, two in both if j not in ignored and not all(map(math.isfinite, two)))
             if broken:
-                return Seen(None, tuple((Doubt.NOT_FINITE, j) for j in broken))
+                return Seen(None, broken=broken)
         if ignored:
             q = [math.nan if j in ignored else at for j, at in enumerate(q)]
         if self._are_far(q, max(round((state.t - self._t) / self._period_s), 1)):
-            return Seen(None, tuple((Doubt.JUMP, j) for j, ticks in enumerate(self._jumped) if ticks >= JUMPS_MAX))
+            jumped = [j for j, ticks in enumerate(self._jumped) if ticks >= JUMPS_MAX]
+            return Seen(None, tuple((StopReason.ENCODER_JUMPED, j) for j in jumped))
         self._used.append(q)
         self._t = state.t
-        return Seen(state, tuple((Doubt.FROZEN, j) for j in self._frozen(q)))
+        return Seen(state, self._dead(q))
 
     def _are_far(self, q: list[float], ticks: int) -> bool:
         """Whether any joint is farther from where it was so many ticks ago than it can be."""
-        jumped, before = self._jumped, self._used[-1]
-        for j, at in enumerate(q):
+        jumped, before, are_far = self._jumped, self._used[-1], False
+        for j in self._joints:
             # After a first one by the speed alone: else a small jump would be within reach before it is the third.
             reach = ticks * self._way + self._slack[j] if jumped[j] else ticks * self._reach[j]
-            jumped[j] = jumped[j] + 1 if abs(at - before[j]) > reach else 0
-        return any(jumped)
+            is_far = abs(q[j] - before[j]) > reach
+            jumped[j], are_far = jumped[j] + 1 if is_far else 0, are_far or is_far
+        return are_far
 
-    def _frozen(self, q: list[float]) -> list[int]:
+    def _dead(self, q: list[float]) -> tuple[Finding, ...]:
         """Joints that have been the same for long after a clear motion."""
-        moving, still = self._used[0], self._used[MOVING_TICKS]
-        return [
-            j
-            for j, at in enumerate(q)
-            if at == still[j]
-            and abs(at - moving[j]) >= self._least_way[j]
-            and all(one[j] == at for one in islice(self._used, MOVING_TICKS, None))
-        ]
+        moving, still, found = self._used[0], self._used[MOVING_TICKS], ()
+        for j in self._joints:
+            if q[j] == still[j] and abs(q[j] - moving[j]) >= self._least_way[j]:
+                is_dead = all(one[j] == q[j] for one in islice(self._used, MOVING_TICKS, None))
+                found += ((StopReason.ENCODER_DEAD, j),) if is_dead else ()
+        return found
 
     def _forget(self, joints: Collection[int]) -> None:
         """Nothing was seen: when a joint is believed again, nobody knows how it came to where it is."""

@@ -6,7 +6,6 @@ Sources of all figures: docs/safety.md.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from operator import mul
 
 import numpy as np
 from jaxtyping import Float
@@ -98,35 +97,35 @@ class Person:
 
     def __post_init__(self):
         limits, table = self.limits, self.limits.table
-        self.energy_J = limits.tank_start_J
-        self._joints = np.transpose([table.dry, table.viscous, table.error, limits.active_max_Nm]).tolist()
-        self._stops = list(zip(limits.q_lower.tolist(), limits.q_upper.tolist(), strict=True))
-        free = limits.q_lower + limits.wall_rad, limits.q_upper - limits.wall_rad
-        self._free = np.transpose(free).tolist()
-        """Between the walls [rad]."""
-        self.look([0.0] * len(self._joints), [0.0] * len(self._joints))
+        self.energy_J, self._joints = limits.tank_start_J, range(len(limits.active_max_Nm))
+        self._lower, self._upper = limits.q_lower.tolist(), limits.q_upper.tolist()
+        active, free = limits.active_max_Nm, (limits.q_lower + limits.wall_rad, limits.q_upper - limits.wall_rad)
+        rows = table.dry, table.viscous, table.error, active, np.minimum(MARGIN_NM, active), *free
+        self._rows = list(zip(*(row.tolist() for row in rows), strict=True))
+        """What a tick asks of each joint, in this order."""
+        still = [0.0] * len(self._joints)
+        self._friction, self._low, self._high, self._ahead = still.copy(), still.copy(), still.copy(), still.copy()
+        self.look(still, still)
 
     def look(self, q: Sequence[float], v: Sequence[float]) -> None:
         """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture.
 
         Both rows of the envelope bound a joint: 1.3 times the plausible torque and 3 N·m, and the plausible torque and
-        what a weak adult can resist; the other way only what is beyond.
+        what a weak adult can resist.
         """
         # In this order a level that is no number counts as 0; in the other it would lift every bound.
         level = min(max(0.0, self.gravity_level), GRAVITY_LEVEL_MAX)
-        self._q, self._carried = q, self.limits.table.torque(np.array(q), level)
-        self._ahead = [at + WALL_AHEAD_S * speed for at, speed in zip(q, v, strict=True)]
-        places = zip(q, self._ahead, self._free, strict=True)
-        self.is_in_a_wall = not all(low <= at <= high and low <= soon <= high for at, soon, (low, high) in places)
+        self._q, self._carried = q, self.limits.table.torque(q, level)
+        self.is_in_a_wall = False
         """Whether any joint is near one of its stops; there alone walls have anything to say."""
-        self._friction, self._bounds = [], []
-        for p, speed, (dry, viscous, error, active) in zip(self._carried, v, self._joints, strict=True):
-            friction = dry + viscous * abs(speed)
-            beyond, size = friction + error, abs(p)
-            along = min(SHARE_MAX * size + MARGIN_NM, size + active) + beyond
-            against = min(MARGIN_NM, active) + beyond
-            self._friction.append(friction)
-            self._bounds.append((-against, along) if p > 0.0 else (-along, against))
+        for j, (dry, viscous, error, active, least, free_lower, free_upper) in enumerate(self._rows):
+            p, friction, soon = self._carried[j], dry + viscous * abs(v[j]), q[j] + WALL_AHEAD_S * v[j]
+            if not (free_lower <= q[j] <= free_upper and free_lower <= soon <= free_upper):
+                self.is_in_a_wall = True
+            size, beyond = abs(p), friction + error
+            along, against = min(SHARE_MAX * size + MARGIN_NM, size + active) + beyond, least + beyond
+            self._low[j], self._high[j] = (-against, along) if p > 0.0 else (-along, against)
+            self._friction[j], self._ahead[j] = friction, soon
 
     def drive(self, is_driven: bool) -> None:
         """From here on control moves the arm along a path, against whatever its wearer does; or lets it go.
@@ -143,27 +142,32 @@ class Person:
     @property
     def is_past_a_stop(self) -> bool:
         """Whether a joint is where it cannot be."""
-        trip, stops = self.limits.trip_rad, zip(self._q, self._stops, strict=True)
-        return self.is_in_a_wall and not all(lower - trip <= q <= upper + trip for q, (lower, upper) in stops)
+        trip, q = self.limits.trip_rad, self._q
+        return self.is_in_a_wall and any(
+            not self._lower[j] - trip <= q[j] <= self._upper[j] + trip for j in self._joints
+        )
 
     def bounded(self, tau: Numbers) -> Numbers:
         """Torques [N·m] within what each joint may be told; what pushes on in a wall fades to carrying."""
-        bounds = self._bounds
-        if self.is_in_a_wall:
-            bounds = [self._in_wall(joint, *both) for joint, both in enumerate(bounds)]
-        return [
-            one if low <= one <= high else low if one < low else high
-            for one, (low, high) in zip(tau, bounds, strict=True)
-        ]
+        found = list(tau)
+        for j in self._joints:
+            low, high = self._in_wall(j) if self.is_in_a_wall else (self._low[j], self._high[j])
+            if not low <= found[j] <= high:
+                found[j] = low if found[j] < low else high
+        return found
 
     def braked(self, tau: Numbers, brakes: Numbers) -> Numbers:
         """Bounded torques less what brakes [N·m]: within the same rows, but no wall takes from what brakes."""
-        rows = zip(tau, brakes, self._bounds, strict=True)
-        return [min(max(one - brake, low), high) for one, brake, (low, high) in rows]
+        return [min(max(tau[j] - brakes[j], self._low[j]), self._high[j]) for j in self._joints]
 
-    def _in_wall(self, joint: int, low: float, high: float) -> tuple[float, float]:
+    def _in_wall(self, joint: int) -> tuple[float, float]:
         """What pushes on towards a stop fades to carrying [N·m]."""
-        p, (into_upper, into_lower) = self._carried[joint], self._depth(joint)
+        low, high, p, (into_upper, into_lower) = (
+            self._low[joint],
+            self._high[joint],
+            self._carried[joint],
+            self._depth(joint),
+        )
         high -= into_upper * (high - max(p, low))
         low += into_lower * (min(p, high) - low)
         return low, high
@@ -186,16 +190,15 @@ class Person:
             rate: How fast torque may change [N·m/s].
         """
         over, needed = self._over(tau, v), 0.0
-        for one, speed in zip(over, v, strict=True):
-            if one * speed > 0.0:
-                needed += one * one * abs(speed)
+        for j in self._joints:
+            if over[j] * v[j] > 0.0:
+                needed += over[j] * over[j] * abs(v[j])
         needed /= 2.0 * rate
         has = max(self.energy_J, 0.0)
         if needed <= has:
             return tau
         lost = 1.0 - math.sqrt(has / needed)
-        rows = zip(tau, over, v, strict=True)
-        return [one - lost * more if more * speed > 0.0 else one for one, more, speed in rows]
+        return [tau[j] - lost * over[j] if over[j] * v[j] > 0.0 else tau[j] for j in self._joints]
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:
         """Let the tank pay for what goes out, or fill by what brakes."""
@@ -203,23 +206,26 @@ class Person:
         refill, most = limits.path_W, limits.tank_max_J
         if self.is_driven:
             refill, most = max(refill, limits.driven_W), max(most, limits.driven_J)
-        power = sum(map(mul, self._over(tau, v), v), -refill)
+        over, power = self._over(tau, v), -refill
+        for j in self._joints:
+            power += over[j] * v[j]
         self.energy_J = min(self.energy_J - dt * power, most)
 
     def _over(self, tau: Numbers, v: Sequence[float]) -> Numbers:
         """What torques are over carrying the plausible weight and over friction in the joint's own direction."""
-        found = []
-        for one, speed, p, friction in zip(tau, v, self._carried, self._friction, strict=True):
-            over = one - p
-            if over * speed > 0.0:
-                over = math.copysign(max(abs(over) - friction, 0.0), over)
-            found.append(over)
+        found = list(tau)
+        for j in self._joints:
+            over, friction = tau[j] - self._carried[j], self._friction[j]
+            if over * v[j] > 0.0:
+                over = over - friction if over > friction else over + friction if over < -friction else 0.0
+            found[j] = over
         return found
 
     def _depth(self, joint: int) -> tuple[float, float]:
         """How far into the wall before the upper and the lower stop, 0 to 1 at the stop [-]."""
-        wall, (lower, upper), at, ahead = self.limits.wall_rad, self._stops[joint], self._q[joint], self._ahead[joint]
-        return _share((max(at, ahead) - upper) / wall + 1.0), _share((lower - min(at, ahead)) / wall + 1.0)
+        wall, at, ahead = self.limits.wall_rad, self._q[joint], self._ahead[joint]
+        into_upper = _share((max(at, ahead) - self._upper[joint]) / wall + 1.0)
+        return into_upper, _share((self._lower[joint] - min(at, ahead)) / wall + 1.0)
 
 
 def _share(value: float) -> float:
