@@ -98,8 +98,7 @@ class Envelope:
         """Joints whose encoder is not believed any more; their own drives brake them."""
         self.without_model = False
         """Whether the descent only damps, because torques by the model are not believed any more."""
-        self._step = limits.torque_rate_max_Nm_per_s * dt
-        self._dt = dt
+        self._dt, self._step = dt, limits.torque_rate_max_Nm_per_s * dt
         self._bounds: Numbers = limits.torque_max_Nm.tolist()
         self._damping: Numbers = limits.damping_Nms_per_rad.tolist()
         self._none = [0.0] * len(self._bounds)
@@ -111,8 +110,8 @@ class Envelope:
     def begin(self, tau: Joints) -> None:
         """The machine gives this torque already (joint,) [N·m]: the next one follows it no faster than any other."""
         # A machine that does not say it, as NaN: from there every limit and the descent would let it through.
-        known = [one if math.isfinite(one) else 0.0 for one in tau.tolist()]
-        self._tau = [_within(one, -bound, bound) for one, bound in zip(known, self._bounds, strict=True)]
+        rows = zip(tau.tolist(), self._bounds, strict=True)
+        self._tau = [_within(one, -bound, bound) if math.isfinite(one) else 0.0 for one, bound in rows]
 
     def limit(self, tau_desired: Joints, q: Joints, v: Joints) -> Joints:
         """Torque (joint,) [N·m] that may go out.
@@ -125,7 +124,7 @@ class Envelope:
         return np.array(self.limited(tau_desired.tolist(), q.tolist(), v.tolist()))
 
     def limited(self, desired: Numbers, q: Numbers, v: Numbers) -> Numbers:
-        """The same in plain numbers: for a handful of joints they take a quarter of the time of arrays."""
+        """The same in plain numbers, which nobody may write into: they take a quarter of the time of arrays."""
         v, person = self._believed(q, v), self.person
         fastest = max(map(abs, v))
         # The friction of an incredible speed would lift every bound, and its power empty the tank for ever.
@@ -199,14 +198,13 @@ class Envelope:
         self.trip(StopReason.NO_MEASUREMENT)
         return self._none
 
-    def _watch(self, tau_desired: Numbers, fastest: float) -> None:
-        if not all(map(math.isfinite, tau_desired)):
+    def _watch(self, desired: Numbers, fastest: float) -> None:
+        person = self.person
+        if not all(map(math.isfinite, desired)):
             self.trip(StopReason.NOT_FINITE)
-        elif fastest > self.limits.v_trip_rad_s or (
-            self.person is not None and fastest > self.person.limits.v_trip_rad_s
-        ):
+        elif fastest > self.limits.v_trip_rad_s or (person is not None and fastest > person.limits.v_trip_rad_s):
             self.trip(StopReason.TOO_FAST)
-        elif self.person is not None and self.person.is_past_a_stop:
+        elif person is not None and person.is_past_a_stop:
             self.trip(StopReason.PAST_A_STOP)
 
     def _descent(self) -> Numbers:

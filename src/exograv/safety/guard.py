@@ -149,7 +149,9 @@ class Guard:
             self._v = self._speeds.update(self._q, seen.state.t)
             if self._compares:
                 for reason, joint in self._monitors.look(seen.state, self.envelope.isolated):
-                    self._distrust(reason, joint)
+                    # A torque that is not what was told may come from any cause: no torque by the model then.
+                    is_torque = reason is StopReason.TORQUE_WRONG
+                    self.envelope.trip(reason, without_model=is_torque, isolate=() if is_torque else (joint,))
         return seen.state
 
     def decide(self, submitted: Submitted | None, now: float) -> Guarded:
@@ -186,13 +188,6 @@ class Guard:
         self._speeds = _Speeds(len(self._everywhere), self._period_s)
         self._measured, self._answered = _Misses(), _Misses()
         self._held = [0.0] * len(self._everywhere)
-
-    def _distrust(self, reason: StopReason, joint: int) -> None:
-        """A torque that is not what was told may come from any cause: no torque by the model then, damping only."""
-        if reason is StopReason.TORQUE_WRONG:
-            self.envelope.trip(reason, without_model=True)
-        else:
-            self.envelope.trip(reason, isolate=(joint,))
 
     def _bridges(self, submitted: Submitted | None, now: float) -> bool:
         """Take control's torque if it answers in time; whether the last one is held in its place."""
@@ -240,8 +235,7 @@ class _Speeds:
     """The guard's own velocities: filtered differences of positions, nothing of control's observer."""
 
     def __init__(self, joints: int, period_s: float):
-        self._period_s = period_s
-        self._joints = range(joints)
+        self._joints, self._period_s = range(joints), period_s
         self._q, self._v, self._t = list[float](), [0.0] * joints, 0.0
 
     def update(self, q: list[float], t: float) -> list[float]:

@@ -108,10 +108,11 @@ class Ingress:
         # A time to come is no time of this clock, and would excuse any jump.
         if not abs(now - state.t) <= AGE_MAX_S:
             return Seen(None)
-        q, other = state.q.tolist(), _measured(state)
-        if not math.isfinite(sum(q) + sum(other)):  # of numbers only where all of them are
-            both = enumerate(zip(q, other, strict=True))
-            broken = frozenset(j for j, two in both if j not in ignored and not all(map(math.isfinite, two)))
+        torque = state.current if state.torque_source is TorqueSource.CURRENT else state.tau
+        q, other = state.q.tolist(), torque.tolist()
+        if not math.isfinite(sum(q) + sum(other)):  # it is only where all of them are
+            believed = [j for j in self._joints if j not in ignored]
+            broken = frozenset(j for j in believed if not (math.isfinite(q[j]) and math.isfinite(other[j])))
             if broken:
                 return Seen(None, broken=broken)
         if ignored:
@@ -129,8 +130,10 @@ class Ingress:
         for j in self._joints:
             # After a first one by the speed alone: else a small jump would be within reach before it is the third.
             reach = ticks * self._way + self._slack[j] if jumped[j] else ticks * self._reach[j]
-            is_far = abs(q[j] - before[j]) > reach
-            jumped[j], are_far = jumped[j] + 1 if is_far else 0, are_far or is_far
+            if abs(q[j] - before[j]) > reach:
+                jumped[j], are_far = jumped[j] + 1, True
+            else:
+                jumped[j] = 0
         return are_far
 
     def _dead(self, q: list[float]) -> tuple[Finding, ...]:
@@ -149,9 +152,3 @@ class Ingress:
             self._jumped[j] = 0
             for q in self._used:
                 q[j] = math.nan
-
-
-def _measured(state: JointState) -> list[float]:
-    """Currents, or torques where the machine has sensors for them."""
-    values = state.current if state.torque_source is TorqueSource.CURRENT else state.tau
-    return values.tolist()

@@ -117,7 +117,7 @@ class Monitors:
     def _parting(self, q: list[float], q_motor: list[float]) -> list[Finding]:
         """Joints whose two encoders have parted for some time: far, or in opposite directions, or one stands still."""
         self._before.append((q, q_motor))
-        (before, motor_before), still, found = self._before[0], self._still, list[Finding]()
+        (before, motor_before), still, parted, found = self._before[0], self._still, self._parted, list[Finding]()
         for j in self._joints:
             at, motor = q[j], q_motor[j]
             if self._first[j] != self._first[j]:  # no number: nothing has been seen yet
@@ -125,11 +125,11 @@ class Monitors:
             way, motor_way = at - before[j], motor - motor_before[j]
             is_opposite = way * motor_way < 0.0 and min(abs(way), abs(motor_way)) > self._least_way
             is_apart = is_opposite or abs(at - motor - self._first[j]) > AGREE_RAD
-            self._parted[j] = self._parted[j] + 1 if is_apart else 0
+            parted[j] = parted[j] + 1 if is_apart else 0
             if at != self._stands_at[j]:
                 self._stands_at[j], self._motor_was[j], still[j] = at, motor, 0
             still[j] += 1
             is_dead = still[j] > STILL_TICKS and abs(motor - self._motor_was[j]) > STILL_WAY_RAD
-            if is_dead or self._parted[j] >= IN_A_ROW:
+            if is_dead or parted[j] >= IN_A_ROW:
                 found.append((StopReason.ENCODERS_PART, j))
         return found

@@ -104,7 +104,7 @@ class Person:
         self._rows = list(zip(*(row.tolist() for row in rows), strict=True))
         """What a tick asks of each joint, in this order."""
         still = [0.0] * len(self._joints)
-        self._friction, self._low, self._high, self._ahead = still.copy(), still.copy(), still.copy(), still.copy()
+        self._friction, self._low, self._high = still.copy(), still.copy(), still.copy()
         self.look(still, still)
 
     def look(self, q: Sequence[float], v: Sequence[float]) -> None:
@@ -115,17 +115,17 @@ class Person:
         """
         # In this order a level that is no number counts as 0; in the other it would lift every bound.
         level = min(max(0.0, self.gravity_level), GRAVITY_LEVEL_MAX)
-        self._q, self._carried = q, self.limits.table.torque(q, level)
+        self._q, self._v, self._carried = q, v, self.limits.table.torque(q, level)
         self.is_in_a_wall = False
         """Whether any joint is near one of its stops; there alone walls have anything to say."""
         for j, (dry, viscous, error, active, least, free_lower, free_upper) in enumerate(self._rows):
-            p, friction, soon = self._carried[j], dry + viscous * abs(v[j]), q[j] + WALL_AHEAD_S * v[j]
-            if not (free_lower <= q[j] <= free_upper and free_lower <= soon <= free_upper):
+            at, speed, p = q[j], v[j], self._carried[j]
+            if not (free_lower <= at <= free_upper and free_lower <= at + WALL_AHEAD_S * speed <= free_upper):
                 self.is_in_a_wall = True
+            friction = self._friction[j] = dry + viscous * abs(speed)
             size, beyond = abs(p), friction + error
             along, against = min(SHARE_MAX * size + MARGIN_NM, size + active) + beyond, least + beyond
             self._low[j], self._high[j] = (-against, along) if p > 0.0 else (-along, against)
-            self._friction[j], self._ahead[j] = friction, soon
 
     def drive(self, is_driven: bool) -> None:
         """From here on control moves the arm along a path, against whatever its wearer does; or lets it go.
@@ -142,10 +142,8 @@ class Person:
     @property
     def is_past_a_stop(self) -> bool:
         """Whether a joint is where it cannot be."""
-        trip, q = self.limits.trip_rad, self._q
-        return self.is_in_a_wall and any(
-            not self._lower[j] - trip <= q[j] <= self._upper[j] + trip for j in self._joints
-        )
+        rows, trip = zip(self._lower, self._q, self._upper, strict=True), self.limits.trip_rad
+        return self.is_in_a_wall and not all(lower - trip <= q <= upper + trip for lower, q, upper in rows)
 
     def bounded(self, tau: Numbers) -> Numbers:
         """Torques [N·m] within what each joint may be told; what pushes on in a wall fades to carrying."""
@@ -162,12 +160,8 @@ class Person:
 
     def _in_wall(self, joint: int) -> tuple[float, float]:
         """What pushes on towards a stop fades to carrying [N·m]."""
-        low, high, p, (into_upper, into_lower) = (
-            self._low[joint],
-            self._high[joint],
-            self._carried[joint],
-            self._depth(joint),
-        )
+        low, high, p = self._low[joint], self._high[joint], self._carried[joint]
+        into_upper, into_lower = self._depth(joint)
         high -= into_upper * (high - max(p, low))
         low += into_lower * (min(p, high) - low)
         return low, high
@@ -223,9 +217,9 @@ class Person:
 
     def _depth(self, joint: int) -> tuple[float, float]:
         """How far into the wall before the upper and the lower stop, 0 to 1 at the stop [-]."""
-        wall, at, ahead = self.limits.wall_rad, self._q[joint], self._ahead[joint]
-        into_upper = _share((max(at, ahead) - self._upper[joint]) / wall + 1.0)
-        return into_upper, _share((self._lower[joint] - min(at, ahead)) / wall + 1.0)
+        at, wall = self._q[joint], self.limits.wall_rad
+        least, most = sorted((at, at + WALL_AHEAD_S * self._v[joint]))
+        return _share((most - self._upper[joint]) / wall + 1.0), _share((self._lower[joint] - least) / wall + 1.0)
 
 
 def _share(value: float) -> float:

@@ -33,7 +33,7 @@ class Features:
         self._steps, self._all = [], factors[0]
         for three in factors[1:]:
             product = np.empty((3, len(self._all)))
-            self._steps.append((three[:, None], self._all, product))
+            self._steps.append((three[:, None], self._all[None, :], product))
             self._all = product.reshape(-1)
 
     def of(self, q: Joints) -> Float[np.ndarray, " product"]:
@@ -41,7 +41,7 @@ class Features:
         np.cos(q, self._cos)
         np.sin(q, self._sin)
         for factors, so_far, product in self._steps:
-            np.multiply(factors, so_far, product)
+            factors.dot(so_far, product)  # of a column and a row, in a quarter of the time of `np.multiply`
         return self._all
 
 
