@@ -11,14 +11,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, fields
 
 import numpy as np
-from jaxtyping import Float
 
 from exograv.errors import ConfigError
+from exograv.signals import Joints
 
-from .person import Person
-
-Joints = Float[np.ndarray, " joint"]
-Numbers = list[float]
+from .person import Numbers, Person, within
 
 V_CREDIBLE_RAD_S = 1e3
 """No joint is faster; beyond, a velocity is a broken signal, whose product with the damping must still be finite."""
@@ -111,7 +108,7 @@ class Envelope:
         """The machine gives this torque already (joint,) [N·m]: the next one follows it no faster than any other."""
         # A machine that does not say it, as NaN: from there every limit and the descent would let it through.
         rows = zip(tau.tolist(), self._bounds, strict=True)
-        self._tau = [_within(one, -bound, bound) if math.isfinite(one) else 0.0 for one, bound in rows]
+        self._tau = [within(one, -bound, bound) if math.isfinite(one) else 0.0 for one, bound in rows]
 
     def limit(self, tau_desired: Joints, q: Joints, v: Joints) -> Joints:
         """Torque (joint,) [N·m] that may go out.
@@ -144,7 +141,7 @@ class Envelope:
             allowed = person.afford(allowed, known, self.limits.torque_rate_max_Nm_per_s)
         tau, step = list(allowed), self._step
         for j, last in enumerate(self._tau):
-            tau[j] = _within(_within(tau[j], -self._bounds[j], self._bounds[j]), last - step, last + step)
+            tau[j] = within(within(tau[j], -self._bounds[j], self._bounds[j]), last - step, last + step)
         if person is not None:
             person.pay(tau, known, self._dt)
         if self.stop is None and tau != wanted:
@@ -221,13 +218,9 @@ class Envelope:
 
     def _brake(self, joint: int, v: float) -> float:
         """Damping torque: on all motion while descending; else on what is too fast, and before a joint's stop."""
-        v = _within(v, -V_CREDIBLE_RAD_S, V_CREDIBLE_RAD_S)
+        v = within(v, -V_CREDIBLE_RAD_S, V_CREDIBLE_RAD_S)
         if self.stop is not None:
             return (WITHOUT_MODEL if self.without_model else 1.0) * self._damping[joint] * v
         excess = max(abs(v) - self.limits.v_damping_rad_s, 0.0)
         in_wall = 0.0 if self.person is None else self.person.wall(joint, v) * abs(v)
         return math.copysign(self._damping[joint] * max(excess, in_wall), v)
-
-
-def _within(value: float, low: float, high: float) -> float:
-    return low if value < low else high if value > high else value

@@ -10,15 +10,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
-from exograv.signals import JointState
+from exograv.signals import Joints, JointState
 
 from .envelope import Envelope, StopReason
 from .ingress import COARSEST_COUNT_RAD, Ingress, Seen
 from .monitors import Monitors
-
-Joints = Float[np.ndarray, " joint"]
 
 COMMAND_LIFE_S = 0.005
 """A command that is not replaced for five periods is void [s] (docs/safety.md, SS0)."""

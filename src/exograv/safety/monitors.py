@@ -66,8 +66,8 @@ class Monitors:
         self._least_way = OPPOSITE_RAD_S * SPEED_TICKS * period_s
         self._before: deque[tuple[list[float], list[float]]] = deque(maxlen=SPEED_TICKS + 1)
         self._first = [math.nan] * joints
-        self._stands_at, self._motor_was, self._still = [math.nan] * joints, [0.0] * joints, [0] * joints
-        """Where joint and motor were when the joint's encoder began to say the same, and for how many ticks."""
+        self._ticks, self._since = 0, [(math.nan, 0.0, 0)] * joints
+        """Where joint and motor were when the joint's encoder began to say the same, and in which tick."""
 
     def told(self, tau: list[float]) -> None:
         """What went out (joint,) [N·m]."""
@@ -117,19 +117,20 @@ class Monitors:
     def _parting(self, q: list[float], q_motor: list[float]) -> list[Finding]:
         """Joints whose two encoders have parted for some time: far, or in opposite directions, or one stands still."""
         self._before.append((q, q_motor))
-        (before, motor_before), still, parted, found = self._before[0], self._still, self._parted, list[Finding]()
+        self._ticks += 1
+        (before, motor_before), first, parted, found = self._before[0], self._first, self._parted, list[Finding]()
         for j in self._joints:
             at, motor = q[j], q_motor[j]
-            if self._first[j] != self._first[j]:  # no number: nothing has been seen yet
-                self._first[j] = at - motor
+            if first[j] != first[j]:  # no number: nothing has been seen yet
+                first[j] = at - motor
             way, motor_way = at - before[j], motor - motor_before[j]
             is_opposite = way * motor_way < 0.0 and min(abs(way), abs(motor_way)) > self._least_way
-            is_apart = is_opposite or abs(at - motor - self._first[j]) > AGREE_RAD
+            is_apart = is_opposite or abs(at - motor - first[j]) > AGREE_RAD
             parted[j] = parted[j] + 1 if is_apart else 0
-            if at != self._stands_at[j]:
-                self._stands_at[j], self._motor_was[j], still[j] = at, motor, 0
-            still[j] += 1
-            is_dead = still[j] > STILL_TICKS and abs(motor - self._motor_was[j]) > STILL_WAY_RAD
+            if at != self._since[j][0]:
+                self._since[j] = (at, motor, self._ticks)
+            _, motor_then, then = self._since[j]
+            is_dead = self._ticks - then >= STILL_TICKS and abs(motor - motor_then) > STILL_WAY_RAD
             if is_dead or parted[j] >= IN_A_ROW:
                 found.append((StopReason.ENCODERS_PART, j))
         return found

@@ -8,13 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
 
 from exograv.errors import ConfigError
+from exograv.signals import Joints
 
 from .plausible import GRAVITY_LEVEL_MAX, PlausibleTable
 
-Joints = Float[np.ndarray, " joint"]
 Numbers = list[float]
 
 SHARE_MAX = 1.3
@@ -26,6 +25,11 @@ a joint of 2.7 rad/s went through the wall meanwhile [s]."""
 
 MARGIN_NM = 3.0
 """Beyond that share and friction [N·m]."""
+
+
+def within(value: float, low: float, high: float) -> float:
+    """The value, or the bound that it is beyond; the upper one for what is no number."""
+    return value if low <= value <= high else low if value < low else high
 
 
 @dataclass(frozen=True)
@@ -60,15 +64,13 @@ class PersonLimits:
     """What a motion on a path takes beyond carrying, while the arm is moved along one."""
 
     def __post_init__(self):
+        not_negative = ("trip_rad", "path_W", "driven_W", "driven_J")
         most_J, is_active = self.tank_max_J, (self.active_max_Nm > 0.0) & np.isfinite(self.active_max_Nm)
         for name, is_allowed, allowed in (
             ("wall_rad", self.wall_rad > 0.0, "above 0"),
-            ("trip_rad", 0.0 <= self.trip_rad < math.inf, "0 and above, finite"),
             ("active_max_Nm", is_active.all(), "above 0, finite"),
             ("v_trip_rad_s", self.v_trip_rad_s > 0.0, "above 0"),
-            ("path_W", 0.0 <= self.path_W < math.inf, "0 and above, finite"),
-            ("driven_W", 0.0 <= self.driven_W < math.inf, "0 and above, finite"),
-            ("driven_J", 0.0 <= self.driven_J < math.inf, "0 and above, finite"),
+            *((name, 0.0 <= getattr(self, name) < math.inf, "0 and above, finite") for name in not_negative),
             ("tank_start_J", 0.0 < self.tank_start_J <= most_J < math.inf, f"above 0 and up to tank_max_J, {most_J}"),
         ):
             if not is_allowed:
@@ -151,12 +153,12 @@ class Person:
         for j in self._joints:
             low, high = self._in_wall(j) if self.is_in_a_wall else (self._low[j], self._high[j])
             if not low <= found[j] <= high:
-                found[j] = low if found[j] < low else high
+                found[j] = within(found[j], low, high)
         return found
 
     def braked(self, tau: Numbers, brakes: Numbers) -> Numbers:
         """Bounded torques less what brakes [N·m]: within the same rows, but no wall takes from what brakes."""
-        return [min(max(tau[j] - brakes[j], self._low[j]), self._high[j]) for j in self._joints]
+        return [within(tau[j] - brakes[j], self._low[j], self._high[j]) for j in self._joints]
 
     def _in_wall(self, joint: int) -> tuple[float, float]:
         """What pushes on towards a stop fades to carrying [N·m]."""
@@ -219,8 +221,5 @@ class Person:
         """How far into the wall before the upper and the lower stop, 0 to 1 at the stop [-]."""
         at, wall = self._q[joint], self.limits.wall_rad
         least, most = sorted((at, at + WALL_AHEAD_S * self._v[joint]))
-        return _share((most - self._upper[joint]) / wall + 1.0), _share((self._lower[joint] - least) / wall + 1.0)
-
-
-def _share(value: float) -> float:
-    return min(max(value, 0.0), 1.0)
+        into_upper = within((most - self._upper[joint]) / wall + 1.0, 0.0, 1.0)
+        return into_upper, within((self._lower[joint] - least) / wall + 1.0, 0.0, 1.0)

@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import ConfigError
-
-Joints = Float[np.ndarray, " joint"]
+from exograv.signals import Joints
 
 GRAVITY_LEVEL_MAX = 1.8
 """Of the pull-up of a parabola [-]; the arm is then pushed down with 0.8 of its weight."""
