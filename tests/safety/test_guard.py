@@ -278,3 +278,13 @@ def test_a_machine_that_nobody_has_tried_may_be_asked_for_anything():
     for _ in range(1500):
         bench.tick(np.array([80.0, 0.0]))
     assert bench.guard.envelope.stop is None
+
+
+@pytest.mark.parametrize("is_known", [True, False])
+def test_encoders_of_a_calibrated_machine_are_doubted_and_those_of_one_that_nobody_has_tried_are_not(is_known: bool):
+    bench = Bench()
+    bench.guard = Guard.of_machine(Envelope(LIMITS, DT), DT, is_known=is_known)
+    bench.settled()
+    for _ in range(3):
+        bench.tick(q=bench.q + np.array([0.4, 0.0]))
+    assert (bench.guard.envelope.stop is StopReason.ENCODER_JUMPED) == is_known
