@@ -78,9 +78,11 @@ def main() -> None:
     for name, one in taken.items():
         p50, p99, p999 = np.percentile(one, [50, 99, 99.9])
         print(f"{name:28} median {p50:6.1f} µs, p99 {p99:6.1f}, p99.9 {p999:6.1f}")
-    for kind in kinds if options.beside is not None else ():
-        share = np.median(taken[kind] / taken[f"{options.beside.name}: {kind}"])
-        print(f"{kind}: {share:.2f} of the other version's time, median over ticks")
+    for other in list(packages)[1:]:
+        for kind in kinds:
+            print(
+                f"{kind}: {np.median(taken[kind] / taken[other + kind]):.2f} of the time of {other[:-2]}, median over ticks"
+            )
 
 
 if __name__ == "__main__":
