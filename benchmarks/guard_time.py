@@ -80,9 +80,8 @@ def main() -> None:
         print(f"{name:28} median {p50:6.1f} µs, p99 {p99:6.1f}, p99.9 {p999:6.1f}")
     for other in list(packages)[1:]:
         for kind in kinds:
-            print(
-                f"{kind}: {np.median(taken[kind] / taken[other + kind]):.2f} of the time of {other[:-2]}, median over ticks"
-            )
+            share = np.median(taken[kind] / taken[other + kind])
+            print(f"{kind}: {share:.2f} of the time of {options.beside.name}, median over ticks")
 
 
 if __name__ == "__main__":
