@@ -81,7 +81,7 @@ def main() -> None:
     for other in list(packages)[1:]:
         for kind in kinds:
             share = np.median(taken[kind] / taken[other + kind])
-            print(f"{kind}: {share:.2f} of the time of {options.beside.name}, median over ticks")
+            print(f"{kind}: {share:.2f} of the time of {other[:-2]}, median over ticks")
 
 
 if __name__ == "__main__":
