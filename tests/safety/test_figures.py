@@ -12,7 +12,7 @@ from exograv.safety import envelope, guard, ingress, modes, monitors, person, pl
     ("figure", "published"),
     [
         (envelope.WITHOUT_MODEL, 20.0 / 10.0),
-        (guard.IN_A_ROW_MAX, 3),
+        (guard.COMMAND_LIFE_S, 0.005),
         ((guard.WINDOW, guard.IN_WINDOW_MAX), (20, 3)),
         ((guard.SECOND, guard.IN_SECOND_MAX), (1000, 10)),
         (guard.STANDING_RAD_S, 0.05),

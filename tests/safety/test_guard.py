@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import IN_A_ROW_MAX, IN_SECOND_MAX, Guard, Guarded, SafeState, Submitted
+from exograv.safety.guard import IN_SECOND_MAX, IN_WINDOW_MAX, Guard, Guarded, SafeState, Submitted
 from exograv.safety.ingress import FROZEN_TICKS, Ingress
 from exograv.signals import JointState, TorqueSource
 
@@ -54,13 +54,13 @@ def test_in_good_order_control_s_torque_goes_out_unchanged():
 
 def test_three_silent_ticks_are_bridged_and_the_fourth_lets_the_arm_down():
     bench = Bench().settled()
-    bridged = [bench.tick(None) for _ in range(IN_A_ROW_MAX)]
+    bridged = [bench.tick(None) for _ in range(IN_WINDOW_MAX)]
     assert all(out.safe_state is SafeState.BRIDGE for out in bridged)
     assert all((out.tau == TORQUE).all() for out in bridged)
     out = bench.tick(None)
     assert out.safe_state is SafeState.DESCENT
     assert bench.guard.envelope.stop is StopReason.CONTROL_SILENT
-    assert IN_A_ROW_MAX + 1 <= BUDGET_TICKS
+    assert IN_WINDOW_MAX + 1 <= BUDGET_TICKS
 
 
 def test_four_misses_in_twenty_ticks_are_too_many_though_never_two_in_a_row():
@@ -278,3 +278,13 @@ def test_a_machine_that_nobody_has_tried_may_be_asked_for_anything():
     for _ in range(1500):
         bench.tick(np.array([80.0, 0.0]))
     assert bench.guard.envelope.stop is None
+
+
+@pytest.mark.parametrize("is_known", [True, False])
+def test_encoders_of_a_calibrated_machine_are_doubted_and_those_of_one_that_nobody_has_tried_are_not(is_known: bool):
+    bench = Bench()
+    bench.guard = Guard.of_machine(Envelope(LIMITS, DT), DT, is_known=is_known)
+    bench.settled()
+    for _ in range(3):
+        bench.tick(q=bench.q + np.array([0.4, 0.0]))
+    assert (bench.guard.envelope.stop is StopReason.ENCODER_JUMPED) == is_known

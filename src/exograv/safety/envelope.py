@@ -8,16 +8,14 @@ needs an independent hardware emergency stop.
 import enum
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
-from jaxtyping import Float
 
 from exograv.errors import ConfigError
+from exograv.signals import Joints
 
-from .person import Person
-
-Joints = Float[np.ndarray, " joint"]
+from .person import Numbers, Person, within
 
 V_CREDIBLE_RAD_S = 1e3
 """No joint is faster; beyond, a velocity is a broken signal, whose product with the damping must still be finite."""
@@ -47,18 +45,15 @@ class Limits:
     """Time over which the soft descent fades the torque: the hand stays below about 0.6 m/s."""
 
     def __post_init__(self):
-        for name in ("torque_max_Nm", "damping_Nms_per_rad"):
-            values = getattr(self, name)
-            bad = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
-            if bad.size:
-                raise ConfigError(
-                    f"envelope.{name} of joint {bad[0]} is {values[bad[0]]}; it must be positive and finite. "
-                    "Correct it in the rig file: zero would let the arm fall."
-                )
-        for name in ("torque_rate_max_Nm_per_s", "v_damping_rad_s", "v_trip_rad_s", "descent_s"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
-                raise ConfigError(f"envelope.{name} is {value}; it must be positive and finite. Correct it.")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            for joint, one in enumerate(np.ravel(value).tolist()):
+                if not 0.0 < one < math.inf:
+                    of_joint = f" of joint {joint}" if np.ndim(value) else ""
+                    raise ConfigError(
+                        f"envelope.{field.name}{of_joint} is {one}; it must be positive and finite. "
+                        "Correct it in the rig file: zero would let the arm fall."
+                    )
 
 
 class StopReason(enum.Enum):
@@ -81,6 +76,10 @@ class StopReason(enum.Enum):
     STOP_PRESSED = "Stop was pressed."
 
 
+Finding = tuple[StopReason, int]
+"""What is wrong, and with which joint."""
+
+
 class Envelope:
     """Keeps every command inside `Limits`; after a fault it is latched in a soft descent until `reset`."""
 
@@ -98,24 +97,20 @@ class Envelope:
         """Those of them whose motor is not believed either: told no torque, braked twice as hard by their drives."""
         self.without_model = False
         """Whether the descent only damps, because torques by the model are not believed any more."""
-        self._step = limits.torque_rate_max_Nm_per_s * dt
-        self._dt = dt
-        self._bounds: list[float] = limits.torque_max_Nm.tolist()
-        self._damping: list[float] = limits.damping_Nms_per_rad.tolist()
-        self._tau = [0.0] * len(self._bounds)
-        self._q = [0.0] * len(self._bounds)
+        self._dt, self._step = dt, limits.torque_rate_max_Nm_per_s * dt
+        self._bounds: Numbers = limits.torque_max_Nm.tolist()
+        self._damping: Numbers = limits.damping_Nms_per_rad.tolist()
         self._none = [0.0] * len(self._bounds)
         self._no_damping = np.zeros(len(self._bounds))
         self._no_damping.flags.writeable = False  # every tick without a fault shares it
-        self._tau_at_stop = self._tau
+        self._q = self._tau = self._tau_at_stop = self._none
         self._since_stop = 0.0
 
     def begin(self, tau: Joints) -> None:
         """The machine gives this torque already (joint,) [N·m]: the next one follows it no faster than any other."""
         # A machine that does not say it, as NaN: from there every limit and the descent would let it through.
-        known = [one if math.isfinite(one) else 0.0 for one in tau.tolist()]
-        self._tau = [_within(one, -bound, bound) for one, bound in zip(known, self._bounds, strict=True)]
-        self._tau_at_stop = self._tau
+        rows = zip(tau.tolist(), self._bounds, strict=True)
+        self._tau = [within(one, -bound, bound) if math.isfinite(one) else 0.0 for one, bound in rows]
 
     def limit(self, tau_desired: Joints, q: Joints, v: Joints) -> Joints:
         """Torque (joint,) [N·m] that may go out.
@@ -125,43 +120,37 @@ class Envelope:
             q: Where the joints are (joint,) [rad].
             v: How fast they are (joint,) [rad/s].
         """
-        # Plain numbers: for a handful of joints they take a quarter of the time of arrays.
-        desired, speeds, positions = tau_desired.tolist(), v.tolist(), q.tolist()
-        for joint in self.isolated:
-            speeds[joint], positions[joint] = 0.0, self._q[joint]
-        # Finite on both sides: minimum and maximum would hide a NaN.
-        fastest = max(map(abs, speeds)) if all(map(math.isfinite, speeds)) else None
+        return np.array(self.limited(tau_desired.tolist(), q.tolist(), v.tolist()))
+
+    def limited(self, desired: Numbers, q: Numbers, v: Numbers) -> Numbers:
+        """The same in plain numbers, which nobody may write into: they take a quarter of the time of arrays."""
+        v, person = self._believed(q, v), self.person
+        fastest = max(map(abs, v))
         # The friction of an incredible speed would lift every bound, and its power empty the tank for ever.
-        known = self._none if fastest is None or fastest > V_CREDIBLE_RAD_S else speeds
-        if all(map(math.isfinite, positions)):
-            self._q = positions
-        else:
-            self.trip(StopReason.NO_MEASUREMENT)  # positions that mean nothing leave the last ones in force
-        person = self.person
+        known = v if fastest <= V_CREDIBLE_RAD_S else self._none
         if person is not None:
             person.look(self._q, known)
         if self.stop is None:
-            self._watch(desired, fastest)
-        self._catch(speeds, fastest)
+            self._watch(desired)
+        self._catch(v, fastest)
         wanted = desired if self.stop is None else self._descent()
-        plausible = wanted if person is None else person.bounded(wanted)
-        if fastest is not None and self._brakes(fastest):
+        allowed = wanted if person is None else person.bounded(wanted)
+        if self._brakes(fastest):
             # After the bounds: else what control pushes beyond them would be taken from the brake.
-            brakes = [self._brake(joint, v) for joint, v in enumerate(speeds)]
+            brakes = [self._brake(joint, speed) for joint, speed in enumerate(v)]
             wanted = [tau - brake for tau, brake in zip(wanted, brakes, strict=True)]
-            plausible = wanted if person is None else person.braked(plausible, brakes)
+            allowed = wanted if person is None else person.braked(allowed, brakes)
         if person is not None:
-            plausible = person.afford(plausible, known, self.limits.torque_rate_max_Nm_per_s)
-        tau, step = list(plausible), self._step
-        for joint, last in enumerate(self._tau):
-            bound = self._bounds[joint]
-            tau[joint] = _within(_within(tau[joint], -bound, bound), last - step, last + step)
+            allowed = person.afford(allowed, known, self.limits.torque_rate_max_Nm_per_s)
+        tau, step = list(allowed), self._step
+        for j, last in enumerate(self._tau):
+            tau[j] = within(within(tau[j], -self._bounds[j], self._bounds[j]), last - step, last + step)
         if person is not None:
             person.pay(tau, known, self._dt)
         if self.stop is None and tau != wanted:
             self.clipped_ticks += 1
         self._tau = tau
-        return np.array(tau)
+        return tau
 
     @property
     def drive_damping(self) -> Joints:
@@ -193,37 +182,47 @@ class Envelope:
             powerless: Joints whose motor is not believed either: damping through it might drive.
         """
         if self.stop is None:
-            self.stop = reason
-            self._tau_at_stop = self._tau
+            self.stop, self._tau_at_stop = reason, self._tau
         self.without_model = self.without_model or without_model
         self.powerless |= frozenset(powerless)
         self.isolated |= self.powerless.union(isolate)
 
     def reset(self) -> None:
         """Leave the latched stop; an act of the operator. Torque goes on from where the descent has brought it."""
-        self.stop = None
+        self.stop, self._since_stop = None, 0.0
         self.without_model, self.isolated, self.powerless = False, frozenset(), frozenset()
-        self._since_stop = 0.0
 
-    def _watch(self, tau_desired: list[float], fastest: float | None) -> None:
-        if fastest is None:
-            self.stop = StopReason.NO_MEASUREMENT
-        elif not all(map(math.isfinite, tau_desired)):
-            self.stop = StopReason.NOT_FINITE
+    def _believed(self, q: Numbers, v: Numbers) -> Numbers:
+        """Take the positions, if they mean anything; velocities, of which an isolated joint has none."""
+        if self.isolated:
+            q, v = q.copy(), v.copy()
+            for joint in self.isolated:
+                q[joint], v[joint] = self._q[joint], 0.0
+        # Finite on both sides: minimum and maximum would hide a NaN.
+        if all(map(math.isfinite, q)):
+            self._q = q
+        else:
+            self.trip(StopReason.NO_MEASUREMENT)  # positions that mean nothing leave the last ones in force
+        if all(map(math.isfinite, v)):
+            return v
+        self.trip(StopReason.NO_MEASUREMENT)
+        return self._none
+
+    def _watch(self, desired: Numbers) -> None:
+        if not all(map(math.isfinite, desired)):
+            self.trip(StopReason.NOT_FINITE)
         elif self.person is not None and self.person.is_past_a_stop:
-            self.stop = StopReason.PAST_A_STOP
-        self._tau_at_stop = self._tau
+            self.trip(StopReason.PAST_A_STOP)
 
-    def _catch(self, speeds: list[float], fastest: float | None) -> None:
+    def _catch(self, v: Numbers, fastest: float) -> None:
         """Leave joints that are too fast to their drives: no command has held them, and any of it may be wrong."""
-        if fastest is not None and fastest > (v_trip := self._v_trip()):
-            self.trip(StopReason.TOO_FAST, powerless=[j for j, v in enumerate(speeds) if abs(v) > v_trip])
+        v_trip, person = self.limits.v_trip_rad_s, self.person
+        if person is not None:
+            v_trip = min(v_trip, person.limits.v_trip_rad_s)
+        if fastest > v_trip:
+            self.trip(StopReason.TOO_FAST, powerless=[j for j, speed in enumerate(v) if abs(speed) > v_trip])
 
-    def _v_trip(self) -> float:
-        own = self.limits.v_trip_rad_s
-        return own if self.person is None else min(own, self.person.limits.v_trip_rad_s)
-
-    def _descent(self) -> list[float]:
+    def _descent(self) -> Numbers:
         self._since_stop += self._dt
         if self.without_model:
             return self._none
@@ -237,13 +236,9 @@ class Envelope:
 
     def _brake(self, joint: int, v: float) -> float:
         """Damping torque: on all motion while descending; else on what is too fast, and before a joint's stop."""
-        v = _within(v, -V_CREDIBLE_RAD_S, V_CREDIBLE_RAD_S)
+        v = within(v, -V_CREDIBLE_RAD_S, V_CREDIBLE_RAD_S)
         if self.stop is not None:
             return (WITHOUT_MODEL if self.without_model else 1.0) * self._damping[joint] * v
         excess = max(abs(v) - self.limits.v_damping_rad_s, 0.0)
         in_wall = 0.0 if self.person is None else self.person.wall(joint, v) * abs(v)
         return math.copysign(self._damping[joint] * max(excess, in_wall), v)
-
-
-def _within(value: float, low: float, high: float) -> float:
-    return low if value < low else high if value > high else value

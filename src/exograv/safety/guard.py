@@ -10,24 +10,18 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
-from exograv.signals import JointState
+from exograv.signals import Joints, JointState
 
 from .envelope import Envelope, StopReason
-from .ingress import COARSEST_COUNT_RAD, Doubt, Ingress
+from .ingress import COARSEST_COUNT_RAD, Ingress, Seen
 from .monitors import Monitors
-
-Joints = Float[np.ndarray, " joint"]
 
 COMMAND_LIFE_S = 0.005
 """A command that is not replaced for five periods is void [s] (docs/safety.md, SS0)."""
 
-IN_A_ROW_MAX = 3
-"""Missed ticks that are bridged by the last valid torque [-]; the next one is one too many."""
-
 WINDOW, IN_WINDOW_MAX = 20, 3
-"""Ticks, and how many of them may be missed."""
+"""Ticks, and how many of them may be missed, in a row too: bridged by the last valid torque; the next is too many."""
 
 SECOND, IN_SECOND_MAX = 1000, 10
 """The same of a second."""
@@ -67,6 +61,10 @@ class Submitted:
     tau: Joints
     """[N·m]"""
 
+    def answers(self, state: JointState, now: float) -> bool:
+        """Whether it is about this measurement, and not void yet."""
+        return self.sequence == state.sequence and now <= self.valid_until
+
 
 class Guarded(NamedTuple):
     """What goes out."""
@@ -78,16 +76,6 @@ class Guarded(NamedTuple):
     """What each drive adds by its own encoder [N·m·s/rad]."""
 
     safe_state: SafeState
-
-
-_STOPS: dict[Doubt, StopReason] = {
-    Doubt.JUMP: StopReason.ENCODER_JUMPED,
-    Doubt.FROZEN: StopReason.ENCODER_DEAD,
-    Doubt.NOT_FINITE: StopReason.NO_MEASUREMENT,
-}
-
-
-_NOBODY: frozenset[int] = frozenset()
 
 
 class Guard:
@@ -110,17 +98,13 @@ class Guard:
             gain: Torque per motor current, as calibrated (joint,) [N·m/A]; None where torque has sensors of its own.
             compares: Whether signals that should say the same are compared; not on a machine that nobody has tried.
         """
-        joints = len(envelope.limits.torque_max_Nm)
+        self._everywhere = range(len(envelope.limits.torque_max_Nm))
         self.envelope = envelope
         self._ingress, self._period_s = ingress, period_s
-        self._monitors, self._compares = Monitors(joints, period_s, gain), compares
-        self._speeds = _Speeds(joints, period_s)
-        self._measured, self._answered = _Misses(), _Misses()
-        self._q = self._v = np.zeros(joints)
-        self._held = np.zeros(joints)
-        self._everywhere = range(joints)
-        self._broken = _NOBODY
-        self._seen: JointState | None = None
+        self._monitors, self._compares = Monitors(len(self._everywhere), period_s, gain), compares
+        self._seen = Seen(None)
+        self._q = self._v = [0.0] * len(self._everywhere)
+        self._begin()
 
     @classmethod
     def of_machine(
@@ -152,29 +136,32 @@ class Guard:
 
     def see(self, state: JointState | None, now: float) -> JointState | None:
         """First half of a tick: what may be believed of a measurement, for control to answer to; None if nothing."""
-        seen = self._ingress.see(state, now, self.envelope.isolated)
-        self._broken = _NOBODY
-        if seen.doubts:
-            self._doubt(seen.doubts)
-        self._seen = seen.state
+        seen = self._seen = self._ingress.see(state, now, self.envelope.isolated)
+        for reason, joint in seen.found:
+            self.envelope.trip(reason, isolate=(joint,))
+            # Without this joint the next measurement is a good one.
+            self._measured = _Misses()
         if seen.state is not None:
-            self._q = seen.state.q
-            self._v = self._speeds.update(seen.state.q.tolist(), seen.state.t)
+            self._q = seen.state.q.tolist()
+            self._v = self._speeds.update(self._q, seen.state.t)
             if self._compares:
                 for reason, joint in self._monitors.look(seen.state, self.envelope.isolated):
-                    self._distrust(reason, joint)
+                    # A torque that is not what was told may come from any cause: no torque by the model then, and
+                    # none through that motor, which might turn the other way and drive where it is told to damp.
+                    is_torque = reason is StopReason.TORQUE_WRONG
+                    of_motor, of_encoder = ((joint,), ()) if is_torque else ((), (joint,))
+                    self.envelope.trip(reason, without_model=is_torque, isolate=of_encoder, powerless=of_motor)
         return seen.state
 
     def decide(self, submitted: Submitted | None, now: float) -> Guarded:
         """Second half: what goes out, whether control has answered or not."""
-        bridges = self._count(self._seen, submitted, now)
-        tau = self.envelope.limit(self._held, self._q, self._v)
-        told = tau.tolist()
-        self._monitors.told(told)
-        asked = self._held.tolist() if self.envelope.stop is None else told  # what is asked in a descent is no matter
-        if self._compares and self._monitors.is_refused(asked, told, self._v.tolist()):
+        bridges = self._bridges(submitted, now)
+        tau = self.envelope.limited(self._held, self._q, self._v)
+        self._monitors.told(tau)
+        asked = self._held if self.envelope.stop is None else tau  # what is asked in a descent is no matter
+        if self._compares and self._monitors.is_refused(asked, tau, self._v):
             self.envelope.trip(StopReason.NOT_THIS_ARM)
-        return Guarded(tau, self.envelope.drive_damping, self._safe_state(bridges))
+        return Guarded(np.array(tau), self.envelope.drive_damping, self._safe_state(bridges))
 
     def lose_model(self) -> None:
         """Control's model does not fit the machine any more: a torque for another posture is arbitrary."""
@@ -188,52 +175,32 @@ class Guard:
         """Whether the latch was left: not while an arm comes down, nor while the machine does not say where it is."""
         believed = [j for j in self._everywhere if j not in self.envelope.isolated]
         # After a silence no joint is believed; then all have to stand still by what the machine says again.
-        standing = bool((np.abs(self._v[believed or self._everywhere]) < STANDING_RAD_S).all())
-        if self._seen is None or not (self.envelope.descent_is_over and standing):
+        standing = all(abs(self._v[j]) < STANDING_RAD_S for j in believed or self._everywhere)
+        if self._seen.state is None or not (self.envelope.descent_is_over and standing):
             return False
         self.envelope.reset()
-        self._speeds = _Speeds(len(self._everywhere), self._period_s)
-        self._measured, self._answered = _Misses(), _Misses()
-        self._held = np.zeros(len(self._held))
+        self._begin()
         return True
 
-    def _distrust(self, reason: StopReason, joint: int) -> None:
-        """A torque that is not what was told may come from any cause: no torque by the model then, damping only.
+    def _begin(self) -> None:
+        """Nothing is known of the last ticks."""
+        self._speeds = _Speeds(len(self._everywhere), self._period_s)
+        self._measured, self._answered = _Misses(), _Misses()
+        self._held = [0.0] * len(self._everywhere)
 
-        And none through that motor: one that turns the other way would drive where it is told to damp.
-        """
-        if reason is StopReason.TORQUE_WRONG:
-            self.envelope.trip(reason, without_model=True, powerless=(joint,))
-        else:
-            self.envelope.trip(reason, isolate=(joint,))
-
-    def _doubt(self, doubts: Sequence[tuple[Doubt, int | None]]) -> None:
-        """Joints that are certainly not to be believed are isolated; a number that is none first has three ticks."""
-        for doubt, joint in doubts:
-            if joint is not None and doubt is not Doubt.NOT_FINITE:
-                self.envelope.trip(_STOPS[doubt], isolate=(joint,))
-                # Without this joint the next measurement is a good one.
-                self._measured = _Misses()
-        self._broken = frozenset(j for doubt, j in doubts if doubt is Doubt.NOT_FINITE and j is not None)
-
-    def _count(self, state: JointState | None, submitted: Submitted | None, now: float) -> bool:
+    def _bridges(self, submitted: Submitted | None, now: float) -> bool:
         """Take control's torque if it answers in time; whether the last one is held in its place."""
+        state, broken = self._seen.state, self._seen.broken
         if self._measured.add(state is None):
-            reason = StopReason.NO_MEASUREMENT if self._broken else StopReason.MACHINE_SILENT
-            self.envelope.trip(reason, isolate=self._broken or self._everywhere)
-        answers = (
-            state is not None
-            and submitted is not None
-            and submitted.sequence == state.sequence
-            and now <= submitted.valid_until
-        )
+            reason = StopReason.NO_MEASUREMENT if broken else StopReason.MACHINE_SILENT
+            self.envelope.trip(reason, isolate=broken or self._everywhere)
+        bridges = True
+        if state is not None and submitted is not None and submitted.answers(state, now):
+            self._held, bridges = submitted.tau.tolist(), False
         # What the machine does not say counts too: by turns, each within its bounds, the two would hold a torque on.
-        if self._answered.add(not answers):
+        if self._answered.add(bridges):
             self.envelope.trip(StopReason.CONTROL_SILENT)
-        if submitted is None or not answers:
-            return True
-        self._held = submitted.tau.copy()
-        return False
+        return bridges
 
     def _safe_state(self, bridges: bool) -> SafeState:
         if self.envelope.isolated:
@@ -256,12 +223,10 @@ class _Misses:
         self._ticks = (self._ticks << 1 | is_missed) & _EVERY
         if not is_missed:
             return False
-        in_window = (self._ticks & _RECENT).bit_count()
-        in_a_row = self._ticks & _ROW == _ROW
-        return in_a_row or in_window > IN_WINDOW_MAX or self._ticks.bit_count() > IN_SECOND_MAX
+        return (self._ticks & _RECENT).bit_count() > IN_WINDOW_MAX or self._ticks.bit_count() > IN_SECOND_MAX
 
 
-_ROW, _RECENT, _EVERY = 2 ** (IN_A_ROW_MAX + 1) - 1, 2**WINDOW - 1, 2**SECOND - 1
+_RECENT, _EVERY = 2**WINDOW - 1, 2**SECOND - 1
 """Bits of the last ticks."""
 
 
@@ -269,16 +234,15 @@ class _Speeds:
     """The guard's own velocities: filtered differences of positions, nothing of control's observer."""
 
     def __init__(self, joints: int, period_s: float):
-        self._period_s = period_s
-        self._v = [0.0] * joints
-        self._q: list[float] | None = None
-        self._t = 0.0
+        self._joints, self._period_s = range(joints), period_s
+        self._q, self._v, self._t = list[float](), [0.0] * joints, 0.0
 
-    def update(self, q: list[float], t: float) -> Joints:
+    def update(self, q: list[float], t: float) -> list[float]:
         """Take positions [rad] of the time `t` [s]; velocities [rad/s]."""
-        if self._q is not None:
-            passed = max(t - self._t, 0.5 * self._period_s)
-            share = passed / (SPEED_FILTER_S + passed)
-            self._v = [v + share * ((q[j] - self._q[j]) / passed - v) for j, v in enumerate(self._v)]
+        passed = max(t - self._t, 0.5 * self._period_s)
+        share = passed / (SPEED_FILTER_S + passed)
+        before, v = self._q or q, self._v  # at first nothing moves
+        for j in self._joints:
+            v[j] += share * ((q[j] - before[j]) / passed - v[j])
         self._q, self._t = q, t
-        return np.array(self._v)
+        return v

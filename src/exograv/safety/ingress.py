@@ -3,14 +3,16 @@
 Sources of all figures: docs/safety.md.
 """
 
-import enum
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
+from itertools import islice
 from typing import NamedTuple
 
 from exograv.errors import ConfigError
 from exograv.signals import JointState, TorqueSource
+
+from .envelope import Finding, StopReason
 
 AGE_MAX_S = 0.003
 """Up to which a measurement is of now [s]."""
@@ -39,25 +41,17 @@ COARSEST_COUNT_RAD = 2.0 * math.pi / 2**13
 """Of the encoders of machines that we know of: what a machine that does not say is taken to have [rad]."""
 
 
-class Doubt(enum.Enum):
-    """What is wrong with a measurement; the value is a sentence for the operator."""
-
-    NOT_FINITE = "An encoder or a current is not a number."
-    JUMP = "An encoder jumped farther than a joint can move."
-    FROZEN = "An encoder stood still while its joint was moving."
-    MISSING = "No measurement came."
-    STALE = "A measurement is too old, or of a time to come."
-    OUT_OF_ORDER = "A measurement came twice, or after a newer one."
-
-
 class Seen(NamedTuple):
     """What one tick brought."""
 
     state: JointState | None
     """A measurement that may be used; None where there is none."""
 
-    doubts: tuple[tuple[Doubt, int | None], ...] = ()
-    """Each with the joint that it is about, None for all of them."""
+    found: tuple[Finding, ...] = ()
+    """Joints whose encoder is certainly not to be believed any more."""
+
+    broken: frozenset[int] = frozenset()
+    """Joints that said what is no number."""
 
 
 class Ingress:
@@ -75,24 +69,23 @@ class Ingress:
         Raises:
             ConfigError: A count is negative or no number.
         """
-        bad = [(j, count) for j, count in enumerate(counts_rad) if not count >= 0.0]
-        if bad:
-            raise ConfigError(
-                f"The encoder of joint {bad[0][0]} has a count of {bad[0][1]} rad; allowed: 0 and above, infinite "
-                "where it is not watched. Correct it in the rig file."
-            )
-        self._period_s, joints = period_s, len(counts_rad)
-        self._joints = range(joints)
-        self._way = v_trip_rad_s * period_s
-        self._reach = [JUMP_SHARE * self._way + count for count in counts_rad]
-        self._slack = [(JUMP_SHARE - 1.0) * self._way + count for count in counts_rad]
-        self._least_way = [
-            max(FROZEN_FROM_RAD_S * MOVING_TICKS * period_s, MOVING_COUNTS * count) for count in counts_rad
-        ]
-        self._used: deque[list[float]] = deque(maxlen=LOOKED_AT)
-        self._newest = [math.nan] * joints
-        self._still, self._jumped = [0] * joints, [0] * joints
-        self._sequence, self._t = -1, -math.inf
+        for j, count in enumerate(counts_rad):
+            if not count >= 0.0:
+                raise ConfigError(
+                    f"The encoder of joint {j} has a count of {count} rad; allowed: 0 and above, infinite where it is "
+                    "not watched. Correct it in the rig file."
+                )
+        way, self._joints = v_trip_rad_s * period_s, range(len(counts_rad))
+        self._period_s, self._way = period_s, way
+        self._reach = [JUMP_SHARE * way + count for count in counts_rad]
+        self._slack = [(JUMP_SHARE - 1.0) * way + count for count in counts_rad]
+        clear = FROZEN_FROM_RAD_S * MOVING_TICKS * period_s
+        self._least_way = [max(clear, MOVING_COUNTS * count) for count in counts_rad]
+        # No number is far from another, or the same: what has not been seen yet raises no doubt.
+        self._used = deque([[math.nan] * len(counts_rad)] * LOOKED_AT, maxlen=LOOKED_AT)
+        self._jumped = [0] * len(counts_rad)
+        self._ignored: Collection[int] = ()
+        self._sequence, self._t = -1, 0.0
         self.dropped = 0
         """Measurements that came twice or after a newer one: counted, and never used."""
 
@@ -104,63 +97,58 @@ class Ingress:
             now: On the rig's clock [s].
             ignored: Joints that are not believed any more: what they say makes no measurement worse.
         """
-        self._forget(ignored)
+        if ignored != self._ignored:
+            self._forget(ignored)
         if state is None:
-            return Seen(None, ((Doubt.MISSING, None),))
+            return Seen(None)
         if state.sequence <= self._sequence:
             self.dropped += 1
-            return Seen(None, ((Doubt.OUT_OF_ORDER, None),))
+            return Seen(None)
         self._sequence = state.sequence
         # A time to come is no time of this clock, and would excuse any jump.
         if not abs(now - state.t) <= AGE_MAX_S:
-            return Seen(None, ((Doubt.STALE, None),))
-        q, other = state.q.tolist(), _measured(state)
-        if not (all(map(math.isfinite, q)) and all(map(math.isfinite, other))):
+            return Seen(None)
+        torque = state.current if state.torque_source is TorqueSource.CURRENT else state.tau
+        q, other = state.q.tolist(), torque.tolist()
+        if not math.isfinite(sum(q) + sum(other)):  # it is only where all of them are
             believed = [j for j in self._joints if j not in ignored]
-            broken = [j for j in believed if not (math.isfinite(q[j]) and math.isfinite(other[j]))]
+            broken = frozenset(j for j in believed if not (math.isfinite(q[j]) and math.isfinite(other[j])))
             if broken:
-                return Seen(None, tuple((Doubt.NOT_FINITE, j) for j in broken))
-        # What is not believed is no number, and no number is far from another, or the same.
-        q = [math.nan if j in ignored else at for j, at in enumerate(q)] if ignored else q
-        ticks = max(round((state.t - self._t) / self._period_s), 1) if self._used else 1
-        newest, jumped = self._newest, self._jumped
-        is_far = False
-        # All of them look, whatever the first one finds.
+                return Seen(None, broken=broken)
+        if ignored:
+            q = [math.nan if j in ignored else at for j, at in enumerate(q)]
+        if self._are_far(q, max(round((state.t - self._t) / self._period_s), 1)):
+            jumped = [j for j, ticks in enumerate(self._jumped) if ticks >= JUMPS_MAX]
+            return Seen(None, tuple((StopReason.ENCODER_JUMPED, j) for j in jumped))
+        self._used.append(q)
+        self._t = state.t
+        return Seen(state, self._dead(q))
+
+    def _are_far(self, q: list[float], ticks: int) -> bool:
+        """Whether any joint is farther from where it was so many ticks ago than it can be."""
+        jumped, before, are_far = self._jumped, self._used[-1], False
         for j in self._joints:
             # After a first one by the speed alone: else a small jump would be within reach before it is the third.
             reach = ticks * self._way + self._slack[j] if jumped[j] else ticks * self._reach[j]
-            jumped[j] = jumped[j] + 1 if abs(q[j] - newest[j]) > reach else 0
-            is_far = is_far or jumped[j] > 0
-        if is_far:
-            return Seen(None, tuple((Doubt.JUMP, j) for j in self._joints if jumped[j] >= JUMPS_MAX))
-        return Seen(state, self._use(q, state.t))
+            if abs(q[j] - before[j]) > reach:
+                jumped[j], are_far = jumped[j] + 1, True
+            else:
+                jumped[j] = 0
+        return are_far
 
-    def _use(self, q: list[float], t: float) -> tuple[tuple[Doubt, int], ...]:
-        """These positions are believed; which joints have been the same for long after a clear motion."""
-        still, is_any_still = self._still, False
+    def _dead(self, q: list[float]) -> tuple[Finding, ...]:
+        """Joints that have been the same for long after a clear motion."""
+        moving, still, found = self._used[0], self._used[MOVING_TICKS], ()
         for j in self._joints:
-            still[j] = still[j] + 1 if q[j] == self._newest[j] else 0
-            is_any_still = is_any_still or still[j] >= FROZEN_TICKS
-        self._newest, self._t = q, t
-        self._used.append(q)
-        if not is_any_still or len(self._used) < LOOKED_AT:
-            return ()
-        return tuple((Doubt.FROZEN, j) for j in self._joints if self._is_frozen(j))
-
-    def _is_frozen(self, joint: int) -> bool:
-        """Whether a joint has been the same for long after a clear motion."""
-        way = abs(self._newest[joint] - self._used[0][joint])
-        return self._still[joint] >= FROZEN_TICKS and way >= self._least_way[joint]
+            if q[j] == still[j] and abs(q[j] - moving[j]) >= self._least_way[j]:
+                is_dead = all(one[j] == q[j] for one in islice(self._used, MOVING_TICKS, None))
+                found += ((StopReason.ENCODER_DEAD, j),) if is_dead else ()
+        return found
 
     def _forget(self, joints: Collection[int]) -> None:
         """Nothing was seen: when a joint is believed again, nobody knows how it came to where it is."""
+        self._ignored = joints
         for j in joints:
-            self._still[j] = self._jumped[j] = 0
-            for q in (self._newest, *self._used):
+            self._jumped[j] = 0
+            for q in self._used:
                 q[j] = math.nan
-
-
-def _measured(state: JointState) -> list[float]:
-    """Currents, or torques where the machine has sensors for them."""
-    values = state.current if state.torque_source is TorqueSource.CURRENT else state.tau
-    return values.tolist()

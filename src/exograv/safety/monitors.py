@@ -10,7 +10,7 @@ from itertools import islice
 
 from exograv.signals import JointState
 
-from .envelope import StopReason
+from .envelope import Finding, StopReason
 
 AGREE_RAD = 0.035
 """By which the two encoders of a joint may part: 2°, far more than a gear yields [rad]."""
@@ -46,9 +46,6 @@ REFUSED_NM, REFUSED_S, SLOW_RAD_S = 3.0, 0.3, 0.1
 """So much more, for so long, at so slow a joint, control asks for than may go out when its arm is not the one in the
 machine: in motion a joint may need more for a while."""
 
-Finding = tuple[StopReason, int]
-"""What is wrong, and with which joint."""
-
 
 class Monitors:
     """Of one machine; what it has no second signal for it does not watch."""
@@ -61,7 +58,7 @@ class Monitors:
             period_s: Between two measurements [s].
             gain: Torque per motor current, as calibrated [N·m/A]; None where torque is measured by sensors.
         """
-        self._gain = None if gain is None else list(gain)
+        self._joints, self._gain = range(joints), gain
         self._told: deque[list[float]] = deque(maxlen=SLOWEST_TICKS)
         self._off_ticks, self._parted = [0] * joints, [0] * joints
         self._bias, self._bias_share = [0.0] * joints, period_s / (BIAS_S + period_s)
@@ -69,8 +66,8 @@ class Monitors:
         self._least_way = OPPOSITE_RAD_S * SPEED_TICKS * period_s
         self._before: deque[tuple[list[float], list[float]]] = deque(maxlen=SPEED_TICKS + 1)
         self._first = [math.nan] * joints
-        self._stands_at, self._motor_was, self._still = [math.nan] * joints, [0.0] * joints, [0] * joints
-        """Where joint and motor were when the joint's encoder began to say the same, and for how many ticks."""
+        self._ticks, self._since = 0, [(math.nan, 0.0, 0)] * joints
+        """Where joint and motor were when the joint's encoder began to say the same, and in which tick."""
 
     def told(self, tau: list[float]) -> None:
         """What went out (joint,) [N·m]."""
@@ -89,29 +86,27 @@ class Monitors:
         """What a measurement that is believed otherwise gives away; joints in `ignored` are not asked."""
         found = [(StopReason.DRIVE_FAULT, j) for j in state.faulty]
         if state.q_motor is not None:
-            found += [(StopReason.ENCODERS_PART, j) for j in self._parting(state.q.tolist(), state.q_motor.tolist())]
-        found += [(StopReason.TORQUE_WRONG, j) for j in self._wrong_torques(state)]
+            found += self._parting(state.q.tolist(), state.q_motor.tolist())
+        if len(self._told) >= LATELY_TICKS:
+            found += self._wrong_torques((state.tau if self._gain is None else state.current).tolist())
         return [(reason, j) for reason, j in found if j not in ignored] if found else found
 
-    def _wrong_torques(self, state: JointState) -> list[int]:
-        if len(self._told) < LATELY_TICKS:
-            return []
-        measured, off, found = state.tau.tolist(), self._off_ticks, []
-        if self._gain is not None:
-            current = state.current.tolist()
-            measured = [gain * current[j] for j, gain in enumerate(self._gain)]
-        for j, newest in enumerate(self._told[-1]):
-            # A torque that is not a number is the ingress' to find.
-            difference = measured[j] - newest
-            if math.isfinite(difference):  # else a joint that is not asked would never be watched again
-                off_for_long = difference
-                if abs(difference) > 0.5 * TORQUE_BIAS_NM:  # the newest alone is quicker to ask
-                    off_for_long = self._off(j, measured[j], SLOWEST_TICKS)
-                self._bias[j] += self._bias_share * (off_for_long - self._bias[j])
-            is_off = abs(difference) > TORQUE_OFF_NM and abs(self._off(j, measured[j], LATELY_TICKS)) > TORQUE_OFF_NM
-            off[j] = off[j] + 1 if is_off else 0
-            if off[j] >= IN_A_ROW or abs(self._bias[j]) > TORQUE_BIAS_NM:
-                found.append(j)
+    def _wrong_torques(self, measured: list[float]) -> list[Finding]:
+        """By sensors [N·m], or by currents [A]."""
+        newest, off_ticks, bias, found = self._told[-1], self._off_ticks, self._bias, list[Finding]()
+        for j in self._joints:
+            tau = measured[j] if self._gain is None else self._gain[j] * measured[j]
+            off = tau - newest[j]
+            size = abs(off)  # alone quicker to ask than all of the last ones
+            is_off = size > TORQUE_OFF_NM and abs(self._off(j, tau, LATELY_TICKS)) > TORQUE_OFF_NM
+            off_ticks[j] = off_ticks[j] + 1 if is_off else 0
+            if size > 0.5 * TORQUE_BIAS_NM:
+                off = self._off(j, tau, SLOWEST_TICKS)
+            # A torque that is no number is the ingress' to find; a joint that is not asked is to be watched again.
+            if size < math.inf:
+                bias[j] += self._bias_share * (off - bias[j])
+            if off_ticks[j] >= IN_A_ROW or abs(bias[j]) > TORQUE_BIAS_NM:
+                found.append((StopReason.TORQUE_WRONG, j))
         return found
 
     def _off(self, joint: int, tau: float, ticks: int) -> float:
@@ -119,22 +114,23 @@ class Monitors:
         lately = [told[joint] for told in islice(reversed(self._told), ticks)]
         return max(tau - max(lately), 0.0) + min(tau - min(lately), 0.0)
 
-    def _parting(self, q: list[float], q_motor: list[float]) -> list[int]:
+    def _parting(self, q: list[float], q_motor: list[float]) -> list[Finding]:
         """Joints whose two encoders have parted for some time: far, or in opposite directions, or one stands still."""
         self._before.append((q, q_motor))
-        (before, motor_before), least, found = self._before[0], self._least_way, []
-        for j, at in enumerate(q):
-            motor, first = q_motor[j], self._first[j]
-            if first != first:  # no number: nothing has been seen yet
-                self._first[j] = at - motor
+        self._ticks += 1
+        (before, motor_before), first, parted, found = self._before[0], self._first, self._parted, list[Finding]()
+        for j in self._joints:
+            at, motor = q[j], q_motor[j]
+            if first[j] != first[j]:  # no number: nothing has been seen yet
+                first[j] = at - motor
             way, motor_way = at - before[j], motor - motor_before[j]
-            is_opposite = way * motor_way < 0.0 and abs(way) > least and abs(motor_way) > least
-            is_apart = is_opposite or abs(at - motor - first) > AGREE_RAD
-            self._parted[j] = self._parted[j] + 1 if is_apart else 0
-            if at != self._stands_at[j]:
-                self._stands_at[j], self._motor_was[j], self._still[j] = at, motor, 0
-            self._still[j] += 1
-            is_dead = self._still[j] > STILL_TICKS and abs(motor - self._motor_was[j]) > STILL_WAY_RAD
-            if is_dead or self._parted[j] >= IN_A_ROW:
-                found.append(j)
+            is_opposite = way * motor_way < 0.0 and min(abs(way), abs(motor_way)) > self._least_way
+            is_apart = is_opposite or abs(at - motor - first[j]) > AGREE_RAD
+            parted[j] = parted[j] + 1 if is_apart else 0
+            if at != self._since[j][0]:
+                self._since[j] = (at, motor, self._ticks)
+            _, motor_then, then = self._since[j]
+            is_dead = self._ticks - then >= STILL_TICKS and abs(motor - motor_then) > STILL_WAY_RAD
+            if is_dead or parted[j] >= IN_A_ROW:
+                found.append((StopReason.ENCODERS_PART, j))
         return found

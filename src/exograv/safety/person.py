@@ -8,13 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
 
 from exograv.errors import ConfigError
+from exograv.signals import Joints
 
 from .plausible import GRAVITY_LEVEL_MAX, PlausibleTable
 
-Joints = Float[np.ndarray, " joint"]
 Numbers = list[float]
 
 SHARE_MAX = 1.3
@@ -26,6 +25,11 @@ a joint of 2.7 rad/s went through the wall meanwhile [s]."""
 
 MARGIN_NM = 3.0
 """Beyond that share and friction [N·m]."""
+
+
+def within(value: float, low: float, high: float) -> float:
+    """The value, or the bound that it is beyond; the upper one for what is no number."""
+    return value if low <= value <= high else low if value < low else high
 
 
 @dataclass(frozen=True)
@@ -60,28 +64,23 @@ class PersonLimits:
     """What a motion on a path takes beyond carrying, while the arm is moved along one."""
 
     def __post_init__(self):
-        if not (self.wall_rad > 0.0 and 0.0 <= self.trip_rad < math.inf):
-            raise ConfigError(
-                f"wall_rad is {self.wall_rad}, trip_rad {self.trip_rad}; allowed: above 0, and from 0 up. Correct them."
-            )
-        bad = np.flatnonzero(~(self.q_upper - self.q_lower > 2.0 * self.wall_rad))
-        if bad.size:
-            j = bad[0]
-            raise ConfigError(
-                f"Joint {j} moves from {self.q_lower[j]} to {self.q_upper[j]} rad: no way is left between two walls of "
-                f"{self.wall_rad:.3f} rad. Correct the limits in the URDF."
-            )
-        if not (np.isfinite(self.active_max_Nm) & (self.active_max_Nm > 0.0)).all():
-            raise ConfigError(f"active_max_Nm is {self.active_max_Nm}; it must be positive and finite. Correct it.")
-        if not self.v_trip_rad_s > 0.0:
-            raise ConfigError(f"v_trip_rad_s is {self.v_trip_rad_s}; allowed: above 0. Correct it.")
-        for name in ("path_W", "driven_W", "driven_J"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise ConfigError(f"{name} is {getattr(self, name)}; allowed: 0 and above, finite. Correct it.")
-        if not 0.0 < self.tank_start_J <= self.tank_max_J < math.inf:
-            raise ConfigError(
-                f"tank_start_J is {self.tank_start_J}; allowed: above 0 and up to tank_max_J, {self.tank_max_J}."
-            )
+        not_negative = ("trip_rad", "path_W", "driven_W", "driven_J")
+        most_J, is_active = self.tank_max_J, (self.active_max_Nm > 0.0) & np.isfinite(self.active_max_Nm)
+        for name, is_allowed, allowed in (
+            ("wall_rad", self.wall_rad > 0.0, "above 0"),
+            ("active_max_Nm", is_active.all(), "above 0, finite"),
+            ("v_trip_rad_s", self.v_trip_rad_s > 0.0, "above 0"),
+            *((name, 0.0 <= getattr(self, name) < math.inf, "0 and above, finite") for name in not_negative),
+            ("tank_start_J", 0.0 < self.tank_start_J <= most_J < math.inf, f"above 0 and up to tank_max_J, {most_J}"),
+        ):
+            if not is_allowed:
+                raise ConfigError(f"{name} is {getattr(self, name)}; allowed: {allowed}. Correct it.")
+        for j, (lower, upper) in enumerate(zip(self.q_lower, self.q_upper, strict=True)):
+            if not upper - lower > 2.0 * self.wall_rad:
+                raise ConfigError(
+                    f"Joint {j} moves from {lower} to {upper} rad: no way is left between two walls of "
+                    f"{self.wall_rad:.3f} rad. Correct the limits in the URDF."
+                )
 
 
 @dataclass
@@ -100,38 +99,35 @@ class Person:
 
     def __post_init__(self):
         limits, table = self.limits, self.limits.table
-        self.energy_J = limits.tank_start_J
-        self._error, self._dry = table.error.tolist(), table.dry.tolist()
-        self._viscous: Numbers = table.viscous.tolist()
-        self._active: Numbers = limits.active_max_Nm.tolist()
-        self._lower: Numbers = limits.q_lower.tolist()
-        self._upper: Numbers = limits.q_upper.tolist()
-        self._free_lower: Numbers = (limits.q_lower + limits.wall_rad).tolist()
-        self._free_upper: Numbers = (limits.q_upper - limits.wall_rad).tolist()
-        self._joints = range(len(self._active))
-        self._plausible: Numbers = [0.0] * len(self._active)
-        self._friction: Numbers = [0.0] * len(self._active)
-        self._q: Sequence[float] = [0.0] * len(self._active)
-        self._least, self._most = list(self._q), list(self._q)
-        self._low, self._high = list(self._q), list(self._q)
-        self.is_in_a_wall = False
-        """Whether any joint is near one of its stops; there alone walls have anything to say."""
+        self.energy_J, self._joints = limits.tank_start_J, range(len(limits.active_max_Nm))
+        self._lower, self._upper = limits.q_lower.tolist(), limits.q_upper.tolist()
+        active, free = limits.active_max_Nm, (limits.q_lower + limits.wall_rad, limits.q_upper - limits.wall_rad)
+        rows = table.dry, table.viscous, table.error, active, np.minimum(MARGIN_NM, active), *free
+        self._rows = list(zip(*(row.tolist() for row in rows), strict=True))
+        """What a tick asks of each joint, in this order."""
+        still = [0.0] * len(self._joints)
+        self._friction, self._low, self._high = still.copy(), still.copy(), still.copy()
+        self.look(still, still)
 
     def look(self, q: Sequence[float], v: Sequence[float]) -> None:
-        """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture."""
+        """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture.
+
+        Both rows of the envelope bound a joint: 1.3 times the plausible torque and 3 N·m, and the plausible torque and
+        what a weak adult can resist.
+        """
         # In this order a level that is no number counts as 0; in the other it would lift every bound.
         level = min(max(0.0, self.gravity_level), GRAVITY_LEVEL_MAX)
-        self._q, self._plausible = q, self.limits.table.torque(np.array(q), level)
+        self._q, self._v, self._carried = q, v, self.limits.table.torque(q, level)
         self.is_in_a_wall = False
-        for j in self._joints:
-            self._friction[j] = self._dry[j] + self._viscous[j] * abs(v[j])
-            ahead = q[j] + WALL_AHEAD_S * v[j]
-            if ahead > q[j]:
-                self._least[j], self._most[j] = q[j], ahead
-            else:
-                self._least[j], self._most[j] = ahead, q[j]
-            if self._least[j] < self._free_lower[j] or self._most[j] > self._free_upper[j]:
+        """Whether any joint is near one of its stops; there alone walls have anything to say."""
+        for j, (dry, viscous, error, active, least, free_lower, free_upper) in enumerate(self._rows):
+            at, speed, p = q[j], v[j], self._carried[j]
+            if not (free_lower <= at <= free_upper and free_lower <= at + WALL_AHEAD_S * speed <= free_upper):
                 self.is_in_a_wall = True
+            friction = self._friction[j] = dry + viscous * abs(speed)
+            size, beyond = abs(p), friction + error
+            along, against = min(SHARE_MAX * size + MARGIN_NM, size + active) + beyond, least + beyond
+            self._low[j], self._high[j] = (-against, along) if p > 0.0 else (-along, against)
 
     def drive(self, is_driven: bool) -> None:
         """From here on control moves the arm along a path, against whatever its wearer does; or lets it go.
@@ -148,38 +144,26 @@ class Person:
     @property
     def is_past_a_stop(self) -> bool:
         """Whether a joint is where it cannot be."""
-        trip, q = self.limits.trip_rad, self._q
-        return self.is_in_a_wall and any(
-            not self._lower[j] - trip <= q[j] <= self._upper[j] + trip for j in self._joints
-        )
+        rows, trip = zip(self._lower, self._q, self._upper, strict=True), self.limits.trip_rad
+        return self.is_in_a_wall and not all(lower - trip <= q <= upper + trip for lower, q, upper in rows)
 
     def bounded(self, tau: Numbers) -> Numbers:
-        """Torques [N·m] within what each joint may be told.
-
-        Both rows of the envelope hold: 1.3 times the plausible torque and 3 N·m, and the plausible torque and what a
-        weak adult can resist. Within a wall what pushes on towards the stop fades away.
-        """
+        """Torques [N·m] within what each joint may be told; what pushes on in a wall fades to carrying."""
         found = list(tau)
         for j in self._joints:
-            p, active, beyond = self._plausible[j], self._active[j], self._friction[j] + self._error[j]
-            up, down = (p, 0.0) if p > 0.0 else (0.0, p)
-            low, high = SHARE_MAX * down - MARGIN_NM, SHARE_MAX * up + MARGIN_NM
-            low = (low if low > down - active else down - active) - beyond
-            high = (high if high < up + active else up + active) + beyond
-            self._low[j], self._high[j] = low, high
-            if self.is_in_a_wall:
-                low, high = self._in_wall(j, low, high)
+            low, high = self._in_wall(j) if self.is_in_a_wall else (self._low[j], self._high[j])
             if not low <= found[j] <= high:
-                found[j] = low if found[j] < low else high
+                found[j] = within(found[j], low, high)
         return found
 
     def braked(self, tau: Numbers, brakes: Numbers) -> Numbers:
         """Bounded torques less what brakes [N·m]: within the same rows, but no wall takes from what brakes."""
-        return [min(max(tau[j] - brakes[j], self._low[j]), self._high[j]) for j in self._joints]
+        return [within(tau[j] - brakes[j], self._low[j], self._high[j]) for j in self._joints]
 
-    def _in_wall(self, joint: int, low: float, high: float) -> tuple[float, float]:
+    def _in_wall(self, joint: int) -> tuple[float, float]:
         """What pushes on towards a stop fades to carrying [N·m]."""
-        p, (into_upper, into_lower) = self._plausible[joint], self._depth(joint)
+        low, high, p = self._low[joint], self._high[joint], self._carried[joint]
+        into_upper, into_lower = self._depth(joint)
         high -= into_upper * (high - max(p, low))
         low += into_lower * (min(p, high) - low)
         return low, high
@@ -209,15 +193,16 @@ class Person:
         has = max(self.energy_J, 0.0)
         if needed <= has:
             return tau
-        kept = math.sqrt(has / needed)
-        return [tau[j] - (1.0 - kept) * over[j] if over[j] * v[j] > 0.0 else tau[j] for j in self._joints]
+        lost = 1.0 - math.sqrt(has / needed)
+        return [tau[j] - lost * over[j] if over[j] * v[j] > 0.0 else tau[j] for j in self._joints]
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:
         """Let the tank pay for what goes out, or fill by what brakes."""
-        limits, over = self.limits, self._over(tau, v)
-        power, most = -limits.path_W, limits.tank_max_J
+        limits = self.limits
+        refill, most = limits.path_W, limits.tank_max_J
         if self.is_driven:
-            power, most = -max(limits.path_W, limits.driven_W), max(most, limits.driven_J)
+            refill, most = max(refill, limits.driven_W), max(most, limits.driven_J)
+        over, power = self._over(tau, v), -refill
         for j in self._joints:
             power += over[j] * v[j]
         self.energy_J = min(self.energy_J - dt * power, most)
@@ -226,18 +211,15 @@ class Person:
         """What torques are over carrying the plausible weight and over friction in the joint's own direction."""
         found = list(tau)
         for j in self._joints:
-            over = tau[j] - self._plausible[j]
-            if v[j] * over > 0.0:
-                friction = self._friction[j] if over > 0.0 else -self._friction[j]
-                over = over - friction if abs(over) > abs(friction) else 0.0
+            over, friction = tau[j] - self._carried[j], self._friction[j]
+            if over * v[j] > 0.0:
+                over = over - friction if over > friction else over + friction if over < -friction else 0.0
             found[j] = over
         return found
 
     def _depth(self, joint: int) -> tuple[float, float]:
         """How far into the wall before the upper and the lower stop, 0 to 1 at the stop [-]."""
-        wall, least, most = self.limits.wall_rad, self._least[joint], self._most[joint]
-        return _share((most - self._upper[joint]) / wall + 1.0), _share((self._lower[joint] - least) / wall + 1.0)
-
-
-def _share(value: float) -> float:
-    return min(max(value, 0.0), 1.0)
+        at, wall = self._q[joint], self.limits.wall_rad
+        least, most = sorted((at, at + WALL_AHEAD_S * self._v[joint]))
+        into_upper = within((most - self._upper[joint]) / wall + 1.0, 0.0, 1.0)
+        return into_upper, within((self._lower[joint] - least) / wall + 1.0, 0.0, 1.0)
