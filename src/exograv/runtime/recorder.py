@@ -7,7 +7,6 @@ file, from what that file holds. If the disk fails it stops for good, and says s
 
 import contextlib
 import dataclasses
-import multiprocessing
 import signal
 import time
 from collections.abc import Mapping, Sequence
@@ -34,6 +33,7 @@ from .recorder_process import (
     record,
 )
 from .shared import Mailbox, Ring
+from .spawn import spawned
 from .timing import EDGES_US, Timing
 
 TICKS_WAITING_MAX = TICKS_PER_S
@@ -183,11 +183,7 @@ class Recorder:
     def _start(self) -> None:
         self._job = dataclasses.replace(self._job, start=self._job.start + 1)
         self._safe_at_start = self._ticks.acknowledged
-        context = multiprocessing.get_context("spawn")
-        theirs, self._parent_end = context.Pipe(duplex=False)
-        self._process = context.Process(target=record, args=(self._job, theirs), name="recorder", daemon=True)
-        self._process.start()
-        theirs.close()
+        self._process, self._parent_end = spawned("recorder", record, self._job)
         for message in self._messages:  # it leaves out those that its file holds already
             self._pass_on(message)
 

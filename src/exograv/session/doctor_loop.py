@@ -6,8 +6,7 @@ It runs in a process of its own, as live control does: the progress line of this
 import multiprocessing
 import signal
 import sys
-from collections.abc import Callable, Iterator, MutableSequence
-from contextlib import contextmanager
+from collections.abc import Callable, MutableSequence
 from dataclasses import asdict
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -20,6 +19,7 @@ from exograv.runtime.fitness import PERIODS_FOR_GOAL, WOKEN_WITHIN_NS, judge
 from exograv.runtime.host import Host, read_host
 from exograv.runtime.loop import run_loop
 from exograv.runtime.realtime import Rights, realtime
+from exograv.runtime.spawn import keyboard_ignored
 from exograv.runtime.timing import EDGES_US, PERIOD_NS, Timing
 
 SECONDS_MIN, SECONDS_MAX = 2.0, 7200.0  # the longest holds 170 MB of times
@@ -45,7 +45,7 @@ def loop_test(seconds: float, progress: Progress) -> dict[str, Any]:
     receiver, sender = context.Pipe(duplex=False)
     periods = round(seconds / 2 * 1e9 / PERIOD_NS)
     process = context.Process(target=_loop_process, args=(periods, place, sender), daemon=True)
-    with _keyboard_ignored():
+    with keyboard_ignored():
         process.start()
     sender.close()
     try:
@@ -151,16 +151,6 @@ def _loop_process(periods: int, place: MutableSequence[int], results: Connection
         results.send({**measure(work, periods, read_host(), begin), "open_ticks": tick.open_ticks})
     except ExogravError as error:
         results.send(error)
-
-
-@contextmanager
-def _keyboard_ignored() -> Iterator[None]:
-    """A process that starts in here does not hear Ctrl-C: whoever started it ends it, without a second traceback."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _await(process: BaseProcess, receiver: Connection, show: Callable[[], None]) -> Any:

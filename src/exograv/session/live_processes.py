@@ -1,7 +1,6 @@
 """The processes of a live run, as their parent sees them: started, watched, replaced where one may be, ended."""
 
 import contextlib
-import multiprocessing
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,6 +17,7 @@ from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.live import GuardedRig, GuardJob, GuardReport, guard_process
 from exograv.runtime.recorder import Recorder, Report, timing_message
 from exograv.runtime.shared import Mailbox
+from exograv.runtime.spawn import spawned
 from exograv.runtime.timing import PERIOD_NS
 from exograv.runtime.worker import WorkerJob
 
@@ -80,7 +80,6 @@ class ControlKeeper:
 
     def __init__(self, parts: Parts, channels: Channels, states: Mailbox, answers: Mailbox):
         self._parts, self._channels, self._states, self._answers = parts, channels, states, answers
-        self._context = multiprocessing.get_context("spawn")
         self.restarts = 0
         self._fruitless = self._seen = self._asked = 0
         self._start(parts.control)
@@ -117,11 +116,8 @@ class ControlKeeper:
         self._end(2.0)
 
     def _start(self, build: Callable[[], Answering]) -> None:
-        self._connection, theirs = self._context.Pipe()
         job = ControlJob(build, self._channels)
-        self._process = self._context.Process(target=control_process, args=(job, theirs), name="control", daemon=True)
-        self._process.start()
-        theirs.close()
+        self._process, self._connection = spawned("control", control_process, job)
         self._at_start = _count(self._answers)
 
     def _end(self, patience_s: float) -> None:
@@ -171,15 +167,11 @@ def fly(
         RigError: A process died before the loop began, or the guard in it.
     """
     joints = recorder.inlet.n_joints
-    context = multiprocessing.get_context("spawn")
     with _memory(joints) as (states, answers), contextlib.ExitStack() as stack:
         channels = Channels(joints, states.name, answers.name, recorder.inlet)
         periods = round(seconds * 1e9 / PERIOD_NS)
         job = GuardJob(parts.guard, channels, periods, parts.mode_names, resets=True, notes=parts.notes)
-        to_guard, theirs = context.Pipe()
-        guard = context.Process(target=guard_process, args=(job, theirs), name="guard", daemon=True)
-        guard.start()
-        theirs.close()
+        guard, to_guard = spawned("guard", guard_process, job)
         stack.callback(_end, guard)
         control = ControlKeeper(parts, channels, states, answers)
         stack.callback(control.close)

@@ -1,13 +1,13 @@
 """The parent's side of a worker: it is started, replaced when it dies, and what it finds is recorded and passed on."""
 
 import contextlib
-import multiprocessing
 from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
 from exograv.runtime.shared import Ring
+from exograv.runtime.spawn import spawned
 from exograv.runtime.worker import WorkerJob, worker_process
 
 from .lesson import Learned
@@ -31,7 +31,6 @@ class WorkerKeeper:
             accept: Told what was learned in the end.
         """
         self._job, self._findings, self._record, self._accept = job, findings, record, accept
-        self._context = multiprocessing.get_context("spawn")
         self.restarts = 0
         self.learned: Learned | None = None
         self._start()
@@ -86,9 +85,4 @@ class WorkerKeeper:
             self._accept(word)
 
     def _start(self) -> None:
-        self._connection, theirs = self._context.Pipe()
-        self._process = self._context.Process(
-            target=worker_process, args=(self._job, theirs), name="worker", daemon=True
-        )  # fmt: skip
-        self._process.start()
-        theirs.close()
+        self._process, self._connection = spawned("worker", worker_process, self._job)

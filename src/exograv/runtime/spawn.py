@@ -1,0 +1,37 @@
+"""Processes with a line to their parent; Ctrl-C is for the parent, and ends none of them, not even while they begin."""
+
+import contextlib
+import multiprocessing
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+
+def spawned(name: str, target: Callable[[Any, Connection], object], job: object) -> tuple[BaseProcess, Connection]:
+    """A fresh interpreter that runs `target(job, line)`, and the parent's end of the line.
+
+    It ends with its parent. Do not take real-time rights before: it inherits them.
+    """
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=target, args=(job, theirs), name=name, daemon=True)
+    with keyboard_ignored():
+        process.start()
+    theirs.close()
+    return process, ours
+
+
+@contextlib.contextmanager
+def keyboard_ignored() -> Iterator[None]:
+    """A process that starts in here does not hear Ctrl-C: whoever started it ends it, without a second traceback."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread may say what a signal does
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
