@@ -32,9 +32,11 @@ SHOULDER_NM, ELBOW_NM = 0.5, 0.25
 def known_machine(laboratory: VirtualLaboratory, _seed: int, _progress: Progress) -> Prepared:
     """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
     prepared = prepared_by_truth(laboratory, 0.0)
-    joints = np.ones(prepared.assembly.n)
+    # The table's cuffs, as a session has them: from what it is told a replay makes the same model again.
+    assembly = laboratory.assembly()
+    joints = np.ones(assembly.n)
     machine = replace(prepared.machine, residual_sd=RESIDUAL_NM * joints, correlation_s=RESIDUAL_S * joints)
-    return replace(prepared, machine=machine, x=table_guess(prepared.assembly, machine))
+    return replace(prepared, assembly=assembly, machine=machine, x=table_guess(assembly, machine))
 
 
 def learned(folder: Path, strike: signal.Signals) -> dict[str, Any]:
