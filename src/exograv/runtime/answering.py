@@ -1,7 +1,6 @@
 """Control's process of the live loop, which answers to what the guard tells it, and does nothing else."""
 
 import contextlib
-import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -47,7 +46,6 @@ class ControlJob:
 
 def control_process(job: ControlJob, parent: Connection) -> None:
     """Be the control process: answer to every state, until the parent says that it is over or is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     states = Mailbox(state_dtype(job.channels.joints), job.channels.states)
     answers = Mailbox(answer_dtype(job.channels.joints), job.channels.answers)
     try:

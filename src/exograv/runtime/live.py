@@ -4,7 +4,6 @@ They share two mailboxes: what the guard believes of the machine, and what contr
 answer for a part of the period, never longer; that it comes too late, or never again, is its everyday business.
 """
 
-import signal
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -97,7 +96,6 @@ class GuardReport:
 
 def guard_process(job: GuardJob, parent: Connection) -> None:
     """Be the guard process: build, say so, wait for the word, run, report."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then presses Stop
     guarding = _Guarding(job, parent)
     try:
         parent.send("ready")

@@ -1,7 +1,6 @@
 """The recorder process itself: rings on one side, a file on the other, and what both ends must agree on."""
 
 import contextlib
-import signal
 import time
 from collections import Counter
 from collections.abc import Mapping
@@ -98,7 +97,6 @@ def record(job: Job, parent: Connection) -> None:
         job: What to record, and where.
         parent: Brings the message of `/timing`, or an empty one, at the end of the run.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends the run
     status = Mailbox(STATUS, job.status)
     try:
         with contextlib.closing(_Desk(job, status)) as desk:

@@ -17,11 +17,16 @@ def spawned(name: str, target: Callable[[Any, Connection], object], job: object)
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=target, args=(job, theirs), name=name, daemon=True)
+    process = context.Process(target=_begin, args=(target, job, theirs), name=name, daemon=True)
     with keyboard_ignored():
         process.start()
     theirs.close()
     return process, ours
+
+
+def _begin(target: Callable[[Any, Connection], object], job: object, parent: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever's thread has started it
+    target(job, parent)
 
 
 @contextlib.contextmanager

@@ -5,7 +5,6 @@ followed by one that begins anew with the first of them. What it finds goes into
 sample, and control takes the newest: a worker that is slow, or catches up, holds up nobody.
 """
 
-import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -65,7 +64,6 @@ class WorkerJob:
 
 def worker_process(job: WorkerJob, parent: Connection) -> None:
     """Be the worker: until the parent says that the run is over, or is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     samples, findings = job.memory.sample_ring(), job.memory.finding_ring()
     try:
         desk = _Desk(job, samples, findings)
