@@ -8,6 +8,8 @@ from jaxtyping import Float
 
 from exograv.signals import Command, JointState
 
+from .drives.status import DriveStatus
+
 
 @runtime_checkable
 class Rig(Protocol):
@@ -47,6 +49,27 @@ class Rig(Protocol):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None: ...
+
+
+@runtime_checkable
+class Powered(Protocol):
+    """A machine whose drives have to be switched on before they give torque, and may be off at any time."""
+
+    def enable(self) -> None:
+        """Switch all motors on, at zero torque; faults that are over are acknowledged by it, and by nothing else.
+
+        Raises:
+            RigError: A drive stays off; says which, and why.
+        """
+        ...
+
+    def disable(self) -> None:
+        """Switch all motors off; the drives brake."""
+        ...
+
+    def status(self) -> tuple[DriveStatus, ...]:
+        """What each drive said last, in the order of the joints."""
+        ...
 
 
 @runtime_checkable

@@ -1,0 +1,5 @@
+"""Simulated drives: each with a watchdog, limits, a temperature and faults of its own, on a twin's motors."""
+
+from .firmware import SimulatedDrive as SimulatedDrive
+from .plant import Plant as Plant
+from .plant import Wiring as Wiring
