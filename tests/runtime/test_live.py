@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from exograv.recording.encoding import tick_dtype
+from exograv.rig.drives.status import DriveStatus
 from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.live import GIVEN_UP_AFTER, GuardedRig, GuardJob, _Guarding
 from exograv.runtime.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
@@ -29,6 +30,17 @@ class StandingRig:
 
     def __init__(self):
         self.commands: list[Command] = []
+        self.is_virtual = True
+        self.power: list[str] = []
+
+    def enable(self) -> None:
+        self.power.append("on")
+
+    def disable(self) -> None:
+        self.power.append("off")
+
+    def status(self) -> tuple[DriveStatus, ...]:
+        return (DriveStatus(is_enabled=self.power[-1:] == ["on"]),)
 
     @property
     def t(self) -> float:
@@ -58,13 +70,13 @@ class Table:
         guarding._answers.read = self._counted
         self._row = np.zeros((), answer_dtype(1))
 
-    def tick(self, answers: bool) -> None:
+    def tick(self, answers: bool) -> bool:
         if answers:
             number = len(self.rig.commands)
             self._row["sequence"], self._row["valid_until"] = number, self.rig.t + 0.005
             self._answers.write(self._row)
         self.looks = 0
-        self.guarding.tick(len(self.rig.commands))
+        return self.guarding.tick(len(self.rig.commands))
 
     def _counted(self):
         self.looks += 1
@@ -83,10 +95,11 @@ class Clock:
         self.now += round(1e9 * seconds) + 60_000
 
 
-@pytest.fixture
-def table(monkeypatch: pytest.MonkeyPatch) -> Iterator[Table]:
+@pytest.fixture(params=[True])
+def table(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Table]:
     monkeypatch.setattr("exograv.runtime.live.time", Clock())
     rig = StandingRig()
+    rig.is_virtual = request.param
     guard = Guard.of_machine(Envelope(LIMITS, PERIOD_S), PERIOD_S)
     with contextlib.ExitStack() as stack:
         made = [
@@ -102,7 +115,7 @@ def table(monkeypatch: pytest.MonkeyPatch) -> Iterator[Table]:
         channels = Channels(1, states, answers, Inlet(1, ticks, events))
         build = lambda: GuardedRig(rig, guard, np.ones(1), 1.0)  # noqa: E731 - one line says it
         guards_end, _parents_end = Pipe()
-        guarding = _Guarding(GuardJob(build, channels, 1000, ("floating",), resets=True), guards_end)
+        guarding = _Guarding(GuardJob(build, channels, 1000, ("floating",)), guards_end)
         mailbox = made[1]
         assert isinstance(mailbox, Mailbox)
         yield Table(guarding, rig, guard, mailbox)
@@ -122,6 +135,18 @@ def test_an_arm_is_not_given_to_a_control_that_does_not_answer(table: Table):
     assert table.guard.envelope.stop is None
     assert table.guarding._safe_state is SafeState.NONE
     assert len(table.guarding._latches) == 1
+
+
+@pytest.mark.parametrize("table", [False], indirect=True)
+def test_a_stop_of_a_real_machine_ends_the_run_when_the_arm_is_down_and_is_not_reset(table: Table):
+    table.guarding.begin()
+    assert table.rig.power == ["on"]
+    for answers in (True, False, False, False, False):
+        assert not table.tick(answers)
+    ended = [table.tick(answers=True) for _ in range(2 * DOWN)]
+    assert ended[-1]
+    assert DOWN // 4 < ended.index(True) < 2 * DOWN
+    assert table.guard.envelope.stop is StopReason.CONTROL_SILENT
 
 
 def test_a_control_that_answers_while_the_arm_comes_down_does_not_shorten_the_descent(table: Table):

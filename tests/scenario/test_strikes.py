@@ -11,7 +11,7 @@ from exograv.session.live import Plan
 @pytest.mark.slow
 def test_no_strike_takes_an_acknowledged_sample_or_lets_a_torque_out_of_the_envelope(tmp_path):
     known = subject(make_known(7, 0, 2, tmp_path))
-    found = strike(Plan(known.laboratory, known.prepared, known.person, 0, 0.0), 1, lambda _text, _share: None)
+    found = strike(Plan.of_twin(known.laboratory, known.prepared, known.person, 0, 0.0), 1, lambda _text, _share: None)
     assert found["acknowledged_missing"] == 0
     assert found["envelope_violations"] == 0
     assert found["ticks"] > 0

@@ -43,7 +43,7 @@ def flown(seconds: float, holds: bool = True, stop_at_s: float | None = None) ->
     laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
     prepared = prepared_by_truth(laboratory, 0.0)
     person = person_limits(prepared.assembly, prepared.machine, prepared.x)
-    plan = Plan(laboratory, prepared, person, SEED, 0.0)
+    plan = Plan.of_twin(laboratory, prepared, person, SEED, 0.0)
     made, control, joints = guarded_rig(plan), LiveControl(prepared, 0.0), prepared.assembly.n
     rig, twin, guard = made.rig, made.rig._twin, made.guard  # pyright: ignore[reportAttributeAccessIssue]
     assert isinstance(twin, Twin)

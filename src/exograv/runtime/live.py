@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from exograv.recording.encoding import tick_dtype
-from exograv.rig import Rig
+from exograv.rig import Powered, Rig, may_be_worn
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
 from exograv.safety.person import Person, PersonLimits
 from exograv.signals import Command, JointState
@@ -23,10 +23,10 @@ from .loop import run_loop
 from .realtime import Rights, realtime
 from .recorder_process import PHASE, event
 from .shared import Mailbox
-from .timing import Timing
+from .timing import PERIOD_NS, Timing
 
-ANSWER_BY_NS = 650_000
-"""After the period's start control has to have answered [ns]: the rest is the guard's own, and the machine's."""
+ANSWER_BY = 0.65
+"""Share of the period in which control has to have answered: the rest is the guard's own, and the machine's."""
 
 GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
 """Ticks in a row without an answer, after which the guard waits in every eighth tick only: it has let the arm down, and
@@ -57,11 +57,11 @@ class GuardJob:
     channels: Channels
     periods: int
     mode_names: tuple[str, ...]
-    resets: bool
-    """Whether a virtual operator resets a latch as soon as the arm is down and at rest and control answers."""
-
     notes: Mapping[str, str] = field(default_factory=dict)
     """What to record besides when a mode begins, by its name."""
+
+    period_ns: int = PERIOD_NS
+    """Of the machine [ns]."""
 
 
 @dataclass(frozen=True)
@@ -98,11 +98,14 @@ def guard_process(job: GuardJob, parent: Connection) -> None:
     """Be the guard process: build, say so, wait for the word, run, report."""
     guarding = _Guarding(job, parent)
     try:
-        parent.send("ready")
-        parent.recv()
-        with realtime() as rights:
-            timing = run_loop(guarding.tick, job.periods)
-        parent.send(guarding.report(timing, rights))
+        with guarding.rig:
+            parent.send("ready")
+            parent.recv()
+            with realtime() as rights:
+                guarding.begin()
+                timing = run_loop(guarding.tick, job.periods, job.period_ns)
+            report = guarding.report(timing, rights)
+        parent.send(report)
     finally:
         guarding.close()
 
@@ -112,7 +115,7 @@ class _Guarding:
 
     def __init__(self, job: GuardJob, parent: Connection):
         self._job, self._parent, made = job, parent, job.build()
-        self._rig, self._guard, self._gain, self._slope_max = made.rig, made.guard, made.gain, made.slope_max
+        self.rig, self._guard, self._gain, self._slope_max = made.rig, made.guard, made.gain, made.slope_max
         channels = job.channels
         self._states = Mailbox(state_dtype(channels.joints), channels.states)
         self._answers = Mailbox(answer_dtype(channels.joints), channels.answers)
@@ -127,12 +130,25 @@ class _Guarding:
         self._unanswered = self._silent = self._started_ns = 0
         self._was_stopped = self._is_asked_to_end = False
         self._acts = self._persons = 0
+        # A latch of a real machine ends the run: its self-test, and somebody who looks at it, come before the next.
+        self._resets = not may_be_worn(self.rig)
+        self._answer_by_ns = round(ANSWER_BY * job.period_ns)
+
+    def begin(self) -> None:
+        """Switch the motors on, and begin from the torque that they give.
+
+        Raises:
+            RigError: A drive stays off.
+        """
+        if isinstance(self.rig, Powered):
+            self.rig.enable()
+        self._guard.envelope.begin(self._gain * self.rig.read().current)
 
     def tick(self, period: int) -> bool:
         """Look, ask, decide, command, record; whether it is over before its time."""
         woken = time.monotonic_ns()
         self._started_ns = self._started_ns or woken
-        state, now = self._rig.read(), self._rig.t
+        state, now = self.rig.read(), self.rig.t
         believed = self._guard.see(state, now)
         answer = None if believed is None else self._asked(believed, now, woken)
         submitted = None
@@ -141,23 +157,24 @@ class _Guarding:
             self._enter(int(answer["mode"]), now)
         guarded = self._guard.decide(submitted, now)
         tau, current = guarded.tau, guarded.tau / self._gain
-        self._rig.write(Command(now, state.sequence, now + COMMAND_LIFE_S, tau, current, guarded.drive_damping))
+        self.rig.write(Command(now, state.sequence, now + COMMAND_LIFE_S, tau, current, guarded.drive_damping))
         self._safe_state = guarded.safe_state
         self._note(period, now)
         self._record(period, now, state, tau, answer, woken)
         # Nobody hands an arm to a control that is not there: it has to answer first.
-        may_reset = self._was_stopped and self._job.resets and not self._is_asked_to_end and answer is not None
+        may_reset = self._was_stopped and self._resets and not self._is_asked_to_end and answer is not None
         if may_reset and self._guard.reset():
             self._acts |= RESET
             self._events.put(event(now, "note", "The virtual operator has reset the latch."))
         if period % ASK_PARENT_EVERY == 0 and self._parent.poll():
             self._hear(self._parent.recv(), now)
-        return self._is_asked_to_end and self._guard.envelope.descent_is_over
+        is_over = self._is_asked_to_end or (self._was_stopped and not self._resets)
+        return is_over and self._guard.envelope.descent_is_over
 
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
         """At the end."""
         latches, modes = tuple(self._latches), tuple(self._modes)
-        return GuardReport(timing, rights, latches, self._unanswered, self._rig.t, self._started_ns, modes)
+        return GuardReport(timing, rights, latches, self._unanswered, self.rig.t, self._started_ns, modes)
 
     def close(self) -> None:
         """Let go of the memory."""
@@ -171,7 +188,7 @@ class _Guarding:
         state["q"], state["current"], state["persons"] = believed.q, believed.current, self._persons
         self._states.write(state)
         waits = self._silent < GIVEN_UP_AFTER or believed.sequence % ASKED_AGAIN_EVERY == 0
-        until = woken + ANSWER_BY_NS * waits
+        until = woken + self._answer_by_ns * waits
         while True:
             got = self._answers.read()
             if got is not None and int(got[1]["sequence"]) == believed.sequence:
@@ -221,7 +238,7 @@ class _Guarding:
         row["q_motor"] = np.nan if state.q_motor is None else state.q_motor
         row["t"], row["phase"], row["sequence"] = state.t, self._phase, state.sequence & 0xFFFFFFFF
         row["safe_state"], row["tick_us"] = self._safe_state + 1, 1e-3 * (time.monotonic_ns() - woken)
-        row["lateness_us"] = 1e-3 * max(woken - self._started_ns - period * round(1e9 * self._rig.period_s), 0)
+        row["lateness_us"] = 1e-3 * max(woken - self._started_ns - period * round(1e9 * self.rig.period_s), 0)
         row["q_measured"], row["current"] = state.q, state.current
         row["tau_measured"], row["tau_commanded"] = self._gain * state.current, tau
         if answer is None:

@@ -100,7 +100,7 @@ def run_live(
     prepare_all = prepare_machine if options.identify_s else prepare
     prepared = prepare_all(laboratory, options.seed, progress)
     self_test = _tested(laboratory, prepared, options.seed, progress) if options.self_test else SKIPPED
-    said = {"disturbance_level": options.level, "settings": {"options": asdict(options)}}
+    said = {"disturbance_level": options.level, "seed": options.seed, "settings": {"options": asdict(options)}}
     with contextlib.ExitStack() as stack:
         plan, seconds = _plan(options, laboratory, prepared, progress, stack)
         flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test)
@@ -118,7 +118,8 @@ def _plan(
     assembly, machine = prepared.assembly, prepared.machine
     if not options.identify_s:
         person = person_limits(assembly, machine, prepared.x)
-        return Plan(laboratory, prepared, person, options.seed, options.gravity_level), options.seconds
+        plan = Plan.of_twin(laboratory, prepared, person, options.seed, options.gravity_level)
+        return plan, options.seconds
     progress("Preparing for anybody's arm", 0.0)
     person = unknown_person(assembly, machine)
     size = WorkerMemory(assembly.n, len(prepared.x), round(2 * (options.identify_s + AROUND_LESSON_S) / PERIOD))
@@ -126,7 +127,7 @@ def _plan(
     findings = stack.enter_context(contextlib.closing(size.finding_ring()))
     memory = replace(size, samples=samples.name, findings=findings.name)
     lesson = LessonPlan(assembly, machine, options.identify_s, PERIOD, memory)
-    plan = Plan(laboratory, prepared, person, options.seed, 0.0, lesson)
+    plan = Plan.of_twin(laboratory, prepared, person, options.seed, 0.0, lesson)
     return plan, options.identify_s + AROUND_LESSON_S + options.seconds
 
 
@@ -141,7 +142,8 @@ def fly_plan(
 ) -> Flown:
     """Float the arm live, who is known already; as `run_live`."""
     lesson = plan.lesson
-    control = partial(LiveControl, plan.prepared, plan.gravity_level, lesson=lesson)
+    period_s = 1e-9 * plan.period_ns
+    control = partial(LiveControl, plan.prepared, plan.gravity_level, lesson=lesson, period_s=period_s)
     parts = Parts(
         partial(guarded_rig, plan),
         control,
@@ -149,32 +151,30 @@ def fly_plan(
         LiveControl.mode_names,
         notes(is_tested),
         None if lesson is None else WorkerJob(lesson.worker, lesson.memory),
+        plan.period_ns,
     )
-    with Recorder(
-        folder / "live.mcap", plan.laboratory.description.joints, settings_of(plan, said), seconds
-    ) as recorder:
+    with Recorder(folder / "live.mcap", plan.description.joints, settings_of(plan, said), seconds) as recorder:
         return fly(parts, seconds, recorder, progress, started)
 
 
 def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
     """What the recording says of the run, for `exograv replay` too."""
-    description, prepared = plan.laboratory.description, plan.prepared
+    description, prepared = plan.description, plan.prepared
     return {
         **said,
         "rig": description.name,
         "title": description.settings.title,
         "side": description.side,
         "command": "exograv live",
-        "seed": plan.seed,
         "gravity_level": plan.gravity_level,
         "hashes": {"rig": description.sha256},
         "versions": versions(),
         "settings": {
             **said.get("settings", {}),
             "rig_files": written_rig(description),
-            "told": written_told(plan.laboratory.body, plan.laboratory.wearer.lengths_given),
+            "told": written_told(plan.told.body, plan.told.lengths),
             "live": {
-                "period_s": PERIOD,
+                "period_s": 1e-9 * plan.period_ns,
                 "machine": asdict(prepared.machine),
                 "x": prepared.x,
                 "person": written_person(plan.person),

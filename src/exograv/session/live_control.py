@@ -1,12 +1,15 @@
 """What the two processes of `exograv live` are made of: the twin behind its guard, and control with its mode."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
 
 from exograv.control.observer import Observer
+from exograv.model.description import RigDescription
+from exograv.rig import Rig
 from exograv.rig.twin import Twin
 from exograv.rig.twin.own_arm import OwnArm
 from exograv.runtime.live import GuardedRig
@@ -23,8 +26,8 @@ from .held import Held
 from .lesson import Lesson, LessonPlan
 from .pilot import CLOSURE_SLOPE_MAX
 from .prepare import Prepared
-from .virtual import VirtualLaboratory, limits
-from .worn_lock import unlock
+from .virtual import Told, VirtualLaboratory, limits
+from .worn_lock import Key, unlock
 
 REST_BEFORE_RAMP_S = 1.0
 SKIPPED = "skipped: twin"
@@ -48,34 +51,59 @@ def notes(is_tested: bool) -> dict[str, str]:
 class Plan:
     """What each process builds its part from."""
 
-    laboratory: VirtualLaboratory
+    description: RigDescription
+    told: Told
     prepared: Prepared
     person: PersonLimits
-    seed: int
     gravity_level: float
+    machine: Callable[[], Rig]
+    """Makes the machine, in the process that owns it."""
+
+    period_ns: int = PERIOD_NS
+    """Of the machine [ns]."""
+
     lesson: LessonPlan | None = None
     """How the arm is learned live; absent where it is known."""
 
+    key: Key | None = None
+    """What unlocks a real machine."""
+
+    @classmethod
+    def of_twin(
+        cls,
+        laboratory: VirtualLaboratory,
+        prepared: Prepared,
+        person: PersonLimits,
+        seed: int,
+        gravity_level: float,
+        lesson: LessonPlan | None = None,
+    ) -> "Plan":
+        """The twin, and its wearer who holds the own arm until it is taken."""
+        told = Told(laboratory.body, dict(laboratory.wearer.lengths_given))
+        machine = partial(held_twin, laboratory, seed, prepared.t)
+        return cls(laboratory.description, told, prepared, person, gravity_level, machine, lesson=lesson)
+
+
+def held_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> Held:
+    """The twin, its wearer holding the own arm in the donning posture, at the time `t` of its clock [s]."""
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
+    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+    return Held(twin, own, REST_BEFORE_RAMP_S, RAMP_IN_S)
+
 
 def guarded_rig(plan: Plan) -> GuardedRig:
-    """The twin, its wearer holding the own arm in the donning posture, and the guard in front of it.
+    """The machine, and the guard in front of it.
 
     Raises:
         RigError: The machine is locked.
     """
-    laboratory, prepared = plan.laboratory, plan.prepared
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, plan.seed, t0=prepared.t)
-    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
-    held = Held(twin, own, REST_BEFORE_RAMP_S, RAMP_IN_S)
-    unlock(held, None)
-    envelope = Envelope(limits(laboratory.description), twin.period_s)
+    rig, gain = plan.machine(), plan.prepared.machine.actuators
+    unlock(rig, plan.key)
+    envelope = Envelope(limits(plan.description), rig.period_s)
     envelope.person = Person(plan.person, plan.gravity_level)
     envelope.person.drive(plan.lesson is not None)
-    state = twin.read()
-    gain = prepared.machine.actuators
-    envelope.begin(gain.torque(state.current))
-    guard = Guard.of_machine(envelope, twin.period_s, gain.gain.tolist())
-    return GuardedRig(held, guard, gain.gain, CLOSURE_SLOPE_MAX)
+    guard = Guard.of_machine(envelope, rig.period_s, gain.gain.tolist())
+    return GuardedRig(rig, guard, gain.gain, CLOSURE_SLOPE_MAX)
 
 
 class LiveControl:
@@ -84,10 +112,14 @@ class LiveControl:
     mode_names = tuple(mode.name.lower() for mode in MODES)
 
     def __init__(
-        self, prepared: Prepared, gravity_level: float, is_first: bool = True, lesson: Lesson | LessonPlan | None = None
-    ):  # fmt: skip
+        self,
+        prepared: Prepared,
+        gravity_level: float,
+        is_first: bool = True,
+        lesson: Lesson | LessonPlan | None = None,
+        period_s: float = 1e-9 * PERIOD_NS,
+    ):
         """The machine is off; a control that comes later finds it in a safe state."""
-        period_s = 1e-9 * PERIOD_NS
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._controller.mode.gravity_level = gravity_level
         self._observer = Observer(prepared.assembly.n, period_s)

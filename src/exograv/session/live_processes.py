@@ -58,6 +58,9 @@ class Parts:
     worker: WorkerJob | None = None
     """Where the arm is learned while it is moved; its memory is there already."""
 
+    period_ns: int = PERIOD_NS
+    """Of the machine [ns]."""
+
 
 @dataclass(frozen=True)
 class Flown:
@@ -169,8 +172,8 @@ def fly(
     joints = recorder.inlet.n_joints
     with _memory(joints) as (states, answers), contextlib.ExitStack() as stack:
         channels = Channels(joints, states.name, answers.name, recorder.inlet)
-        periods = round(seconds * 1e9 / PERIOD_NS)
-        job = GuardJob(parts.guard, channels, periods, parts.mode_names, resets=True, notes=parts.notes)
+        periods = round(seconds * 1e9 / parts.period_ns)
+        job = GuardJob(parts.guard, channels, periods, parts.mode_names, notes=parts.notes, period_ns=parts.period_ns)
         guard, to_guard = spawned("guard", guard_process, job)
         stack.callback(_end, guard)
         control = ControlKeeper(parts, channels, states, answers)

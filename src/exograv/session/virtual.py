@@ -1,5 +1,6 @@
 """A virtual person in a virtual machine, and what the software is told about both."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +26,15 @@ from exograv.safety.envelope import Limits
 DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
 """Of the soft descent [N·m·s/rad] (docs/safety.md, SS1); the wrist's is assumed, by the elbow's and their moments of
 inertia."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is told of the person and of the machine's settings."""
+
+    body: Body
+    lengths: Mapping[str, float]
+    """What the machine is set to, by segment [m]."""
 
 
 @dataclass(frozen=True)

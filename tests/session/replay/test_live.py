@@ -65,7 +65,7 @@ def plan(laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedM
     """The guard's table is a wide one: what it holds a person to is not looked at here."""
     x = table_guess(assembly, machine)
     prepared = Prepared(assembly, machine, x, 400.0)
-    return Plan(laboratory, prepared, wide_limits(), SEED, 0.2)
+    return Plan.of_twin(laboratory, prepared, wide_limits(), SEED, 0.2)
 
 
 def wide_limits() -> PersonLimits:
@@ -77,13 +77,14 @@ def wide_limits() -> PersonLimits:
 @pytest.fixture(scope="module")
 def lived(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Guard and control as in their processes, but in turn."""
-    joints = plan.laboratory.description.joints
+    joints = plan.description.joints
     n, path = len(joints), tmp_path_factory.mktemp("lived") / "live.mcap"
     states, answers = Mailbox(state_dtype(n)), Mailbox(answer_dtype(n))
     ticks, events = Ring(tick_dtype(n), RING_TICKS), Ring(EVENT, RING_EVENTS)
     channels = Channels(n, states.name, answers.name, Inlet(n, ticks.name, events.name))
     word, end = Pipe()
-    guarding = Forgetful(GuardJob(partial(guarded_rig, plan), channels, TICKS, LiveControl.mode_names, True), end)
+    guarding = Forgetful(GuardJob(partial(guarded_rig, plan), channels, TICKS, LiveControl.mode_names), end)
+    guarding.begin()
     guarding.control, guarding.row = LiveControl(plan.prepared, plan.gravity_level), np.zeros((), answer_dtype(n))
     for period in range(TICKS):
         if period == STOP_AT:

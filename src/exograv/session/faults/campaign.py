@@ -98,7 +98,9 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
 def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any]:
     """After the scenarios: a live run needs the processors for itself."""
     known = subject(path)
-    return strike(Plan(known.laboratory, known.prepared, known.person, campaign.seed, 0.0), campaign.strikes, progress)
+    return strike(
+        Plan.of_twin(known.laboratory, known.prepared, known.person, campaign.seed, 0.0), campaign.strikes, progress
+    )
 
 
 def _told(campaign: Campaign, verdicts: list[Verdict]) -> dict[str, Any]:

@@ -101,7 +101,7 @@ def _recorded(plan: Plan, flown: Flown) -> dict[str, Any]:
 
 def _judged(plan: Plan, ticks: np.ndarray) -> list[str]:
     """What is wrong with commands that followed one another."""
-    oracle = Oracle(limits(plan.laboratory.description), plan.person, 1e-9 * PERIOD_NS, ROUNDING_NM)
+    oracle = Oracle(limits(plan.description), plan.person, 1e-9 * plan.period_ns, ROUNDING_NM)
     for tau, q in zip(ticks["tau_commanded"].astype(float), ticks["q_measured"].astype(float), strict=True):
         oracle.note(tau, q, frozenset(), plan.gravity_level)
     return [f"{ticks['t'][k]:.3f} s: {what}" for k, what in oracle.judge().wrong.items()]
