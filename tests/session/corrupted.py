@@ -18,6 +18,7 @@ from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.safety.envelope import Envelope
 from exograv.session.calibrate import calibrate_machine
 from exograv.session.nudge import starting_posture
+from exograv.session.operator import ComputedOperator
 from exograv.session.pilot import Pilot
 from exograv.session.virtual import limits
 from exograv.signals import Command, JointState
@@ -187,7 +188,8 @@ def verdict(case: Case) -> dict[str, Any]:
     pilot = Pilot(corrupted, gains, Envelope(limits(rig), corrupted.period_s))
     kind, text = "", ""
     try:
-        calibrate_machine(rig, tree, pilot, lambda mount, kg: corrupted.twin.hang(mount, case.weight_share * kg))
+        operator = ComputedOperator(lambda mount, kg: corrupted.twin.hang(mount, case.weight_share * kg))
+        calibrate_machine(rig, tree, pilot, operator)
     except ExogravError as error:
         kind, text = type(error).__name__, str(error)
     return {"kind": kind, "text": text, "v_max": corrupted.v_max, "tau_max": corrupted.tau_max, "t": corrupted.twin.t}

@@ -105,7 +105,7 @@ def test_what_it_takes_to_push_a_joint_both_ways_is_its_breakaway_friction():
     twin = Twin(rig, truth, None, SEED, starting_posture(tree))
     gains = ActuatorGain(rig.nominal_gain, 0.08 * rig.nominal_gain)
     pilot = Pilot(twin, gains, Envelope(limits(rig), twin.period_s))
-    run = EmptyRun(rig, tree, pilot, lambda _mount, _mass: None)
+    run = EmptyRun(rig, tree, pilot)
     nudger = Nudger(run)
     nudger._wait("")
     found = np.mean([nudger._starts(3, sign, 1, "") for sign in (1.0, -1.0)])

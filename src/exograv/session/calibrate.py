@@ -8,9 +8,10 @@ from exograv.model.description import Sweep as SweepSettings
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, go_to, hold, joined, sweep
 
-from .empty_run import EmptyRun, Hang
+from .empty_run import EmptyRun
 from .nudge import Nudger
 from .nudge_checks import refuse_before_motion
+from .operator import Operator
 from .pilot import Pilot
 
 SLOW, FAST = 0.3, 0.9  # rad/s: two speeds tell Coulomb from viscous
@@ -19,7 +20,7 @@ CHECK_WAY = 0.6  # rad: of the slow pass of a re-check
 TRAVEL = 0.8  # rad/s between sweeps
 
 
-def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, hang: Hang) -> Calibration:
+def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, operator: Operator) -> Calibration:
     """Push, sweep, weigh and fit; the pilot's rig must be empty and hang still, and the tree set to its lengths.
 
     Raises:
@@ -28,7 +29,7 @@ def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, han
         RigError: The envelope stopped the run.
     """
     refuse_before_motion(description, tree, pilot.rig)
-    run = EmptyRun(description, tree, pilot, hang)
+    run = EmptyRun(description, tree, pilot, operator)
     Nudger(run).nudge()
     plans = description.calibration.sweeps
     for i, plan in enumerate(plans):
@@ -50,7 +51,7 @@ def recheck_machine(description: RigDescription, tree: Tree, pilot: Pilot, befor
         As `calibrate_machine`.
     """
     refuse_before_motion(description, tree, pilot.rig)
-    run = EmptyRun(description, tree, pilot, lambda _mount, _mass: None)
+    run = EmptyRun(description, tree, pilot)
     Nudger(run).nudge(pushes=1)
     check_passes(run)
     return recheck(description, tree, run.sweeps(), before)

@@ -1,6 +1,5 @@
 """The empty machine under way: led along references, loaded with known weights, watched; what it measures is kept."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,17 +16,17 @@ from exograv.model.tree import Tree
 from exograv.motion import Trajectory, hold
 from exograv.safety.envelope import StopReason
 
+from .operator import ComputedOperator, Operator
 from .pilot import Controller, Moment, Pilot
 
 ASTRAY_RAD = np.deg2rad(8.0)
 """A joint may always be as far from its reference: friction, a wrong gain and a weight ask the PD for 5° at most."""
 ASTRAY_SHARE = 1.0 / 3.0
 """Of the motor's torque, which the PD of a light joint gives only farther away; a blocked joint asks for any angle."""
-HANG_S, HANG_TICKS = 1.0, 20  # s to lower a weight, in steps of so many ticks
+HANG_TICKS = 20  # steps in which a weight is lowered
+WAIT_S = 0.1  # between two looks whether the operator is ready
 
 Joints = Float[np.ndarray, " joint"]
-Hang = Callable[[str, float], None]
-"""Hangs a mass [kg] at a mount in place of what hung there: the twin by itself; on hardware an operator is asked to."""
 
 
 @dataclass
@@ -37,7 +36,8 @@ class EmptyRun:
     description: RigDescription
     tree: Tree
     pilot: Pilot
-    hang: Hang
+    operator: Operator = field(default_factory=lambda: ComputedOperator(lambda _mount, _mass: None))
+    """Hangs the weights; nothing has any where absent."""
     gravity: Float[np.ndarray, " 3"] = field(default_factory=GRAVITY.copy)
     """In the base, where a calibration has found how it leans [m/s²]."""
 
@@ -104,16 +104,16 @@ class EmptyRun:
                 ) from error
 
     def load(self, mount: str, weight: int | None) -> None:
-        """Lower a known weight, by its number, onto an empty mount, or take off what hangs there, within `HANG_S`.
-
-        All at once it would drop the arm, and the way back is as steep as the envelope allows: the machine would swing.
-        """
+        """Have a known weight, by its number, lowered onto an empty mount, or what hangs there taken off."""
         k = self.description.mounts.index(mount)
         weights = np.array(self.description.calibration.weights_kg)
         before = float(self._hung[k] @ weights)
         after = 0.0 if weight is None else float(weights[weight])
-        dt, passed = self.pilot.rig.period_s, 0
-        ticks = round(HANG_S / dt)
+        dt, passed, lowers_s = self.pilot.rig.period_s, 0, self.operator.lowers_s
+        ticks = round(lowers_s / dt)
+
+        def wait(moment: Moment) -> None:
+            self.filter.update(moment.state.q, moment.state.current)
 
         def lower(moment: Moment) -> None:
             nonlocal passed
@@ -121,11 +121,14 @@ class EmptyRun:
             if passed % HANG_TICKS == 0:
                 mass = before + (after - before) * passed / ticks
                 self.controller.hang(mount, mass)
-                self.hang(mount, mass)
-            self.filter.update(moment.state.q, moment.state.current)
+                self.operator.lower(mount, mass)
+            wait(moment)
 
         if after != before:
-            self.pilot.run(self.controller, hold(self.pilot.q.copy(), HANG_S, dt), f"Hanging {after:g} kg", lower)
+            q, text = self.pilot.q.copy(), f"Hanging {after:g} kg"
+            while not self.operator.is_ready(mount, after):
+                self.pilot.run(self.controller, hold(q, WAIT_S, dt), text, wait)
+            self.pilot.run(self.controller, hold(q, lowers_s, dt), text, lower)
         self._hung[k] = 0.0
         if weight is not None:
             self._hung[k, weight] = 1.0

@@ -14,7 +14,7 @@ from exograv.errors import RigError
 from exograv.model.loops import NEAR_SINGULAR
 from exograv.motion import Trajectory
 from exograv.recording import RecordingWriter
-from exograv.rig import Rig
+from exograv.rig import Powered, Rig
 from exograv.runtime.exchange import ASTRAY
 from exograv.runtime.pace import Pace
 from exograv.safety.envelope import Envelope
@@ -131,6 +131,8 @@ class Pilot:
         """
         if isinstance(controller, ArmController):
             unlock(self.rig, self.key)
+        if isinstance(self.rig, Powered) and self.envelope.stop is None:
+            self._switch_on(self.rig)
         for k in range(len(trajectory)):
             reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
             moment = self._tick(controller, reference)
@@ -141,6 +143,11 @@ class Pilot:
             if k % PROGRESS_TICKS == 0:
                 self.progress(text, k / len(trajectory))
         self.progress(text, 1.0)
+
+    def _switch_on(self, rig: Powered) -> None:
+        """Drives that are off, because nobody has flown them yet or because they heard nothing for a while."""
+        if not all(drive.is_enabled for drive in rig.status()):
+            rig.enable()
 
     def leave_stop(self, controller: Controller, within_s: float) -> bool:
         """An operator's act after a stop: wait until the machine stands, and leave the latch; whether it could be."""

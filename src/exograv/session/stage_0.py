@@ -12,6 +12,7 @@ from exograv.rig.twin import Machine, Twin
 
 from .calibrate import calibrate_machine, recheck_machine
 from .nudge import starting_posture
+from .operator import ComputedOperator
 from .pilot import Pilot
 
 PilotOf = Callable[[Twin, ActuatorGain], Pilot]
@@ -33,7 +34,7 @@ class EmptyTwin:
         twin = self._hanging(tree)
         pilot = pilot_of(twin, ActuatorGain(nominal, GAIN_SD * nominal))
         pilot.begin("calibrate")
-        return calibrate_machine(self.description, tree, pilot, twin.hang), twin.t
+        return calibrate_machine(self.description, tree, pilot, ComputedOperator(twin.hang)), twin.t
 
     def recheck(self, before: Calibration, pilot_of: PilotOf) -> tuple[Calibration, float]:
         """Friction anew and all else as `before`, from cold; the result, and the rig's clock when it is done [s]."""

@@ -63,7 +63,7 @@ class Bench:
         """Of a soft descent of the empty machine (joint,) [N·m·s/rad]."""
         envelope = Envelope(replace(worn, damping_Nms_per_rad=self.damping), subject.rig.period_s)
         self.pilot = Pilot(self.tap, machine.actuators, envelope, progress=progress)
-        self.run = EmptyRun(self.description, self.tree, self.pilot, lambda _mount, _mass: None, machine.gravity)
+        self.run = EmptyRun(self.description, self.tree, self.pilot, gravity=machine.gravity)
         self.zero = np.zeros(len(self.description.joints))
         """Torque that the motors report while they are told none (joint,) [N·m]."""
 
