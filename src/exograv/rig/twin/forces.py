@@ -45,6 +45,9 @@ class StepInput:
     tau_voluntary: ca.SX
     """Of the wearer's will (arm,) [N·m]."""
 
+    tau_hand: ca.SX
+    """Of somebody who turns the machine's joints by hand (joint,) [N·m]."""
+
     warmth: ca.SX
     """0 cold, 1 warmed up [-]."""
 
@@ -72,7 +75,7 @@ class StepInput:
         n, n_arm = len(scene.exo), len(scene.arm)
         sizes = {
             "qpos": (scene.model.nq,), "qvel": (scene.model.nv,), "current": (n,), "damping": (n,), "valid_until": (),
-            "tau_muscle": (n_arm,), "tau_voluntary": (n_arm,), "warmth": (), "start": (), "steps": (),
+            "tau_muscle": (n_arm,), "tau_voluntary": (n_arm,), "tau_hand": (n,), "warmth": (), "start": (), "steps": (),
             "drives": (len(DRIVE_STATES), n), "hysteresis": (n_arm,),
             "commands": (2 * n + 1, delays.to_motors), "measurements": (3 * n, delays.to_computer),
         }  # fmt: skip
@@ -136,7 +139,7 @@ def _drive_forces(scene: Scene, machine: Machine, now: StepInput, told: "_Told")
     for joint, dof in enumerate(scene.exo.tolist()):
         seen = DriveInput(told.tau[joint], now.qpos[dof], now.qvel[dof], now.warmth, told.damping[joint])
         step = drive_step(machine, joint, now.drives[:, joint], seen, TIMESTEP)
-        qfrc[dof] += step.tau_joint
+        qfrc[dof] += step.tau_joint + now.tau_hand[joint]
         next_states.append(step.state_next)
     return qfrc, ca.horzcat(*next_states)
 

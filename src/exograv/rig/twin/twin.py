@@ -108,6 +108,8 @@ class Twin:
         self._wrenches: tuple[int, Wrenches] = (-1, np.empty((0, 6)))
         self.tau_voluntary = self._memory["tau_voluntary"]
         """Muscle torque of a wearer who wants to move, as `Truth.q_arm`; examiners may write into it [N·m]."""
+        self.tau_hand = self._memory["tau_hand"]
+        """Of somebody who turns the machine's joints by hand; examiners may write into it (joint,) [N·m]."""
         self._start(description.donning_posture if start_posture is None else np.asarray(start_posture, dtype=float))
 
     @property
