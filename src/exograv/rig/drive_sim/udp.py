@@ -215,12 +215,14 @@ class UdpController:
             self._step()
 
     def _step(self) -> None:
+        at = self._plant.now
         self._plant.step()
         faults = [drive.fault for drive in self._plant.each]
         if faults != self._faults:
-            for joint, before, now in zip(self._drives.joints, self._faults, faults, strict=True):
-                if before != now:
-                    self._say(f"{self._plant.now:.3f} s: {joint} {now.name or 'NONE'}")
+            for joint, drive, before in zip(self._drives.joints, self._plant.each, self._faults, strict=True):
+                if drive.fault != before:
+                    said = drive.fault.name or "no fault"
+                    self._say(f"{at:.3f} s: {joint}: {said}; told last {1e3 * (at - drive.told_at):.1f} ms before")
             self._faults = faults
 
     def _run_by_clock(self, until_stopped: Callable[[], bool]) -> None:

@@ -228,15 +228,11 @@ class UdpRig:
         current = self._units.joint_currents(said[CURRENT::STEP])
         q_motor = self._units.motor_positions(said[MOTOR_POSITION::STEP])
         faulty = tuple(
-            joint
-            for joint, one in enumerate(self._statuses)
-            if one.fault or (self._is_on and not one.is_enabled)
+            joint for joint, one in enumerate(self._statuses) if one.fault or (self._is_on and not one.is_enabled)
         )
         if faulty:
             self._keep_unheard(q, current, q_motor)
-        return JointState(
-            answer.t, answer.tick, q, current, self._no_torque, TorqueSource.CURRENT, q_motor, faulty
-        )
+        return JointState(answer.t, answer.tick, q, current, self._no_torque, TorqueSource.CURRENT, q_motor, faulty)
 
     def _keep_unheard(self, q: Joints, current: Joints, q_motor: Joints | None) -> None:
         for joint, one in enumerate(self._statuses):

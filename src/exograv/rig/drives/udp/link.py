@@ -150,9 +150,7 @@ class Link:
     def _header(self, kind: Type, flags: Flag = Flag.NONE, answers: int = 0, joints: int | None = None) -> Header:
         self._sequence = (self._sequence + 1) % SEQUENCES
         n = self._n if joints is None else joints
-        return Header(
-            kind, n, int(flags), self._session, self._grant, self._sequence, answers, time.monotonic_ns()
-        )
+        return Header(kind, n, int(flags), self._session, self._grant, self._sequence, answers, time.monotonic_ns())
 
     def _send(self, header: Header, own: tuple[float, ...] = (), joints: tuple[float, ...] = ()) -> int:
         if self._socket is None:
@@ -223,5 +221,5 @@ def _has_numbers(joints: tuple[float, ...]) -> bool:
     return all(
         math.isfinite(joints[k + POSITION]) and math.isfinite(joints[k + CURRENT])
         for k in range(0, len(joints), STEP)
-        if joints[k + STATUS] & DriveFlag.PRESENT
+        if int(joints[k + STATUS]) & DriveFlag.PRESENT
     )
