@@ -19,6 +19,7 @@ from .common import Common, refuse_unwritable, write_json
 from .demo import Demo, Identify, run_demo_command
 from .design_motion import DesignMotion, run_design_motion
 from .doctor import Doctor, run_doctor
+from .drive_sim import DriveSim, run_drive_sim_command
 from .export_urdf import ExportUrdf, run_export_command
 from .faults import Faults, run_faults_command
 from .identify_log import IdentifyLog, run_identify_log
@@ -48,6 +49,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "doctor": (Doctor, run_doctor),
     "self-test": (SelfTest, run_self_test_command),
     "live": (Live, run_live_command),
+    "drive-sim": (DriveSim, run_drive_sim_command),
     "faults": (Faults, run_faults_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

@@ -38,27 +38,32 @@ class SimulatedDrive:
         self.fault = DriveFault.NONE
         self.is_enabled = False
         self.temperature_C = AMBIENT_C
-        self._told_at, self._current, self._damping = -math.inf, 0.0, 0.0
+        self.told_at = -math.inf
+        """When it was last told something that it could obey, or enabled [s]."""
+        self._current, self._damping, self._until = 0.0, 0.0, math.inf
 
-    def tell(self, current: float, damping: float, now: float) -> None:
-        """A command has come: it holds until the watchdog ends it; without a number it is a fault.
+    def tell(self, current: float, damping: float, now: float, until: float = math.inf) -> None:
+        """A command has come: it holds until its life or the watchdog ends it; without a number it is a fault.
 
         Args:
             current: [A]
             damping: With which it brakes besides [N·m·s/rad].
             now: [s]
+            until: When its life ends [s]: from then on the drive brakes, until the next.
         """
         if not (math.isfinite(current) and 0.0 <= damping < math.inf):
             self.fail(DriveFault.INTERNAL)
             return
-        self._told_at, self._current, self._damping = now, current, damping
+        self.told_at = now
+        self._current, self._damping, self._until = current, damping, until
 
     def enable(self, now: float) -> bool:
         """Whether it is on now; not while a fault lasts. It begins with no torque."""
         if self.fault:
             return False
         if not self.is_enabled:
-            self.is_enabled, self._told_at, self._current, self._damping = True, now, 0.0, 0.0
+            self.is_enabled, self.told_at = True, now
+            self._current, self._damping, self._until = 0.0, 0.0, math.inf
         return True
 
     def disable(self) -> None:
@@ -80,11 +85,11 @@ class SimulatedDrive:
 
     def step(self, dt: float, now: float) -> Output:
         """So much time has passed; what it does to its motor for the next."""
-        if self.is_enabled and now - self._told_at > self.watchdog_s:
+        if self.is_enabled and now - self.told_at > self.watchdog_s:
             self.fail(DriveFault.WATCHDOG)
         if self.temperature_C >= MAX_C:
             self.fail(DriveFault.TEMPERATURE)
-        if not self.is_enabled:
+        if not self.is_enabled or now >= self._until:
             self._warm(0.0, dt)
             return Output(0.0, self.settings.brake_Nms_per_rad)
         cool = min(max((MAX_C - self.temperature_C) / (MAX_C - DERATE_FROM_C), 0.0), 1.0)

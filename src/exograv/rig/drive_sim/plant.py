@@ -10,7 +10,7 @@ from exograv.rig.drives.status import DriveFault
 from exograv.rig.twin import Twin
 from exograv.signals import Command, JointState
 
-from .firmware import SimulatedDrive
+from .firmware import Output, SimulatedDrive
 
 COMMAND_LIFE_S = 0.01
 """Longer than a step: the twin's own watchdog stays out of what these drives do."""
@@ -38,6 +38,8 @@ class Plant:
         self.twin = twin
         self.each = tuple(SimulatedDrive(one, drives.watchdog_s) for one in drives.each)
         """In the order of the machine's joints."""
+        self.outputs = tuple(Output(0.0, one.brake_Nms_per_rad) for one in drives.each)
+        """What each drive did in the last step."""
         joints = [(wiring or {}).get(joint, Wiring()) for joint in drives.joints]
         self._of_current = drives.sign * [joint.current for joint in joints]
         self._of_encoder = drives.sign * [joint.encoder for joint in joints]
@@ -53,7 +55,7 @@ class Plant:
     def step(self) -> None:
         """One period of the twin: what the drives do now holds for all of it."""
         twin, now = self.twin, self.twin.t
-        outputs = [drive.step(twin.period_s, now) for drive in self.each]
+        self.outputs = outputs = tuple(drive.step(twin.period_s, now) for drive in self.each)
         current = self._of_current * [output.current for output in outputs]
         damping = np.array([output.damping for output in outputs])
         self._sequence += 1

@@ -1,0 +1,209 @@
+"""A controller that speaks docs/udp_protocol.md, to copy: plain Python, nothing to install. `python peer.py [PORT]`
+
+Put your own drives into `Motor`; the rest is what keeps them from doing what nobody asks for.
+"""
+
+import math
+import secrets
+import select
+import socket
+import struct
+import sys
+import time
+import zlib
+
+MAGIC, VERSION, JOINTS_MAX = 0x56475845, 1, 16
+HELLO, NAMEPLATE, POLL, STATE, COMMAND, BYE = range(1, 7)
+ENABLE, ACKNOWLEDGE, TAKEN = 1, 2, 4
+ENABLED, PRESENT = 1, 2
+WATCHDOG, TEMPERATURE = 1, 2
+
+HEADER = struct.Struct("<IBBBBIIIIQ")
+NAMEPLATE_OWN, NAMEPLATE_JOINT = struct.Struct("<II"), struct.Struct("<32sfffI")
+STATE_OWN, STATE_JOINT = struct.Struct("<II"), struct.Struct("<ddffHHHH")
+COMMAND_OWN, COMMAND_JOINT = struct.Struct("<II"), struct.Struct("<ff")
+HELLO_BYTES = HEADER.size + NAMEPLATE_OWN.size + JOINTS_MAX * NAMEPLATE_JOINT.size + 4
+STATES = 32
+
+WATCHDOG_S, PERIOD_S = 0.020, 0.001
+PLATES = (  # joint, rated and greatest current [A], brake [N·m·s/rad]: the same as in drives.toml
+    ("shoulder_flexion", 3.0, 9.0, 10.0),
+    ("shoulder_abduction", 3.0, 9.0, 10.0),
+    ("shoulder_rotation", 2.2, 6.7, 10.0),
+    ("elbow_flexion", 2.2, 6.7, 4.0),
+)
+
+
+class Motor:
+    """A pendulum with a motor, in place of a real one."""
+
+    INERTIA, WEIGHT, FRICTION, PER_AMPERE, WARM_S = 0.5, 5.0, 0.5, 4.0, 60.0
+
+    def __init__(self, rated, most, brake):
+        self.rated, self.most, self.brake = rated, most, brake
+        self.q, self.v, self.current, self.temperature = 0.0, 0.0, 0.0, 25.0
+        self.fault, self.enabled = 0, False
+        self.asked, self.damping, self.told_at, self.until = 0.0, 0.0, 0.0, 0.0
+
+    def off(self, fault=0):
+        self.fault |= fault
+        self.enabled, self.asked = False, 0.0
+
+    def on(self, now):
+        if not self.fault and not self.enabled:
+            self.enabled, self.asked, self.damping, self.told_at, self.until = True, 0.0, 0.0, now, now
+
+    def tell(self, current, damping, now, until):
+        self.asked, self.damping, self.told_at, self.until = current, damping, now, until
+
+    def step(self, now, dt):
+        """What the drive does by itself comes first: watchdog, heat, the end of a command's life, its limit."""
+        if self.enabled and now - self.told_at > WATCHDOG_S:
+            self.off(WATCHDOG)
+        if self.temperature > 110.0:
+            self.off(TEMPERATURE)
+        is_driven = self.enabled and now < self.until
+        self.current = max(-self.most, min(self.most, self.asked)) if is_driven else 0.0
+        damping = self.damping if is_driven else self.brake
+        self.temperature += (25.0 + 60.0 * (self.current / self.rated) ** 2 - self.temperature) * dt / self.WARM_S
+        push = self.PER_AMPERE * self.current - self.WEIGHT * math.sin(self.q)
+        # The damping of the step to come, not of the last: stable however large it is.
+        self.v = (self.v + dt / self.INERTIA * push) / (1.0 + dt / self.INERTIA * (damping + self.FRICTION))
+        self.q += dt * self.v
+
+
+class Controller:
+    """`receive` for each packet, `step` for each period; `now` [s] is any clock that never goes back."""
+
+    def __init__(self):
+        self.motors = [Motor(*plate[1:]) for plate in PLATES]
+        self.session = self.grant = self.newest = self.sequence = self.command = self.refused = 0
+        self.address, self.heard_at, self.was_enabled = None, 0.0, False
+        self.states = [(-1, 0.0)] * STATES
+
+    def receive(self, data, sender, now):
+        """What is to be answered, or None. Whatever is not exactly right only counts."""
+        answer = self.believe(data, sender, now)
+        if answer is False:
+            self.refused = (self.refused + 1) % 2**32
+        return answer or None
+
+    def believe(self, data, sender, now):
+        if len(data) < HEADER.size + 4:
+            return False
+        magic, version, kind, n, flags, session, grant, sequence, answers, _ = HEADER.unpack_from(data)
+        if magic != MAGIC or version != VERSION:
+            return False
+        sizes = {HELLO: (0, HELLO_BYTES), BYE: (len(PLATES), HEADER.size + 4)}
+        for asked, own, joint in ((POLL, STATE_OWN, STATE_JOINT), (COMMAND, COMMAND_OWN, COMMAND_JOINT)):
+            sizes[asked] = len(PLATES), HEADER.size + own.size + len(PLATES) * joint.size + 4
+        if sizes.get(kind) != (n, len(data)) or zlib.crc32(data[:-4]) != int.from_bytes(data[-4:], "little"):
+            return False
+        is_newer = 0 < (sequence - self.newest) % 2**32 < 2**31
+        if kind == HELLO:
+            return self.greet(session, grant, sequence, is_newer, sender, now)
+        if (session, grant, sender) != (self.session, self.grant, self.address) or not session or not is_newer:
+            return False
+        if kind == COMMAND and not self.obey(data, flags, answers, now):
+            return False
+        self.newest, self.heard_at = sequence, now
+        if kind == COMMAND:
+            self.command = sequence
+        if kind == BYE:
+            self.all_off()
+            self.session = 0
+        return self.state(sequence, now) if kind == POLL else None
+
+    def greet(self, session, grant, sequence, is_newer, sender, now):
+        """The first host keeps the controller until it says goodbye, or is silent for a watchdog's time."""
+        if session == 0 or grant != 0:
+            return False
+        if (session, sender) == (self.session, self.address):
+            if not is_newer:
+                return False
+        elif self.session and now - self.heard_at <= WATCHDOG_S:
+            self.refused = (self.refused + 1) % 2**32
+            return self.nameplate(TAKEN, session, 0, sequence, now)
+        else:
+            self.session, self.grant, self.address = session, secrets.randbelow(2**32 - 1) + 1, sender
+        self.newest, self.heard_at = sequence, now
+        self.all_off()
+        return self.nameplate(0, session, self.grant, sequence, now)
+
+    def all_off(self):
+        self.was_enabled, self.command, self.states = False, 0, [(-1, 0.0)] * STATES
+        for motor in self.motors:
+            motor.off()
+
+    def obey(self, data, flags, answers, now):
+        """Whether the command is one: switching off is never too late, all else may be."""
+        at = HEADER.size + COMMAND_OWN.size
+        told = [COMMAND_JOINT.unpack_from(data, at + k * COMMAND_JOINT.size) for k in range(len(self.motors))]
+        if not all(math.isfinite(i) and math.isfinite(d) and d >= 0.0 for i, d in told):
+            return False
+        age_us, life_us = COMMAND_OWN.unpack_from(data, HEADER.size)
+        number, polled_at = self.states[answers % STATES]
+        until = min(polled_at + 1e-6 * age_us, now) + 1e-6 * life_us
+        if flags & (ENABLE | ACKNOWLEDGE) and (number != answers or until <= now):
+            return False
+        for motor, (current, damping) in zip(self.motors, told):
+            if not flags & ENABLE:
+                motor.off()
+                if flags & ACKNOWLEDGE:  # forget what is over
+                    motor.fault &= TEMPERATURE if motor.temperature > 95.0 else 0
+            elif not self.was_enabled:  # goes on with the first such command only, and at no torque
+                motor.on(now)
+            elif motor.enabled:
+                motor.tell(current, damping, now, until)
+        self.was_enabled = bool(flags & ENABLE)
+        return True
+
+    def state(self, asked, now):
+        body = STATE_OWN.pack(self.command, self.refused)
+        for motor in self.motors:
+            status = PRESENT | (ENABLED if motor.enabled else 0)
+            numbers = motor.q, math.nan, motor.current, motor.temperature
+            body += STATE_JOINT.pack(*numbers, status, motor.fault, 0, 0)
+        packet = self.packet(STATE, 0, self.session, self.grant, asked, now, body)
+        self.states[self.sequence % STATES] = self.sequence, now
+        return packet
+
+    def nameplate(self, flags, session, grant, asked, now):
+        body = NAMEPLATE_OWN.pack(round(1e6 * WATCHDOG_S), round(1e6 * PERIOD_S))
+        body += b"".join(NAMEPLATE_JOINT.pack(name.encode(), *numbers, 0) for name, *numbers in PLATES)
+        body = body.ljust(HELLO_BYTES - HEADER.size - 4, b"\0")
+        return self.packet(NAMEPLATE, flags, session, grant, asked, now, body)
+
+    def packet(self, kind, flags, session, grant, asked, now, body):
+        self.sequence = (self.sequence + 1) % 2**32
+        who = MAGIC, VERSION, kind, len(PLATES), flags, session, grant, self.sequence, asked, int(1e9 * now)
+        data = HEADER.pack(*who) + body
+        return data + zlib.crc32(data).to_bytes(4, "little")
+
+    def step(self, now, dt=PERIOD_S):
+        for motor in self.motors:
+            motor.step(now, dt)
+
+
+def main():
+    controller = Controller()
+    port = int(sys.argv[1]) if len(sys.argv) > 1 else 47100
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        link.bind(("127.0.0.1", port))  # the address of the cable to the host, never all of them
+        print("listening on port", link.getsockname()[1], flush=True)
+        due = time.monotonic()
+        while True:
+            due = max(due + PERIOD_S, time.monotonic() - 0.1)
+            while (left := due - time.monotonic()) > 0.0:
+                if select.select([link], [], [], left)[0]:
+                    data, sender = link.recvfrom(2048)
+                    if answer := controller.receive(data, sender, time.monotonic()):
+                        link.sendto(answer, sender)
+            controller.step(time.monotonic())
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        print("ended by the keyboard")

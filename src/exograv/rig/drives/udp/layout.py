@@ -1,0 +1,164 @@
+"""Every byte of the UDP protocol as data: the documentation's tables, the C header and both peers are tested by it.
+
+Little endian, no padding: each field lies at a multiple of its own size, so that a C struct is the same.
+"""
+
+import enum
+import struct
+from typing import NamedTuple
+
+MAGIC = 0x56475845
+"""Bytes "EXGV"."""
+VERSION = 1
+JOINTS_MAX = 16
+NAME_BYTES = 32
+
+SEQUENCES = 2**32
+"""After the last sequence comes 0."""
+
+
+class Type(enum.IntEnum):
+    """What a packet is."""
+
+    HELLO = 1
+    NAMEPLATE = 2
+    POLL = 3
+    STATE = 4
+    COMMAND = 5
+    BYE = 6
+
+
+class Flag(enum.IntFlag):
+    """Of a packet."""
+
+    NONE = 0
+    ENABLE = 1
+    """Command: motors are to be on."""
+    ACKNOWLEDGE = 2
+    """Command, without ENABLE: faults whose cause is over are forgotten."""
+    TAKEN = 4
+    """Nameplate: another host has the controller."""
+
+
+class DriveFlag(enum.IntFlag):
+    """Of one drive, in a state."""
+
+    NONE = 0
+    ENABLED = 1
+    """Its motor gives the torque that it is told."""
+    PRESENT = 2
+    """The controller hears it; else its numbers mean nothing."""
+
+
+class Field(NamedTuple):
+    """One number, or a name."""
+
+    name: str
+    kind: str
+    """As in C: u8, u16, u32, u64, f32, f64; or char."""
+    unit: str
+    meaning: str
+
+
+FORMATS = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "f32": "f", "f64": "d", "char": f"{NAME_BYTES}s"}
+
+HEADER = (
+    Field("magic", "u32", "", f"0x{MAGIC:08x}, the bytes `EXGV`"),
+    Field("version", "u8", "", f"{VERSION}"),
+    Field("type", "u8", "", "which of the packets below"),
+    Field("joints", "u8", "", f"in this packet, 0 to {JOINTS_MAX}"),
+    Field("flags", "u8", "", "bits, below"),
+    Field("session", "u32", "", "chosen by the host at random, not 0"),
+    Field("grant", "u32", "", "chosen by the controller at random for each session, not 0; 0 where there is none yet"),
+    Field("sequence", "u32", "", "counts the packets of its sender in this session; after the last comes 0"),
+    Field("answers", "u32", "", "sequence of the packet that this answers; 0 where it answers none"),
+    Field("time_ns", "u64", "ns", "when it was sent, on its sender's own clock that never goes back"),
+)
+
+NAMEPLATE = (
+    Field("watchdog_us", "u32", "µs", "after which the drives brake if no command comes"),
+    Field("period_us", "u32", "µs", "of the loop for which the controller is set"),
+)
+NAMEPLATE_JOINT = (
+    Field("name", "char", "", f"of the joint, UTF-8, filled with zeros to {NAME_BYTES} bytes"),
+    Field("current_rated_A", "f32", "A", "that the motor may have for ever"),
+    Field("current_max_A", "f32", "A", "to which the drive limits itself"),
+    Field("brake_Nms_per_rad", "f32", "N·m·s/rad", "with which it brakes by itself"),
+    Field("reserved", "u32", "", "0"),
+)
+STATE = (
+    Field("command", "u32", "", "sequence of the newest command that was taken, 0 if none"),
+    Field("refused", "u32", "", "packets that were refused since the controller started, of all reasons"),
+)
+STATE_JOINT = (
+    Field("position", "f64", "rad", "of the joint, in the drive's direction and from its zero"),
+    Field("motor_position", "f64", "rad", "by the encoder on the motor's shaft, as angle of the joint; NaN without"),
+    Field("current", "f32", "A", "measured in the motor"),
+    Field("temperature", "f32", "°C", "of the winding; NaN where it is not measured"),
+    Field("status", "u16", "", "bits, below"),
+    Field("fault", "u16", "", "bits, below"),
+    Field("code", "u16", "", "the maker's own error code, 0 none"),
+    Field("reserved", "u16", "", "0"),
+)
+COMMAND = (
+    Field("age_us", "u32", "µs", "from sending the poll that led to the answered state to sending this"),
+    Field("life_us", "u32", "µs", "for which it holds from its receipt"),
+)
+COMMAND_JOINT = (
+    Field("current", "f32", "A", "of the motor, in the drive's direction"),
+    Field("damping", "f32", "N·m·s/rad", "with which the drive brakes its motor besides, by its own encoder"),
+)
+
+
+def packed(fields: tuple[Field, ...]) -> struct.Struct:
+    """What reads and writes these fields."""
+    return struct.Struct("<" + "".join(FORMATS[field.kind] for field in fields))
+
+
+def offsets(fields: tuple[Field, ...], begin: int = 0) -> dict[str, int]:
+    """Where each field begins [byte]."""
+    return {field.name: begin + packed(fields[:k]).size for k, field in enumerate(fields)}
+
+
+HEADER_BYTES = packed(HEADER).size
+CRC_BYTES = 4
+"""The last of every packet: CRC-32 of zlib over all bytes before it."""
+
+
+class Layout(NamedTuple):
+    """One kind of packet: the header, its own fields, and each joint's."""
+
+    fields: tuple[Field, ...] = ()
+    joint: tuple[Field, ...] = ()
+
+    @property
+    def joints_at(self) -> int:
+        """Where the first joint begins [byte]."""
+        return HEADER_BYTES + packed(self.fields).size
+
+    def size(self, joints: int) -> int:
+        """Of the whole packet [byte]."""
+        return self.joints_at + joints * packed(self.joint).size + CRC_BYTES
+
+
+_NAMEPLATE, _STATE = Layout(NAMEPLATE, NAMEPLATE_JOINT), Layout(STATE, STATE_JOINT)
+LAYOUTS = {
+    Type.HELLO: Layout(),
+    Type.NAMEPLATE: _NAMEPLATE,
+    Type.POLL: Layout(),
+    Type.STATE: _STATE,
+    Type.COMMAND: Layout(COMMAND, COMMAND_JOINT),
+    Type.BYE: Layout(),
+}
+
+
+def length(kind: Type, joints: int) -> int:
+    """Of a packet [byte]. Who asks sends as many bytes as the answer has, filled with zeros: nothing is amplified."""
+    if kind in (Type.HELLO, Type.NAMEPLATE):
+        return _NAMEPLATE.size(JOINTS_MAX)
+    return (_STATE if kind is Type.POLL else LAYOUTS[kind]).size(joints)
+
+
+def is_newer(sequence: int, than: int) -> bool:
+    """Whether one sequence follows another, across the wrap."""
+    return 0 < (sequence - than) % SEQUENCES < SEQUENCES // 2

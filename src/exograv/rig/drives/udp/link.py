@@ -1,0 +1,225 @@
+"""One session with a controller: datagrams out, the newest believable one in, nothing that waits or grows."""
+
+import math
+import secrets
+import select
+import socket
+import time
+from collections import Counter
+from typing import NamedTuple
+
+from exograv.errors import RigError
+
+from .layout import SEQUENCES, STATE_JOINT, DriveFlag, Flag, Type, is_newer
+from .packets import Header, Packet, Refusal, RefusedError, decode, encode
+
+HELLO_EVERY_S = 0.02
+REMEMBERED = 64
+"""Polls, for answers that come late."""
+
+READ_AT_ONCE = 32
+"""Packets; who sends more does not keep us from our tick."""
+
+BUFFER = 2048
+STEP = len(STATE_JOINT)
+POSITION, MOTOR_POSITION, CURRENT, TEMPERATURE, STATUS, FAULT, CODE = range(STEP - 1)
+
+
+class Answer(NamedTuple):
+    """A state, and the poll that it answers."""
+
+    tick: int
+    t: float
+    """When that was sent, on our clock [s]."""
+    packet: Packet
+
+
+class Link:
+    """With one controller; times are those of `clock` [s]."""
+
+    def __init__(self, address: tuple[str, int], joints: int, first_sequence: int = 0):
+        """Nothing is sent before `open`.
+
+        Args:
+            address: Of the controller.
+            joints: That it must have.
+            first_sequence: Of our packets; tests begin close to the wrap.
+        """
+        self.address, self._n = address, joints
+        self.counts: Counter[str] = Counter()
+        """What was refused, by reason, and what did not come; a fixed set of names."""
+        self._sequence = first_sequence
+        self._socket: socket.socket | None = None
+        self._session = self._grant = 0
+        self._heard = 0
+        self._polls: list[tuple[int, int, float]] = [(-1, -1, 0.0)] * REMEMBERED
+        self._states: list[tuple[int, int, float]] = [(-1, -1, 0.0)] * REMEMBERED
+
+    def open(self) -> None:
+        """Make the socket, of which nobody but this controller is heard.
+
+        Raises:
+            RigError: There is no such address.
+        """
+        made = None
+        try:
+            made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            made.setblocking(False)
+            made.connect(self.address)
+        except OSError as error:
+            if made is not None:
+                made.close()
+            raise RigError(
+                f"udp.host {self.address[0]}, port {self.address[1]} cannot be used: {error.strerror or error}. "
+                "Correct it in drives.toml."
+            ) from error
+        self._socket = made
+
+    def close(self) -> None:
+        """Let the controller go, and the socket."""
+        if self._socket is not None:
+            self._send(self._header(Type.BYE))
+            self._socket.close()
+            self._socket = None
+
+    def hello(self, patience_s: float) -> Packet:
+        """Begin a new session; the controller's nameplate.
+
+        Raises:
+            RigError: Nobody answers, or another host has the controller.
+        """
+        self._session, self._grant = secrets.randbelow(2**32 - 1) + 1, 0
+        self._polls = [(-1, -1, 0.0)] * REMEMBERED
+        self._states = [(-1, -1, 0.0)] * REMEMBERED
+        ends, is_taken = time.monotonic() + patience_s, False
+        while time.monotonic() < ends:
+            asked = self._send(self._header(Type.HELLO, joints=0))
+            if (packet := self._nameplate(asked, time.monotonic() + HELLO_EVERY_S)) is None:
+                continue
+            is_taken = bool(packet.header.flags & Flag.TAKEN)
+            if not is_taken:
+                self._grant, self._heard = packet.header.grant, packet.header.sequence
+                return packet
+            time.sleep(HELLO_EVERY_S)
+        host, port = self.address
+        if is_taken:
+            raise RigError(
+                f"The controller at {host}:{port} is commanded by another host. End that program first; it is free "
+                "when that has said goodbye, or a watchdog's time after it fell silent."
+            )
+        raise RigError(
+            f"No controller answers at {host}:{port} within {patience_s:g} s. Is it on, is the cable plugged in, and "
+            "are udp.host and udp.port in drives.toml right? Without hardware: exograv drive-sim udp."
+        )
+
+    def poll(self, tick: int, t: float) -> None:
+        """Ask for a state."""
+        sequence = self._send(self._header(Type.POLL))
+        self._polls[sequence % REMEMBERED] = sequence, tick, t
+
+    def collect(self, tick: int, until: float) -> Answer | None:
+        """The newest state that came until then, on `time.monotonic`; at once when it answers this tick's poll."""
+        newest = None
+        for _ in range(READ_AT_ONCE):
+            if (packet := self._receive(Type.STATE, until)) is None:
+                break
+            if (answer := self._answer(packet)) is not None:
+                newest = answer
+                if answer.tick == tick:
+                    return newest
+        self.counts["late or lost states"] += 1
+        return newest
+
+    def command(self, tick: int, now: float, life_s: float, flags: Flag, joints: tuple[float, ...]) -> int | None:
+        """Send a command that answers a tick's state; its sequence, None where there is no such state.
+
+        Args:
+            tick: Of the poll that led to it.
+            now: On the clock of `poll` [s].
+            life_s: From receipt [s].
+            flags: ENABLE and ACKNOWLEDGE.
+            joints: Current [A] and damping [N·m·s/rad] of each.
+        """
+        known, state, t = self._states[tick % REMEMBERED]
+        if known != tick and flags & (Flag.ENABLE | Flag.ACKNOWLEDGE):
+            return None
+        age_us = min(max(round(1e6 * (now - t)), 0), SEQUENCES - 1)
+        life_us = min(max(int(1e6 * life_s), 0), SEQUENCES - 1)
+        return self._send(self._header(Type.COMMAND, flags, max(state, 0)), (age_us, life_us), joints)
+
+    def _header(self, kind: Type, flags: Flag = Flag.NONE, answers: int = 0, joints: int | None = None) -> Header:
+        self._sequence = (self._sequence + 1) % SEQUENCES
+        n = self._n if joints is None else joints
+        return Header(kind, n, int(flags), self._session, self._grant, self._sequence, answers, time.monotonic_ns())
+
+    def _send(self, header: Header, own: tuple[float, ...] = (), joints: tuple[float, ...] = ()) -> int:
+        if self._socket is None:
+            raise RigError("The controller is spoken to before it was opened. Use the rig in `with rig:`.")
+        try:
+            self._socket.send(encode(header, own, joints))
+        except OSError:  # nobody there, or no room: as if it was lost on the way
+            self.counts["not sent"] += 1
+        return header.sequence
+
+    def _receive(self, kind: Type, until: float) -> Packet | None:
+        """The next believable packet of this kind, until then."""
+        opened = self._socket
+        if opened is None:
+            return None
+        for _ in range(READ_AT_ONCE):
+            try:
+                data = opened.recv(BUFFER)
+            except BlockingIOError:
+                left = until - time.monotonic()
+                if left <= 0.0 or not select.select((opened,), (), (), left)[0]:
+                    return None
+                continue
+            except OSError:  # what was sent before found nobody
+                self.counts["not heard"] += 1
+                if time.monotonic() >= until:
+                    return None
+                continue
+            try:
+                return self._believed(decode(data), kind)
+            except RefusedError as refused:
+                self.counts[refused.why.value] += 1
+        return None
+
+    def _believed(self, packet: Packet, kind: Type) -> Packet:
+        header = packet.header
+        if header.kind is not kind:
+            raise RefusedError(Refusal.TYPE)
+        if header.session != self._session:
+            raise RefusedError(Refusal.SESSION)
+        if kind is Type.STATE and (header.grant != self._grant or header.joints != self._n):
+            raise RefusedError(Refusal.SESSION)
+        return packet
+
+    def _nameplate(self, asked: int, until: float) -> Packet | None:
+        while (packet := self._receive(Type.NAMEPLATE, until)) is not None:
+            if packet.header.answers == asked:
+                return packet
+            self.counts[Refusal.SEQUENCE.value] += 1
+        return None
+
+    def _answer(self, packet: Packet) -> Answer | None:
+        header = packet.header
+        sequence, tick, t = self._polls[header.answers % REMEMBERED]
+        if not is_newer(header.sequence, self._heard) or sequence != header.answers:
+            self.counts[Refusal.SEQUENCE.value] += 1
+            return None
+        if not _has_numbers(packet.joints):
+            self.counts[Refusal.NUMBER.value] += 1
+            return None
+        self._heard = header.sequence
+        self._states[tick % REMEMBERED] = tick, header.sequence, t
+        return Answer(tick, t, packet)
+
+
+def _has_numbers(joints: tuple[float, ...]) -> bool:
+    """Whether every drive that is heard says where it is and what flows in it."""
+    return all(
+        math.isfinite(joints[k + POSITION]) and math.isfinite(joints[k + CURRENT])
+        for k in range(0, len(joints), STEP)
+        if int(joints[k + STATUS]) & DriveFlag.PRESENT
+    )

@@ -1,0 +1,156 @@
+"""Packets to bytes and back; what is not exactly a packet of this protocol is refused, with the reason."""
+
+import enum
+import math
+import zlib
+from typing import Any, NamedTuple
+
+from .layout import (
+    CRC_BYTES,
+    HEADER,
+    HEADER_BYTES,
+    JOINTS_MAX,
+    LAYOUTS,
+    MAGIC,
+    NAME_BYTES,
+    NAMEPLATE_JOINT,
+    VERSION,
+    Type,
+    length,
+    packed,
+)
+
+_HEADER, _CRC = packed(HEADER), packed((HEADER[0],))
+_OWN = {kind: packed(layout.fields) for kind, layout in LAYOUTS.items()}
+_JOINTS = {
+    (kind, n): packed(layout.joint * n) for kind, layout in LAYOUTS.items() for n in range(JOINTS_MAX + 1)
+}  # made once: no tick waits for a format
+_LENGTHS = {(kind, n): length(kind, n) for kind in Type for n in range(JOINTS_MAX + 1)}
+_TYPES = {int(kind): kind for kind in Type}
+
+
+class Refusal(enum.Enum):
+    """Why a packet is not believed."""
+
+    LENGTH = "length"
+    CRC = "crc"
+    MAGIC = "magic"
+    VERSION = "version"
+    TYPE = "type"
+    NUMBER = "number"
+    """A value that is not finite, or outside of what it can be."""
+    SESSION = "session"
+    """Of another session, or of none."""
+    SEQUENCE = "sequence"
+    """Not newer than the newest."""
+    DEAD = "dead"
+    """A command that has outlived itself on its way, or answers a state that is forgotten."""
+
+
+class RefusedError(Exception):
+    """Never leaves the drivers: it is counted."""
+
+    def __init__(self, why: Refusal):
+        super().__init__(why.value)
+        self.why = why
+
+
+class Header(NamedTuple):
+    """As in `layout.HEADER`, without magic and version."""
+
+    kind: Type
+    joints: int
+    flags: int
+    session: int
+    grant: int
+    sequence: int
+    answers: int
+    time_ns: int
+
+
+class Packet(NamedTuple):
+    """Header, the packet's own fields, and those of all joints one after the other."""
+
+    header: Header
+    own: tuple[Any, ...]
+    joints: tuple[Any, ...]
+
+
+def encode(header: Header, own: tuple[Any, ...] = (), joints: tuple[Any, ...] = ()) -> bytes:
+    """The packet's bytes, filled up to the length of its kind."""
+    kind, n = header.kind, header.joints
+    body = b"".join(
+        (
+            _HEADER.pack(MAGIC, VERSION, kind, *header[1:]),
+            _OWN[kind].pack(*own),
+            _JOINTS[kind, len(joints) // max(len(LAYOUTS[kind].joint), 1)].pack(*joints),
+        )
+    ).ljust(_LENGTHS[kind, n] - CRC_BYTES, b"\0")
+    return body + _CRC.pack(zlib.crc32(body))
+
+
+def decode(data: bytes) -> Packet:
+    """The packet that these bytes are.
+
+    Raises:
+        RefusedError: They are none.
+    """
+    if len(data) < HEADER_BYTES + CRC_BYTES:
+        raise RefusedError(Refusal.LENGTH)
+    magic, version, kind, n, *rest = _HEADER.unpack_from(data)
+    if magic != MAGIC:
+        raise RefusedError(Refusal.MAGIC)
+    if version != VERSION:
+        raise RefusedError(Refusal.VERSION)
+    if kind not in _TYPES:
+        raise RefusedError(Refusal.TYPE)
+    kind = _TYPES[kind]
+    if n > JOINTS_MAX or len(data) != _LENGTHS[kind, n]:
+        raise RefusedError(Refusal.LENGTH)
+    if _CRC.unpack_from(data, len(data) - CRC_BYTES)[0] != zlib.crc32(memoryview(data)[:-CRC_BYTES]):
+        raise RefusedError(Refusal.CRC)
+    layout = LAYOUTS[kind]
+    own = _OWN[kind].unpack_from(data, HEADER_BYTES)
+    joints = _JOINTS[kind, n].unpack_from(data, layout.joints_at) if layout.joint else ()
+    return Packet(Header(kind, n, *rest), own, joints)
+
+
+class Nameplate(NamedTuple):
+    """What a controller says of one of its drives."""
+
+    joint: str
+    current_rated_A: float
+    current_max_A: float
+    brake_Nms_per_rad: float
+
+
+def nameplates(packet: Packet) -> list[Nameplate]:
+    """Of each joint.
+
+    Raises:
+        RefusedError: A name is no text.
+    """
+    step, plates = len(NAMEPLATE_JOINT), []
+    for k in range(packet.header.joints):
+        name, rated, most, brake, _ = packet.joints[k * step : (k + 1) * step]
+        try:
+            plates.append(Nameplate(name.rstrip(b"\0").decode("utf-8"), rated, most, brake))
+        except UnicodeDecodeError as error:
+            raise RefusedError(Refusal.NUMBER) from error
+    return plates
+
+
+def name_bytes(joint: str) -> bytes:
+    """A joint's name as it travels; what is too long is cut."""
+    return joint.encode("utf-8")[:NAME_BYTES].ljust(NAME_BYTES, b"\0")
+
+
+def refuse_wrong_command(packet: Packet) -> None:
+    """Currents are finite, dampings finite and not negative.
+
+    Raises:
+        RefusedError: They are not.
+    """
+    joints = packet.joints
+    if not all(map(math.isfinite, joints)) or (joints and min(joints[1::2]) < 0.0):
+        raise RefusedError(Refusal.NUMBER)

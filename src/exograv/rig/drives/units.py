@@ -1,0 +1,67 @@
+"""Between a drive's numbers and those of its joint, for any bus: signs, counts, offsets and limits of `drives.toml`."""
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import RigError
+from exograv.signals import Command
+
+from .settings import Drives
+
+Joints = Float[np.ndarray, " joint"]
+
+
+class Units:
+    """Of one machine."""
+
+    def __init__(self, drives: Drives):
+        self._joints = drives.joints
+        self._sign, self._offset = drives.sign, drives.offset
+        self._of_count = drives.sign * drives.rad_per_count
+        per_motor_count = drives.rad_per_motor_count
+        self._of_motor_count = None if per_motor_count is None else drives.sign * per_motor_count
+        self._current_max = np.array([drive.current_max_A for drive in drives.each])
+        self.limited = 0
+        """Commands of which a current was cut to the drive's limit."""
+
+    def positions(self, reported: Joints) -> Joints:
+        """Of the joints [rad], from what the drives report."""
+        return self._offset + self._of_count * reported
+
+    def motor_positions(self, reported: Joints) -> Joints | None:
+        """By the motors' encoders, as angles of the joints [rad]; None where not every drive has one."""
+        if self._of_motor_count is None or not math.isfinite(sum(reported.tolist())):
+            return None
+        return self._offset + self._of_motor_count * reported
+
+    def joint_currents(self, measured: Joints) -> Joints:
+        """In the joints' directions [A]."""
+        return self._sign * measured
+
+    def drive_currents(self, command: Command) -> Joints:
+        """In the drives' directions and within their limits [A].
+
+        Raises:
+            RigError: A current or a damping is not finite.
+        """
+        damping = () if command.damping is None else command.damping.tolist()
+        if not math.isfinite(sum(command.current.tolist()) + sum(damping)):
+            self._refuse(command)
+        limited = np.minimum(np.maximum(command.current, -self._current_max), self._current_max)
+        self.limited += bool((limited != command.current).any())
+        return self._sign * limited
+
+    def _refuse(self, command: Command) -> None:
+        damping = np.zeros_like(command.current) if command.damping is None else command.damping
+        wrong = [
+            joint
+            for joint, i, d in zip(self._joints, command.current, damping, strict=True)
+            if not (math.isfinite(i) and math.isfinite(d))
+        ]
+        raise RigError(
+            f"Command {command.sequence} asks {', '.join(wrong) or 'the drives'} for a current or a damping that is "
+            "not finite; none is sent, and the drives brake. The envelope must stop such a command before it is "
+            "written."
+        )

@@ -1,0 +1,141 @@
+"""`exograv drive-sim`: the twin as a machine that is only reached over its bus."""
+
+import importlib
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.model.assembly import read_exoskeleton
+from exograv.model.description import RigDescription, Side, load_rig
+from exograv.rig.drive_sim.bench import Bench, FrontEnd
+from exograv.rig.drive_sim.plant import Plant, Wiring
+from exograv.rig.drives.settings import Drives, load_drives
+from exograv.rig.twin import Disturbances, Twin, draw_machine
+
+from .stage_0 import starting_posture
+from .virtual import draw_laboratory, refuse_motorless
+
+Bus = Literal["canopen", "udp"]
+FRONT_ENDS: dict[Bus, tuple[str, str]] = {
+    "canopen": ("exograv.rig.drive_sim.canopen", "CanopenDevices"),
+    "udp": ("exograv.rig.drive_sim.udp", "UdpController"),
+}
+"""Module and class of each bus, imported when it is asked for: each has libraries of its own."""
+
+Say = Callable[[str], None]
+
+
+class Device(FrontEnd, Protocol):
+    """Simulated drives on a bus."""
+
+    @property
+    def where(self) -> str:
+        """Its address, for people."""
+        ...
+
+    def run(self, until_stopped: Callable[[], bool]) -> None:
+        """Serve until then."""
+        ...
+
+
+@dataclass(frozen=True)
+class DriveSimOptions:
+    """What is simulated, and how it is wired."""
+
+    bus: Bus
+    rig: str
+    side: Side | None
+    drives: Path
+    level: int = 0
+    seed: int = 0
+    worn: bool = False
+    lock_step: bool = False
+    wrong_sign: tuple[str, ...] = ()
+    """Joints whose motor turns the other way."""
+    wrong_scale: tuple[str, ...] = ()
+    """JOINT:FACTOR of motors that give so many times the torque."""
+    wrong_encoder: tuple[str, ...] = ()
+    """Joints whose encoder counts the other way."""
+
+
+def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
+    """Serve until `quit`, or Ctrl-C.
+
+    Raises:
+        ConfigError: An option or a file cannot be used.
+        RigError: The bus is not to be had.
+    """
+    description = load_rig(options.rig, options.side)
+    refuse_motorless(description)
+    drives = load_drives(options.drives, description)
+    wiring = _wiring(options, drives.joints)
+    make = _front_end(options.bus, drives)
+    plant = Plant(_twin(options, description), drives, wiring)
+    device: Device = make(plant, drives, lock_step=options.lock_step, say=say)
+    bench = Bench(drives.joints, plant, device, say)
+    bench.listen(sys.stdin)
+    say(_greeting(options, drives, device))
+    device.run(bench.obey)
+
+
+def _greeting(options: DriveSimOptions, drives: Drives, device: Device) -> str:
+    who = "with its wearer" if options.worn else "empty"
+    clock = "each measurement is a step" if options.lock_step else "real time"
+    return (
+        f"Simulated drives of {drives.settings.rig} ({', '.join(drives.joints)}), {who}, disturbance level "
+        f"{options.level}, seed {options.seed}, {clock}; serial '{drives.settings.serial}'. Reached at "
+        f"{device.where}. Type help for what can be done at the bench; Ctrl-C ends."
+    )
+
+
+def _front_end(bus: Bus, drives: Drives) -> Callable[..., Device]:
+    if getattr(drives.settings, bus) is None:
+        raise ConfigError(f"--drives names no [{bus}] bus. Give the file of that bus, or name the bus of the file.")
+    module, name = FRONT_ENDS[bus]
+    try:
+        return getattr(importlib.import_module(module), name)
+    except ModuleNotFoundError as error:
+        if error.name == module:
+            raise ConfigError(f"This version has no simulated drives on {bus} yet. Take another bus.") from error
+        raise ConfigError(
+            f"Simulated drives on {bus} need '{error.name}', which is not installed. Install exograv with the extra "
+            "of this bus (docs/stack.md)."
+        ) from error
+
+
+def _twin(options: DriveSimOptions, description: RigDescription) -> Twin:
+    if options.worn:
+        laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+        return Twin(description, laboratory.machine, laboratory.wearer, options.seed)
+    machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
+    return Twin(description, machine, None, options.seed, starting_posture(read_exoskeleton(description)))
+
+
+def _wiring(options: DriveSimOptions, joints: tuple[str, ...]) -> dict[str, Wiring]:
+    factors = dict(_factor(text) for text in options.wrong_scale)
+    named = {*options.wrong_sign, *options.wrong_encoder, *factors}
+    if unknown := sorted(named - set(joints)):
+        raise ConfigError(f"No joint {', '.join(unknown)} to be wired wrongly. The joints are {', '.join(joints)}.")
+    return {
+        joint: Wiring(
+            factors.get(joint, 1.0) * (-1.0 if joint in options.wrong_sign else 1.0),
+            -1.0 if joint in options.wrong_encoder else 1.0,
+        )
+        for joint in named
+    }
+
+
+def _factor(text: str) -> tuple[str, float]:
+    joint, _, factor = text.partition(":")
+    try:
+        value = float(factor)
+    except ValueError:
+        value = np.nan
+    if not 0.0 < value < 100.0:
+        raise ConfigError(f"--wrong-scale is '{text}'; give JOINT:FACTOR with a factor above 0, such as elbow:0.5.")
+    return joint, value
