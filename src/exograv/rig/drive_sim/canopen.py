@@ -1,0 +1,186 @@
+"""All simulated drives of a machine on one CAN bus, in one loop without threads: for another process than the master's.
+
+Real time steps the plant by the wall clock, whoever talks or not; lock-step steps it by one loop period with each SYNC.
+"""
+
+import time
+from collections.abc import Callable
+
+from exograv.errors import RigError
+from exograv.rig.drives.canopen.bus import Bus, Frame
+from exograv.rig.drives.settings import Drives
+
+from .canopen_node import SimulatedNode
+from .plant import Plant
+
+STALL_S = 0.005
+"""A pause of this process from which on its clock is set anew: real drives do not pause, so their time stands still."""
+
+LISTEN_S = 0.02
+"""Between two looks at whether to stop, in lock-step."""
+
+
+class CanopenDevices:
+    """The bus end of a plant; a context manager, which owns the bus."""
+
+    def __init__(
+        self,
+        plant: Plant,
+        drives: Drives,
+        lock_step: bool = False,
+        without: frozenset[int] = frozenset(),
+        say: Callable[[str], object] = print,
+    ):
+        """Open the bus of `drives.toml`; every drive says that it has started.
+
+        Args:
+            plant: What moves.
+            drives: As the machine's `drives.toml` says.
+            lock_step: Whether time goes with the SYNCs.
+            without: Objects by index that these drives have not.
+            say: Takes a line for each event.
+
+        Raises:
+            RigError: These drives are on another bus.
+        """
+        if drives.settings.canopen is None:
+            raise RigError("These drives are not on a CAN bus: drives.toml has no [canopen].")
+        self.plant, self._drives, self._lock_step, self._say = plant, drives, lock_step, say
+        self._bus = Bus(drives.settings.canopen)
+        self._unplugged: set[int] = set()
+        self._network = _network(self._send)
+        self.nodes = tuple(
+            SimulatedNode(plant, joint, self._sender(drive.node), without) for joint, drive in enumerate(drives.each)
+        )
+        for node in self.nodes:
+            self._join(node)
+        self._faults = [node.drive.fault for node in self.nodes]
+        self._steps_a_sync = round(drives.period_s / plant.twin.period_s)
+        self.longest_pause_s = 0.0
+        """That this process made, beyond its period [s]."""
+        self.pauses: list[tuple[float, float]] = []
+        """Each pause of `STALL_S` or more: when it ended by the monotonic clock, and how long it was [s]."""
+
+    def __enter__(self) -> "CanopenDevices":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bus.close()
+
+    def run(self, until_stopped: Callable[[], bool]) -> None:
+        """Serve the bus until told to stop, which is asked once a step."""
+        if self._lock_step:
+            while not until_stopped():
+                self._serve(time.monotonic() + LISTEN_S)
+            return
+        due = time.monotonic() + self.plant.twin.period_s
+        while not until_stopped():
+            self._serve(due)
+            behind = time.monotonic() - due
+            self.longest_pause_s = max(self.longest_pause_s, behind)
+            if behind > STALL_S:
+                self.pauses.append((due + behind, behind))
+                due += behind
+                self._serve(due)  # what was told meanwhile is heard before any time passes here
+            self._step()
+            due += self.plant.twin.period_s
+
+    def unplug(self, joint: str) -> None:
+        """Take this drive's plug out of the bus; it keeps its power."""
+        self._unplugged.add(self._node(joint).number)
+
+    def plug(self, joint: str) -> None:
+        """Put it back."""
+        self._unplugged.discard(self._node(joint).number)
+
+    def restart(self, joint: str) -> None:
+        """Take its power, and give it back: it has forgotten what it was set to."""
+        node = self._node(joint)
+        del self._network[node.number]
+        node.restart()
+        self._join(node)
+
+    def _node(self, joint: str) -> SimulatedNode:
+        return self.nodes[self._drives.joints.index(joint)]
+
+    def _join(self, node: SimulatedNode) -> None:
+        self._network[node.number] = node.local
+        node.local.nmt.state = "INITIALISING"
+        node.local.nmt.state = "PRE-OPERATIONAL"
+
+    def _serve(self, until: float) -> None:
+        """Answer what comes, and what has come already."""
+        while (frame := self._bus.receive(until - time.monotonic())) is not None:
+            self._hear(frame)
+
+    def _hear(self, frame: Frame) -> None:
+        cob, now = frame.cob, self.plant.now
+        if cob == 0x80:
+            for node in self._plugged():
+                node.on_sync(now)
+            if self._lock_step:
+                for _ in range(self._steps_a_sync):
+                    self._step()
+        elif cob == 0x000:
+            for node in self._plugged():
+                node.local.nmt.on_command(cob, frame.data, now)
+                node.order(node.local.nmt.state)
+        elif cob & 0x780 == 0x200:
+            for node in self._plugged():
+                if node.received is not None and node.received.cob == cob:
+                    node.on_command(frame.data, now)
+        elif cob & 0x780 == 0x600 and cob & 0x7F not in self._unplugged:
+            self._network.notify(cob, bytearray(frame.data), now)
+        elif cob & 0x780 == 0x700:
+            for node in self._plugged():
+                node.on_heartbeat(cob & 0x7F, now)
+
+    def _step(self) -> None:
+        self.plant.step()
+        now = self.plant.now
+        for j, node in enumerate(self.nodes):
+            node.step(now)
+            if node.drive.fault != self._faults[j]:
+                self._faults[j] = node.drive.fault
+                joint = self._drives.joints[j]
+                self._say(f"{now:9.3f} s  {node.drive.status.sentence(joint) if node.drive.fault else joint + ': ok'}")
+
+    def _plugged(self) -> list[SimulatedNode]:
+        return [node for node in self.nodes if node.number not in self._unplugged]
+
+    def _sender(self, number: int) -> Callable[[int, bytes], None]:
+        def send(cob: int, data: bytes) -> None:
+            if number not in self._unplugged:
+                self._bus.send(cob, data)
+
+        return send
+
+    def _send(self, cob: int, data: bytes) -> None:
+        """What the package `canopen` says for a node: answers, and that it has started."""
+        if cob & 0x7F not in self._unplugged:
+            self._bus.send(cob, data)
+
+
+def _network(send: Callable[[int, bytes], None]):
+    import canopen
+
+    class Network(canopen.Network):
+        """Without a bus of its own, and without threads."""
+
+        def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+            send(can_id, bytes(data))
+
+        def send_periodic(self, can_id: int, data: bytes, period: float, remote: bool = False):
+            return _NoTask()
+
+    return Network()
+
+
+class _NoTask:
+    """In place of a thread for the heartbeat, which each node sends in its own time."""
+
+    def update(self, data: object) -> None:
+        """Nothing to change."""
+
+    def stop(self) -> None:
+        """Nothing to end."""

@@ -1,0 +1,75 @@
+"""The state machine of CiA 402 inside a simulated drive: control words in, status words out.
+
+Written from the standard's tables without the master's reading of them (`rig.drives.canopen.states`).
+"""
+
+import enum
+
+
+class State(enum.Enum):
+    """The value is what the status word says of it."""
+
+    SWITCH_ON_DISABLED = 0x0240
+    READY_TO_SWITCH_ON = 0x0231
+    SWITCHED_ON = 0x0233
+    OPERATION_ENABLED = 0x0237
+    QUICK_STOP_ACTIVE = 0x0217
+    FAULT_REACTION_ACTIVE = 0x021F
+    FAULT = 0x0218
+
+
+S = State
+TRANSITIONS = {
+    "shutdown": {S.SWITCH_ON_DISABLED: S.READY_TO_SWITCH_ON, S.SWITCHED_ON: S.READY_TO_SWITCH_ON,
+                 S.OPERATION_ENABLED: S.READY_TO_SWITCH_ON},
+    "switch on": {S.READY_TO_SWITCH_ON: S.SWITCHED_ON, S.OPERATION_ENABLED: S.SWITCHED_ON},
+    "enable operation": {S.SWITCHED_ON: S.OPERATION_ENABLED, S.READY_TO_SWITCH_ON: S.SWITCHED_ON},
+    "disable voltage": dict.fromkeys(
+        (S.READY_TO_SWITCH_ON, S.SWITCHED_ON, S.OPERATION_ENABLED, S.QUICK_STOP_ACTIVE), S.SWITCH_ON_DISABLED
+    ),
+    "quick stop": {S.READY_TO_SWITCH_ON: S.SWITCH_ON_DISABLED, S.SWITCHED_ON: S.SWITCH_ON_DISABLED,
+                   S.OPERATION_ENABLED: S.QUICK_STOP_ACTIVE},
+}
+"""By command, from where to where; 2 to 12 of the standard, 1 and 13 to 15 are below."""
+
+COMMANDS = (
+    (0x82, 0x00, "disable voltage"),
+    (0x86, 0x02, "quick stop"),
+    (0x87, 0x06, "shutdown"),
+    (0x8F, 0x07, "switch on"),
+    (0x8F, 0x0F, "enable operation"),
+)
+"""Mask of a control word, what it leaves, and which command this is; with bit 7 it is a reset, or none."""
+
+RESET = 0x80
+
+
+class StateMachine:
+    """Of one drive that is under power: it has gone through `not ready to switch on` already."""
+
+    def __init__(self):
+        self.state = State.SWITCH_ON_DISABLED
+        self._last = 0
+
+    def control(self, word: int) -> bool:
+        """A control word has come; whether it asks to reset a fault, which only the drive itself can grant."""
+        rises, self._last = word & RESET and not self._last & RESET, word
+        if self.state is State.FAULT:
+            return bool(rises)
+        for mask, value, name in COMMANDS:
+            if word & mask == value:
+                self.state = TRANSITIONS[name].get(self.state, self.state)
+        return False
+
+    def fail(self) -> None:
+        """Something is wrong: its reaction is over at once, because a simulated drive brakes by itself when off."""
+        self.state = State.FAULT
+
+    def reset(self) -> None:
+        """What was wrong is over, and somebody has asked."""
+        self.state = State.SWITCH_ON_DISABLED
+
+    def end_quick_stop(self) -> None:
+        """It stands: off, as quick-stop option 2 says."""
+        if self.state is State.QUICK_STOP_ACTIVE:
+            self.state = State.SWITCH_ON_DISABLED

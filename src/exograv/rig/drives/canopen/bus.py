@@ -1,0 +1,94 @@
+"""Frames of a CAN bus by python-can, those of others only."""
+
+import secrets
+import time
+from typing import Any, NamedTuple
+
+from exograv.errors import ConfigError, RigError
+from exograv.rig.drives.settings import CanopenBus
+
+ECHOING = ("udp_multicast",)
+"""Adapters that hand us our own frames as if they were somebody else's: these carry a mark of ours."""
+
+
+class Frame(NamedTuple):
+    """Of eleven bits, with data."""
+
+    cob: int
+    data: bytes
+
+
+class Bus:
+    """One adapter; what fails in the loop is counted and is silence, it raises nothing there."""
+
+    def __init__(self, settings: CanopenBus):
+        """Open the adapter.
+
+        Raises:
+            ConfigError: python-can is missing, or knows no such adapter.
+            RigError: The adapter does not open.
+        """
+        try:
+            import can
+        except ImportError as error:
+            raise ConfigError("CAN drives need python-can and canopen: pip install exograv[can].") from error
+        self._message, self._error = can.Message, can.CanError
+        self._mark = secrets.token_hex(4) if settings.interface in ECHOING else None
+        try:
+            self.adapter = can.Bus(interface=settings.interface, ignore_config=True, **_options(settings))
+        except can.CanInterfaceNotImplementedError as error:
+            raise ConfigError(
+                f"canopen.interface '{settings.interface}' cannot be used: {error}. Adapters: "
+                f"{', '.join(sorted(can.VALID_INTERFACES))}; some need a package of their maker."
+            ) from error
+        except (can.CanError, OSError, ValueError) as error:
+            raise RigError(
+                f"The CAN adapter '{settings.interface}' does not open '{settings.channel}': {error}. Is it plugged in, "
+                "its driver loaded and the link up (`ip link set can0 up type can bitrate 1000000`)?"
+            ) from error
+        self.failures = 0
+        """How often the adapter refused to send or to receive."""
+
+    def send(self, cob: int, data: bytes) -> None:
+        """One frame; a full or dead adapter loses it, and the silence that follows is what is noticed."""
+        message = self._message(arbitration_id=cob, data=data, is_extended_id=False, channel=self._mark)
+        try:
+            self.adapter.send(message)
+        except (self._error, OSError):
+            self.failures += 1
+
+    def receive(self, timeout: float) -> Frame | None:
+        """The next frame of somebody else; None if none comes within so many seconds."""
+        until = time.monotonic() + timeout
+        while True:
+            try:
+                message = self.adapter.recv(max(timeout, 0.0))
+            except (self._error, OSError):
+                self.failures += 1
+                return None
+            if message is None:
+                return None
+            if not self._is_ours_or_none(message):
+                return Frame(message.arbitration_id, bytes(message.data))
+            if timeout > 0.0:
+                timeout = until - time.monotonic()
+
+    def close(self) -> None:
+        """Give the adapter back."""
+        self.adapter.shutdown()
+
+    def _is_ours_or_none(self, message) -> bool:
+        if message.is_error_frame or message.is_remote_frame or message.is_extended_id:
+            return True
+        return self._mark is not None and message.channel == self._mark
+
+
+def _options(settings: CanopenBus) -> dict[str, Any]:
+    """Of the adapter. A multicast group may have a port, `239.74.163.2:43113`: groups at one port hear each other."""
+    options: dict[str, Any] = {"channel": settings.channel}
+    if settings.interface in ECHOING and settings.channel.count(":") == 1:
+        group, port = settings.channel.split(":")
+        options = {"channel": group, "port": int(port)}
+    if settings.bitrate is not None:
+        options["bitrate"] = settings.bitrate
+    return options

@@ -1,0 +1,151 @@
+"""Before anything moves: each drive is looked at and set up, by questions (SDO) that nobody asks again in the loop."""
+
+from dataclasses import dataclass
+
+from exograv.errors import ConfigError, RigError
+from exograv.rig.drives.settings import Drive, Drives
+
+from . import objects as at
+from .network import Asked
+from .objects import Cob, Entry
+
+ABORT_IS_FAULT, SLOW_DOWN_ON_RAMP, GO_ON_TELLING = 1, 2, 1
+"""A lost connection is a fault; it, as a quick stop, ends the motion on the quick-stop ramp; TPDOs go on."""
+
+RATED_TOLERANCE = 0.01
+"""Of the rated current, between drive and file: beyond, every torque would be wrong by as much."""
+
+WITH_EACH_SYNC, AT_ONCE = 1, 0xFF
+"""Transmission types: what a drive measures comes with each SYNC; what it is told counts when it arrives, not with the
+next SYNC, or it would be a period older."""
+
+INVALID = 1 << 31
+"""Of a PDO's number: it is being changed."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a drive can do beside what it must."""
+
+    has_damping: bool
+    has_motor_position: bool
+    has_temperature: bool
+    rated_torque_Nm: float
+    notes: tuple[str, ...]
+    """What it cannot, in sentences."""
+
+
+def configure(drives: Drives, drive: Drive, asked: Asked) -> Found:
+    """Check one drive against `drives.toml` and set it up; it is pre-operational and stays so.
+
+    Raises:
+        RigError: It does not answer, cannot do what is needed, or refuses a setting.
+        ConfigError: `drives.toml` says of it what is not so.
+    """
+    _check_identity(drive, asked)
+    rated_torque = _check_nameplate(drive, asked)
+    must(drive, asked, at.MODE, at.CYCLIC_TORQUE, "it has no cyclic synchronous torque mode")
+    # Above its greatest torque the drive cuts; the file's limit is the smaller or the same.
+    most = round(1000.0 * drive.current_max_A / drive.current_rated_A)
+    must(drive, asked, at.MAX_TORQUE, most, "its torque would not be limited")
+    notes = _reactions(drives, drive, asked)
+    has_damping = asked.read(at.DAMPING) is not None
+    has_motor = asked.read(at.MOTOR_POSITION) is not None
+    if drive.motor_counts_per_turn is not None and not has_motor:
+        raise ConfigError(
+            f"drives.toml gives motor_counts_per_turn of {drive.joint}, and its drive (node {drive.node}) has no "
+            f"{at.MOTOR_POSITION}. Remove the line, or connect the motor's encoder as the drive's additional one."
+        )
+    has_temperature = asked.read(at.TEMPERATURE) is not None
+    _map_all(drives, drive, asked, has_damping, has_temperature)
+    return Found(has_damping, has_motor, has_temperature, rated_torque, notes)
+
+
+def must(drive: Drive, asked: Asked, entry: Entry, value: int, otherwise: str) -> None:
+    """Set what the drive has to have.
+
+    Raises:
+        RigError: It has it not, or holds another value afterwards.
+    """
+    if not asked.write(entry, value):
+        raise RigError(
+            f"The drive of {drive.joint} (node {drive.node}) does not take {value} in {entry}: {otherwise}. "
+            "docs/canopen.md lists what a drive has to support."
+        )
+
+
+def _check_identity(drive: Drive, asked: Asked) -> None:
+    kind = asked.read(at.DEVICE_TYPE) or 0
+    if kind & 0xFFFF != at.IS_402:
+        raise RigError(
+            f"Node {drive.node} is not the drive of {drive.joint}: its device type is {kind & 0xFFFF}, CiA 402 has "
+            f"{at.IS_402}. Correct the node's number in drives.toml."
+        )
+    modes = asked.read(at.SUPPORTED_MODES)
+    if modes is not None and not modes >> (at.CYCLIC_TORQUE - 1) & 1:
+        raise RigError(
+            f"The drive of {drive.joint} (node {drive.node}) has no cyclic synchronous torque mode (0x6502 is "
+            f"0x{modes:08x}). Its firmware has to bring it, or another drive."
+        )
+
+
+def _check_nameplate(drive: Drive, asked: Asked) -> float:
+    """Rated torque of the motor [N·m]."""
+    rated = asked.read(at.RATED_CURRENT)
+    if rated is None or abs(1e-3 * rated - drive.current_rated_A) > RATED_TOLERANCE * drive.current_rated_A:
+        says = "does not tell a rated current" if rated is None else f"is set to a rated current of {1e-3 * rated:g} A"
+        raise ConfigError(
+            f"The drive of {drive.joint} (node {drive.node}) {says} (0x6075), and drives.toml has current_rated_A = "
+            f"{drive.current_rated_A:g}: every torque would be wrong by their ratio. Set both to what the motor's "
+            "data sheet says."
+        )
+    return 1e-3 * (asked.read(at.RATED_TORQUE) or 0)
+
+
+def _reactions(drives: Drives, drive: Drive, asked: Asked) -> tuple[str, ...]:
+    """Watchdogs, and what the drive does when they trip."""
+    patience = round(drives.settings.watchdog_ms)
+    asked.write(at.HEARTBEAT_MS, patience)
+    asked.write(at.ERROR_BEHAVIOUR, GO_ON_TELLING)
+    watches = asked.write(_timer(1), patience)
+    heard = asked.write(at.HEARTBEAT_WATCHED, at.MASTER << 16 | patience)
+    if not (watches or heard):
+        raise RigError(
+            f"The drive of {drive.joint} (node {drive.node}) can watch neither our commands ({_timer(1)}) nor our "
+            f"heartbeat ({at.HEARTBEAT_WATCHED}): it would go on with its last torque when this program ends. Such a "
+            "drive is not to be used."
+        )
+    wanted = ((at.CONNECTION_LOST, ABORT_IS_FAULT), (at.QUICK_STOP, SLOW_DOWN_ON_RAMP))
+    wanted += ((at.FAULT_REACTION, SLOW_DOWN_ON_RAMP),)
+    refused = [str(entry) for entry, value in wanted if not asked.write(entry, value)]
+    notes = [f"{drive.joint}: the drive decides itself what {entry} would say" for entry in refused]
+    notes += [] if watches else [f"{drive.joint}: the drive watches our heartbeat only, not its commands"]
+    return tuple(notes)
+
+
+def _map_all(drives: Drives, drive: Drive, asked: Asked, has_damping: bool, has_temperature: bool) -> None:
+    command = (*at.COMMAND, at.DAMPING) if has_damping else at.COMMAND
+    _map(drive, asked, 0x1400, Cob.COMMAND + drive.node, AT_ONCE, command)
+    _map(drive, asked, 0x1800, Cob.MEASURED + drive.node, WITH_EACH_SYNC, at.MEASURED)
+    if drives.rad_per_motor_count is not None:
+        _map(drive, asked, 0x1801, Cob.MOTOR + drive.node, WITH_EACH_SYNC, at.MOTOR)
+    if has_temperature:
+        _map(drive, asked, 0x1802, Cob.SLOW + drive.node, at.SLOW_SYNCS, at.SLOW)
+
+
+def _map(drive: Drive, asked: Asked, where: int, cob: int, kind: int, entries: tuple[Entry, ...]) -> None:
+    """One PDO: invalid while it changes, as CiA 301 wants it."""
+    number, mapping = Entry(where, 1, "I"), where + 0x200
+    asked.write(number, INVALID | cob)
+    asked.write(Entry(mapping, 0, "B"), 0)
+    otherwise = f"the frame 0x{cob:03X} cannot be made"
+    must(drive, asked, Entry(where, 2, "B"), kind, otherwise)
+    for i, entry in enumerate(entries, start=1):
+        must(drive, asked, Entry(mapping, i, "I"), entry.mapping, otherwise)
+    must(drive, asked, Entry(mapping, 0, "B"), len(entries), otherwise)
+    must(drive, asked, number, cob, otherwise)
+
+
+def _timer(number: int) -> Entry:
+    """After how many ms without the frame a drive has been told nothing for too long."""
+    return Entry(0x1400 + number - 1, 5, "H")

@@ -1,0 +1,111 @@
+"""What is spoken of on the bus: objects of a drive, which of them travel in which frame, and the frames' numbers.
+
+Source: CiA 301 (communication, 0x1xxx) and CiA 402 (drives, 0x6xxx); 0x2xxx belongs to each maker.
+"""
+
+import struct
+from typing import NamedTuple
+
+
+class Entry(NamedTuple):
+    """One object of a drive."""
+
+    index: int
+    sub: int
+    format: str
+    """Of `struct`, little-endian: B, H, I unsigned, b, h, i signed, of 8, 16 and 32 bit."""
+
+    @property
+    def bits(self) -> int:
+        """As a mapping counts them."""
+        return 8 * struct.calcsize(self.format)
+
+    @property
+    def mapping(self) -> int:
+        """As a PDO's mapping names it."""
+        return self.index << 16 | self.sub << 8 | self.bits
+
+    def __str__(self) -> str:
+        return f"0x{self.index:04X}:{self.sub:02X}"
+
+
+DEVICE_TYPE = Entry(0x1000, 0, "I")
+VENDOR = Entry(0x1018, 1, "I")
+PRODUCT = Entry(0x1018, 2, "I")
+HEARTBEAT_WATCHED = Entry(0x1016, 1, "I")
+"""Whose heartbeat the drive watches, node << 16, and after how many ms without it something is wrong."""
+HEARTBEAT_MS = Entry(0x1017, 0, "H")
+ERROR_BEHAVIOUR = Entry(0x1029, 1, "B")
+"""What becomes of its NMT state after a communication error; 1: nothing, it goes on telling where it is."""
+
+CONTROL_WORD = Entry(0x6040, 0, "H")
+STATUS_WORD = Entry(0x6041, 0, "H")
+CONNECTION_LOST = Entry(0x6007, 0, "h")
+QUICK_STOP = Entry(0x605A, 0, "h")
+FAULT_REACTION = Entry(0x605E, 0, "h")
+MODE = Entry(0x6060, 0, "b")
+MODE_DISPLAY = Entry(0x6061, 0, "b")
+POSITION = Entry(0x6064, 0, "i")
+TARGET_TORQUE = Entry(0x6071, 0, "h")
+MAX_TORQUE = Entry(0x6072, 0, "H")
+RATED_CURRENT = Entry(0x6075, 0, "I")
+RATED_TORQUE = Entry(0x6076, 0, "I")
+TORQUE = Entry(0x6077, 0, "h")
+MOTOR_POSITION = Entry(0x60E4, 1, "i")
+"""Additional position actual value: of the encoder on the motor's shaft."""
+SUPPORTED_MODES = Entry(0x6502, 0, "I")
+
+DAMPING = Entry(0x2100, 0, "H")
+"""Of a maker who has it, as our simulated drive: brakes by its own encoder [mN·m·s/rad]."""
+TEMPERATURE = Entry(0x2101, 0, "h")
+"""Likewise: of the winding [0.1 °C]."""
+
+CYCLIC_TORQUE = 10
+"""Cyclic synchronous torque, as mode; as bit of `SUPPORTED_MODES` it is one less."""
+IS_402 = 402
+"""Low half of the device type."""
+
+COMMAND = (CONTROL_WORD, TARGET_TORQUE)
+"""First frame to each drive; `DAMPING` follows where the drive has it."""
+MEASURED = (STATUS_WORD, POSITION, TORQUE)
+MOTOR = (MOTOR_POSITION,)
+SLOW = (TEMPERATURE,)
+
+SLOW_SYNCS = 50
+"""The winding's temperature comes with every so many SYNCs: 10 Hz at 2 ms."""
+
+
+class Cob:
+    """Numbers of frames; a node's own is added to those below the first blank."""
+
+    EMERGENCY = 0x080
+    MEASURED = 0x180
+    COMMAND = 0x200
+    MOTOR = 0x280
+    SLOW = 0x380
+    ANSWER = 0x580
+    QUESTION = 0x600
+    HEARTBEAT = 0x700
+
+    NMT = 0x000
+    SYNC = 0x080
+
+
+class Nmt:
+    """Commands to a node, and the states that its heartbeat tells."""
+
+    START = 0x01
+    PRE_OPERATIONAL = 0x80
+
+    BOOTED = 0x00
+    OPERATIONAL = 0x05
+    IS_PRE_OPERATIONAL = 0x7F
+
+
+MASTER = 127
+"""Our own number: of the heartbeat that the drives watch."""
+
+
+def layout(entries: tuple[Entry, ...]) -> struct.Struct:
+    """How these objects lie in one frame."""
+    return struct.Struct("<" + "".join(entry.format for entry in entries))

@@ -1,0 +1,212 @@
+"""A machine whose drives speak CiA 402: we give the clock by SYNC, and they measure, obey and watch us."""
+
+import math
+import time
+from dataclasses import dataclass, replace
+from types import TracebackType
+
+import numpy as np
+
+from exograv.errors import RigError
+from exograv.rig.drives.settings import Drives
+from exograv.rig.drives.status import DriveStatus
+from exograv.signals import Command, JointState, TorqueSource
+
+from .bringing_up import enable_all, set_up
+from .bus import Bus
+from .cycle import Cycle
+from .node import Node
+from .objects import MASTER
+from .scaling import Scaling
+from .states import DISABLE_VOLTAGE, QUICK_STOP
+
+ANSWER_SHARE = 0.55
+"""Of a period, that the drives' answers are waited for: on 1 Mbit/s the SYNC and eight frames of four drives take up to
+0.97 ms of 2 (docs/canopen.md)."""
+
+BEATS_PER_WATCHDOG = 4
+"""Of our heartbeat: three may be lost."""
+
+
+@dataclass
+class Counts:
+    """Of what did not go as it should, since the bus was opened."""
+
+    incomplete: int = 0
+    """SYNCs that not every drive answered in time."""
+    expired: int = 0
+    """Commands that came after their time, and were not sent."""
+    limited: int = 0
+    """Commands of which a current was cut to the drive's greatest."""
+
+
+class CanopenRig:
+    """A `Rig` and `Powered`. `read` sends the SYNC and waits for its answers, `write` sends a torque to each drive.
+
+    A joint in `faulty` keeps the last numbers that its drive has said.
+    """
+
+    def __init__(self, drives: Drives):
+        """Nothing is opened yet."""
+        if drives.settings.canopen is None:
+            raise RigError("These drives are not on a CAN bus: drives.toml has no [canopen].")
+        if any(drive.node == MASTER for drive in drives.each):
+            raise RigError(f"Node {MASTER} is our own on the bus: give that drive another number, 1 to {MASTER - 1}.")
+        self._drives, self._settings = drives, drives.settings.canopen
+        self._scaling = Scaling(drives)
+        self._none = [0] * len(drives.each)
+        self._answer_s = ANSWER_SHARE * drives.period_s
+        has_motor = drives.rad_per_motor_count is not None
+        self._nodes = tuple(Node(drive, has_motor) for drive in drives.each)
+        self._bus: Bus | None = None
+        self._cycle: Cycle | None = None
+        self._opened, self._sequence = time.monotonic(), 0
+        self._state: JointState | None = None
+        self.counts = Counts()
+        self.notes: tuple[str, ...] = ()
+        """What the drives cannot that others can, in sentences."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Actuated joints, in the order of every per-joint array."""
+        return self._drives.joints
+
+    @property
+    def period_s(self) -> float:
+        """Time between two measurements [s]."""
+        return self._drives.period_s
+
+    @property
+    def t(self) -> float:
+        """Since this was made, by this computer's monotonic clock [s]."""
+        return time.monotonic() - self._opened
+
+    def __enter__(self) -> "CanopenRig":
+        """Find the drives, check and set them up; none is enabled.
+
+        Raises:
+            ConfigError: `drives.toml` says of a drive what is not so, or a package is missing.
+            RigError: The bus does not open, a drive is missing or cannot what is needed, or somebody else commands.
+        """
+        self._bus = Bus(self._settings)
+        try:
+            self._begin(self._bus)
+        except BaseException:
+            self._bus.close()
+            self._bus = self._cycle = None
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """No torque, all off, and the bus is given back."""
+        cycle, bus = self._cycle, self._bus
+        if cycle is None or bus is None:
+            return
+        try:
+            self.disable()
+            cycle.ask(self._answer_s)
+            self.disable()
+            cycle.leave()
+        finally:
+            self._bus = self._cycle = None
+            bus.close()
+
+    def read(self) -> JointState:
+        """What the drives measured at a SYNC of now: the same as before where not all have answered in time."""
+        cycle, t = self._running, self.t
+        self._sequence += 1
+        is_complete = cycle.ask(self._answer_s)
+        faulty = tuple(j for j, node in enumerate(self._nodes) if node.is_faulty)
+        is_complete = is_complete and not all(node.is_lost for node in self._nodes)
+        if is_complete or self._state is None:
+            self._state = self._measurement(t, faulty)
+        elif faulty != self._state.faulty:
+            self._state = replace(self._state, faulty=faulty)
+        self.counts.incomplete += not is_complete
+        return self._state
+
+    def write(self, command: Command) -> None:
+        """Send it, unless its time is over: then the drives are told nothing, and their watchdogs run on.
+
+        Raises:
+            RigError: A number is not finite.
+        """
+        cycle = self._running
+        damping = np.zeros(len(self._nodes)) if command.damping is None else command.damping
+        if not all(map(math.isfinite, (*command.current.tolist(), *damping.tolist()))):
+            raise RigError(
+                f"Command {command.sequence} asks {', '.join(self._unfit(command.current + damping))} for a current or "
+                "a damping that is not finite; it is not sent. The envelope must stop such a command."
+            )
+        if self.t > command.valid_until:
+            self.counts.expired += 1
+            return
+        current = self._scaling.limited(command.current)
+        self.counts.limited += bool((current != command.current).any())
+        braking = self._scaling.damping(damping).tolist()
+        self._stop_what_cannot_brake(braking)
+        cycle.tell(self._scaling.per_mille(current).tolist(), braking)
+
+    def enable(self) -> None:
+        """Switch all motors on, at zero torque; what was held against the drives is forgiven if it is over.
+
+        Raises:
+            RigError: A drive stays off, is missing, or somebody else commands; says which, and why. All are off then.
+        """
+        cycle = self._running
+        self.disable()
+        cycle.listen()  # what was said before is not to be held against the drives afterwards
+        lost = [node for node in self._nodes if node.is_lost or not node.is_configured]
+        if lost and self._bus is not None:
+            set_up(self._drives, self._bus, cycle, lost)
+        try:
+            enable_all(self._nodes, self.period_s, self.read, lambda: cycle.tell(self._none, self._none))
+        except BaseException:
+            self.disable()
+            raise
+
+    def disable(self) -> None:
+        """Switch all motors off; the drives brake."""
+        for node in self._nodes:
+            node.is_wanted, node.control = False, DISABLE_VOLTAGE
+        self._running.tell(self._none, self._none)
+
+    def status(self) -> tuple[DriveStatus, ...]:
+        """What each drive said last, in the order of the joints."""
+        return tuple(node.status for node in self._nodes)
+
+    @property
+    def _running(self) -> Cycle:
+        if self._cycle is None:
+            raise RigError("The CAN bus is not open. Use the machine inside `with rig:`.")
+        return self._cycle
+
+    def _begin(self, bus: Bus) -> None:
+        self._opened, self._sequence, self._state = time.monotonic(), 0, None
+        beat_every = max(int(self._drives.watchdog_s / BEATS_PER_WATCHDOG / self.period_s), 1)
+        cycle = Cycle(bus, self._nodes, beat_every)
+        self.notes = set_up(self._drives, bus, cycle, self._nodes, first=True)
+        self._cycle = cycle
+        self._state = self._measurement(self.t, ())
+
+    def _measurement(self, t: float, faulty: tuple[int, ...]) -> JointState:
+        nodes, scaling = self._nodes, self._scaling
+        q = scaling.q(np.array([node.counts for node in nodes]))
+        q_motor = scaling.q_motor(np.array([node.motor_counts for node in nodes]))
+        current = scaling.current(np.array([node.per_mille for node in nodes]))
+        no_sensor = np.full(len(nodes), np.nan)
+        return JointState(t, self._sequence, q, current, no_sensor, TorqueSource.CURRENT, q_motor, faulty)
+
+    def _stop_what_cannot_brake(self, braking: list[int]) -> None:
+        """A drive that takes no damping brakes by its own quick stop instead, and is off after it."""
+        for node, told in zip(self._nodes, braking, strict=True):
+            if told and node.is_wanted and not node.has_damping and not node.fault:
+                node.control = QUICK_STOP
+
+    def _unfit(self, values: np.ndarray) -> list[str]:
+        return [joint for joint, value in zip(self.joints, values, strict=True) if not np.isfinite(value)]
