@@ -27,6 +27,7 @@ from .live import Live, run_live_command
 from .new_rig import NewRig, run_new_rig
 from .replay import Replay, run_replay_command
 from .report import Report, run_report
+from .rig_test import RigTest, run_rig_test_command
 from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
 from .transparency import Transparency, run_transparency_command
@@ -50,6 +51,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "self-test": (SelfTest, run_self_test_command),
     "live": (Live, run_live_command),
     "drive-sim": (DriveSim, run_drive_sim_command),
+    "rig-test": (RigTest, run_rig_test_command),
     "faults": (Faults, run_faults_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

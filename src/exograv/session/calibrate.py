@@ -34,11 +34,11 @@ def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, ope
     plans = description.calibration.sweeps
     for i, plan in enumerate(plans):
         text = f"Calibrating the empty machine: {plan.joint} ({i + 1}/{len(plans)})"
-        run.follow(_to_and_fro(run, plan, SLOW, FAST, CREEP), text)
+        run.follow(to_and_fro(run, plan, SLOW, FAST, CREEP), text)
         mount = plan.mount or description.calibration.mount
         for weight, mass in enumerate(description.calibration.weights_kg):
             run.load(mount, weight)
-            run.follow(_to_and_fro(run, plan, SLOW), f"{text}, {mass:g} kg")
+            run.follow(to_and_fro(run, plan, SLOW), f"{text}, {mass:g} kg")
         run.load(mount, None)
     check_passes(run)
     return calibrate(description, tree, run.sweeps())
@@ -62,11 +62,11 @@ def check_passes(run: EmptyRun) -> None:
     plans = run.description.calibration.sweeps
     for i, plan in enumerate(plans):
         text = f"Friction as it is now: {plan.joint} ({i + 1}/{len(plans)})"
-        run.follow(_to_and_fro(run, plan, SLOW, FAST, way=CHECK_WAY), text)
+        run.follow(to_and_fro(run, plan, SLOW, FAST, way=CHECK_WAY), text)
 
 
-def _to_and_fro(run: EmptyRun, plan: SweepSettings, *speeds: float, way: float = np.inf) -> Trajectory:
-    """To the start of a sweep, then one pass a speed [rad/s]; the slower ones as far as `way` [rad] at most."""
+def to_and_fro(run: EmptyRun, plan: SweepSettings, *speeds: float, way: float = np.inf) -> Trajectory:
+    """A path to the start of a sweep, then one pass a speed [rad/s]; the slower ones as far as `way` [rad] at most."""
     dt, joint = run.pilot.rig.period_s, run.description.joints.index(plan.joint)
     start = np.deg2rad(plan.posture_deg)
     start[joint] = np.deg2rad(plan.from_deg)

@@ -91,16 +91,19 @@ class Nudger:
         most = np.array([PUSH_MAX[actuator.drive] for actuator in run.description.settings.actuators])
         self._most = np.minimum(most * self._usual, 0.9 * run.description.per_actuator("torque_max_Nm"))
 
-    def nudge(self, pushes: int = PUSHES) -> None:
-        """Push every joint both ways, and note what it took.
+    def nudge(self, pushes: int = PUSHES) -> Joints:
+        """Push every joint both ways, and note what it took: by that, the friction of each (joint,) [N·m].
 
         Raises:
             IdentificationError: A joint, its encoder or its motor is not what `rig.toml` says.
         """
         self._wait("Does it stay where it hangs?")
+        friction = np.zeros(len(self._joints))
         for joint, name in enumerate(self._joints):
             both_ways = [self._starts(joint, sign, pushes, f"Pushing {name}") for sign in (1.0, -1.0)]
             refuse_too_light(self._run.description, joint, *both_ways)
+            friction[joint] = np.mean([np.mean(one_way) for one_way in both_ways])
+        return friction
 
     def _starts(self, joint: int, sign: float, pushes: int, text: str) -> list[float]:
         """Pushes one way; the torques along the push that moved the joint [N·m]."""

@@ -13,6 +13,7 @@ from .plant import Plant
 
 HELP = """\
 hang MOUNT KG   hang a weight at a mount of the machine; 0 takes it off
+turn JOINT NM   turn a joint by hand with this torque; 0 lets go
 unplug JOINT    this drive is not heard any more, and hears nothing; plug JOINT: again
 cut             the cable to the host is out; mend: in again
 fail JOINT      an internal fault of this drive
@@ -79,6 +80,7 @@ class Bench:
         acts: dict[str, Callable[..., None]] = {
             "help": lambda: self._say(HELP),
             "hang": lambda mount, kg: self._plant.twin.hang(mount, _number(kg)),
+            "turn": self._turn,
             "unplug": lambda joint: self._front.unplug(self._joint(joint)),
             "plug": lambda joint: self._front.plug(self._joint(joint)),
             "cut": self._front.cut,
@@ -116,6 +118,9 @@ class Bench:
     def _heat(self, joint: str, celsius: str) -> None:
         self._plant.each[self._joint(joint)].temperature_C = _number(celsius)
 
+    def _turn(self, joint: str, torque: str) -> None:
+        self._plant.twin.tau_hand[self._joint(joint)] = _number(torque)
+
     def _end(self) -> None:
         self.is_done = True
 
@@ -125,7 +130,7 @@ class Bench:
         return self._joints.index(name)
 
 
-_WORDS_AFTER = {"hang": 2, "heat": 2, "unplug": 1, "plug": 1, "fail": 1}
+_WORDS_AFTER = {"hang": 2, "turn": 2, "heat": 2, "unplug": 1, "plug": 1, "fail": 1}
 
 
 def _number(text: str) -> float:

@@ -1,0 +1,33 @@
+"""The driver of a machine, by the bus that its `drives.toml` names; its libraries are imported when it is asked for."""
+
+import importlib
+from typing import Protocol
+
+from exograv.errors import ConfigError
+from exograv.rig.interface import Powered, Rig
+
+from .settings import Drives
+
+DRIVERS = {"udp": ("exograv.rig.drives.udp", "UdpRig"), "canopen": ("exograv.rig.drives.canopen", "CanopenRig")}
+
+
+class DrivenRig(Rig, Powered, Protocol):
+    """A machine of drives."""
+
+    def __enter__(self) -> "DrivenRig": ...
+
+
+def open_drives(drives: Drives) -> DrivenRig:
+    """Not opened yet: `with` does that.
+
+    Raises:
+        ConfigError: A package is missing.
+    """
+    bus = next(name for name in DRIVERS if getattr(drives.settings, name) is not None)
+    module, name = DRIVERS[bus]
+    try:
+        return getattr(importlib.import_module(module), name)(drives)
+    except ModuleNotFoundError as error:
+        raise ConfigError(
+            f"Drives on {bus} need '{error.name}', which is not installed: pip install 'exograv[can]'."
+        ) from error
