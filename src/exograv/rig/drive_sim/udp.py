@@ -3,7 +3,8 @@
 import select
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Any
 
 from exograv.errors import RigError
 from exograv.rig.drives.settings import Drives
@@ -19,6 +20,7 @@ from exograv.rig.drives.udp.packets import (
     refuse_wrong_command,
 )
 
+from .firmware import SimulatedDrive
 from .plant import Plant
 from .udp_session import Address, UdpSession
 
@@ -27,6 +29,9 @@ STATES = 32
 
 BEHIND_S = 0.1
 """Farther behind its clock it does not try to catch up [s]."""
+
+LOCK_STEP_HOLD_S = 2.0
+"""After which a silent host has let go of a machine that waits for it."""
 
 AT_ONCE = 64
 """Packets between two steps; who sends more does not keep the drives from their watchdogs."""
@@ -50,7 +55,8 @@ class UdpController:
             RigError: The address is not this computer's, or in use.
         """
         self._plant, self._drives, self._lock_step, self._say = plant, drives, lock_step, say
-        self.session = UdpSession(len(drives.joints), drives.watchdog_s)
+        # In lock-step the wall clock says nothing: a host may think for as long as it wants.
+        self.session = UdpSession(len(drives.joints), LOCK_STEP_HOLD_S if lock_step else drives.watchdog_s)
         self._present = [True] * len(drives.joints)
         self._is_cut = self._was_enabled = False
         self._command, self._state = 0, 0
@@ -136,7 +142,7 @@ class UdpController:
         for drive in self._heard():
             drive.disable()
 
-    def _heard(self):
+    def _heard(self) -> Iterator[SimulatedDrive]:
         return (drive for drive, is_there in zip(self._plant.each, self._present, strict=True) if is_there)
 
     def _obey(self, packet: Packet, now: float) -> None:
@@ -195,7 +201,7 @@ class UdpController:
         own = (self._command, sum(self.session.refused.values()) % SEQUENCES)
         return encode(header, own, self._said())
 
-    def _said(self) -> tuple[float, ...]:
+    def _said(self) -> tuple[Any, ...]:
         plant, said = self._plant, []
         has_motor = plant.measured.q_motor is not None
         for joint, drive in enumerate(plant.each):

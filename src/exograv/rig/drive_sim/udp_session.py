@@ -21,9 +21,9 @@ class Holder(NamedTuple):
 class UdpSession:
     """Times are those of one clock that never goes back [s]."""
 
-    def __init__(self, joints: int, watchdog_s: float, first_sequence: int = 0):
-        """Free for whoever says hello first."""
-        self._n, self._watchdog_s = joints, watchdog_s
+    def __init__(self, joints: int, hold_s: float, first_sequence: int = 0):
+        """Free for whoever says hello first, and again when that host has been silent for `hold_s`."""
+        self._n, self._hold_s = joints, hold_s
         self.holder: Holder | None = None
         self._newest, self._heard_at = 0, 0.0
         self._sequence = first_sequence
@@ -41,7 +41,7 @@ class UdpSession:
         if holder is not None and (header.session, sender) == (holder.session, holder.address):
             if not is_newer(header.sequence, self._newest):
                 raise RefusedError(Refusal.SEQUENCE)
-        elif holder is not None and now - self._heard_at <= self._watchdog_s:
+        elif holder is not None and now - self._heard_at <= self._hold_s:
             self.refused["taken"] += 1
             return Flag.TAKEN
         else:

@@ -164,10 +164,18 @@ class UdpRig:
         self._is_on = False
         if self.t - self._heard_at > self._drives.watchdog_s:
             self._begin_session()
-        ends = self.t + ENABLE_S
-        self._tell_until(Flag.NONE, ends, lambda one: not one.is_enabled)
-        self._tell_until(Flag.ACKNOWLEDGE, ends, lambda one: not one.fault)
-        self._tell_until(Flag.ENABLE, ends, lambda one: one.is_enabled)
+        begun = self.t
+        # More than once: a computer that stalls for a watchdog's time just then has switched nothing on.
+        if not any(self._switch_on(begun + share * ENABLE_S) for share in (0.3, 0.6, 1.0)):
+            self.disable()
+            off = [
+                one.sentence(joint)
+                for joint, one in zip(self.joints, self._statuses, strict=True)
+                if one.fault or not one.is_enabled
+            ]
+            raise RigError(
+                f"The motors are not switched on. {' '.join(off)} Put that right at the machine, then enable again."
+            )
         self._is_on = True
 
     def disable(self) -> None:
@@ -194,33 +202,27 @@ class UdpRig:
                     f"{dict(self.counts)}."
                 )
 
-    def _tell_until(self, flags: Flag, ends: float, is_done: Callable[[DriveStatus], bool]) -> None:
-        """Ask for no torque, once in each period, until every drive has done it.
+    def _switch_on(self, ends: float) -> bool:
+        """Off, faults acknowledged, on; whether all has been done until then [s]."""
+        return (
+            self._tell_until(Flag.NONE, ends, lambda one: not one.is_enabled)
+            and self._tell_until(Flag.ACKNOWLEDGE, ends, lambda one: not one.fault)
+            and self._tell_until(Flag.ENABLE, ends, lambda one: one.is_enabled)
+        )
 
-        Raises:
-            RigError: One has not, until then [s].
-        """
+    def _tell_until(self, flags: Flag, ends: float, is_done: Callable[[DriveStatus], bool]) -> bool:
+        """Ask for no torque, once in each period, until every drive has done it or it is then [s]."""
         due, first = time.monotonic(), None
-        while True:
+        while self.t < ends:
             state = self.read()
             # Only what was said after it took one of these commands tells what they did.
             if first is not None and not is_newer(first, self._taken) and all(map(is_done, self._statuses)):
-                return
-            if self.t > ends:
-                wrong = [
-                    one.sentence(joint)
-                    for joint, one in zip(self.joints, self._statuses, strict=True)
-                    if not is_done(one)
-                ]
-                self.disable()
-                raise RigError(
-                    f"The motors are not switched on. {' '.join(wrong)} Put that right at the machine, then enable "
-                    "again."
-                )
+                return True
             told = self._link.command(state.sequence, self.t, self._drives.watchdog_s, flags, self._no_current)
             first = told if first is None else first
             due = max(due + self.period_s, time.monotonic() - self.period_s)
             time.sleep(max(due - time.monotonic(), 0.0))
+        return False
 
     def _state_of(self, answer: Answer) -> JointState:
         said = np.array(answer.packet.joints)

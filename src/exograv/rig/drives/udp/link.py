@@ -6,7 +6,7 @@ import select
 import socket
 import time
 from collections import Counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from exograv.errors import RigError
 
@@ -78,9 +78,11 @@ class Link:
     def close(self) -> None:
         """Let the controller go, and the socket."""
         if self._socket is not None:
-            self._send(self._header(Type.BYE))
-            self._socket.close()
-            self._socket = None
+            try:
+                self._send(self._header(Type.BYE))
+            finally:
+                self._socket.close()
+                self._socket = None
 
     def hello(self, patience_s: float) -> Packet:
         """Begin a new session; the controller's nameplate.
@@ -152,7 +154,7 @@ class Link:
         n = self._n if joints is None else joints
         return Header(kind, n, int(flags), self._session, self._grant, self._sequence, answers, time.monotonic_ns())
 
-    def _send(self, header: Header, own: tuple[float, ...] = (), joints: tuple[float, ...] = ()) -> int:
+    def _send(self, header: Header, own: tuple[Any, ...] = (), joints: tuple[Any, ...] = ()) -> int:
         if self._socket is None:
             raise RigError("The controller is spoken to before it was opened. Use the rig in `with rig:`.")
         try:
@@ -216,10 +218,10 @@ class Link:
         return Answer(tick, t, packet)
 
 
-def _has_numbers(joints: tuple[float, ...]) -> bool:
+def _has_numbers(joints: tuple[Any, ...]) -> bool:
     """Whether every drive that is heard says where it is and what flows in it."""
     return all(
         math.isfinite(joints[k + POSITION]) and math.isfinite(joints[k + CURRENT])
         for k in range(0, len(joints), STEP)
-        if int(joints[k + STATUS]) & DriveFlag.PRESENT
+        if joints[k + STATUS] & DriveFlag.PRESENT
     )

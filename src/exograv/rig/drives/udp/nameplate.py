@@ -31,7 +31,7 @@ def refuse_other_controller(packet: Packet, drives: Drives) -> None:
         )
     watchdog_us, period_us = packet.own
     _compare("watchdog", 1e-3 * watchdog_us, "watchdog_ms", drives.settings.watchdog_ms, "ms", where)
-    _compare("period", 1e-3 * period_us, "period_ms", drives.settings.period_ms, "ms", where)
+    _compare("period", 1e-3 * period_us, "period_ms", 1e3 * drives.period_s, "ms", where)
     for plate, drive in zip(plates, drives.each, strict=True):
         _compare_plate(plate, drive.current_rated_A, drive.current_max_A, drive.brake_Nms_per_rad)
 

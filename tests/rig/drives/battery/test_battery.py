@@ -1,0 +1,181 @@
+"""Every driver, with simulated drives in another process: no torque that nobody asks for, whatever is pulled or killed.
+
+What happened is taken from the device's own account, in its own time: here each poll is a step of it, so that no busy
+computer changes anything.
+"""
+
+import threading
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exograv.errors import ConfigError, RigError
+from exograv.rig.drives.settings import Drives
+from exograv.rig.drives.status import DriveFault
+from exograv.rig.interface import Powered, Rig
+
+from .driving import CURRENT, LATE_MS, are_on, brakes, currents, drive, told, watchdogs
+
+LOCK_STEP = True
+
+
+def test_it_is_a_rig_that_is_powered_and_nothing_is_on_before_somebody_enables(rig: Any, bench: Any):
+    assert isinstance(rig, Rig)
+    assert isinstance(rig, Powered)
+    drive(rig, 0.05, CURRENT)
+    assert are_on(bench) == [False] * 4
+    assert not any(one.is_enabled for one in rig.status())
+
+
+def test_an_enabled_machine_gives_what_it_is_told_and_a_disabled_one_brakes(rig: Any, bench: Any, drives: Drives):
+    rig.enable()
+    state = drive(rig, 0.2, CURRENT)
+    assert all(one.is_enabled and not one.fault for one in rig.status())
+    assert state.faulty == ()
+    np.testing.assert_allclose(state.current, CURRENT, rtol=1e-6)
+    rig.disable()
+    drive(rig, 0.05, CURRENT)
+    assert brakes(bench, drives)
+
+
+def test_a_current_beyond_the_limit_is_cut_and_counted(rig: Any, bench: Any, drives: Drives):
+    rig.enable()
+    state = rig.read()
+    rig.write(told(rig, state, -1e6))
+    assert rig.counts["limited"] == 1
+    assert min(currents(bench)) >= -max(one.current_max_A for one in drives.each)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_what_is_no_number_is_refused_before_it_is_sent(rig: Any, wrong: float):
+    state = rig.read()
+    with pytest.raises(RigError, match="elbow_flexion"):
+        rig.write(told(rig, state, [0.0, 0.0, 0.0, wrong]))
+    with pytest.raises(RigError, match="not finite"):
+        rig.write(told(rig, state, 0.0, wrong))
+
+
+def test_a_command_that_is_void_already_is_not_sent(rig: Any):
+    rig.enable()
+    state = rig.read()
+    rig.write(replace(told(rig, state), valid_until=rig.t - 1e-6))
+    assert rig.counts["expired"] == 1
+
+
+def test_without_commands_the_drives_brake_by_themselves_and_torque_does_not_come_back(
+    rig: Any, bench: Any, drives: Drives
+):
+    rig.enable()
+    drive(rig, 0.1, CURRENT)
+    for _ in range(30):
+        rig.read()
+    assert max(watchdogs(bench, drives).values()) <= drives.settings.watchdog_ms + LATE_MS
+    assert brakes(bench, drives)
+    state = drive(rig, 0.1, CURRENT)
+    assert brakes(bench, drives)
+    assert state.faulty == (0, 1, 2, 3)
+    assert all(one.fault is DriveFault.WATCHDOG for one in rig.status())
+    rig.enable()
+    state = drive(rig, 0.1, CURRENT)
+    assert state.faulty == ()
+    assert min(currents(bench)) > 0.0
+
+
+def test_a_drive_that_is_unplugged_is_faulty_and_stays_off_until_somebody_enables(rig: Any, bench: Any):
+    rig.enable()
+    bench.do("unplug shoulder_rotation")
+    state = drive(rig, 0.05, CURRENT)
+    assert state.faulty == (2,)
+    assert np.isfinite(state.q).all()
+    assert DriveFault.LOST in rig.status()[2].fault
+    drive(rig, 0.1, CURRENT)
+    bench.do("plug shoulder_rotation")
+    state = drive(rig, 0.2, CURRENT)
+    assert state.faulty == (2,)
+    rig.disable()
+    rig.enable()
+    drive(rig, 0.05, CURRENT)
+    assert rig.read().faulty == ()
+    assert are_on(bench) == [True] * 4
+
+
+def test_the_fault_of_one_drive_is_told_and_forgotten_by_enabling_alone(rig: Any, bench: Any):
+    rig.enable()
+    bench.do("fail elbow_flexion")
+    state = drive(rig, 0.05, CURRENT)
+    assert state.faulty == (3,)
+    assert rig.status()[3].fault is DriveFault.INTERNAL
+    assert drive(rig, 0.1, CURRENT).faulty == (3,)
+    assert are_on(bench) == [True, True, True, False]
+    rig.enable()
+    assert drive(rig, 0.05).faulty == ()
+
+
+def test_while_the_hardware_stop_is_pressed_nothing_can_be_switched_on(rig: Any, bench: Any):
+    rig.enable()
+    bench.do("press")
+    assert drive(rig, 0.05, CURRENT).faulty == (0, 1, 2, 3)
+    with pytest.raises(RigError, match="stop line"):
+        rig.enable()
+    assert are_on(bench) == [False] * 4
+    bench.do("release")
+    assert are_on(bench) == [False] * 4
+    rig.enable()
+    assert are_on(bench) == [True] * 4
+
+
+def test_a_drive_that_is_too_hot_says_so_and_cannot_be_switched_on(rig: Any, bench: Any):
+    rig.enable()
+    bench.do("heat shoulder_flexion 120")
+    assert drive(rig, 0.05).faulty == (0,)
+    with pytest.raises(RigError, match="shoulder_flexion is too hot"):
+        rig.enable()
+    bench.do("heat shoulder_flexion 30")
+    rig.enable()
+    assert are_on(bench) == [True] * 4
+
+
+OTHER_PLATES = {
+    "rated current": ("current_rated_A", 2.5),
+    "greatest current": ("current_max_A", 12.0),
+    "brake": ("brake_Nms_per_rad", 1.0),
+}
+
+
+@pytest.mark.parametrize("what", OTHER_PLATES)
+def test_a_drive_with_another_nameplate_than_the_file_is_refused_and_left_alone(
+    what: str, bench: Any, drives: Drives, make_rig: Any
+):
+    key, value = OTHER_PLATES[what]
+    other = replace(drives, each=(*drives.each[:3], drives.each[3].model_copy(update={key: value})))
+    with pytest.raises(ConfigError, match=f"{what} of joint elbow_flexion .* {key} .* {value:g}"), make_rig(other):
+        pass
+    assert are_on(bench) == [False] * 4
+
+
+def test_another_watchdog_than_the_file_states_is_refused(bench: Any, drives: Drives, make_rig: Any):
+    other = replace(drives, settings=drives.settings.model_copy(update={"watchdog_ms": 30.0}))
+    with pytest.raises(ConfigError, match="watchdog"), make_rig(other):
+        pass
+
+
+def test_a_second_host_is_refused_and_the_first_keeps_its_machine(rig: Any, bench: Any, drives: Drives, make_rig: Any):
+    rig.enable()
+    refused: list[Exception] = []
+
+    def intrude():
+        try:
+            with make_rig(drives):
+                pass
+        except RigError as error:
+            refused.append(error)
+
+    intruder = threading.Thread(target=intrude)
+    intruder.start()
+    while intruder.is_alive():
+        drive(rig, 0.05, CURRENT)
+    assert "another host" in str(refused[0])
+    assert are_on(bench) == [True] * 4
+    assert rig.read().faulty == ()

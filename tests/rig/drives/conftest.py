@@ -1,0 +1,161 @@
+"""Simulated drives in another process, on each bus, with what a person at the bench can do to them."""
+
+import json
+import os
+import queue
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exograv.model.description import load_rig
+from exograv.rig.drives.settings import Drives, load_drives
+from exograv.rig.drives.udp import UdpRig
+
+ROOT = Path(__file__).parents[3]
+EXAMPLES = ROOT / "examples" / "drives"
+STARTS_S, ANSWERS_S = 60.0, 10.0
+PATIENT = 200.0
+"""Periods."""
+
+BUSES: dict[str, Callable[..., Any]] = {"udp": UdpRig}
+"""The driver of each bus that the battery is run on."""
+
+
+def free_port() -> int:
+    """Of this computer."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
+        made.bind(("127.0.0.1", 0))
+        return made.getsockname()[1]
+
+
+@dataclass
+class DeviceProcess:
+    """A simulated device, or a reference peer, and the lines that it prints."""
+
+    process: subprocess.Popen[str]
+    seen: list[str] = field(default_factory=list)
+
+    def __post_init__(self):
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self):
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self._lines.put(line.rstrip())
+
+    def line(self, holds: Callable[[str], bool], within_s: float = ANSWERS_S) -> str:
+        """The next line of which this is true."""
+        ends = time.monotonic() + within_s
+        while True:
+            try:
+                line = self._lines.get(timeout=max(ends - time.monotonic(), 0.01))
+            except queue.Empty as error:
+                raise AssertionError(f"not said within {within_s} s; said: {self.seen[-20:]}") from error
+            self.seen.append(line)
+            if holds(line):
+                return line
+
+    def do(self, order: str) -> None:
+        """Type a line, and wait until it is done."""
+        self.type(order)
+        self.line(lambda line: line.endswith(f"done: {order}"))
+
+    def type(self, order: str) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(order + "\n")
+        self.process.stdin.flush()
+
+    def report(self) -> dict[str, dict[str, Any]]:
+        """What each drive does, by the device's own account."""
+        self.type("report")
+        return json.loads(self.line(lambda line: line.startswith("{")))["joints"]
+
+    def forget_lines(self) -> None:
+        while not self._lines.empty():
+            self.seen.append(self._lines.get())
+
+    def end(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        for stream in (self.process.stdin, self.process.stdout):
+            if stream is not None:
+                stream.close()
+
+
+def start_device(command: list[str], is_ready: str) -> DeviceProcess:
+    """Start it, and wait until it says that it listens."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src"), "OPENBLAS_NUM_THREADS": "1"}
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, text=True, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT)
+    device = DeviceProcess(process)
+    device.line(lambda line: is_ready in line, STARTS_S)
+    return device
+
+
+def drive_sim(bus: str, path: Path, lock_step: bool, *options: str) -> list[str]:
+    """The command that simulates these drives."""
+    command = [sys.executable, "-m", "exograv.cli", "drive-sim", bus, "--drives", str(path), *options]
+    return [*command, "--lock-step"] if lock_step else command
+
+
+def drives_on(folder: Path, bus: str, *changes: tuple[str, str]) -> Path:
+    """The example of a bus at a free address, with changes."""
+    text = (EXAMPLES / f"{bus}.toml").read_text(encoding="utf-8")
+    for right, wrong in (("port = 47100", f"port = {free_port()}"), *changes):
+        assert right in text
+        text = text.replace(right, wrong, 1)
+    path = folder / f"{bus}.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def drives_of(path: Path) -> Drives:
+    return load_drives(path, load_rig("recupera_like"))
+
+
+@pytest.fixture(scope="module", params=sorted(BUSES))
+def served(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path, Any]]:
+    """Bus, `drives.toml` and the process of one device for all tests of a file that says LOCK_STEP or not."""
+    path = drives_on(tmp_path_factory.mktemp(request.param), request.param)
+    device = start_device(drive_sim(request.param, path, request.module.LOCK_STEP), "Reached at")
+    yield request.param, path, device
+    device.end()
+
+
+@pytest.fixture
+def bench(served: tuple[str, Path, DeviceProcess]) -> Iterator[DeviceProcess]:
+    """As somebody left it who has tidied up."""
+    device = served[2]
+    device.forget_lines()
+    yield device
+    for order in ("mend", "release", *(f"plug {joint}" for joint in load_rig("recupera_like").joints)):
+        device.do(order)
+
+
+@pytest.fixture
+def drives(served: tuple[str, Path, DeviceProcess]) -> Drives:
+    return drives_of(served[1])
+
+
+@pytest.fixture
+def make_rig(request: pytest.FixtureRequest, served: tuple[str, Path, DeviceProcess]) -> Callable[[Drives], Any]:
+    """The driver of the bus; in lock-step it waits for every answer, however busy this computer is."""
+    make = BUSES[served[0]]
+    return partial(make, answer_share=PATIENT) if request.module.LOCK_STEP else make
+
+
+@pytest.fixture
+def rig(bench: DeviceProcess, drives: Drives, make_rig: Callable[[Drives], Any]) -> Iterator[Any]:
+    """Found and checked, and not switched on."""
+    with make_rig(drives) as entered:
+        yield entered
