@@ -17,8 +17,12 @@ class DrivenRig(Rig, Powered, Protocol):
     def __enter__(self) -> "DrivenRig": ...
 
 
-def open_drives(drives: Drives) -> DrivenRig:
+def open_drives(drives: Drives, lock_step: bool = False) -> DrivenRig:
     """Not opened yet: `with` does that.
+
+    Args:
+        drives: Of the machine.
+        lock_step: Whether simulated drives wait for us as we for them, and time is counted in periods.
 
     Raises:
         ConfigError: A package is missing.
@@ -26,7 +30,7 @@ def open_drives(drives: Drives) -> DrivenRig:
     bus = next(name for name in DRIVERS if getattr(drives.settings, name) is not None)
     module, name = DRIVERS[bus]
     try:
-        return getattr(importlib.import_module(module), name)(drives)
+        return getattr(importlib.import_module(module), name)(drives, lock_step=lock_step)
     except ModuleNotFoundError as error:
         raise ConfigError(
             f"Drives on {bus} need '{error.name}', which is not installed: pip install 'exograv[can]'."

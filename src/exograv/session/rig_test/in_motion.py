@@ -91,6 +91,8 @@ class Powered:
     rig: DrivenRig
     hands: Hands
     progress: Progress
+    lock_step: bool = False
+    """Whether simulated drives wait for us as we for them."""
 
     def __post_init__(self):
         nominal = self.description.nominal_gain
@@ -104,7 +106,8 @@ class Powered:
     def _pilot(self) -> Pilot:
         rig = self.log
         envelope = Envelope(self._limits, rig.period_s)
-        return Pilot(rig, self._gains, envelope, progress=self.progress, pace=Pace(rig.period_s))
+        pace = None if self.lock_step else Pace(rig.period_s)
+        return Pilot(rig, self._gains, envelope, progress=self.progress, pace=pace)
 
     def begin(self) -> None:
         """Each step has a guard of its own: what stopped the last one is over."""

@@ -27,8 +27,9 @@ class Seen:
 class Line:
     """Reads and commands a machine without any feedback."""
 
-    def __init__(self, rig: DrivenRig, drives: Drives):
-        self.rig = rig
+    def __init__(self, rig: DrivenRig, drives: Drives, lock_step: bool = False):
+        """Of drives; in lock-step nobody waits for the clock."""
+        self.rig, self._lock_step = rig, lock_step
         self.rated = np.array([drive.current_rated_A for drive in drives.each])
         """Currents (joint,) [A]."""
         self._zero = np.zeros(len(rig.joints))
@@ -46,7 +47,8 @@ class Line:
             if commands:
                 now = self.rig.t
                 self.rig.write(Command(now, state.sequence, now + COMMAND_LIFE_S, self._zero, self._zero, self._zero))
-            pace.wait()
+            if not self._lock_step:
+                pace.wait()
         return found, False
 
 

@@ -71,7 +71,7 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
         path = options.drives or written(Path(spare), description)
         drives = load_drives(path, description)
         with _hands(options, path, drives, say) as hands:
-            steps = _walk(description, drives, hands, progress)
+            steps = _walk(description, drives, hands, progress, options.simulate)
     sheet = write_sheet(
         folder / FILE, description, drives, steps, options.by, datetime.now().astimezone(), options.simulate
     )
@@ -103,11 +103,11 @@ def _hands(options: RigTestOptions, path: Path, drives: Drives, say: Say) -> Ite
     bus = "udp" if drives.settings.udp is not None else "canopen"
     side = ("--side", options.side) if options.side else ()
     told = ("--drives", str(path), "--rig", options.rig, *side, "--level", str(options.level))
-    with simulated_drives(bus, [*told, "--seed", str(options.seed), *options.wrong]) as tell:
+    with simulated_drives(bus, [*told, "--lock-step", "--seed", str(options.seed), *options.wrong]) as tell:
         yield BenchHands(tell)
 
 
-def _walk(description: RigDescription, drives: Drives, hands: Hands, progress: Progress) -> list[Step]:
+def _walk(description: RigDescription, drives: Drives, hands: Hands, progress: Progress, lock_step: bool) -> list[Step]:
     """All steps; what comes after one that failed is listed and not tried."""
     limits = description.per_actuator("torque_max_Nm")
     steps = wiring(drives, limits, description.nominal_gain)
@@ -117,12 +117,12 @@ def _walk(description: RigDescription, drives: Drives, hands: Hands, progress: P
         opened: list[DrivenRig] = []
 
         def connect() -> list[Step]:
-            opened.append(stack.enter_context(open_drives(drives)))
+            opened.append(stack.enter_context(open_drives(drives, lock_step)))
             n = str(len(drives.joints))
             return [Step("every drive answers, and is the one in drives.toml", True, n, n, "drives")]
 
         steps += tried("every drive answers, and is the one in drives.toml", connect)
-        acts = _acts(description, drives, opened[0], hands, progress) if opened else []
+        acts = _acts(description, drives, opened[0], hands, progress, lock_step) if opened else []
         for number, (name, act) in enumerate(acts):
             progress(name, number / len(acts))
             if _failed(steps):
@@ -139,15 +139,15 @@ def _failed(steps: list[Step]) -> bool:
 
 
 def _acts(
-    description: RigDescription, drives: Drives, rig: DrivenRig, hands: Hands, progress: Progress
+    description: RigDescription, drives: Drives, rig: DrivenRig, hands: Hands, progress: Progress, lock_step: bool
 ) -> list[tuple[str, Act]]:
     """Name and deed of each step, the least dangerous first."""
-    line, joints = Line(rig, drives), description.joints
+    line, joints = Line(rig, drives, lock_step), description.joints
     moving: list[Powered] = []
 
     def powered() -> Powered:
         if not moving:
-            moving.append(Powered(description, read_exoskeleton(description), rig, hands, progress))
+            moving.append(Powered(description, read_exoskeleton(description), rig, hands, progress, lock_step))
         return moving[0]
 
     def leads(joint: int) -> list[Step]:

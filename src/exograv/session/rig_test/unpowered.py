@@ -114,7 +114,7 @@ def zero_torque(line: Line) -> list[Step]:
     """All motors on, told no torque: nothing flows, nothing moves."""
     line.rig.enable()
     found, _ = line.watch(ZERO_S)
-    share = _rms(currents(found)) / line.rated
+    share = np.abs(currents(found).mean(axis=0)) / line.rated
     way = np.abs(positions(found) - positions(found)[0]).max(axis=0)
     flows, creeps = int(share.argmax()), int(way.argmax())
     names = line.rig.joints
@@ -147,7 +147,3 @@ def watchdog(line: Line, drives: Drives, title: str) -> list[Step]:
     what = "A drive comes back by itself after its watchdog: it must wait to be enabled." if back else ""
     steps.append(Step(f"{title}: stays off afterwards", not back, "on" if back else "off", "off", "", what))
     return steps
-
-
-def _rms(rows: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.mean(rows**2, axis=0))

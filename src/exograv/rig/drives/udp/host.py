@@ -29,6 +29,9 @@ drive's watchdog [s]."""
 PATIENCE_S = 0.3
 """For a controller that is asked who it is: several watchdogs, after which whoever had it before has let it go [s]."""
 
+LOCK_STEP_S = 5.0
+"""For an answer of simulated drives that wait for us as we for them [s]."""
+
 ENABLE_S = 1.0
 FAULTS = DriveFault(sum(DriveFault))
 STEP = len(STATE_JOINT)
@@ -39,13 +42,16 @@ Joints = Float[np.ndarray, " joint"]
 class UdpRig:
     """A `Rig` that is also `Powered`."""
 
-    def __init__(self, drives: Drives, answer_share: float = ANSWER_SHARE, first_sequence: int = 0):
+    def __init__(
+        self, drives: Drives, answer_share: float = ANSWER_SHARE, first_sequence: int = 0, lock_step: bool = False
+    ):
         """Nothing is sent before `with`.
 
         Args:
             drives: Of the machine; with a controller as their bus.
             answer_share: Of a period, for which `read` waits.
             first_sequence: Of our packets; tests begin close to the wrap.
+            lock_step: Whether time is counted in periods, each as long as it takes: simulated drives only.
 
         Raises:
             ConfigError: They have another bus.
@@ -55,7 +61,8 @@ class UdpRig:
             raise ConfigError("drives.toml names no controller: [udp] with host and port is missing. Add it there.")
         self._drives, self._units = drives, Units(drives)
         self._link = Link((udp.host, udp.port), len(drives.joints), first_sequence)
-        self._wait_s = answer_share * drives.period_s
+        self._wait_s = LOCK_STEP_S if lock_step else answer_share * drives.period_s
+        self._is_in_lock_step = lock_step
         self._began, self._tick, self._is_on = time.monotonic(), 0, False
         n = len(drives.joints)
         none = np.full(n, np.nan)
@@ -79,6 +86,8 @@ class UdpRig:
     @property
     def t(self) -> float:
         """The rig's clock: since it was made [s]."""
+        if self._is_in_lock_step:
+            return self._tick * self.period_s
         return time.monotonic() - self._began
 
     @property
@@ -118,10 +127,11 @@ class UdpRig:
         A joint that its controller does not hear is `faulty`, and stands there where it was heard last. After `LOST_S`
         without an answer all are.
         """
-        t = self.t
+        until = time.monotonic() + self._wait_s
         self._tick += 1
+        t = self.t
         self._link.poll(self._tick, t)
-        answer = self._link.collect(self._tick, self._began + t + self._wait_s)
+        answer = self._link.collect(self._tick, until)
         if answer is not None:
             self._heard_at = answer.t
             self._statuses = self._statuses_of(answer)
@@ -220,6 +230,8 @@ class UdpRig:
                 return True
             told = self._link.command(state.sequence, self.t, self._drives.watchdog_s, flags, self._no_current)
             first = told if first is None else first
+            if self._is_in_lock_step:
+                continue
             due = max(due + self.period_s, time.monotonic() - self.period_s)
             time.sleep(max(due - time.monotonic(), 0.0))
         return False
