@@ -5,7 +5,6 @@ posture (`person.py`). Research software, informed by the medical standards, not
 needs an independent hardware emergency stop.
 """
 
-import enum
 import math
 from collections.abc import Iterable
 
@@ -15,36 +14,13 @@ from exograv.signals import Joints
 
 from .limits import Limits
 from .person import Numbers, Person, within
+from .stops import StopReason
 
 V_CREDIBLE_RAD_S = 1e3
 """No joint is faster; beyond, a velocity is a broken signal, whose product with the damping must still be finite."""
 
 WITHOUT_MODEL = 2.0
 """Damping without a model over that of the soft descent: a falling hand then stays below 0.74 m/s (docs/safety.md)."""
-
-
-class StopReason(enum.Enum):
-    """Why the soft descent started; the value is a sentence for the operator."""
-
-    NOT_FINITE = "Control asked for a torque that is not a number."
-    TOO_FAST = "A joint moved faster than allowed."
-    NO_MEASUREMENT = "A joint's position or velocity is not a number."
-    MODEL_LOST = "The model of the arm in the machine no longer fits its posture."
-    PAST_A_STOP = "A joint is where its stops do not let it be."
-    ASTRAY = "A joint did not follow where it was led."
-    NOT_THIS_ARM = "Control asked for more than this person's arm can need: another arm or a weight is in the machine."
-    CONTROL_SILENT = "Control did not answer in time."
-    MACHINE_SILENT = "The machine did not say in time where it is."
-    ENCODER_JUMPED = "An encoder jumped farther than its joint can move."
-    ENCODER_DEAD = "An encoder stood still while its joint was moving."
-    TORQUE_WRONG = "The motors do not give the torque that they are told."
-    ENCODERS_PART = "A joint's encoder and its motor's do not say the same."
-    DRIVE_FAULT = "A drive reports a fault."
-    STOP_PRESSED = "Stop was pressed."
-
-
-Finding = tuple[StopReason, int]
-"""What is wrong, and with which joint."""
 
 
 class Envelope:
@@ -178,11 +154,10 @@ class Envelope:
 
     def _watch(self, desired: Numbers, v: Numbers, fastest: float) -> None:
         person, v_trip = self.person, self._v_trip
-        if self.stop is None:
-            if not all(map(math.isfinite, desired)):
-                self.trip(StopReason.NOT_FINITE)
-            elif person is not None and person.is_in_a_wall and person.is_past_a_stop:
-                self.trip(StopReason.PAST_A_STOP)
+        if not all(map(math.isfinite, desired)):
+            self.trip(StopReason.NOT_FINITE)
+        elif person is not None and person.is_in_a_wall and person.is_past_a_stop:
+            self.trip(StopReason.PAST_A_STOP)
         if person is not None:
             v_trip = min(v_trip, person.limits.v_trip_rad_s)
         if fastest > v_trip:

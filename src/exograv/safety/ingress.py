@@ -12,7 +12,7 @@ from typing import NamedTuple
 from exograv.errors import ConfigError
 from exograv.signals import JointState, TorqueSource
 
-from .envelope import Finding, StopReason
+from .stops import Finding, StopReason
 
 AGE_MAX_S = 0.003
 """Up to which a measurement is of now [s]."""

@@ -10,7 +10,7 @@ from itertools import islice
 
 from exograv.signals import JointState
 
-from .envelope import Finding, StopReason
+from .stops import Finding, StopReason
 
 AGREE_RAD = 0.035
 """By which the two encoders of a joint may part: 2°, far more than a gear yields [rad]."""
@@ -128,10 +128,9 @@ class Monitors:
             is_opposite = way * motor_way < 0.0 and min(abs(way), abs(motor_way)) > self._least_way
             is_apart = is_opposite or abs(at - motor - first[j]) > AGREE_RAD
             parted[j] = parted[j] + 1 if is_apart else 0
-            if at == last[j]:
-                still[j] += 1
-            else:
-                still[j], self._motor_then[j] = 0, motor
+            still[j] = still[j] + 1 if at == last[j] else 0
+            if not still[j]:
+                self._motor_then[j] = motor
             is_dead = still[j] >= STILL_TICKS and abs(motor - self._motor_then[j]) > STILL_WAY_RAD
             if is_dead or parted[j] >= IN_A_ROW:
                 found.append((StopReason.ENCODERS_PART, j))

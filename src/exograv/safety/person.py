@@ -148,10 +148,9 @@ class Person:
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:
         """Let the tank pay for what goes out, or fill by what brakes."""
-        limits = self.limits
-        refill, most = limits.path_W, limits.tank_max_J
+        refill, most = self.limits.path_W, self.limits.tank_max_J
         if self.is_driven:
-            refill, most = max(refill, limits.driven_W), max(most, limits.driven_J)
+            refill, most = max(refill, self.limits.driven_W), max(most, self.limits.driven_J)
         over, power = self._over(tau, v), -refill
         for j in self._joints:
             power += over[j] * v[j]
