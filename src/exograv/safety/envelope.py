@@ -5,79 +5,22 @@ posture (`person.py`). Research software, informed by the medical standards, not
 needs an independent hardware emergency stop.
 """
 
-import enum
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
 
 import numpy as np
 
-from exograv.errors import ConfigError
 from exograv.signals import Joints
 
+from .limits import Limits
 from .person import Numbers, Person, within
+from .stops import StopReason
 
 V_CREDIBLE_RAD_S = 1e3
 """No joint is faster; beyond, a velocity is a broken signal, whose product with the damping must still be finite."""
 
 WITHOUT_MODEL = 2.0
 """Damping without a model over that of the soft descent: a falling hand then stays below 0.74 m/s (docs/safety.md)."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What may reach a joint. Sources: safety figures in docs/safety.md."""
-
-    torque_max_Nm: Joints
-    damping_Nms_per_rad: Joints
-    """Of the soft descent."""
-
-    torque_rate_max_Nm_per_s: float = 150.0
-    """A wrong torque found after 10 ms is then at most 1.5 N·m."""
-
-    v_damping_rad_s: float = 4.0
-    """Speed above which motion is braked."""
-
-    v_trip_rad_s: float = 5.0
-    """Speed at which the soft descent starts."""
-
-    descent_s: float = 3.0
-    """Time over which the soft descent fades the torque: the hand stays below about 0.6 m/s."""
-
-    def __post_init__(self):
-        for field in fields(self):
-            value = getattr(self, field.name)
-            for joint, one in enumerate(np.ravel(value).tolist()):
-                if not 0.0 < one < math.inf:
-                    of_joint = f" of joint {joint}" if np.ndim(value) else ""
-                    raise ConfigError(
-                        f"envelope.{field.name}{of_joint} is {one}; it must be positive and finite. "
-                        "Correct it in the rig file: zero would let the arm fall."
-                    )
-
-
-class StopReason(enum.Enum):
-    """Why the soft descent started; the value is a sentence for the operator."""
-
-    NOT_FINITE = "Control asked for a torque that is not a number."
-    TOO_FAST = "A joint moved faster than allowed."
-    NO_MEASUREMENT = "A joint's position or velocity is not a number."
-    MODEL_LOST = "The model of the arm in the machine no longer fits its posture."
-    PAST_A_STOP = "A joint is where its stops do not let it be."
-    ASTRAY = "A joint did not follow where it was led."
-    NOT_THIS_ARM = "Control asked for more than this person's arm can need: another arm or a weight is in the machine."
-    CONTROL_SILENT = "Control did not answer in time."
-    MACHINE_SILENT = "The machine did not say in time where it is."
-    ENCODER_JUMPED = "An encoder jumped farther than its joint can move."
-    ENCODER_DEAD = "An encoder stood still while its joint was moving."
-    TORQUE_WRONG = "The motors do not give the torque that they are told."
-    ENCODERS_PART = "A joint's encoder and its motor's do not say the same."
-    DRIVE_FAULT = "A drive reports a fault."
-    STOP_PRESSED = "Stop was pressed."
-
-
-Finding = tuple[StopReason, int]
-"""What is wrong, and with which joint."""
 
 
 class Envelope:
@@ -97,7 +40,8 @@ class Envelope:
         """Those of them whose motor is not believed either: told no torque, braked twice as hard by their drives."""
         self.without_model = False
         """Whether the descent only damps, because torques by the model are not believed any more."""
-        self._dt, self._step = dt, limits.torque_rate_max_Nm_per_s * dt
+        self._dt, self._rate = dt, limits.torque_rate_max_Nm_per_s
+        self._step, self._v_damping, self._v_trip = self._rate * dt, limits.v_damping_rad_s, limits.v_trip_rad_s
         self._bounds: Numbers = limits.torque_max_Nm.tolist()
         self._damping: Numbers = limits.damping_Nms_per_rad.tolist()
         self._none = [0.0] * len(self._bounds)
@@ -130,21 +74,21 @@ class Envelope:
         known = v if fastest <= V_CREDIBLE_RAD_S else self._none
         if person is not None:
             person.look(self._q, known)
-        if self.stop is None:
-            self._watch(desired)
-        self._catch(v, fastest)
+        self._watch(desired, v, fastest)
         wanted = desired if self.stop is None else self._descent()
         allowed = wanted if person is None else person.bounded(wanted)
-        if self._brakes(fastest):
+        if self.stop is not None or fastest > self._v_damping or (person is not None and person.is_in_a_wall):
             # After the bounds: else what control pushes beyond them would be taken from the brake.
             brakes = [self._brake(joint, speed) for joint, speed in enumerate(v)]
             wanted = [tau - brake for tau, brake in zip(wanted, brakes, strict=True)]
             allowed = wanted if person is None else person.braked(allowed, brakes)
         if person is not None:
-            allowed = person.afford(allowed, known, self.limits.torque_rate_max_Nm_per_s)
-        tau, step = list(allowed), self._step
+            allowed = person.afford(allowed, known, self._rate)
+        tau, step, bounds = list(allowed), self._step, self._bounds
         for j, last in enumerate(self._tau):
-            tau[j] = within(within(tau[j], -self._bounds[j], self._bounds[j]), last - step, last + step)
+            one, bound = tau[j], bounds[j]
+            if not (-bound <= one <= bound and last - step <= one <= last + step):
+                tau[j] = within(within(one, -bound, bound), last - step, last + step)
         if person is not None:
             person.pay(tau, known, self._dt)
         if self.stop is None and tau != wanted:
@@ -208,18 +152,16 @@ class Envelope:
         self.trip(StopReason.NO_MEASUREMENT)
         return self._none
 
-    def _watch(self, desired: Numbers) -> None:
+    def _watch(self, desired: Numbers, v: Numbers, fastest: float) -> None:
+        person, v_trip = self.person, self._v_trip
         if not all(map(math.isfinite, desired)):
             self.trip(StopReason.NOT_FINITE)
-        elif self.person is not None and self.person.is_past_a_stop:
+        elif person is not None and person.is_in_a_wall and person.is_past_a_stop:
             self.trip(StopReason.PAST_A_STOP)
-
-    def _catch(self, v: Numbers, fastest: float) -> None:
-        """Leave joints that are too fast to their drives: no command has held them, and any of it may be wrong."""
-        v_trip, person = self.limits.v_trip_rad_s, self.person
         if person is not None:
             v_trip = min(v_trip, person.limits.v_trip_rad_s)
         if fastest > v_trip:
+            # Left to their drives: no command has held them, and any of it may be wrong.
             self.trip(StopReason.TOO_FAST, powerless=[j for j, speed in enumerate(v) if abs(speed) > v_trip])
 
     def _descent(self) -> Numbers:
@@ -229,16 +171,11 @@ class Envelope:
         share = max(0.0, 1.0 - self._since_stop / self.limits.descent_s)
         return [0.0 if j in self.powerless else tau * share for j, tau in enumerate(self._tau_at_stop)]
 
-    def _brakes(self, fastest: float) -> bool:
-        """Whether any joint may be braked now."""
-        in_a_wall = self.person is not None and self.person.is_in_a_wall
-        return self.stop is not None or in_a_wall or fastest > self.limits.v_damping_rad_s
-
     def _brake(self, joint: int, v: float) -> float:
         """Damping torque: on all motion while descending; else on what is too fast, and before a joint's stop."""
         v = within(v, -V_CREDIBLE_RAD_S, V_CREDIBLE_RAD_S)
         if self.stop is not None:
             return (WITHOUT_MODEL if self.without_model else 1.0) * self._damping[joint] * v
-        excess = max(abs(v) - self.limits.v_damping_rad_s, 0.0)
+        excess = max(abs(v) - self._v_damping, 0.0)
         in_wall = 0.0 if self.person is None else self.person.wall(joint, v) * abs(v)
         return math.copysign(self._damping[joint] * max(excess, in_wall), v)

@@ -13,9 +13,10 @@ import numpy as np
 
 from exograv.signals import Joints, JointState
 
-from .envelope import Envelope, StopReason
+from .envelope import Envelope
 from .ingress import COARSEST_COUNT_RAD, Ingress, Seen
 from .monitors import Monitors
+from .stops import StopReason
 
 COMMAND_LIFE_S = 0.005
 """A command that is not replaced for five periods is void [s] (docs/safety.md, SS0)."""
@@ -220,10 +221,8 @@ class _Misses:
 
     def add(self, is_missed: bool) -> bool:
         """One tick; whether the bridge ends with it."""
-        self._ticks = (self._ticks << 1 | is_missed) & _EVERY
-        if not is_missed:
-            return False
-        return (self._ticks & _RECENT).bit_count() > IN_WINDOW_MAX or self._ticks.bit_count() > IN_SECOND_MAX
+        ticks = self._ticks = (self._ticks << 1 | is_missed) & _EVERY
+        return is_missed and ((ticks & _RECENT).bit_count() > IN_WINDOW_MAX or ticks.bit_count() > IN_SECOND_MAX)
 
 
 _RECENT, _EVERY = 2**WINDOW - 1, 2**SECOND - 1

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from exograv.errors import ConfigError
 from exograv.signals import JointState, TorqueSource
 
-from .envelope import Finding, StopReason
+from .stops import Finding, StopReason
 
 AGE_MAX_S = 0.003
 """Up to which a measurement is of now [s]."""
@@ -52,6 +52,10 @@ class Seen(NamedTuple):
 
     broken: frozenset[int] = frozenset()
     """Joints that said what is no number."""
+
+
+NOTHING = Seen(None)
+_BY_CURRENT = TorqueSource.CURRENT  # to look up a member of an enum takes as long as to judge a joint
 
 
 class Ingress:
@@ -100,15 +104,15 @@ class Ingress:
         if ignored != self._ignored:
             self._forget(ignored)
         if state is None:
-            return Seen(None)
+            return NOTHING
         if state.sequence <= self._sequence:
             self.dropped += 1
-            return Seen(None)
+            return NOTHING
         self._sequence = state.sequence
         # A time to come is no time of this clock, and would excuse any jump.
         if not abs(now - state.t) <= AGE_MAX_S:
-            return Seen(None)
-        torque = state.current if state.torque_source is TorqueSource.CURRENT else state.tau
+            return NOTHING
+        torque = state.current if state.torque_source is _BY_CURRENT else state.tau
         q, other = state.q.tolist(), torque.tolist()
         if not math.isfinite(sum(q) + sum(other)):  # it is only where all of them are
             believed = [j for j in self._joints if j not in ignored]
@@ -126,10 +130,10 @@ class Ingress:
 
     def _are_far(self, q: list[float], ticks: int) -> bool:
         """Whether any joint is farther from where it was so many ticks ago than it can be."""
-        jumped, before, are_far = self._jumped, self._used[-1], False
+        jumped, before, reaches, are_far = self._jumped, self._used[-1], self._reach, False
         for j in self._joints:
             # After a first one by the speed alone: else a small jump would be within reach before it is the third.
-            reach = ticks * self._way + self._slack[j] if jumped[j] else ticks * self._reach[j]
+            reach = ticks * self._way + self._slack[j] if jumped[j] else ticks * reaches[j]
             if abs(q[j] - before[j]) > reach:
                 jumped[j], are_far = jumped[j] + 1, True
             else:

@@ -10,7 +10,7 @@ from itertools import islice
 
 from exograv.signals import JointState
 
-from .envelope import Finding, StopReason
+from .stops import Finding, StopReason
 
 AGREE_RAD = 0.035
 """By which the two encoders of a joint may part: 2°, far more than a gear yields [rad]."""
@@ -58,7 +58,8 @@ class Monitors:
             period_s: Between two measurements [s].
             gain: Torque per motor current, as calibrated [N·m/A]; None where torque is measured by sensors.
         """
-        self._joints, self._gain = range(joints), gain
+        self._joints, self._by_current = range(joints), gain is not None
+        self._gain = [1.0] * joints if gain is None else gain
         self._told: deque[list[float]] = deque(maxlen=SLOWEST_TICKS)
         self._off_ticks, self._parted = [0] * joints, [0] * joints
         self._bias, self._bias_share = [0.0] * joints, period_s / (BIAS_S + period_s)
@@ -66,8 +67,8 @@ class Monitors:
         self._least_way = OPPOSITE_RAD_S * SPEED_TICKS * period_s
         self._before: deque[tuple[list[float], list[float]]] = deque(maxlen=SPEED_TICKS + 1)
         self._first = [math.nan] * joints
-        self._ticks, self._since = 0, [(math.nan, 0.0, 0)] * joints
-        """Where joint and motor were when the joint's encoder began to say the same, and in which tick."""
+        self._last, self._still, self._motor_then = [math.nan] * joints, [0] * joints, [0.0] * joints
+        """What each joint's encoder said last, for how many ticks more than one, and where its motor was at first."""
 
     def told(self, tau: list[float]) -> None:
         """What went out (joint,) [N·m]."""
@@ -88,14 +89,14 @@ class Monitors:
         if state.q_motor is not None:
             found += self._parting(state.q.tolist(), state.q_motor.tolist())
         if len(self._told) >= LATELY_TICKS:
-            found += self._wrong_torques((state.tau if self._gain is None else state.current).tolist())
+            found += self._wrong_torques((state.current if self._by_current else state.tau).tolist())
         return [(reason, j) for reason, j in found if j not in ignored] if found else found
 
     def _wrong_torques(self, measured: list[float]) -> list[Finding]:
         """By sensors [N·m], or by currents [A]."""
-        newest, off_ticks, bias, found = self._told[-1], self._off_ticks, self._bias, list[Finding]()
+        newest, gain, off_ticks, bias, found = self._told[-1], self._gain, self._off_ticks, self._bias, []
         for j in self._joints:
-            tau = measured[j] if self._gain is None else self._gain[j] * measured[j]
+            tau = gain[j] * measured[j]
             off = tau - newest[j]
             size = abs(off)  # alone quicker to ask than all of the last ones
             is_off = size > TORQUE_OFF_NM and abs(self._off(j, tau, LATELY_TICKS)) > TORQUE_OFF_NM
@@ -117,8 +118,8 @@ class Monitors:
     def _parting(self, q: list[float], q_motor: list[float]) -> list[Finding]:
         """Joints whose two encoders have parted for some time: far, or in opposite directions, or one stands still."""
         self._before.append((q, q_motor))
-        self._ticks += 1
-        (before, motor_before), first, parted, found = self._before[0], self._first, self._parted, list[Finding]()
+        before, motor_before = self._before[0]
+        first, parted, last, still, found = self._first, self._parted, self._last, self._still, []
         for j in self._joints:
             at, motor = q[j], q_motor[j]
             if first[j] != first[j]:  # no number: nothing has been seen yet
@@ -127,10 +128,11 @@ class Monitors:
             is_opposite = way * motor_way < 0.0 and min(abs(way), abs(motor_way)) > self._least_way
             is_apart = is_opposite or abs(at - motor - first[j]) > AGREE_RAD
             parted[j] = parted[j] + 1 if is_apart else 0
-            if at != self._since[j][0]:
-                self._since[j] = (at, motor, self._ticks)
-            _, motor_then, then = self._since[j]
-            is_dead = self._ticks - then >= STILL_TICKS and abs(motor - motor_then) > STILL_WAY_RAD
+            still[j] = still[j] + 1 if at == last[j] else 0
+            if not still[j]:
+                self._motor_then[j] = motor
+            is_dead = still[j] >= STILL_TICKS and abs(motor - self._motor_then[j]) > STILL_WAY_RAD
             if is_dead or parted[j] >= IN_A_ROW:
                 found.append((StopReason.ENCODERS_PART, j))
+        self._last = q
         return found

@@ -9,10 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from exograv.errors import ConfigError
-from exograv.signals import Joints
-
-from .plausible import GRAVITY_LEVEL_MAX, PlausibleTable
+from .limits import PersonLimits
+from .plausible import GRAVITY_LEVEL_MAX
 
 Numbers = list[float]
 
@@ -30,57 +28,6 @@ MARGIN_NM = 3.0
 def within(value: float, low: float, high: float) -> float:
     """The value, or the bound that it is beyond; the upper one for what is no number."""
     return value if low <= value <= high else low if value < low else high
-
-
-@dataclass(frozen=True)
-class PersonLimits:
-    """Of one person in one machine."""
-
-    table: PlausibleTable
-
-    active_max_Nm: Joints
-    """Beyond plausible compensation and friction: what a weak adult can resist."""
-
-    q_lower: Joints
-    """Where the joints' stops are [rad]."""
-    q_upper: Joints
-
-    wall_rad: float = math.radians(10.0)
-    """Before a stop, where the wall begins."""
-
-    trip_rad: float = math.radians(2.0)
-    """Past a stop, where something must be wrong."""
-
-    v_trip_rad_s: float = math.inf
-    """Speed at which the soft descent starts, where that is sooner than the machine's own."""
-
-    tank_start_J: float = 0.5
-    tank_max_J: float = 1.0
-    """What control may put into the person beyond carrying; it fills again by braking, and by `path_W`."""
-
-    path_W: float = 0.0
-    driven_W: float = 0.0
-    driven_J: float = 0.0
-    """What a motion on a path takes beyond carrying, while the arm is moved along one."""
-
-    def __post_init__(self):
-        not_negative = ("trip_rad", "path_W", "driven_W", "driven_J")
-        most_J, is_active = self.tank_max_J, (self.active_max_Nm > 0.0) & np.isfinite(self.active_max_Nm)
-        for name, is_allowed, allowed in (
-            ("wall_rad", self.wall_rad > 0.0, "above 0"),
-            ("active_max_Nm", is_active.all(), "above 0, finite"),
-            ("v_trip_rad_s", self.v_trip_rad_s > 0.0, "above 0"),
-            *((name, 0.0 <= getattr(self, name) < math.inf, "0 and above, finite") for name in not_negative),
-            ("tank_start_J", 0.0 < self.tank_start_J <= most_J < math.inf, f"above 0 and up to tank_max_J, {most_J}"),
-        ):
-            if not is_allowed:
-                raise ConfigError(f"{name} is {getattr(self, name)}; allowed: {allowed}. Correct it.")
-        for j, (lower, upper) in enumerate(zip(self.q_lower, self.q_upper, strict=True)):
-            if not upper - lower > 2.0 * self.wall_rad:
-                raise ConfigError(
-                    f"Joint {j} moves from {lower} to {upper} rad: no way is left between two walls of "
-                    f"{self.wall_rad:.3f} rad. Correct the limits in the URDF."
-                )
 
 
 @dataclass
@@ -105,9 +52,8 @@ class Person:
         rows = table.dry, table.viscous, table.error, active, np.minimum(MARGIN_NM, active), *free
         self._rows = list(zip(*(row.tolist() for row in rows), strict=True))
         """What a tick asks of each joint, in this order."""
-        still = [0.0] * len(self._joints)
-        self._friction, self._low, self._high = still.copy(), still.copy(), still.copy()
-        self.look(still, still)
+        self._friction, self._low, self._high = ([0.0] * len(self._rows) for _ in range(3))
+        self.look(self._low, self._low)
 
     def look(self, q: Sequence[float], v: Sequence[float]) -> None:
         """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture.
@@ -117,17 +63,20 @@ class Person:
         """
         # In this order a level that is no number counts as 0; in the other it would lift every bound.
         level = min(max(0.0, self.gravity_level), GRAVITY_LEVEL_MAX)
-        self._q, self._v, self._carried = q, v, self.limits.table.torque(q, level)
+        carried, frictions, lows, highs = self.limits.table.torque(q, level), self._friction, self._low, self._high
+        self._q, self._v, self._carried = q, v, carried
+        self._priced = None
+        """Torques of which it is known in this tick what they are over carrying."""
         self.is_in_a_wall = False
         """Whether any joint is near one of its stops; there alone walls have anything to say."""
         for j, (dry, viscous, error, active, least, free_lower, free_upper) in enumerate(self._rows):
-            at, speed, p = q[j], v[j], self._carried[j]
+            at, speed, p = q[j], v[j], carried[j]
             if not (free_lower <= at <= free_upper and free_lower <= at + WALL_AHEAD_S * speed <= free_upper):
                 self.is_in_a_wall = True
-            friction = self._friction[j] = dry + viscous * abs(speed)
+            friction = frictions[j] = dry + viscous * abs(speed)
             size, beyond = abs(p), friction + error
             along, against = min(SHARE_MAX * size + MARGIN_NM, size + active) + beyond, least + beyond
-            self._low[j], self._high[j] = (-against, along) if p > 0.0 else (-along, against)
+            lows[j], highs[j] = (-against, along) if p > 0.0 else (-along, against)
 
     def drive(self, is_driven: bool) -> None:
         """From here on control moves the arm along a path, against whatever its wearer does; or lets it go.
@@ -145,28 +94,29 @@ class Person:
     def is_past_a_stop(self) -> bool:
         """Whether a joint is where it cannot be."""
         rows, trip = zip(self._lower, self._q, self._upper, strict=True), self.limits.trip_rad
-        return self.is_in_a_wall and not all(lower - trip <= q <= upper + trip for lower, q, upper in rows)
+        return not all(lower - trip <= q <= upper + trip for lower, q, upper in rows)
 
     def bounded(self, tau: Numbers) -> Numbers:
         """Torques [N·m] within what each joint may be told; what pushes on in a wall fades to carrying."""
+        lows, highs = self._in_walls() if self.is_in_a_wall else (self._low, self._high)
         found = list(tau)
         for j in self._joints:
-            low, high = self._in_wall(j) if self.is_in_a_wall else (self._low[j], self._high[j])
-            if not low <= found[j] <= high:
-                found[j] = within(found[j], low, high)
+            if not lows[j] <= found[j] <= highs[j]:
+                found[j] = within(found[j], lows[j], highs[j])
         return found
 
     def braked(self, tau: Numbers, brakes: Numbers) -> Numbers:
         """Bounded torques less what brakes [N·m]: within the same rows, but no wall takes from what brakes."""
         return [within(tau[j] - brakes[j], self._low[j], self._high[j]) for j in self._joints]
 
-    def _in_wall(self, joint: int) -> tuple[float, float]:
-        """What pushes on towards a stop fades to carrying [N·m]."""
-        low, high, p = self._low[joint], self._high[joint], self._carried[joint]
-        into_upper, into_lower = self._depth(joint)
-        high -= into_upper * (high - max(p, low))
-        low += into_lower * (min(p, high) - low)
-        return low, high
+    def _in_walls(self) -> tuple[Numbers, Numbers]:
+        """Bounds [N·m], where what pushes on towards a stop fades to carrying."""
+        lows, highs = self._low.copy(), self._high.copy()
+        for j, p in enumerate(self._carried):
+            into_upper, into_lower = self._depth(j)
+            highs[j] -= into_upper * (highs[j] - max(p, lows[j]))
+            lows[j] += into_lower * (min(p, highs[j]) - lows[j])
+        return lows, highs
 
     def wall(self, joint: int, v: float) -> float:
         """Share of the damping with which a motion of `v` [rad/s] towards a stop is braked [-]."""
@@ -198,10 +148,9 @@ class Person:
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:
         """Let the tank pay for what goes out, or fill by what brakes."""
-        limits = self.limits
-        refill, most = limits.path_W, limits.tank_max_J
+        refill, most = self.limits.path_W, self.limits.tank_max_J
         if self.is_driven:
-            refill, most = max(refill, limits.driven_W), max(most, limits.driven_J)
+            refill, most = max(refill, self.limits.driven_W), max(most, self.limits.driven_J)
         over, power = self._over(tau, v), -refill
         for j in self._joints:
             power += over[j] * v[j]
@@ -209,12 +158,16 @@ class Person:
 
     def _over(self, tau: Numbers, v: Sequence[float]) -> Numbers:
         """What torques are over carrying the plausible weight and over friction in the joint's own direction."""
-        found = list(tau)
+        if tau == self._priced:
+            return self._found
+        carried, found = self._carried, list(tau)
         for j in self._joints:
-            over, friction = tau[j] - self._carried[j], self._friction[j]
+            over = tau[j] - carried[j]
             if over * v[j] > 0.0:
+                friction = self._friction[j]
                 over = over - friction if over > friction else over + friction if over < -friction else 0.0
             found[j] = over
+        self._priced, self._found = tau, found
         return found
 
     def _depth(self, joint: int) -> tuple[float, float]:

@@ -107,8 +107,8 @@ class PlausibleTable:
         tau = [0.0] * len(q)
         for chain in self._ready:
             found = chain.torque(np.array([q[joint] for joint in chain.joints]), gravity_level)
-            for k, joint in enumerate(chain.joints):
-                tau[joint] = found[k]
+            for joint, one in zip(chain.joints, found, strict=True):
+                tau[joint] = one
         return tau
 
 
