@@ -20,15 +20,21 @@ class State(enum.Enum):
 
 S = State
 TRANSITIONS = {
-    "shutdown": {S.SWITCH_ON_DISABLED: S.READY_TO_SWITCH_ON, S.SWITCHED_ON: S.READY_TO_SWITCH_ON,
-                 S.OPERATION_ENABLED: S.READY_TO_SWITCH_ON},
+    "shutdown": {
+        S.SWITCH_ON_DISABLED: S.READY_TO_SWITCH_ON,
+        S.SWITCHED_ON: S.READY_TO_SWITCH_ON,
+        S.OPERATION_ENABLED: S.READY_TO_SWITCH_ON,
+    },
     "switch on": {S.READY_TO_SWITCH_ON: S.SWITCHED_ON, S.OPERATION_ENABLED: S.SWITCHED_ON},
     "enable operation": {S.SWITCHED_ON: S.OPERATION_ENABLED, S.READY_TO_SWITCH_ON: S.SWITCHED_ON},
     "disable voltage": dict.fromkeys(
         (S.READY_TO_SWITCH_ON, S.SWITCHED_ON, S.OPERATION_ENABLED, S.QUICK_STOP_ACTIVE), S.SWITCH_ON_DISABLED
     ),
-    "quick stop": {S.READY_TO_SWITCH_ON: S.SWITCH_ON_DISABLED, S.SWITCHED_ON: S.SWITCH_ON_DISABLED,
-                   S.OPERATION_ENABLED: S.QUICK_STOP_ACTIVE},
+    "quick stop": {
+        S.READY_TO_SWITCH_ON: S.SWITCH_ON_DISABLED,
+        S.SWITCHED_ON: S.SWITCH_ON_DISABLED,
+        S.OPERATION_ENABLED: S.QUICK_STOP_ACTIVE,
+    },
 }
 """By command, from where to where; 2 to 12 of the standard, 1 and 13 to 15 are below."""
 

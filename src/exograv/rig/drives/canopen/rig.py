@@ -46,8 +46,16 @@ class CanopenRig:
     A joint in `faulty` keeps the last numbers that its drive has said.
     """
 
-    def __init__(self, drives: Drives):
-        """Nothing is opened yet."""
+    def __init__(self, drives: Drives, answer_s: float | None = None):
+        """Nothing is opened yet.
+
+        Args:
+            drives: As the laboratory's `drives.toml` says.
+            answer_s: How long `read` waits at most for the drives [s]; `ANSWER_SHARE` of the period where absent.
+
+        Raises:
+            RigError: They are on another bus, or one has our own number.
+        """
         if drives.settings.canopen is None:
             raise RigError("These drives are not on a CAN bus: drives.toml has no [canopen].")
         if any(drive.node == MASTER for drive in drives.each):
@@ -55,7 +63,7 @@ class CanopenRig:
         self._drives, self._settings = drives, drives.settings.canopen
         self._scaling = Scaling(drives)
         self._none = [0] * len(drives.each)
-        self._answer_s = ANSWER_SHARE * drives.period_s
+        self._answer_s = ANSWER_SHARE * drives.period_s if answer_s is None else answer_s
         has_motor = drives.rad_per_motor_count is not None
         self._nodes = tuple(Node(drive, has_motor) for drive in drives.each)
         self._bus: Bus | None = None
