@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 STALL_S = 0.005
 """A pause of this process from which on its clock is set anew: real drives do not pause, so their time stands still."""
 
+NOTED_S = 0.0005
+"""From here on a pause is remembered: it may be why an answer came late."""
+
 KIND = 0x780
 """Bits of a frame's number that say what it is; the others are a node's, 0 in SYNC and NMT."""
 
@@ -78,7 +81,7 @@ class CanopenDevices:
         self.longest_pause_s = 0.0
         """That this process made, beyond its period [s]."""
         self.pauses: list[tuple[float, float]] = []
-        """Each pause of `STALL_S` or more: when it ended by the monotonic clock, and how long it was [s]."""
+        """Each pause of `NOTED_S` or more: when it ended by the monotonic clock, and how long it was [s]."""
 
     def __enter__(self) -> "CanopenDevices":
         return self
@@ -97,8 +100,9 @@ class CanopenDevices:
             self._serve(due)
             behind = time.monotonic() - due
             self.longest_pause_s = max(self.longest_pause_s, behind)
-            if behind > STALL_S:
+            if behind > NOTED_S:
                 self.pauses.append((due + behind, behind))
+            if behind > STALL_S:
                 due += behind
                 self._serve(due)  # what was told meanwhile is heard before any time passes here
             self._step()
@@ -130,7 +134,10 @@ class CanopenDevices:
     def _serve(self, until: float) -> None:
         """Answer what comes, and what has come already."""
         while (frame := self._bus.receive(until - time.monotonic())) is not None:
+            begun = time.monotonic()
             self._hear(frame)
+            if (took := time.monotonic() - begun) > NOTED_S:
+                self.pauses.append((begun + took, took))
 
     def _hear(self, frame: Frame) -> None:
         handler = self._handlers.get(frame.cob & KIND)
