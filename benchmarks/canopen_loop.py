@@ -12,11 +12,13 @@ import platform
 import socket
 import tempfile
 import time
+from array import array
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from exograv.errors import RigError
 from exograv.model.assembly import read_exoskeleton
@@ -42,6 +44,10 @@ LIFE_S = 0.005
 CYCLES_BEFORE = 60
 """Periods with commands before each trial."""
 GIVE_UP_S = 1.0
+FAR_S = 0.5
+"""After which a SYNC was not heard."""
+
+Spans = Float[np.ndarray, "sync stage"]
 
 
 def serve(path: str, line: Connection) -> None:
@@ -51,6 +57,8 @@ def serve(path: str, line: Connection) -> None:
     machine = draw_machine(description, Disturbances.at_level(LEVEL), SEED)
     twin = Twin(description, machine, None, SEED, starting_posture(read_exoskeleton(description)))
     devices = CanopenDevices(Plant(twin, drives), drives, say=lambda text: None)
+    served = array("d")
+    devices.watch = lambda heard_at, answered_at: served.extend((heard_at, answered_at))
 
     def until_stopped() -> bool:
         if not line.poll():
@@ -59,7 +67,8 @@ def serve(path: str, line: Connection) -> None:
         if len(words) == 2:
             getattr(devices, words[0])(words[1])
         silence = [drive.silence_s for drive in devices.plant.each]
-        line.send({"at": time.monotonic(), "pauses": devices.pauses, "silence_s": silence})
+        said = {"at": time.monotonic(), "pauses": devices.pauses, "silence_s": silence}
+        line.send({**said, "served": served.tobytes()} if words == ["served"] else said)
         return words == ["stop"]
 
     with devices, realtime((0,)) as rights:
@@ -77,7 +86,7 @@ class Flown:
     """Until its last answer, or until nobody waited any more [s]."""
     told_s: list[float] = field(default_factory=list)
     """To send all commands [s]."""
-    incomplete: list[int] = field(default_factory=list)
+    incomplete: dict[int, None] = field(default_factory=dict)
     """SYNCs by number that were not answered in full."""
     enabled_again: list[float] = field(default_factory=list)
     """When, after drives had braked by themselves or had been lost [s]."""
@@ -92,7 +101,7 @@ def fly(rig: CanopenRig, seconds: float) -> tuple[Timing, Flown]:
         state = rig.read()
         heard = time.monotonic()
         if rig.counts.incomplete > before:
-            flown.incomplete.append(len(flown.asked_at))
+            flown.incomplete[len(flown.asked_at)] = None
         rig.write(Command(rig.t, state.sequence, rig.t + LIFE_S, none, none))
         flown.asked_at.append(begun)
         flown.answered_s.append(heard - begun)
@@ -119,19 +128,40 @@ def enable(rig: CanopenRig) -> None:
             return
 
 
-def explained(flown: Flown, timing: Timing, pauses: list[tuple[float, float]], answer_s: float) -> dict[str, int]:
-    """Unanswered SYNCs by cause."""
-    causes = {"drives' process stood still": 0, "loop stood still": 0, "answers to it came late": 0, "not explained": 0}
-    still = np.array([(end - length, end) for end, length in pauses]).reshape(-1, 2)
-    asked, lost = np.array(flown.asked_at), set(flown.incomplete)
-    for number in flown.incomplete:
-        begun = asked[number]
-        if bool(((still[:, 0] < begun + answer_s) & (still[:, 1] > begun)).any()):
-            causes["drives' process stood still"] += 1
-        elif timing.lateness_ns[number] > 1e9 * answer_s or flown.answered_s[number] > 2.0 * answer_s:
-            causes["loop stood still"] += 1
-        elif number - 1 in lost:
-            causes["answers to it came late"] += 1
+STAGES = ("drives' process heard the SYNC late", "drives' process answered slowly", "this process took them late")
+
+
+def stages(flown: Flown, served: Spans) -> Spans:
+    """Of each SYNC: until the drives' process heard it, until it had answered, until we had all (sync, 3) [s]."""
+    heard, found, at = served[:, 0], np.full((len(flown.asked_at), 3), np.nan), -1
+    for k, (asked, took) in enumerate(zip(flown.asked_at, flown.answered_s, strict=True)):
+        first = int(np.searchsorted(heard, asked))
+        at = max(at + 1, first)
+        # What was answered has been heard by then; else a SYNC before was lost, and this is not its.
+        at = first if k not in flown.incomplete and at < len(heard) and heard[at] > asked + took else at
+        if at < len(heard) and heard[at] < asked + FAR_S:
+            answered = served[at, 1]
+            found[k] = heard[at] - asked, answered - heard[at], asked + took - answered
+    return found
+
+
+def explained(flown: Flown, spans: Spans, answer_s: float) -> dict[str, int]:
+    """SYNCs without all answers, by the stage without whose delay beyond its median all would have been in time."""
+    causes: dict[str, int] = dict.fromkeys((*STAGES, "several of these", "after one without", "not explained"), 0)
+    usual, lost = np.nanmedian(spans, axis=0), set(flown.incomplete)
+    for k in flown.incomplete:
+        beyond = np.maximum(spans[k] - usual, 0.0)
+        over = float(spans[k, :2].sum()) + usual[2] - answer_s
+        worst = int(np.argmax(beyond[:2])) if np.isfinite(over) else -1
+        if worst >= 0 and over > 0.0 and beyond[worst] >= over:
+            causes[STAGES[worst]] += 1
+        elif worst >= 0 and over > 0.0 and beyond[:2].sum() >= over:
+            causes["several of these"] += 1
+        elif worst >= 0 and beyond[2] > answer_s:
+            causes[STAGES[2]] += 1
+        elif k - 1 in lost:
+            # An answer that may be of the SYNC before does not count for this one.
+            causes["after one without"] += 1
         else:
             causes["not explained"] += 1
     return causes
@@ -194,12 +224,8 @@ def drives_file(folder: Path, period_ms: int) -> Path:
 def percentiles(values: list[float] | np.ndarray, unit: float) -> dict[str, float]:
     """For a table."""
     p50, p99, p999 = np.percentile(values, [50, 99, 99.9]) * unit
-    return {
-        "median": round(p50, 1),
-        "p99": round(p99, 1),
-        "p99.9": round(p999, 1),
-        "max": round(np.max(values) * unit, 1),
-    }
+    figures = {"median": p50, "p99": p99, "p99.9": p999, "max": np.max(values) * unit}
+    return {name: round(float(value), 1) for name, value in figures.items()}
 
 
 def measure(seconds: float, period_ms: int, trials: int) -> dict:
@@ -212,13 +238,15 @@ def measure(seconds: float, period_ms: int, trials: int) -> dict:
         with CanopenRig(drives) as rig:
             with realtime() as rights:
                 timing, flown = fly(rig, seconds)
-            line.send("look")
-            pauses = line.recv()["pauses"]
+            line.send("served")
+            said = line.recv()
+            pauses, served = said["pauses"], np.frombuffer(said["served"]).reshape(-1, 2)
             answer_s = ANSWER_SHARE * rig.period_s
             with realtime():
                 reacted = reactions(rig, line, trials)
         line.send("stop")
         process.join(5.0)
+    spans = stages(flown, served)
     return {
         "seconds": seconds,
         "period_ms": period_ms,
@@ -230,7 +258,8 @@ def measure(seconds: float, period_ms: int, trials: int) -> dict:
         "histogram": {"edges_us": EDGES_US, "counts": timing.histogram()},
         "round_trip_us": percentiles(flown.answered_s, 1e6),
         "commands_us": percentiles(flown.told_s, 1e6),
-        "not_answered": explained(flown, timing, pauses, answer_s),
+        "stages_us": {name: percentiles(spans[np.isfinite(spans[:, i]), i], 1e6) for i, name in enumerate(STAGES)},
+        "not_answered": explained(flown, spans, answer_s),
         "enabled_again": len(flown.enabled_again),
         "drives_process": {
             "pauses": len(pauses),

@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 STALL_S = 0.005
 """A pause of this process from which on its clock is set anew: real drives do not pause, so their time stands still."""
 
-NOTED_S = 0.0005
-"""From here on a pause is remembered: it may be why an answer came late."""
-
 KIND = 0x780
 """Bits of a frame's number that say what it is; the others are a node's, 0 in SYNC and NMT."""
 
@@ -78,10 +75,12 @@ class CanopenDevices:
             self._join(node)
         self._faults = [node.drive.fault for node in self.nodes]
         self._steps_a_sync = round(drives.period_s / plant.twin.period_s)
+        self.watch: Callable[[float, float], object] | None = None
+        """For examiners: is told of each SYNC when it was heard and when it had been answered, monotonic [s]."""
         self.longest_pause_s = 0.0
         """That this process made, beyond its period [s]."""
         self.pauses: list[tuple[float, float]] = []
-        """Each pause of `NOTED_S` or more: when it ended by the monotonic clock, and how long it was [s]."""
+        """Each pause of `STALL_S` or more: when it ended by the monotonic clock, and how long it was [s]."""
 
     def __enter__(self) -> "CanopenDevices":
         return self
@@ -100,9 +99,8 @@ class CanopenDevices:
             self._serve(due)
             behind = time.monotonic() - due
             self.longest_pause_s = max(self.longest_pause_s, behind)
-            if behind > NOTED_S:
-                self.pauses.append((due + behind, behind))
             if behind > STALL_S:
+                self.pauses.append((due + behind, behind))
                 due += behind
                 self._serve(due)  # what was told meanwhile is heard before any time passes here
             self._step()
@@ -134,10 +132,7 @@ class CanopenDevices:
     def _serve(self, until: float) -> None:
         """Answer what comes, and what has come already."""
         while (frame := self._bus.receive(until - time.monotonic())) is not None:
-            begun = time.monotonic()
             self._hear(frame)
-            if (took := time.monotonic() - begun) > NOTED_S:
-                self.pauses.append((begun + took, took))
 
     def _hear(self, frame: Frame) -> None:
         handler = self._handlers.get(frame.cob & KIND)
@@ -154,8 +149,11 @@ class CanopenDevices:
     def _on_sync(self, frame: Frame, now: float) -> None:
         if frame.cob & ~KIND:
             return  # somebody's emergency
+        heard_at = time.monotonic()
         for node in self._plugged():
             node.on_sync(now)
+        if self.watch is not None:
+            self.watch(heard_at, time.monotonic())
         if self._lock_step:
             for _ in range(self._steps_a_sync):
                 self._step()
