@@ -10,7 +10,7 @@ from canopen import objectdictionary as kinds
 
 from exograv.rig.drives.status import DriveFault
 
-from .canopen_dictionary import INVALID, RECEIVED, SENT, object_dictionary
+from .canopen_dictionary import INVALID, MAPPED_MOST, RECEIVED, SENT, object_dictionary
 from .canopen_state import State, StateMachine
 from .plant import Plant
 
@@ -19,8 +19,12 @@ CYCLIC_TORQUE = 10
 AT_ONCE = 0xFE
 """Transmission types from here on do not wait for a SYNC."""
 
-NOT_NOW = 0x08000022
-"""Abort code: not in the present state of the device."""
+NOT_NOW, NOT_MAPPABLE = 0x08000022, 0x06040041
+"""Abort codes (CiA 301)."""
+
+FRAME_BITS = 64
+TOLD = ((0x6040, 0), (0x6071, 0), (0x2100, 0))
+"""What a command may carry."""
 
 CODES = (
     (DriveFault.STOP_LINE, 0x9001),
@@ -201,17 +205,33 @@ class SimulatedNode:
         getter = self._getters.get((index, subindex))
         return None if getter is None else getter()
 
-    def _written(self, index: int, subindex: int, od: object, data: bytes) -> None:
+    def _written(self, index: int, subindex: int, od: object, data: bytes | bytearray) -> None:
         value = int.from_bytes(data, "little", signed=index == 0x6060)
-        parameters = index - 0x200
-        if subindex and parameters in (*RECEIVED, *SENT) and not self._is_open(parameters):
-            raise SdoAbortedError(NOT_NOW)
-        if index == 0x6060:
+        if index - 0x200 in (*RECEIVED, *SENT):
+            self._check_mapping(index - 0x200, subindex, value)
+        elif index == 0x6060:
             self._mode = value
         elif index == 0x1016:
             self._heard_at = -math.inf  # from the next one on
         elif (index, subindex) == (RECEIVED[0], 5):
             self.drive.watchdog_s = 1e-3 * value if value else math.inf
+
+    def _check_mapping(self, parameters: int, sub: int, value: int) -> None:
+        if not sub:
+            entries = [_value(self.local, parameters + 0x200, i + 1) for i in range(min(value, MAPPED_MOST))]
+            is_whole = value <= MAPPED_MOST and all(entries) and sum(entry & 0xFF for entry in entries) <= FRAME_BITS
+            if not is_whole:
+                raise SdoAbortedError(NOT_MAPPABLE)
+        elif not self._is_open(parameters):
+            raise SdoAbortedError(NOT_NOW)
+        elif not self._can_map(value):
+            raise SdoAbortedError(NOT_MAPPABLE)
+
+    def _can_map(self, entry: int) -> bool:
+        """Whether it has this object, of this length, for a frame."""
+        variable = self.local.object_dictionary.get_variable(entry >> 16, entry >> 8 & 0xFF)
+        is_ours = (entry >> 16, entry >> 8 & 0xFF) in (*self._getters, *TOLD)
+        return is_ours and variable is not None and len(variable) == entry & 0xFF
 
     def _is_open(self, parameters: int) -> bool:
         """Whether a frame's mapping may be changed: it is invalid, and maps nothing (CiA 301)."""
