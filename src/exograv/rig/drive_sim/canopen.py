@@ -5,16 +5,25 @@ Real time steps the plant by the wall clock, whoever talks or not; lock-step ste
 
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from exograv.errors import RigError
-from exograv.rig.drives.canopen.bus import Bus, Frame
+from exograv.rig.drives.canopen.bus import Bus, Frame, require_can
 from exograv.rig.drives.settings import Drives
 
-from .canopen_node import SimulatedNode
 from .plant import Plant
+
+if TYPE_CHECKING:
+    from .canopen_node import SimulatedNode
 
 STALL_S = 0.005
 """A pause of this process from which on its clock is set anew: real drives do not pause, so their time stands still."""
+
+KIND = 0x780
+"""Bits of a frame's number that say what it is; the others are a node's, 0 in SYNC and NMT."""
+
+ORDER_BYTES, QUESTION_BYTES = 2, 8
+"""Of NMT and SDO; what is shorter is no frame of theirs."""
 
 LISTEN_S = 0.02
 """Between two looks at whether to stop, in lock-step."""
@@ -45,10 +54,20 @@ class CanopenDevices:
         """
         if drives.settings.canopen is None:
             raise RigError("These drives are not on a CAN bus: drives.toml has no [canopen].")
+        require_can()
+        from .canopen_node import QuietNetwork, SimulatedNode
+
         self.plant, self._drives, self._lock_step, self._say = plant, drives, lock_step, say
         self._bus = Bus(drives.settings.canopen)
         self._unplugged: set[int] = set()
-        self._network = _network(self._send)
+        self._handlers = {
+            0x000: self._on_order,
+            0x080: self._on_sync,
+            0x200: self._on_command,
+            0x600: self._on_question,
+            0x700: self._on_heartbeat,
+        }
+        self._network = QuietNetwork(self._send)
         self.nodes = tuple(
             SimulatedNode(plant, joint, self._sender(drive.node), without) for joint, drive in enumerate(drives.each)
         )
@@ -56,6 +75,8 @@ class CanopenDevices:
             self._join(node)
         self._faults = [node.drive.fault for node in self.nodes]
         self._steps_a_sync = round(drives.period_s / plant.twin.period_s)
+        self.watch: Callable[[float, float], object] | None = None
+        """For examiners: is told of each SYNC when it was heard and when it had been answered, monotonic [s]."""
         self.longest_pause_s = 0.0
         """That this process made, beyond its period [s]."""
         self.pauses: list[tuple[float, float]] = []
@@ -100,10 +121,10 @@ class CanopenDevices:
         node.restart()
         self._join(node)
 
-    def _node(self, joint: str) -> SimulatedNode:
+    def _node(self, joint: str) -> "SimulatedNode":
         return self.nodes[self._drives.joints.index(joint)]
 
-    def _join(self, node: SimulatedNode) -> None:
+    def _join(self, node: "SimulatedNode") -> None:
         self._network[node.number] = node.local
         node.local.nmt.state = "INITIALISING"
         node.local.nmt.state = "PRE-OPERATIONAL"
@@ -114,26 +135,41 @@ class CanopenDevices:
             self._hear(frame)
 
     def _hear(self, frame: Frame) -> None:
-        cob, now = frame.cob, self.plant.now
-        if cob == 0x80:
-            for node in self._plugged():
-                node.on_sync(now)
-            if self._lock_step:
-                for _ in range(self._steps_a_sync):
-                    self._step()
-        elif cob == 0x000:
-            for node in self._plugged():
-                node.local.nmt.on_command(cob, frame.data, now)
-                node.order(node.local.nmt.state)
-        elif cob & 0x780 == 0x200:
-            for node in self._plugged():
-                if node.received is not None and node.received.cob == cob:
-                    node.on_command(frame.data, now)
-        elif cob & 0x780 == 0x600 and cob & 0x7F not in self._unplugged:
-            self._network.notify(cob, bytearray(frame.data), now)
-        elif cob & 0x780 == 0x700:
-            for node in self._plugged():
-                node.on_heartbeat(cob & 0x7F, now)
+        handler = self._handlers.get(frame.cob & KIND)
+        if handler is not None:
+            handler(frame, self.plant.now)
+
+    def _on_order(self, frame: Frame, now: float) -> None:
+        if len(frame.data) != ORDER_BYTES:
+            return
+        for node in self._plugged():
+            node.local.nmt.on_command(frame.cob, frame.data, now)
+            node.order(node.local.nmt.state)
+
+    def _on_sync(self, frame: Frame, now: float) -> None:
+        if frame.cob & ~KIND:
+            return  # somebody's emergency
+        heard_at = time.monotonic()
+        for node in self._plugged():
+            node.on_sync(now)
+        if self.watch is not None:
+            self.watch(heard_at, time.monotonic())
+        if self._lock_step:
+            for _ in range(self._steps_a_sync):
+                self._step()
+
+    def _on_command(self, frame: Frame, now: float) -> None:
+        for node in self._plugged():
+            if node.received is not None and node.received.cob == frame.cob:
+                node.on_command(frame.data, now)
+
+    def _on_question(self, frame: Frame, now: float) -> None:
+        if len(frame.data) == QUESTION_BYTES and frame.cob & ~KIND not in self._unplugged:
+            self._network.notify(frame.cob, bytearray(frame.data), now)
+
+    def _on_heartbeat(self, frame: Frame, now: float) -> None:
+        for node in self._plugged():
+            node.on_heartbeat(frame.cob & ~KIND, now)
 
     def _step(self) -> None:
         self.plant.step()
@@ -145,7 +181,7 @@ class CanopenDevices:
                 joint = self._drives.joints[j]
                 self._say(f"{now:9.3f} s  {node.drive.status.sentence(joint) if node.drive.fault else joint + ': ok'}")
 
-    def _plugged(self) -> list[SimulatedNode]:
+    def _plugged(self) -> list["SimulatedNode"]:
         return [node for node in self.nodes if node.number not in self._unplugged]
 
     def _sender(self, number: int) -> Callable[[int, bytes], None]:
@@ -159,28 +195,3 @@ class CanopenDevices:
         """What the package `canopen` says for a node: answers, and that it has started."""
         if cob & 0x7F not in self._unplugged:
             self._bus.send(cob, data)
-
-
-def _network(send: Callable[[int, bytes], None]):
-    import canopen
-
-    class Network(canopen.Network):
-        """Without a bus of its own, and without threads."""
-
-        def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
-            send(can_id, bytes(data))
-
-        def send_periodic(self, can_id: int, data: bytes, period: float, remote: bool = False):
-            return _NoTask()
-
-    return Network()
-
-
-class _NoTask:
-    """In place of a thread for the heartbeat, which each node sends in its own time."""
-
-    def update(self, data: object) -> None:
-        """Nothing to change."""
-
-    def stop(self) -> None:
-        """Nothing to end."""

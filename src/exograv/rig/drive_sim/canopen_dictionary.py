@@ -22,6 +22,7 @@ VARIABLES = (
     # Without 0x1017 `canopen` 2.4.1 raises KeyError when the node becomes pre-operational (canopen #672).
     (0x1017, "heartbeat time", U16, "rw", 0),
     (0x6007, "abort connection option", I16, "rw", 1),
+    (0x603F, "error code", U16, "ro", 0),
     (0x6040, "control word", U16, "rw", 0),
     (0x6041, "status word", U16, "ro", 0),
     (0x605A, "quick stop option", I16, "rw", 2),

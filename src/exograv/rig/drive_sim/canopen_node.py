@@ -5,12 +5,12 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from canopen import LocalNode
+from canopen import LocalNode, Network, SdoAbortedError
 from canopen import objectdictionary as kinds
 
 from exograv.rig.drives.status import DriveFault
 
-from .canopen_dictionary import INVALID, RECEIVED, SENT, object_dictionary
+from .canopen_dictionary import INVALID, MAPPED_MOST, RECEIVED, SENT, object_dictionary
 from .canopen_state import State, StateMachine
 from .plant import Plant
 
@@ -18,6 +18,13 @@ OPERATIONAL, PRE_OPERATIONAL = "OPERATIONAL", "PRE-OPERATIONAL"
 CYCLIC_TORQUE = 10
 AT_ONCE = 0xFE
 """Transmission types from here on do not wait for a SYNC."""
+
+NOT_NOW, NOT_MAPPABLE = 0x08000022, 0x06040041
+"""Abort codes (CiA 301)."""
+
+FRAME_BITS = 64
+TOLD = ((0x6040, 0), (0x6071, 0), (0x2100, 0))
+"""What a command may carry."""
 
 CODES = (
     (DriveFault.STOP_LINE, 0x9001),
@@ -37,6 +44,30 @@ FORMATS = {
     kinds.INTEGER16: "h",
     kinds.INTEGER32: "i",
 }
+
+
+class QuietNetwork(Network):
+    """Of all nodes, without a bus of its own and without threads."""
+
+    def __init__(self, send: Callable[[int, bytes], None]):
+        super().__init__()
+        self._hand_on = send
+
+    def send_message(self, can_id: int, data: bytes | bytearray | list[int], remote: bool = False) -> None:
+        """Answers, and that a node has started."""
+        self._hand_on(can_id, bytes(data))
+
+    def send_periodic(self, can_id: int, data: bytes, period: float, remote: bool = False) -> Any:
+        """No heartbeat from a thread: each node sends it in its own time."""
+        return _NoTask()
+
+
+class _NoTask:
+    def update(self, data: object) -> None:
+        """Nothing to change."""
+
+    def stop(self) -> None:
+        """Nothing to end."""
 
 
 class Mapped:
@@ -61,6 +92,7 @@ class SimulatedNode:
         self.drive.watchdog_s = math.inf  # nobody has set one yet
         self.local: Any = None
         self._getters: dict[tuple[int, int], Callable[[], int]] = {
+            (0x603F, 0): lambda: _code(self._fault),
             (0x6041, 0): lambda: self._machine.state.value,
             (0x6061, 0): lambda: self._mode,
             (0x6064, 0): lambda: self._counts(plant.position(joint), self.drive.settings.counts_per_turn),
@@ -132,7 +164,7 @@ class SimulatedNode:
         patience = 1e-3 * (_value(self.local, 0x1016, 1) & 0xFFFF)
         if patience and now - self._heard_at > patience > 0.0 and self._heard_at > -math.inf:
             self._heard_at = -math.inf
-            drive.fail(DriveFault.WATCHDOG)
+            drive.starve(now)
         machine.end_quick_stop()
         if drive.fault != self._fault:
             self._say(drive.fault)
@@ -142,8 +174,9 @@ class SimulatedNode:
 
     def _obey(self, now: float) -> None:
         control = self._told.get((0x6040, 0), 0)
-        if self._machine.control(control) and self.drive.acknowledge():
-            self._machine.reset()
+        if self._machine.control(control):
+            if self.drive.acknowledge():
+                self._machine.reset()
             self._say(self.drive.fault)
         if self._machine.state is State.OPERATION_ENABLED:
             if not self.drive.is_enabled and not (self._mode == CYCLIC_TORQUE and self.drive.enable(now)):
@@ -157,7 +190,7 @@ class SimulatedNode:
 
     def _say(self, fault: DriveFault) -> None:
         self._fault = fault
-        code = next((code for one, code in CODES if one in fault), 0)
+        code = _code(fault)
         if code:
             self._machine.fail()
         self._send(0x80 + self.number, struct.pack("<HB5x", code, bool(code)))
@@ -172,18 +205,48 @@ class SimulatedNode:
         getter = self._getters.get((index, subindex))
         return None if getter is None else getter()
 
-    def _written(self, index: int, subindex: int, od: object, data: bytes) -> None:
+    def _written(self, index: int, subindex: int, od: object, data: bytes | bytearray) -> None:
         value = int.from_bytes(data, "little", signed=index == 0x6060)
-        if index == 0x6060:
+        if index - 0x200 in (*RECEIVED, *SENT):
+            self._check_mapping(index - 0x200, subindex, value)
+        elif index == 0x6060:
             self._mode = value
+        elif index == 0x1016:
+            self._heard_at = -math.inf  # from the next one on
         elif (index, subindex) == (RECEIVED[0], 5):
             self.drive.watchdog_s = 1e-3 * value if value else math.inf
+
+    def _check_mapping(self, parameters: int, sub: int, value: int) -> None:
+        if not sub:
+            entries = [_value(self.local, parameters + 0x200, i + 1) for i in range(min(value, MAPPED_MOST))]
+            is_whole = value <= MAPPED_MOST and all(entries) and sum(entry & 0xFF for entry in entries) <= FRAME_BITS
+            if not is_whole:
+                raise SdoAbortedError(NOT_MAPPABLE)
+        elif not self._is_open(parameters):
+            raise SdoAbortedError(NOT_NOW)
+        elif not self._can_map(value):
+            raise SdoAbortedError(NOT_MAPPABLE)
+
+    def _can_map(self, entry: int) -> bool:
+        """Whether it has this object, of this length, for a frame."""
+        variable = self.local.object_dictionary.get_variable(entry >> 16, entry >> 8 & 0xFF)
+        is_ours = (entry >> 16, entry >> 8 & 0xFF) in (*self._getters, *TOLD)
+        return is_ours and variable is not None and len(variable) == entry & 0xFF
+
+    def _is_open(self, parameters: int) -> bool:
+        """Whether a frame's mapping may be changed: it is invalid, and maps nothing (CiA 301)."""
+        is_invalid = bool(_value(self.local, parameters, 1) & INVALID)
+        return is_invalid and _value(self.local, parameters + 0x200, 0) == 0
 
     def _counts(self, rad: float, per_turn: float | None) -> int:
         return round(rad * (per_turn or 0.0) / (2.0 * math.pi))
 
     def _per_mille(self, current: float) -> int:
         return min(max(round(1000.0 * current / self.drive.settings.current_rated_A), -32768), 32767)
+
+
+def _code(fault: DriveFault) -> int:
+    return next((code for one, code in CODES if one in fault), 0)
 
 
 def _value(node: Any, index: int, sub: int) -> int:

@@ -38,6 +38,8 @@ class SimulatedDrive:
         self.fault = DriveFault.NONE
         self.is_enabled = False
         self.temperature_C = AMBIENT_C
+        self.silence_s = math.nan
+        """How long it had been told nothing when its watchdog tripped last; for examiners [s]."""
         self.told_at = -math.inf
         """When it was last told something that it could obey, or enabled [s]."""
         self._current, self._damping, self._until = 0.0, 0.0, math.inf
@@ -75,6 +77,11 @@ class SimulatedDrive:
         self.fault |= fault
         self.disable()
 
+    def starve(self, now: float) -> None:
+        """Nobody tells it anything any more, by its own watchdog or its bus's [s]."""
+        self.silence_s = now - self.told_at
+        self.fail(DriveFault.WATCHDOG)
+
     def acknowledge(self) -> bool:
         """Forget faults whose cause is over; whether all are."""
         lasting = DriveFault.NONE
@@ -86,7 +93,7 @@ class SimulatedDrive:
     def step(self, dt: float, now: float) -> Output:
         """So much time has passed; what it does to its motor for the next."""
         if self.is_enabled and now - self.told_at > self.watchdog_s:
-            self.fail(DriveFault.WATCHDOG)
+            self.starve(now)
         if self.temperature_C >= MAX_C:
             self.fail(DriveFault.TEMPERATURE)
         if not self.is_enabled or now >= self._until:

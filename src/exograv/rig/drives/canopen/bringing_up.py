@@ -10,6 +10,7 @@ from exograv.rig.drives.status import DriveFault
 from .bus import Bus
 from .configuration import configure
 from .cycle import Cycle, masters_frames
+from .emergency import fault_of
 from .network import asking
 from .node import Node
 from .objects import Nmt
@@ -50,6 +51,8 @@ def set_up(drives: Drives, bus: Bus, cycle: Cycle, nodes: Sequence[Node], first:
         for node in nodes:
             found = configure(drives, node.drive, asked[node.drive.joint])
             node.has_damping, node.rated_torque_Nm = found.has_damping, found.rated_torque_Nm
+            if found.error_code:
+                node.hold_against(fault_of(found.error_code), found.error_code)
             notes += found.notes
     for node in nodes:
         node.start()
@@ -73,16 +76,16 @@ def enable_all(nodes: Sequence[Node], period_s: float, read: Callable[[], object
     """
     for node in nodes:
         node.forgive()
-    begun = time.monotonic()
-    periods = round(ENABLE_S / period_s)
-    for period in range(periods):
+    begun, period = time.monotonic(), 0
+    while time.monotonic() < begun + ENABLE_S:
         read()
         if all(node.state is State.OPERATION_ENABLED and node.control == ENABLE for node in nodes):
             break
         for node in nodes:
             node.control = next_control(node.state, node.control)
         tell()
-        time.sleep(max(begun + (period + 1) * period_s - time.monotonic(), 0.0))
+        period += 1
+        time.sleep(max(begun + period * period_s - time.monotonic(), 0.0))
     off = [node for node in nodes if node.fault or node.state is not State.OPERATION_ENABLED]
     if off:
         raise RigError(" ".join(_why_off(node) for node in off) + " Nothing is enabled.")

@@ -1,5 +1,6 @@
 """Frames of a CAN bus by python-can, those of others only."""
 
+import importlib.util
 import secrets
 import time
 from typing import Any, NamedTuple
@@ -9,6 +10,17 @@ from exograv.rig.drives.settings import CanopenBus
 
 ECHOING = ("udp_multicast",)
 """Adapters that hand us our own frames as if they were somebody else's: these carry a mark of ours."""
+
+
+def require_can() -> None:
+    """Whether the packages are there.
+
+    Raises:
+        ConfigError: One is missing.
+    """
+    missing = [name for name in ("can", "canopen") if importlib.util.find_spec(name) is None]
+    if missing:
+        raise ConfigError("Drives on a CAN bus need python-can and canopen: pip install exograv[can].")
 
 
 class Frame(NamedTuple):
@@ -28,23 +40,22 @@ class Bus:
             ConfigError: python-can is missing, or knows no such adapter.
             RigError: The adapter does not open.
         """
-        try:
-            import can
-        except ImportError as error:
-            raise ConfigError("CAN drives need python-can and canopen: pip install exograv[can].") from error
+        require_can()
+        import can
+
         self._message, self._error = can.Message, can.CanError
         self._mark = secrets.token_hex(4) if settings.interface in ECHOING else None
         try:
             self.adapter = can.Bus(interface=settings.interface, ignore_config=True, **_options(settings))
-        except can.CanInterfaceNotImplementedError as error:
+        except NotImplementedError as error:
             raise ConfigError(
                 f"canopen.interface '{settings.interface}' cannot be used: {error}. Adapters: "
                 f"{', '.join(sorted(can.VALID_INTERFACES))}; some need a package of their maker."
             ) from error
         except (can.CanError, OSError, ValueError) as error:
             raise RigError(
-                f"The CAN adapter '{settings.interface}' does not open '{settings.channel}': {error}. Is it plugged in, "
-                "its driver loaded and the link up (`ip link set can0 up type can bitrate 1000000`)?"
+                f"The CAN adapter '{settings.interface}' does not open '{settings.channel}': {error}. Is it plugged "
+                "in, its driver loaded and the link up (`ip link set can0 up type can bitrate 1000000`)?"
             ) from error
         self.failures = 0
         """How often the adapter refused to send or to receive."""

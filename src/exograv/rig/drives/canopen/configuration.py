@@ -31,6 +31,8 @@ class Found:
     has_motor_position: bool
     has_temperature: bool
     rated_torque_Nm: float
+    error_code: int
+    """Of a fault that it is in already."""
     notes: tuple[str, ...]
     """What it cannot, in sentences."""
 
@@ -58,7 +60,7 @@ def configure(drives: Drives, drive: Drive, asked: Asked) -> Found:
         )
     has_temperature = asked.read(at.TEMPERATURE) is not None
     _map_all(drives, drive, asked, has_damping, has_temperature)
-    return Found(has_damping, has_motor, has_temperature, rated_torque, notes)
+    return Found(has_damping, has_motor, has_temperature, rated_torque, asked.read(at.ERROR_CODE) or 0, notes)
 
 
 def must(drive: Drive, asked: Asked, entry: Entry, value: int, otherwise: str) -> None:

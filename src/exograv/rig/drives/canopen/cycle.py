@@ -37,10 +37,9 @@ class Cycle:
 
     def ask(self, answer_s: float) -> bool:
         """One SYNC; whether every drive that is not lost has answered to it within so long [s]."""
-        late = self.listen()
-        self.late += late
+        self.late += self.listen()
         for node in self._nodes:
-            node.ask(was_silent=late == 0)
+            node.ask()
         until = time.monotonic() + answer_s
         self._bus.send(Cob.SYNC, b"")
         while not (is_complete := self._is_complete()):

@@ -65,7 +65,7 @@ def asking(bus: Bus, drives: tuple[Drive, ...]) -> Iterator[dict[str, Asked]]:
     import canopen
 
     class Network(canopen.Network):
-        def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        def send_message(self, can_id: int, data: bytes | bytearray | list[int], remote: bool = False) -> None:
             bus.send(can_id, bytes(data))
 
     network = Network(bus.adapter)

@@ -15,11 +15,35 @@ it hears of the one joint before it has to take the whole machine for silent."""
 MEASURED, MOTOR, SLOW = at.layout(at.MEASURED), at.layout(at.MOTOR), at.layout(at.SLOW)
 
 
+class Due:
+    """Answers of one kind that a drive owes.
+
+    They carry no number, so that one of an older SYNC looks like one of now: where one is missing, the next counts for
+    it, until a whole period has passed in which none came late.
+    """
+
+    def __init__(self):
+        self.missing = 0
+        self._came_late = False
+
+    def ask(self) -> None:
+        """A SYNC goes out."""
+        self.missing = self.missing + 1 if self._came_late else 1
+
+    def came(self) -> None:
+        """One answer."""
+        self.missing, self._came_late = max(self.missing - 1, 0), True
+
+    def close(self) -> None:
+        """From now on they are late."""
+        self._came_late = False
+
+
 class Node:
     """Of one joint; handlers take a frame's data, and a frame that is too short is none."""
 
     def __init__(self, drive: Drive, has_motor: bool):
-        self.drive, self._expected = drive, 2 if has_motor else 1
+        self.drive, self._has_motor = drive, has_motor
         self.state = State.NOT_READY
         self.counts = self.motor_counts = self.per_mille = 0
         self.control = DISABLE_VOLTAGE
@@ -33,7 +57,7 @@ class Node:
         """Whether its commands carry a damping."""
         self.rated_torque_Nm = 0.0
         """As it says itself."""
-        self._owed = self._owed_motor = self._misses = 0
+        self._measured, self._motor, self._misses = Due(), Due(), 0
 
     @property
     def is_lost(self) -> bool:
@@ -50,18 +74,19 @@ class Node:
     @property
     def has_answered(self) -> bool:
         """Whether all that is due to the last SYNC is there."""
-        return self._owed == 0 and self._owed_motor == 0
+        return self._measured.missing == 0 and self._motor.missing == 0
 
-    def ask(self, was_silent: bool) -> None:
-        """A SYNC goes out; `was_silent`: nothing was left on the bus before, so what is owed is lost and not late."""
-        if was_silent:
-            self._owed = self._owed_motor = 0
-        self._owed += 1
-        self._owed_motor += self._expected - 1
+    def ask(self) -> None:
+        """A SYNC goes out."""
+        self._measured.ask()
+        if self._has_motor:
+            self._motor.ask()
         self._misses += 1
 
     def close(self) -> None:
         """Nobody waits for this SYNC's answer any more."""
+        self._measured.close()
+        self._motor.close()
         if self._misses >= LOST_AFTER and self.is_configured:
             self.hold_against(DriveFault.LOST)
 
@@ -84,7 +109,8 @@ class Node:
         """Status, position and torque."""
         if len(data) < MEASURED.size:
             return
-        self._misses, self._owed = 0, max(self._owed - 1, 0)
+        self._misses = 0
+        self._measured.came()
         word, self.counts, self.per_mille = MEASURED.unpack_from(data)
         self.state = state_of(word)
         if self.is_wanted and self.state is not State.OPERATION_ENABLED:
@@ -93,7 +119,7 @@ class Node:
     def on_motor(self, data: bytes) -> None:
         """Position of the motor's shaft."""
         if len(data) >= MOTOR.size:
-            self._owed_motor = max(self._owed_motor - 1, 0)
+            self._motor.came()
             (self.motor_counts,) = MOTOR.unpack_from(data)
 
     def on_slow(self, data: bytes) -> None:

@@ -4,10 +4,11 @@ Source: CiA 301 (communication, 0x1xxx) and CiA 402 (drives, 0x6xxx); 0x2xxx bel
 """
 
 import struct
-from typing import NamedTuple
+from dataclasses import dataclass
 
 
-class Entry(NamedTuple):
+@dataclass(frozen=True)
+class Entry:
     """One object of a drive."""
 
     index: int
@@ -38,6 +39,7 @@ HEARTBEAT_MS = Entry(0x1017, 0, "H")
 ERROR_BEHAVIOUR = Entry(0x1029, 1, "B")
 """What becomes of its NMT state after a communication error; 1: nothing, it goes on telling where it is."""
 
+ERROR_CODE = Entry(0x603F, 0, "H")
 CONTROL_WORD = Entry(0x6040, 0, "H")
 STATUS_WORD = Entry(0x6041, 0, "H")
 CONNECTION_LOST = Entry(0x6007, 0, "h")

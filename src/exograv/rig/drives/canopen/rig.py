@@ -7,13 +7,14 @@ from types import TracebackType
 
 import numpy as np
 
-from exograv.errors import RigError
+from exograv.errors import ConfigError, RigError
 from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.status import DriveStatus
 from exograv.signals import Command, JointState, TorqueSource
 
 from .bringing_up import enable_all, set_up
 from .bus import Bus
+from .bus_load import load
 from .cycle import Cycle
 from .node import Node
 from .objects import MASTER
@@ -23,6 +24,9 @@ from .states import DISABLE_VOLTAGE, QUICK_STOP
 ANSWER_SHARE = 0.55
 """Of a period, that the drives' answers are waited for: on 1 Mbit/s the SYNC and eight frames of four drives take up to
 0.97 ms of 2 (docs/canopen.md)."""
+
+WITHOUT_WIRE = ("udp_multicast", "virtual")
+"""Adapters that are as fast as this computer."""
 
 BEATS_PER_WATCHDOG = 4
 """Of our heartbeat: three may be lost."""
@@ -46,16 +50,32 @@ class CanopenRig:
     A joint in `faulty` keeps the last numbers that its drive has said.
     """
 
-    def __init__(self, drives: Drives):
-        """Nothing is opened yet."""
+    def __init__(self, drives: Drives, answer_s: float | None = None):
+        """Nothing is opened yet.
+
+        Args:
+            drives: As the laboratory's `drives.toml` says.
+            answer_s: How long `read` waits at most for the drives [s]; `ANSWER_SHARE` of the period where absent.
+
+        Raises:
+            RigError: They are on another bus.
+            ConfigError: One has our own number, or their frames do not fit the wire.
+        """
         if drives.settings.canopen is None:
             raise RigError("These drives are not on a CAN bus: drives.toml has no [canopen].")
         if any(drive.node == MASTER for drive in drives.each):
-            raise RigError(f"Node {MASTER} is our own on the bus: give that drive another number, 1 to {MASTER - 1}.")
+            raise ConfigError(
+                f"Node {MASTER} is our own on the bus: give that drive another number, 1 to {MASTER - 1}."
+            )
+        if drives.settings.canopen.interface not in WITHOUT_WIRE and (share := load(drives)) > 1.0:
+            raise ConfigError(
+                f"{len(drives.each)} drives at period_ms = {drives.settings.period_ms} need {share:.0%} of the CAN "
+                "bus: it would fall behind for ever. Set period_ms to the next of 1, 2, 4, or use a higher bit rate."
+            )
         self._drives, self._settings = drives, drives.settings.canopen
         self._scaling = Scaling(drives)
         self._none = [0] * len(drives.each)
-        self._answer_s = ANSWER_SHARE * drives.period_s
+        self._answer_s = ANSWER_SHARE * drives.period_s if answer_s is None else answer_s
         has_motor = drives.rad_per_motor_count is not None
         self._nodes = tuple(Node(drive, has_motor) for drive in drives.each)
         self._bus: Bus | None = None

@@ -1,0 +1,188 @@
+"""What goes over the bus means the same at both ends, and an answer to an older SYNC is none to this one."""
+
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from exograv.errors import ConfigError
+from exograv.rig.drives.canopen import objects as at
+from exograv.rig.drives.canopen.emergency import fault_of
+from exograv.rig.drives.canopen.node import LOST_AFTER, Due, Node
+from exograv.rig.drives.canopen.scaling import DAMPING_MOST, Scaling
+from exograv.rig.drives.canopen.states import DISABLE_VOLTAGE
+from exograv.rig.drives.settings import CanopenBus, Drive, Drives, DrivesSettings
+from exograv.rig.drives.status import DriveFault
+
+finite = st.floats(-1e3, 1e3)
+
+
+def machine(rated: float = 3.0, most: float = 9.0, sign: int = 1, counts: float = 2.0**20, offset: float = 0.0):
+    """One joint."""
+    drive = Drive.model_validate(
+        {
+            "joint": "elbow",
+            "node": 4,
+            "sign": sign,
+            "counts_per_turn": counts,
+            "motor_counts_per_turn": 25.0 * counts,
+            "offset_deg": offset,
+            "current_rated_A": rated,
+            "current_max_A": most,
+            "brake_Nms_per_rad": 4.0,
+        }
+    )
+    bus = CanopenBus(interface="virtual", channel="one")
+    settings = DrivesSettings(schema_version=1, rig="one", serial="1", canopen=bus, drives=[drive])
+    return Drives(settings, (drive,), "")
+
+
+@given(rated=st.floats(0.1, 50.0), sign=st.sampled_from([1, -1]), share=st.floats(-1.0, 1.0), times=st.floats(1.0, 5.0))
+def test_a_current_comes_back_from_the_bus_within_half_a_thousandth_of_the_rated_one(
+    rated: float, sign: int, share: float, times: float
+):
+    scaling = Scaling(machine(rated, times * rated, sign))
+    current = np.array([share * times * rated])
+    per_mille = scaling.per_mille(current)
+    assert abs(scaling.current(per_mille) - current)[0] <= 0.5e-3 * rated * (1.0 + 1e-9)
+    at.layout(at.COMMAND).pack(0, int(per_mille[0]))  # it fits its frame
+
+
+@given(rated=st.floats(0.1, 50.0), sign=st.sampled_from([1, -1]), current=finite)
+def test_no_current_beyond_the_drives_greatest_is_sent(rated: float, sign: int, current: float):
+    scaling = Scaling(machine(rated, 2.0 * rated, sign))
+    limited = scaling.limited(np.array([current]))
+    assert abs(limited[0]) <= 2.0 * rated
+    assert abs(scaling.per_mille(limited)[0]) <= 2000
+    assert abs(current) > 2.0 * rated or limited[0] == current
+
+
+@given(counts=st.integers(-(2**31), 2**31 - 1), sign=st.sampled_from([1, -1]), offset=st.floats(-180.0, 180.0))
+def test_counts_are_the_joints_angle_by_sign_and_offset(counts: int, sign: int, offset: float):
+    scaling = Scaling(machine(sign=sign, offset=offset))
+    q = scaling.q(np.array([counts]))
+    back = sign * (q - np.deg2rad(offset)) * 2.0**20 / (2.0 * np.pi)
+    np.testing.assert_allclose(back, counts, rtol=1e-9, atol=1e-6)
+    q_motor = scaling.q_motor(np.array([counts]))
+    assert q_motor is not None
+    np.testing.assert_allclose(25.0 * (q_motor - np.deg2rad(offset)), q - np.deg2rad(offset), atol=1e-9)
+
+
+@given(damping=st.floats(0.0, 1e6))
+def test_damping_fits_its_frame_and_is_exact_to_its_last_place(damping: float):
+    told = Scaling(machine()).damping(np.array([damping]))
+    assert 0 <= told[0] <= 0xFFFF
+    assert abs(1e-3 * told[0] - min(damping, DAMPING_MOST)) <= 0.5e-3 + 1e-9
+
+
+@pytest.mark.parametrize("entries", [(*at.COMMAND, at.DAMPING), at.MEASURED, at.MOTOR, at.SLOW])
+def test_every_frame_fits_a_can_frame_and_is_as_long_as_its_mapping_says(entries: tuple[at.Entry, ...]):
+    size = at.layout(entries).size
+    assert size <= 8
+    assert 8 * size == sum(entry.mapping & 0xFF for entry in entries)
+
+
+def test_a_mapping_is_written_as_the_standard_writes_it():
+    assert at.TARGET_TORQUE.mapping == 0x60710010
+    assert at.MOTOR_POSITION.mapping == 0x60E40120
+
+
+@given(word=st.integers(0, 0xFFFF), counts=st.integers(-(2**31), 2**31 - 1), torque=st.integers(-(2**15), 2**15 - 1))
+def test_a_node_takes_what_is_in_a_measurement_byte_by_byte(word: int, counts: int, torque: int):
+    node = Node(machine().each[0], has_motor=True)
+    data = word.to_bytes(2, "little") + counts.to_bytes(4, "little", signed=True)
+    node.on_measured(data + torque.to_bytes(2, "little", signed=True))
+    assert (node.counts, node.per_mille) == (counts, torque)
+
+
+@given(data=st.binary(max_size=8), handler=st.sampled_from(["measured", "motor", "slow", "emergency", "heartbeat"]))
+def test_no_frame_breaks_a_node_and_only_a_whole_measurement_counts(data: bytes, handler: str):
+    node = Node(machine().each[0], has_motor=False)
+    node.ask()
+    getattr(node, f"on_{handler}")(data)
+    assert node.has_answered == (handler == "measured" and len(data) == 8)
+
+
+def test_an_answer_to_an_older_sync_is_none_to_this_one():
+    due = Due()
+    due.ask()
+    due.close()
+    due.came()  # too late
+    due.ask()
+    assert due.missing == 1
+    due.close()
+    due.came()  # again a period late, and two SYNCs are answered by it
+    due.ask()
+    assert due.missing == 1
+    due.came()
+    assert due.missing == 0
+
+
+def test_an_answer_that_comes_in_the_next_period_does_not_count_for_that():
+    due = Due()
+    due.ask()
+    due.close()
+    due.ask()  # nothing came meanwhile: lost
+    assert due.missing == 1
+    due.came()
+    due.close()
+    due.came()
+    due.came()
+    due.ask()
+    assert due.missing == 1
+
+
+def test_a_drive_is_lost_after_so_many_syncs_without_a_word_and_not_before():
+    node = Node(machine().each[0], has_motor=False)
+    node.start()
+    for k in range(1, LOST_AFTER + 1):
+        node.ask()
+        node.close()
+        assert node.is_lost == (k == LOST_AFTER)
+    node.on_measured(bytes(8))
+    assert node.is_lost
+
+
+@given(code=st.integers(1, 0xFFFF))
+def test_what_is_held_against_a_drive_switches_it_off_until_somebody_forgives(code: int):
+    assume(fault_of(code))
+    node = Node(machine().each[0], has_motor=False)
+    node.control, node.is_wanted = 0x0F, True
+    node.on_emergency(struct.pack("<HB5x", code, 1))
+    node.on_emergency(bytes(8))  # the drive says that it is over
+    assert node.control == DISABLE_VOLTAGE
+    assert node.is_faulty
+    assert node.status.code == code
+    node.forgive()
+    assert not node.status.fault
+
+
+CODES = {
+    0x2310: DriveFault.CURRENT,
+    0x4210: DriveFault.TEMPERATURE,
+    0x7305: DriveFault.ENCODER,
+    0x8130: DriveFault.WATCHDOG,
+    0x8250: DriveFault.WATCHDOG,
+    0x9001: DriveFault.STOP_LINE,
+    0x3210: DriveFault.INTERNAL,
+    0xFF01: DriveFault.INTERNAL,
+    0x8140: DriveFault.NONE,
+    0x0000: DriveFault.NONE,
+}
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_an_error_code_is_the_fault_of_its_class(code: int):
+    assert fault_of(code) is CODES[code]
+
+
+def test_without_the_packages_the_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch):
+    import importlib.util
+
+    from exograv.rig.drives.canopen.bus import Bus
+
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(ConfigError, match=r"pip install exograv\[can\]"):
+        Bus(CanopenBus(interface="virtual", channel="one"))
