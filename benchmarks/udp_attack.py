@@ -36,6 +36,7 @@ class Host:
     commands: int = 0
     is_polling: bool = False
     polled_us: int = 0
+    acknowledges: bool = True
 
     def next(self, now: int) -> bytes:
         """Its next packet."""
@@ -66,9 +67,11 @@ class Host:
             self.grant = 0
 
     def _command(self, now: int) -> bytes:
-        # On for two thirds of the time; the first of each turn acknowledge.
+        # On for two thirds of the time; before that it most often acknowledges.
         turn = self.commands % 60
-        flags = 2 if turn < 3 else 0 if turn < 20 else 1
+        if turn == 1:
+            self.acknowledges = self.dice.random() < 0.7
+        flags = 1 if turn >= 20 else 2 if self.acknowledges and turn < 4 else 0
         numbers = [x for _ in range(4) for x in (self.dice.uniform(-12.0, 12.0), self.dice.uniform(0.0, 5.0))]
         body = struct.pack("<II8f", max(now - self.polled_us, 0), self.dice.choice((5000, 20_000)), *numbers)
         return self._packet(5, flags, body, answers=self.state)
@@ -114,6 +117,7 @@ class Attack:
             data, address = self.sent[-1]
         if chance < 0.45:
             return data, STRANGER, None
+        address = self.dice.choice((address, address, address, STRANGER))
         return self.dice.choice(self._kinds)(data), address, None
 
     def _kept(self, host: Host, now: int) -> tuple[bytes, int, Host]:
@@ -147,7 +151,7 @@ class Attack:
         if at < 8:
             changed[at] = self.dice.choice((0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 255))
         elif at + 4 <= len(changed):
-            value = int.from_bytes(changed[at : at + 4], "little") + self.dice.choice((-1, 1, 2, 100, -100, 2**31))
+            value = int.from_bytes(changed[at : at + 4], "little") + self.dice.choice((-1, 1, 1, 2, -100, 2**31))
             value = self.dice.choice((value, value, *ODD[:3], self.dice.choice(ODD)))
             changed[at : at + 4] = (value % 2**32).to_bytes(4, "little")
         return sealed(bytes(changed))
