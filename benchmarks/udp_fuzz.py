@@ -2,8 +2,8 @@
 
     python benchmarks/udp_fuzz.py --packets 1000000
 
-Seeded: noise, flipped bits, cut, grown, replayed and forged packets with right check sums, between those of two ordinary
-hosts, against both reference peers (C under the address and undefined-behaviour sanitizers) and the simulated
+Seeded: noise, flipped bits, cut, grown, replayed and forged packets with right check sums, between those of two
+ordinary hosts, against both reference peers (C under the address and undefined-behaviour sanitizers) and the simulated
 controller; and forged states against our own driver. An oracle that shares no line with them (udp_oracle.py) says what
 may flow. Then an ordinary session has to work.
 """
@@ -79,13 +79,16 @@ class PythonPeer:
         self._controller = peer.Controller()
 
     def packet(self, data: bytes, address: int, now: int) -> bytes:
+        """As `Device`."""
         return self._controller.receive(data, ("peer", address), 1e-6 * now) or b""
 
     def step(self, now: int) -> tuple[float, ...]:
+        """As `Device`."""
         self._controller.step(1e-6 * now)
         return tuple(motor.current for motor in self._controller.motors)
 
     def memory_mb(self) -> float:
+        """As `Device`."""
         return memory_mb()
 
 
@@ -108,17 +111,21 @@ class CPeer:
         self._process = subprocess.Popen([program], stdin=pipe, stdout=pipe, env=environment)
 
     def packet(self, data: bytes, address: int, now: int) -> bytes:
+        """As `Device`."""
         self._say(struct.pack("<qIHH", now, address, 1, len(data)) + data)
         return self._hear(int.from_bytes(self._hear(2), "little"))
 
     def step(self, now: int) -> tuple[float, ...]:
+        """As `Device`."""
         self._say(struct.pack("<qIHH", now, 0, 0, 0xFFFF))
         return struct.unpack("<8f", self._hear(32))[:4]
 
     def memory_mb(self) -> float:
+        """As `Device`."""
         return memory_mb(self._process.pid)
 
     def end(self) -> None:
+        """No more packets; it must have had no fault of its own."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.close()
@@ -142,12 +149,12 @@ class CPeer:
 def free_drives() -> Any:
     """The example's drives at a free port."""
     from exograv.model.description import load_rig
-    from exograv.rig.drives.settings import load_drives
+    from exograv.rig.drives.settings import UdpBus, load_drives
 
     drives = load_drives(ROOT / "examples" / "drives" / "udp.toml", load_rig("recupera_like"))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
         made.bind(("127.0.0.1", 0))
-        udp = drives.settings.udp.model_copy(update={"port": made.getsockname()[1]})
+        udp = UdpBus(port=made.getsockname()[1])
     return replace(drives, settings=drives.settings.model_copy(update={"udp": udp}))
 
 
@@ -172,14 +179,17 @@ class Simulated:
         self._controller = UdpController(plant, drives, say=lambda line: None)
 
     def packet(self, data: bytes, address: int, now: int) -> bytes:
+        """As `Device`."""
         self._plant.now = 1e-6 * now
         return self._controller.receive(data, ("peer", address), 1e-6 * now) or b""
 
     def step(self, now: int) -> tuple[float, ...]:
+        """As `Device`."""
         self._plant.now = 1e-6 * now
         return tuple(drive.step(1e-6 * STEP_US, 1e-6 * now).current for drive in self._plant.each)
 
     def memory_mb(self) -> float:
+        """As `Device`."""
         return memory_mb()
 
 
@@ -187,7 +197,7 @@ def attack(device: Device, packets: int, seed: int) -> dict[str, Any]:
     """So many packets at one device; the figures.
 
     Raises:
-        Forbidden: It did what nobody validly asked for.
+        ForbiddenError: It did what nobody validly asked for.
     """
     attacker, oracle, now, begun = Attack(seed), Oracle(device.exact), STEP_US, time.perf_counter()
     stepped, before = now, 0.0

@@ -15,7 +15,7 @@ LIMITS = (9.0, 9.0, 6.7, 6.7)
 WATCHDOG_US, STATES = 20_000, 32
 
 
-class Forbidden(AssertionError):
+class ForbiddenError(AssertionError):
     """The controller did what nobody validly asked for."""
 
 
@@ -59,9 +59,9 @@ class Oracle:
     def packet(self, data: bytes, address: int, now: int, answer: bytes) -> None:
         """One came; what was answered."""
         if len(answer) > len(data):
-            raise Forbidden(f"{len(answer)} bytes answer {len(data)}")
+            raise ForbiddenError(f"{len(answer)} bytes answer {len(data)}")
         if answer and not self._is_own(answer):
-            raise Forbidden("an answer that is no packet")
+            raise ForbiddenError("an answer that is no packet")
         kind = data[5] if is_whole(data) else 0
         if kind == 1:
             self._hello(data, address, now, answer)
@@ -74,7 +74,7 @@ class Oracle:
         if is_hosts and kind == 3:
             self._poll(data, now, answer)
         elif answer:
-            raise Forbidden(f"an answer to what asks for none, type {kind}")
+            raise ForbiddenError(f"an answer to what asks for none, type {kind}")
         elif is_hosts and kind == 5:
             self._command(data, now)
         elif is_hosts:
@@ -90,11 +90,11 @@ class Oracle:
             if current == 0.0:
                 continue
             if not may:
-                raise Forbidden(f"joint {joint} has {current} A at {now} µs, which nobody asks for")
+                raise ForbiddenError(f"joint {joint} has {current} A at {now} µs, which nobody asks for")
             wanted = min(max(self.asked[joint], -LIMITS[joint]), LIMITS[joint])
             is_less = not self.exact and 0.0 < current / wanted < 1.0
             if not (math.isclose(current, wanted, rel_tol=1e-6) or is_less):
-                raise Forbidden(f"joint {joint} has {current} A at {now} µs where {wanted} A are asked")
+                raise ForbiddenError(f"joint {joint} has {current} A at {now} µs where {wanted} A are asked")
         self.steps_with_torque += any(currents)
 
     def _is_own(self, answer: bytes) -> bool:
@@ -113,13 +113,13 @@ class Oracle:
         elif self.host is not None:
             is_taken, silence = bool(answer) and bool(answer[7] & 4), now - self.heard_us
             if abs(silence - WATCHDOG_US) > 2 and is_taken != (silence < WATCHDOG_US):
-                raise Forbidden(f"taken: {is_taken}, after {silence} µs of silence")
+                raise ForbiddenError(f"taken: {is_taken}, after {silence} µs of silence")
             if is_taken:
                 if word(answer, 12):
-                    raise Forbidden("a second host was granted the machine")
+                    raise ForbiddenError("a second host was granted the machine")
                 return
         if not answer or not word(answer, 12):
-            raise Forbidden("a hello that may be granted is not")
+            raise ForbiddenError("a hello that may be granted is not")
         self.host = session, word(answer, 12), address
         self.newest, self.heard_us = sequence, now
         self.accepted += 1
@@ -127,11 +127,11 @@ class Oracle:
 
     def _silent(self, answer: bytes) -> None:
         if answer:
-            raise Forbidden("an answer to a hello that is none")
+            raise ForbiddenError("an answer to a hello that is none")
 
     def _poll(self, data: bytes, now: int, answer: bytes) -> None:
         if not answer or answer[5] != 4 or answer[8:16] != data[8:16] or answer[20:24] != data[16:20]:
-            raise Forbidden("a valid poll is not answered")
+            raise ForbiddenError("a valid poll is not answered")
         self._accept(data, now)
         self.states[word(answer, 16)] = now
         while len(self.states) > STATES:

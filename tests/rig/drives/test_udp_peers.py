@@ -141,3 +141,20 @@ def test_twenty_thousand_wrong_packets_give_no_torque_and_no_measurement(tmp_pat
     assert all(row["packets"] >= 20_000 for row in rows.values())
     assert min(row["steps_with_torque"] for name, row in rows.items() if name != "our driver") > 100
     assert rows["our driver"]["accepted"] > 100
+
+
+def test_a_controller_that_has_restarted_is_found_again_by_enabling_and_by_nothing_else(tmp_path: Path):
+    drives = drives_of(drives_on(tmp_path, "udp"))
+    assert drives.settings.udp is not None
+    command = [sys.executable, "-I", str(PEERS / "peer.py"), str(drives.settings.udp.port)]
+    device = start_device(command, "listening")
+    with UdpRig(drives, answer_share=PATIENT) as rig:
+        enabled(rig)
+        device.end()
+        rig._wait_s = 0.001
+        assert drive(rig, 0.05, CURRENT).faulty == (0, 1, 2, 3)
+        device = start_device(command, "listening")
+        rig._wait_s = 0.001 * PATIENT
+        assert drive(rig, 0.005, CURRENT).faulty == (0, 1, 2, 3)  # its grant is another
+        np.testing.assert_allclose(enabled(rig), CURRENT)
+    device.end()

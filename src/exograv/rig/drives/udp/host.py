@@ -162,7 +162,8 @@ class UdpRig:
         if self._is_on and all(one.is_enabled and not one.fault for one in self._statuses):
             return
         self._is_on = False
-        if self.t - self._heard_at > self._drives.watchdog_s:
+        self.read()
+        if self.t - self._heard_at > self._drives.watchdog_s:  # restarted, perhaps
             self._begin_session()
         begun = self.t
         # More than once: a computer that stalls for a watchdog's time just then has switched nothing on.

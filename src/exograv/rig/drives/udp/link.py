@@ -73,7 +73,7 @@ class Link:
                 f"udp.host {self.address[0]}, port {self.address[1]} cannot be used: {error.strerror or error}. "
                 "Correct it in drives.toml."
             ) from error
-        self._socket = made
+        self._socket, self._session = made, secrets.randbelow(2**32 - 1) + 1
 
     def close(self) -> None:
         """Let the controller go, and the socket."""
@@ -85,12 +85,12 @@ class Link:
                 self._socket = None
 
     def hello(self, patience_s: float) -> Packet:
-        """Begin a new session; the controller's nameplate.
+        """Begin the session, or begin it again with a controller that has forgotten it; the controller's nameplate.
 
         Raises:
             RigError: Nobody answers, or another host has the controller.
         """
-        self._session, self._grant = secrets.randbelow(2**32 - 1) + 1, 0
+        self._grant = 0
         self._polls = [(-1, -1, 0.0)] * REMEMBERED
         self._states = [(-1, -1, 0.0)] * REMEMBERED
         ends, is_taken = time.monotonic() + patience_s, False
