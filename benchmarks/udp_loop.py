@@ -24,6 +24,7 @@ import numpy as np
 from exograv.model.description import load_rig
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.udp import UdpRig
+from exograv.runtime.realtime import realtime
 from exograv.signals import Command
 
 ROOT = Path(__file__).parents[1]
@@ -33,7 +34,7 @@ TOLD = re.compile(r"WATCHDOG; told last ([\d.]+) ms before")
 
 
 @contextlib.contextmanager
-def device(command: str | None) -> Iterator[tuple[subprocess.Popen[str], Path]]:
+def device(command: str | None, is_realtime: bool) -> Iterator[tuple[subprocess.Popen[str], Path]]:
     """One in another process, and the `drives.toml` with its port."""
     with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
         made.bind(("127.0.0.1", 0))
@@ -44,6 +45,7 @@ def device(command: str | None) -> Iterator[tuple[subprocess.Popen[str], Path]]:
         path.write_text(text.replace("port = 47100", f"port = {port}"), encoding="utf-8")
         ours = [sys.executable, "-m", "exograv.cli", "drive-sim", "udp", "--drives", str(path)]
         words = ours if command is None else shlex.split(command.format(port=port))
+        words = ["chrt", "-f", "50", *words] if is_realtime else words
         pipe = subprocess.PIPE
         with subprocess.Popen(words, stdin=pipe, stdout=pipe, text=True) as process:
             assert process.stdout is not None
@@ -57,8 +59,8 @@ def device(command: str | None) -> Iterator[tuple[subprocess.Popen[str], Path]]:
 def percentiles(seconds: list[float]) -> dict[str, float]:
     """In µs."""
     values = 1e6 * np.array(seconds)
-    p50, p99, p999 = np.percentile(values, [50.0, 99.0, 99.9])
-    return {"p50": round(p50, 1), "p99": round(p99, 1), "p999": round(p999, 1), "max": round(float(values.max()), 1)}
+    shares = np.percentile(values, [50.0, 99.0, 99.9, 100.0]).tolist()
+    return {name: round(value, 1) for name, value in zip(("p50", "p99", "p999", "max"), shares, strict=True)}
 
 
 class Loop:
@@ -164,10 +166,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--device", help="another command than drive-sim; {port} is filled in")
+    parser.add_argument("--realtime", action="store_true", help="with the rights of `exograv live`, on both sides")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     gc.disable()
-    with device(options.device) as (process, path):
+    rights = realtime() if options.realtime else contextlib.nullcontext()
+    with device(options.device, options.realtime) as (process, path), rights:
         drives = load_drives(path, load_rig("recupera_like"))
         with UdpRig(drives) as rig:
             figures = Loop(rig).run(options.seconds)

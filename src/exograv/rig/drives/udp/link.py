@@ -22,6 +22,7 @@ READ_AT_ONCE = 32
 
 BUFFER = 2048
 STEP = len(STATE_JOINT)
+PRESENT = int(DriveFlag.PRESENT)
 POSITION, MOTOR_POSITION, CURRENT, TEMPERATURE, STATUS, FAULT, CODE = range(STEP - 1)
 
 
@@ -143,7 +144,7 @@ class Link:
             joints: Current [A] and damping [N·m·s/rad] of each.
         """
         known, state, t = self._states[tick % REMEMBERED]
-        if known != tick and flags & (Flag.ENABLE | Flag.ACKNOWLEDGE):
+        if known != tick and flags:
             return None
         age_us = min(max(round(1e6 * (now - t)), 0), SEQUENCES - 1)
         life_us = min(max(int(1e6 * life_s), 0), SEQUENCES - 1)
@@ -223,5 +224,5 @@ def _has_numbers(joints: tuple[Any, ...]) -> bool:
     return all(
         math.isfinite(joints[k + POSITION]) and math.isfinite(joints[k + CURRENT])
         for k in range(0, len(joints), STEP)
-        if joints[k + STATUS] & DriveFlag.PRESENT
+        if joints[k + STATUS] & PRESENT
     )
