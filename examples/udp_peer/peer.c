@@ -170,7 +170,6 @@ static bool greet(controller *c, const exograv_header *h, sender from, int64_t n
         if (!is_newer(h->sequence, c->newest)) return false;
     } else if (c->session != 0 && now - c->heard <= (int64_t)WATCHDOG_US) {
         *is_taken = true;
-        ++c->refused;
         return true;
     } else {
         c->session = h->session;

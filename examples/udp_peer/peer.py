@@ -1,8 +1,9 @@
-"""A controller that speaks docs/udp_protocol.md, to copy: plain Python, nothing to install. `python peer.py [PORT]`
+"""A controller that speaks docs/udp_protocol.md, to copy: plain Python, nothing to install.
 
-Put your own drives into `Motor`; the rest is what keeps them from doing what nobody asks for.
+`python peer.py [PORT]`. Put your own drives into `Motor`; the rest is what keeps them from doing what nobody asks for.
 """
 
+import contextlib
 import math
 import secrets
 import select
@@ -15,15 +16,12 @@ import zlib
 MAGIC, VERSION, JOINTS_MAX = 0x56475845, 1, 16
 HELLO, NAMEPLATE, POLL, STATE, COMMAND, BYE = range(1, 7)
 ENABLE, ACKNOWLEDGE, TAKEN = 1, 2, 4
-ENABLED, PRESENT = 1, 2
-WATCHDOG, TEMPERATURE = 1, 2
+ENABLED, PRESENT, WATCHDOG, TEMPERATURE = 1, 2, 1, 2  # bits of status, bits of fault
 
-HEADER = struct.Struct("<IBBBBIIIIQ")
-NAMEPLATE_OWN, NAMEPLATE_JOINT = struct.Struct("<II"), struct.Struct("<32sfffI")
-STATE_OWN, STATE_JOINT = struct.Struct("<II"), struct.Struct("<ddffHHHH")
-COMMAND_OWN, COMMAND_JOINT = struct.Struct("<II"), struct.Struct("<ff")
-HELLO_BYTES = HEADER.size + NAMEPLATE_OWN.size + JOINTS_MAX * NAMEPLATE_JOINT.size + 4
-STATES = 32
+HEADER, OWN = struct.Struct("<IBBBBIIIIQ"), struct.Struct("<II")
+NAMEPLATE_JOINT, STATE_JOINT, COMMAND_JOINT = map(struct.Struct, ("<32sfffI", "<ddffHHHH", "<ff"))
+HELLO_BYTES = HEADER.size + OWN.size + JOINTS_MAX * NAMEPLATE_JOINT.size + 4
+STATES = 32  # of which a command may still answer one
 
 WATCHDOG_S, PERIOD_S = 0.020, 0.001
 PLATES = (  # joint, rated and greatest current [A], brake [N·m·s/rad]: the same as in drives.toml
@@ -32,6 +30,13 @@ PLATES = (  # joint, rated and greatest current [A], brake [N·m·s/rad]: the sa
     ("shoulder_rotation", 2.2, 6.7, 10.0),
     ("elbow_flexion", 2.2, 6.7, 4.0),
 )
+N = len(PLATES)
+LENGTHS = {  # by type: joints in the header, bytes; a poll is as long as the state that answers it
+    HELLO: (0, HELLO_BYTES),
+    POLL: (N, HEADER.size + OWN.size + N * STATE_JOINT.size + 4),
+    COMMAND: (N, HEADER.size + OWN.size + N * COMMAND_JOINT.size + 4),
+    BYE: (N, HEADER.size + 4),
+}
 
 
 class Motor:
@@ -46,14 +51,12 @@ class Motor:
         self.asked, self.damping, self.told_at, self.until = 0.0, 0.0, 0.0, 0.0
 
     def off(self, fault=0):
+        """Braking, from now on."""
         self.fault |= fault
         self.enabled, self.asked = False, 0.0
 
-    def on(self, now):
-        if not self.fault and not self.enabled:
-            self.enabled, self.asked, self.damping, self.told_at, self.until = True, 0.0, 0.0, now, now
-
     def tell(self, current, damping, now, until):
+        """What it shall do, until then [A], [N·m·s/rad], [s]."""
         self.asked, self.damping, self.told_at, self.until = current, damping, now, until
 
     def step(self, now, dt):
@@ -83,109 +86,103 @@ class Controller:
 
     def receive(self, data, sender, now):
         """What is to be answered, or None. Whatever is not exactly right only counts."""
-        answer = self.believe(data, sender, now)
-        if answer is False:
-            self.refused = (self.refused + 1) % 2**32
+        answer = self._believe(data, sender, now)
+        self.refused = (self.refused + (answer is False)) % 2**32
         return answer or None
 
-    def believe(self, data, sender, now):
+    def _believe(self, data, sender, now):
         if len(data) < HEADER.size + 4:
             return False
         magic, version, kind, n, flags, session, grant, sequence, answers, _ = HEADER.unpack_from(data)
-        if magic != MAGIC or version != VERSION:
+        if (magic, version) != (MAGIC, VERSION) or LENGTHS.get(kind) != (n, len(data)):
             return False
-        sizes = {HELLO: (0, HELLO_BYTES), BYE: (len(PLATES), HEADER.size + 4)}
-        for asked, own, joint in ((POLL, STATE_OWN, STATE_JOINT), (COMMAND, COMMAND_OWN, COMMAND_JOINT)):
-            sizes[asked] = len(PLATES), HEADER.size + own.size + len(PLATES) * joint.size + 4
-        if sizes.get(kind) != (n, len(data)) or zlib.crc32(data[:-4]) != int.from_bytes(data[-4:], "little"):
+        if zlib.crc32(data[:-4]) != int.from_bytes(data[-4:], "little"):
             return False
         is_newer = 0 < (sequence - self.newest) % 2**32 < 2**31
         if kind == HELLO:
-            return self.greet(session, grant, sequence, is_newer, sender, now)
+            return self._greet(session, grant, sequence, is_newer, sender, now)
         if (session, grant, sender) != (self.session, self.grant, self.address) or not session or not is_newer:
             return False
-        if kind == COMMAND and not self.obey(data, flags, answers, now):
+        if kind == COMMAND and not self._obey(data, flags, answers, now):
             return False
         self.newest, self.heard_at = sequence, now
-        if kind == COMMAND:
-            self.command = sequence
+        self.command = sequence if kind == COMMAND else self.command
         if kind == BYE:
-            self.all_off()
+            self._all_off()
             self.session = 0
-        return self.state(sequence, now) if kind == POLL else None
+        return self._state(sequence, now) if kind == POLL else None
 
-    def greet(self, session, grant, sequence, is_newer, sender, now):
+    def _greet(self, session, grant, sequence, is_newer, sender, now):
         """The first host keeps the controller until it says goodbye, or is silent for a watchdog's time."""
-        if session == 0 or grant != 0:
+        is_holder = (session, sender) == (self.session, self.address)
+        if session == 0 or grant != 0 or (is_holder and not is_newer):
             return False
-        if (session, sender) == (self.session, self.address):
-            if not is_newer:
-                return False
-        elif self.session and now - self.heard_at <= WATCHDOG_S:
-            self.refused = (self.refused + 1) % 2**32
-            return self.nameplate(TAKEN, session, 0, sequence, now)
-        else:
+        if not is_holder:
+            if self.session and now - self.heard_at <= WATCHDOG_S:
+                return self._nameplate(TAKEN, session, 0, sequence, now)
             self.session, self.grant, self.address = session, secrets.randbelow(2**32 - 1) + 1, sender
         self.newest, self.heard_at = sequence, now
-        self.all_off()
-        return self.nameplate(0, session, self.grant, sequence, now)
+        self._all_off()
+        return self._nameplate(0, session, self.grant, sequence, now)
 
-    def all_off(self):
+    def _all_off(self):
         self.was_enabled, self.command, self.states = False, 0, [(-1, 0.0)] * STATES
         for motor in self.motors:
             motor.off()
 
-    def obey(self, data, flags, answers, now):
+    def _obey(self, data, flags, answers, now):
         """Whether the command is one: switching off is never too late, all else may be."""
-        at = HEADER.size + COMMAND_OWN.size
+        at = HEADER.size + OWN.size
         told = [COMMAND_JOINT.unpack_from(data, at + k * COMMAND_JOINT.size) for k in range(len(self.motors))]
         if not all(math.isfinite(i) and math.isfinite(d) and d >= 0.0 for i, d in told):
             return False
-        age_us, life_us = COMMAND_OWN.unpack_from(data, HEADER.size)
+        age_us, life_us = OWN.unpack_from(data, HEADER.size)
         number, polled_at = self.states[answers % STATES]
         until = min(polled_at + 1e-6 * age_us, now) + 1e-6 * life_us
         if flags & (ENABLE | ACKNOWLEDGE) and (number != answers or until <= now):
             return False
-        for motor, (current, damping) in zip(self.motors, told):
+        for motor, (current, damping) in zip(self.motors, told, strict=True):
             if not flags & ENABLE:
                 motor.off()
                 if flags & ACKNOWLEDGE:  # forget what is over
                     motor.fault &= TEMPERATURE if motor.temperature > 95.0 else 0
             elif not self.was_enabled:  # goes on with the first such command only, and at no torque
-                motor.on(now)
+                motor.enabled = not motor.fault
+                motor.tell(0.0, 0.0, now, now)
             elif motor.enabled:
                 motor.tell(current, damping, now, until)
         self.was_enabled = bool(flags & ENABLE)
         return True
 
-    def state(self, asked, now):
-        body = STATE_OWN.pack(self.command, self.refused)
+    def _state(self, asked, now):
+        body = OWN.pack(self.command, self.refused)
         for motor in self.motors:
             status = PRESENT | (ENABLED if motor.enabled else 0)
             numbers = motor.q, math.nan, motor.current, motor.temperature
             body += STATE_JOINT.pack(*numbers, status, motor.fault, 0, 0)
-        packet = self.packet(STATE, 0, self.session, self.grant, asked, now, body)
-        self.states[self.sequence % STATES] = self.sequence, now
-        return packet
+        self.states[(self.sequence + 1) % STATES] = (self.sequence + 1) % 2**32, now
+        return self._packet(STATE, 0, self.session, self.grant, asked, now, body)
 
-    def nameplate(self, flags, session, grant, asked, now):
-        body = NAMEPLATE_OWN.pack(round(1e6 * WATCHDOG_S), round(1e6 * PERIOD_S))
+    def _nameplate(self, flags, session, grant, asked, now):
+        body = OWN.pack(round(1e6 * WATCHDOG_S), round(1e6 * PERIOD_S))
         body += b"".join(NAMEPLATE_JOINT.pack(name.encode(), *numbers, 0) for name, *numbers in PLATES)
-        body = body.ljust(HELLO_BYTES - HEADER.size - 4, b"\0")
-        return self.packet(NAMEPLATE, flags, session, grant, asked, now, body)
+        filled = body.ljust(HELLO_BYTES - HEADER.size - 4, b"\0")
+        return self._packet(NAMEPLATE, flags, session, grant, asked, now, filled)
 
-    def packet(self, kind, flags, session, grant, asked, now, body):
+    def _packet(self, kind, flags, session, grant, asked, now, body):
         self.sequence = (self.sequence + 1) % 2**32
-        who = MAGIC, VERSION, kind, len(PLATES), flags, session, grant, self.sequence, asked, int(1e9 * now)
+        who = MAGIC, VERSION, kind, N, flags, session, grant, self.sequence, asked, int(1e9 * now)
         data = HEADER.pack(*who) + body
         return data + zlib.crc32(data).to_bytes(4, "little")
 
     def step(self, now, dt=PERIOD_S):
+        """A period has passed, whoever talks or not."""
         for motor in self.motors:
             motor.step(now, dt)
 
 
 def main():
+    """Serve on one port until Ctrl-C."""
     controller = Controller()
     port = int(sys.argv[1]) if len(sys.argv) > 1 else 47100
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
@@ -203,7 +200,5 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
+    with contextlib.suppress(KeyboardInterrupt):
         main()
-    except KeyboardInterrupt:
-        print("ended by the keyboard")

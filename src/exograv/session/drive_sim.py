@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -30,6 +30,7 @@ FRONT_ENDS: dict[Bus, tuple[str, str]] = {
 Say = Callable[[str], None]
 
 
+@runtime_checkable
 class Device(FrontEnd, Protocol):
     """Simulated drives on a bus."""
 

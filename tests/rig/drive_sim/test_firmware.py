@@ -72,6 +72,7 @@ def test_no_drive_gives_more_than_its_limit(told: float):
     assert abs(held(one, told, 0.1)[-1]) == 9.0
 
 
+@pytest.mark.slow
 def test_rated_current_may_flow_for_ever_and_three_times_as_much_ends_in_less_torque_then_in_a_fault():
     lasting, short = drive(), drive()
     for one in (lasting, short):

@@ -159,3 +159,18 @@ def rig(bench: DeviceProcess, drives: Drives, make_rig: Callable[[Drives], Any])
     """Found and checked, and not switched on."""
     with make_rig(drives) as entered:
         yield entered
+
+
+@pytest.fixture(params=sorted(BUSES))
+def start(request: pytest.FixtureRequest) -> Iterator[Callable[..., Any]]:
+    """Start a device of a test's own, in lock-step: its file's changes and its wiring; the driver, not yet entered."""
+    devices: list[DeviceProcess] = []
+
+    def started(folder: Path, changes: tuple[tuple[str, str], ...], options: tuple[str, ...]) -> Any:
+        path = drives_on(folder, request.param, *changes)
+        devices.append(start_device(drive_sim(request.param, path, True, *options), "Reached at"))
+        return BUSES[request.param](drives_of(path), answer_share=PATIENT)
+
+    yield started
+    for device in devices:
+        device.end()

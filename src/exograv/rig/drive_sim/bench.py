@@ -3,8 +3,8 @@
 import json
 import queue
 import threading
-from collections.abc import Callable
-from typing import Protocol, TextIO
+from collections.abc import Callable, Iterable
+from typing import Protocol, runtime_checkable
 
 from exograv.errors import ExogravError, RigError
 from exograv.rig.drives.status import DriveFault
@@ -23,6 +23,7 @@ report          what each drive does, by its own account, as JSON
 quit            end"""
 
 
+@runtime_checkable
 class FrontEnd(Protocol):
     """The bus of simulated drives."""
 
@@ -51,7 +52,7 @@ class Bench:
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.is_done = False
 
-    def listen(self, lines: TextIO) -> None:
+    def listen(self, lines: Iterable[str]) -> None:
         """Read lines from now on, until they end."""
 
         def read() -> None:

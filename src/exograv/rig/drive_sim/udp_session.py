@@ -42,7 +42,6 @@ class UdpSession:
             if not is_newer(header.sequence, self._newest):
                 raise RefusedError(Refusal.SEQUENCE)
         elif holder is not None and now - self._heard_at <= self._hold_s:
-            self.refused["taken"] += 1
             return Flag.TAKEN
         else:
             self.holder = Holder(header.session, secrets.randbelow(SEQUENCES - 1) + 1, sender)

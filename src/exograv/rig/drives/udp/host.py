@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache
 from types import TracebackType
 
 import numpy as np
@@ -33,7 +34,8 @@ LOCK_STEP_S = 5.0
 """For an answer of simulated drives that wait for us as we for them [s]."""
 
 ENABLE_S = 1.0
-FAULTS = DriveFault(sum(DriveFault))
+FAULTS, STATUSES = sum(DriveFault), sum(DriveFlag)
+"""Bits that we know."""
 STEP = len(STATE_JOINT)
 
 Joints = Float[np.ndarray, " joint"]
@@ -172,11 +174,14 @@ class UdpRig:
         if self._is_on and all(one.is_enabled and not one.fault for one in self._statuses):
             return
         self._is_on = False
-        if self.t - self._heard_at > self._drives.watchdog_s:
+        self.read()
+        if self.t - self._heard_at > self._drives.watchdog_s:  # restarted, perhaps
             self._begin_session()
-        begun = self.t
+        ends = self.t + ENABLE_S
         # More than once: a computer that stalls for a watchdog's time just then has switched nothing on.
-        if not any(self._switch_on(begun + share * ENABLE_S) for share in (0.3, 0.6, 1.0)):
+        while not self._switch_on(ends):
+            if self.t < ends:
+                continue
             self.disable()
             off = [
                 one.sentence(joint)
@@ -221,13 +226,18 @@ class UdpRig:
         )
 
     def _tell_until(self, flags: Flag, ends: float, is_done: Callable[[DriveStatus], bool]) -> bool:
-        """Ask for no torque, once in each period, until every drive has done it or it is then [s]."""
+        """Ask for no torque, once in each period, until every drive has done it, or it is then [s].
+
+        Where one that is to go on has a fault again, nothing more is waited for.
+        """
         due, first = time.monotonic(), None
         while self.t < ends:
             state = self.read()
             # Only what was said after it took one of these commands tells what they did.
             if first is not None and not is_newer(first, self._taken) and all(map(is_done, self._statuses)):
                 return True
+            if first is not None and flags & Flag.ENABLE and any(one.fault for one in self._statuses):
+                return False
             told = self._link.command(state.sequence, self.t, self._drives.watchdog_s, flags, self._no_current)
             first = told if first is None else first
             if self._is_in_lock_step:
@@ -258,9 +268,14 @@ class UdpRig:
     def _statuses_of(self, answer: Answer) -> tuple[DriveStatus, ...]:
         said, statuses = answer.packet.joints, []
         for k in range(0, len(said), STEP):
-            flags, fault = said[k + STATUS], DriveFault(said[k + FAULT] & FAULTS)
-            if not flags & DriveFlag.PRESENT:
-                flags, fault = DriveFlag.NONE, fault | DriveFault.LOST
-            is_enabled = bool(flags & DriveFlag.ENABLED)
+            is_enabled, fault = _bits(said[k + STATUS] & STATUSES, said[k + FAULT] & FAULTS)
             statuses.append(DriveStatus(is_enabled, fault, said[k + CODE], said[k + TEMPERATURE]))
         return tuple(statuses)
+
+
+@cache  # of ten bits at most; enumerations are slow to make in every tick
+def _bits(status: int, fault: int) -> tuple[bool, DriveFault]:
+    """Whether a drive is on, and its faults."""
+    if not status & DriveFlag.PRESENT:
+        return False, DriveFault(fault) | DriveFault.LOST
+    return bool(status & DriveFlag.ENABLED), DriveFault(fault)

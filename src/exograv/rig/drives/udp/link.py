@@ -22,6 +22,7 @@ READ_AT_ONCE = 32
 
 BUFFER = 2048
 STEP = len(STATE_JOINT)
+PRESENT = int(DriveFlag.PRESENT)
 POSITION, MOTOR_POSITION, CURRENT, TEMPERATURE, STATUS, FAULT, CODE = range(STEP - 1)
 
 
@@ -73,7 +74,7 @@ class Link:
                 f"udp.host {self.address[0]}, port {self.address[1]} cannot be used: {error.strerror or error}. "
                 "Correct it in drives.toml."
             ) from error
-        self._socket = made
+        self._socket, self._session = made, secrets.randbelow(2**32 - 1) + 1
 
     def close(self) -> None:
         """Let the controller go, and the socket."""
@@ -85,12 +86,12 @@ class Link:
                 self._socket = None
 
     def hello(self, patience_s: float) -> Packet:
-        """Begin a new session; the controller's nameplate.
+        """Begin the session, or begin it again with a controller that has forgotten it; the controller's nameplate.
 
         Raises:
             RigError: Nobody answers, or another host has the controller.
         """
-        self._session, self._grant = secrets.randbelow(2**32 - 1) + 1, 0
+        self._grant = 0
         self._polls = [(-1, -1, 0.0)] * REMEMBERED
         self._states = [(-1, -1, 0.0)] * REMEMBERED
         ends, is_taken = time.monotonic() + patience_s, False
@@ -143,7 +144,7 @@ class Link:
             joints: Current [A] and damping [N·m·s/rad] of each.
         """
         known, state, t = self._states[tick % REMEMBERED]
-        if known != tick and flags & (Flag.ENABLE | Flag.ACKNOWLEDGE):
+        if known != tick and flags:
             return None
         age_us = min(max(round(1e6 * (now - t)), 0), SEQUENCES - 1)
         life_us = min(max(int(1e6 * life_s), 0), SEQUENCES - 1)
@@ -223,5 +224,5 @@ def _has_numbers(joints: tuple[Any, ...]) -> bool:
     return all(
         math.isfinite(joints[k + POSITION]) and math.isfinite(joints[k + CURRENT])
         for k in range(0, len(joints), STEP)
-        if joints[k + STATUS] & DriveFlag.PRESENT
+        if joints[k + STATUS] & PRESENT
     )

@@ -105,7 +105,7 @@ def decode(data: bytes) -> Packet:
     if kind not in _TYPES:
         raise RefusedError(Refusal.TYPE)
     kind = _TYPES[kind]
-    if n > JOINTS_MAX or len(data) != _LENGTHS[kind, n]:
+    if n > JOINTS_MAX or len(data) != _LENGTHS[kind, n] or (kind is Type.HELLO and n):
         raise RefusedError(Refusal.LENGTH)
     if _CRC.unpack_from(data, len(data) - CRC_BYTES)[0] != zlib.crc32(memoryview(data)[:-CRC_BYTES]):
         raise RefusedError(Refusal.CRC)

@@ -1,0 +1,114 @@
+"""The page, the C header and our own program have every field at the same byte."""
+
+import shutil
+import struct
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from exograv.rig.drives.status import DriveFault
+from exograv.rig.drives.udp.layout import (
+    COMMAND,
+    COMMAND_JOINT,
+    HEADER,
+    HEADER_BYTES,
+    LAYOUTS,
+    NAMEPLATE,
+    NAMEPLATE_JOINT,
+    STATE,
+    STATE_JOINT,
+    DriveFlag,
+    Field,
+    Flag,
+    Type,
+    is_newer,
+    length,
+    offsets,
+    packed,
+)
+
+ROOT = Path(__file__).parents[4]
+PAGE = (ROOT / "docs" / "udp_protocol.md").read_text(encoding="utf-8")
+PEER = ROOT / "examples" / "udp_peer"
+PARTS = {
+    "header": (HEADER, 0),
+    "nameplate": (NAMEPLATE, HEADER_BYTES),
+    "nameplate_joint": (NAMEPLATE_JOINT, 0),
+    "state": (STATE, HEADER_BYTES),
+    "state_joint": (STATE_JOINT, 0),
+    "command": (COMMAND, HEADER_BYTES),
+    "command_joint": (COMMAND_JOINT, 0),
+}
+
+
+def table(fields: tuple[Field, ...], begin: int) -> str:
+    """As it stands on the page."""
+    lines = ["| byte | field | type | unit | |", "|---|---|---|---|---|"]
+    for field, at in zip(fields, offsets(fields, begin).values(), strict=True):
+        kind = f"char[{packed((field,)).size}]" if field.kind == "char" else field.kind
+        lines.append(f"| {at} | `{field.name}` | {kind} | {field.unit} | {field.meaning} |")
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_the_page_has_each_field_at_its_byte(part: str):
+    expected = table(*PARTS[part])
+    assert expected in PAGE, f"docs/udp_protocol.md should have:\n{expected}"
+
+
+def test_the_page_has_each_type_bit_and_length():
+    for kind in Type:
+        assert f"| {kind.value} | {kind.name} |" in PAGE
+        assert f"| {length(kind, 4)} |" in PAGE
+    for flag in (*Flag, *DriveFlag, *DriveFault):
+        assert f"| {flag.value} | {flag.name} |" in PAGE
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_no_field_needs_padding_in_a_c_struct(part: str):
+    fields, begin = PARTS[part]
+    for field, at in zip(fields, offsets(fields, begin).values(), strict=True):
+        size = 1 if field.kind == "char" else packed((field,)).size
+        assert at % size == 0
+    assert packed(fields).size % 8 == 0
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, int]:
+    """What a compiler makes of the header: offset by struct and member."""
+    if shutil.which("gcc") is None:
+        pytest.skip("no gcc")
+    program = tmp_path_factory.mktemp("peer") / "peer"
+    flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Werror"]
+    subprocess.run(["gcc", *flags, str(PEER / "peer.c"), "-lm", "-o", str(program)], check=True)
+    said = subprocess.run([program, "--layout"], capture_output=True, text=True, check=True).stdout
+    return {" ".join(line.split()[:2]): int(line.split()[2]) for line in said.splitlines()}
+
+
+def test_the_c_header_has_each_field_at_its_byte(compiled: dict[str, int]):
+    expected = {f"{part} {name}": at for part in PARTS for name, at in offsets(*PARTS[part]).items()}
+    for kind in (Type.NAMEPLATE, Type.STATE, Type.COMMAND):
+        expected[f"{kind.name.lower()} joint"] = LAYOUTS[kind].joints_at
+    for kind in (Type.HELLO, Type.STATE, Type.COMMAND, Type.BYE):
+        expected[f"size {kind.name.lower()}"] = length(kind, 4)
+    assert compiled == expected
+
+
+def test_no_answer_is_longer_than_what_asks_for_it():
+    for joints in range(17):
+        assert length(Type.NAMEPLATE, joints) <= length(Type.HELLO, 0)
+        assert length(Type.STATE, joints) <= length(Type.POLL, joints)
+    assert max(length(kind, 16) for kind in Type) < 1472  # one Ethernet frame, never fragments
+
+
+def test_after_the_last_sequence_comes_the_first():
+    assert is_newer(0, 2**32 - 1)
+    assert is_newer(5, 2**32 - 5)
+    assert not is_newer(2**32 - 1, 0)
+    assert not is_newer(7, 7)
+    assert not is_newer(2**31, 0)
+
+
+def test_the_magic_is_text_in_a_dump():
+    assert struct.pack("<I", 0x56475845) == b"EXGV"
