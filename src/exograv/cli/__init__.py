@@ -29,6 +29,7 @@ from .report import Report, run_report
 from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
 from .transparency import Transparency, run_transparency_command
+from .verify import Verify, run_verify_command
 from .weigh import Weigh, run_weigh_command
 
 COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
@@ -36,6 +37,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "identify": (Identify, run_demo_command),
     "calibrate": (Calibrate, run_calibrate_command),
     "weigh": (Weigh, run_weigh_command),
+    "verify": (Verify, run_verify_command),
     "transparency": (Transparency, run_transparency_command),
     "identify-log": (IdentifyLog, run_identify_log),
     "export-urdf": (ExportUrdf, run_export_command),
