@@ -6,8 +6,9 @@ At a posture the motors gave more than the model says by
 
 Both directions together take away the friction that turns its sign with the motion, and hours would take away the slow
 torque. What the identified springs are off stays: how a posture's torque divides into weight and springs no pass shows.
-The identification knows it, and how well: its covariance is where this estimate starts from. Beside it each posture and
-joint may be off by something of its own, of a size that the data weigh: so a wrong identification is not believed.
+The identification knows it, and how well: its covariance is where this estimate starts from. Beside it each posture may
+be off by something of its own, of a size that the data weigh: so a wrong identification is not believed. Joint by
+joint: what is wrong at one does not count against the others.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,27 +18,21 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.identification.arm_model import ArmModel
-from exograv.identification.discrepancy import CLOSURE_ERROR_NM
 from exograv.identification.interface import Covariance, Estimate
-from exograv.identification.pace import BATCH_PERIOD_S
 from exograv.identification.prior import disturbance_sd, prior
-from exograv.identification.recursive import USUAL_SCALES
-from exograv.identification.square_root import GATE, square_root
-from exograv.session.weighing.slow_torque import Belief, Information, Rows, believed, told
+from exograv.identification.square_root import square_root
+from exograv.session.weighing.slow_torque import Rows
 
-from .listening import Heard
+from .listening import SAMPLE_S, Heard
+from .of_joint import JointPasses, Unknowns, rejected_share
 from .postures import Postures
-
-SIZES = np.geomspace(0.25, 16.0, 7)
-"""Of what a posture is off by beyond the identification's own doubt, over what stage 0 left unexplained [-]."""
-
-STEPS = 2
-"""The second knows which samples surprise."""
 
 DRAWS = 4000
 """Of the postures' torques: the ends of a 95 % interval are off by a fiftieth of its width."""
 
 SEED = 20_260_107
+
+TEXT = "Telling what is left over from what muscles do"
 
 Joints = Float[np.ndarray, " joint"]
 Draws = Float[np.ndarray, "draw posture joint"]
@@ -57,7 +52,7 @@ class LeftOver:
     """One standard deviation of it, for noise and the wearer's slow torque."""
 
     noise_scale: float
-    """How restless the wearer was, against the assumed size [-]."""
+    """How restless the wearer was at the worst joint, against the assumed size [-]."""
 
     rejected_share: float
     """Of the samples that surprise by more than twice what is taken in full [-]."""
@@ -73,106 +68,64 @@ class LeftOverEstimator:
 
     def __init__(self, model: ArmModel, arm: Estimate, postures: Postures):
         self._model, self._x, self._postures = model.again(), arm.x, postures
-        machine = model.machine
+        self._machine = model.machine
         self._spread = square_root(_covariance(arm, model))
-        self._own_sd = np.hypot(CLOSURE_ERROR_NM, machine.residual_sd)
-        self._turning_sd = np.asarray(machine.friction.coulomb)
-        self._constant_sd = np.asarray(machine.friction_sd.asymmetry)
-        self._gain_sd = machine.actuators.gain_sd / machine.actuators.gain
         self._slow_sd = disturbance_sd(model.assembly.description.places)
-        self._shape = postures.shape
-        arms, each = self._spread.shape[1], postures.size
-        self._arm, self._own = slice(0, arms), slice(arms, arms + each)
-        self._count = arms + 2 * each + postures.shape[1]
-        self._sensitivity = np.array([model.again().at_rest(q, arm.x)[1] @ self._spread for q in postures])
+        self._unknowns = Unknowns.of(self._spread.shape[1], len(postures))
+        self._sensitivity = np.array([self._model.at_rest(q, arm.x)[1] @ self._spread for q in postures])
 
     def estimate(
         self, heard: Sequence[Heard], progress: Callable[[str, float], None] = lambda _text, _share: None
     ) -> LeftOver:
         """From all samples of all passes; seconds pass."""
-        rows, expected = self._rows(heard), None
-        information: list[Information] = []
-        for step in range(STEPS):
-            progress("Telling what is left over from what muscles do", (step + 1) / (STEPS + 2))
-            information = told([rows], self._slow_sd, expected)
-            beliefs, weights = self._beliefs(information)
-            expected = np.tensordot(weights, np.array([b.mean for b in beliefs]), axes=1)
-        beliefs, weights = self._beliefs(information)
-        beyond, beyond_sd = self._beyond(information)
-        scales = np.tile(USUAL_SCALES, len(SIZES))
-        off = (rows.y - rows.H @ beliefs[int(weights.argmax())].mean) / np.hypot(
-            rows.noise, scales[int(weights.argmax())] * self._slow_sd
-        )
-        return LeftOver(
-            self._drawn(beliefs, weights),
-            beyond,
-            beyond_sd,
-            float(weights @ scales),
-            float((np.abs(off) > 2 * GATE).any(axis=1).mean()),
-        )
-
-    def _beliefs(self, information: Sequence[Information]) -> tuple[list[Belief], Float[np.ndarray, " belief"]]:
-        """One for each size of what postures are off by and of the slow torque, with its probability."""
-        mean = np.zeros(self._count)
-        beliefs = []
-        for size in SIZES:
-            variance = np.ones(self._count)
-            variance[self._own] = size**2
-            beliefs += [believed([one], mean, variance) for one in information]
-        logs = np.array([belief.log_evidence for belief in beliefs])
-        weights = np.exp(logs - logs.max())
-        return beliefs, weights / weights.sum()
-
-    def _drawn(self, beliefs: Sequence[Belief], weights: Float[np.ndarray, " belief"]) -> Draws:
-        """What the identification is off by, carried to the postures, plus each posture's own."""
+        rows = self._rows(heard)
+        joints = [JointPasses(_of(rows, j), self._unknowns, float(sd)) for j, sd in enumerate(self._slow_sd)]
         random = np.random.default_rng(SEED)
-        own = np.diag(np.tile(self._own_sd, self._shape[0]))
-        to_torque = np.hstack([self._sensitivity.reshape(-1, self._arm.stop), own])
-        known = slice(0, self._own.stop)
-        found = []
-        for belief, count in zip(beliefs, random.multinomial(DRAWS, weights), strict=True):
-            spread = to_torque @ square_root(belief.covariance[known, known])
-            found.append(to_torque @ belief.mean[known] + random.standard_normal((count, spread.shape[1])) @ spread.T)
-        draws = np.vstack(found).reshape(-1, *self._shape)
+        draws, beyond = [], []
+        for j, joint in enumerate(joints):
+            progress(TEXT, j / len(joints))
+            to_torque = np.hstack([self._sensitivity[:, j], np.eye(len(self._postures))])
+            draws.append(joint.draw(to_torque, DRAWS, random))
+            beyond.append(np.array(joint.beyond()))
+        progress(TEXT, 1.0)
         # A motor that gives more than its calibration says gives as much more of all of it.
-        return draws * (1.0 + self._gain_sd * random.standard_normal((len(draws), 1, self._shape[1])))
-
-    def _beyond(self, information: Sequence[Information]) -> tuple[Postures, Postures]:
-        """Without any belief about the arm: as measured."""
-        variance = np.ones(self._count)
-        variance[self._arm] = 1e-12
-        variance[self._own] = (SIZES[-1] * 10.0) ** 2
-        variance[-self._shape[1] :] = 1e-12
-        belief = believed(information, np.zeros(self._count), variance)
-        sd = np.sqrt(np.diag(belief.covariance))
-        unit = self._own_sd
-        return unit * belief.mean[self._own].reshape(self._shape), unit * sd[self._own].reshape(self._shape)
+        gains = 1.0 + self._machine.actuators.gain_sd / self._machine.actuators.gain * random.standard_normal(
+            (DRAWS, 1, len(joints))
+        )
+        middle, sd = np.stack(beyond, axis=-1)
+        noise_scale = max(joint.noise_scale for joint in joints)
+        return LeftOver(gains * np.stack(draws, axis=-1), middle, sd, noise_scale, rejected_share(joints))
 
     def _rows(self, heard: Sequence[Heard]) -> Rows:
-        machine, rows = self._model.machine, []
-        repeats = np.maximum(machine.correlation_s / BATCH_PERIOD_S, 1.0)
-        posture = -1
+        """All joints' samples, linear in their unknowns."""
+        rows, posture = [], -1
         for one in heard:
             if one.posture != posture:
                 posture = one.posture
                 self._model.restart()
-            sample = one.sample
-            tau, derivative = self._model.linearise(sample, self._x)
-            noise = np.hypot(machine.residual_sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
-            rows.append((self._unknowns(one, derivative), sample.tau - tau, noise))
+            tau, derivative = self._model.linearise(one.sample, self._x)
+            white = self._machine.residual_sd * np.sqrt(self._machine.correlation_s / SAMPLE_S)
+            noise = np.hypot(white, self._model.direction_uncertainty(one.sample.v))
+            rows.append((self._derivative(one, derivative), one.sample.tau - tau, noise))
         H, y, noise = (np.array(column) for column in zip(*rows, strict=True))
         return Rows(np.array([one.sample.t for one in heard]), H, y, noise)
 
-    def _unknowns(
-        self, one: Heard, derivative: Float[np.ndarray, "joint parameter"]
+    def _derivative(
+        self, one: Heard, by_parameter: Float[np.ndarray, "joint parameter"]
     ) -> Float[np.ndarray, "joint unknown"]:
-        """What each unknown of standard size adds: the arm's, each posture's own, what turns there, and a constant."""
-        postures, n = self._shape
-        own, turning = np.zeros((n, postures, n)), np.zeros((n, postures, n))
-        own[:, one.posture] = np.diag(self._own_sd)
-        turning[:, one.posture] = np.diag(self._turning_sd * np.sign(one.sample.v))
-        blocks = [derivative @ self._spread, own.reshape(n, -1), turning.reshape(n, -1), np.diag(self._constant_sd)]
-        return np.hstack(blocks)
+        """What each unknown adds to the torque of each joint [N·m]."""
+        H = np.zeros((len(one.sample.q), self._unknowns.constant.stop))
+        friction, sd = self._machine.friction, self._machine.friction_sd
+        H[:, self._unknowns.arm] = by_parameter @ self._spread
+        H[:, self._unknowns.own][:, one.posture] = 1.0
+        H[:, self._unknowns.turning][:, one.posture] = np.asarray(friction.coulomb) * np.sign(one.sample.v)
+        H[:, self._unknowns.constant] = np.asarray(sd.asymmetry)[:, None]
+        return H
+
+
+def _of(rows: Rows, joint: int) -> Rows:
+    one = slice(joint, joint + 1)
+    return Rows(rows.t, rows.H[:, one], rows.y[:, one], rows.noise[:, one])
 
 
 def _covariance(arm: Estimate, model: ArmModel) -> Covariance:

@@ -7,15 +7,18 @@ import numpy as np
 
 from exograv import motion
 from exograv.identification.interface import Sample
-from exograv.identification.pace import BATCH_PERIOD_S, Averages
+from exograv.identification.pace import Averages
 from exograv.identification.sample_filter import SampleFilter
 from exograv.session.arm_controller import ArmController
 from exograv.session.fade import fade
 from exograv.session.pilot import Moment, Pilot
 
-from .postures import SPEED_RAD_S, Postures, passes
+from .postures import ROUNDS, SPEED_RAD_S, Postures, both_ways
 
 TRAVEL = 0.6  # rad/s
+SAMPLE_S = 0.25
+"""That a kept sample is the mean of [s]: in a pass gears' ripple turns about once, and cancels."""
+
 SLIDING = 0.6
 """Share of a pass's speed from which on a joint is asked to move for sure in one direction [-]."""
 
@@ -33,14 +36,14 @@ class PassListener:
 
     def __init__(self, joints: int, dt: float):
         self._filter = SampleFilter(joints, dt)
-        self._averages = Averages(BATCH_PERIOD_S)
+        self._averages = Averages(SAMPLE_S)
         self.posture: int | None = None
         """Whose pass it is; None on the way to one."""
         self.heard: list[Heard] = []
 
     def begin(self, posture: int | None) -> None:
         """What follows belongs to this posture, or to none."""
-        self.posture, self._averages = posture, Averages(BATCH_PERIOD_S)
+        self.posture, self._averages = posture, Averages(SAMPLE_S)
 
     def __call__(self, moment: Moment) -> None:
         """One tick."""
@@ -65,9 +68,10 @@ def fly_passes(pilot: Pilot, controller: ArmController, postures: Postures, seed
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
     listener = PassListener(postures.shape[1], dt)
     random = np.random.default_rng([seed, 13])
-    for k, q in enumerate(postures):
-        path = passes(q, random.choice([-1.0, 1.0], size=len(q)), dt)
-        text = f"Verifying: posture {k + 1} of {len(postures)}"
+    for visit in range(ROUNDS * len(postures)):
+        k = visit % len(postures)
+        path = both_ways(postures[k], random.choice([-1.0, 1.0], size=postures.shape[1]), dt)
+        text = f"Verifying: pass {visit + 1} of {ROUNDS * len(postures)}"
         listener.begin(None)
         pilot.begin("move")
         pilot.run(controller, motion.go_to(pilot.q, path.q[0], TRAVEL, dt), text, listener)

@@ -21,8 +21,9 @@ REACH_RAD = 0.2
 SPEED_RAD_S = 0.25
 """Of a pass: slow, so that inertia and damping say nothing, and quick enough that every joint slides [rad/s]."""
 
-TURNS = 2
-"""There and back at each posture: more of the wearer's slow torque passes by than in one."""
+ROUNDS = 2
+"""Through all postures, in the same order: a minute apart the wearer's slow torque is another one, and what comes back
+at a posture is not his."""
 
 Joints = Float[np.ndarray, " joint"]
 Postures = Float[np.ndarray, "posture joint"]
@@ -51,10 +52,9 @@ def unseen_postures(model: ArmModel, x: Parameters, seen: Float[np.ndarray, "tic
     return _in_short_order(np.array(found[:POSTURES]), description.donning_posture)
 
 
-def passes(q: Joints, towards: Joints, dt: float) -> Trajectory:
-    """Past `q` [rad] along a line and back, `TURNS` times; `towards` is ±1 for each joint."""
-    once = motion.there_and_back(q - REACH_RAD * towards, q + REACH_RAD * towards, SPEED_RAD_S, dt)
-    return motion.joined([once] * TURNS)
+def both_ways(q: Joints, towards: Joints, dt: float) -> Trajectory:
+    """Past `q` [rad] along a line and back; `towards` is ±1 for each joint."""
+    return motion.there_and_back(q - REACH_RAD * towards, q + REACH_RAD * towards, SPEED_RAD_S, dt)
 
 
 def _spread(description: RigDescription, seed: int) -> Postures:
