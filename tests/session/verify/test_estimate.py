@@ -9,6 +9,7 @@ from exograv.model.arm import held_weight
 from exograv.session.verify.estimate import LeftOverEstimator
 
 HIDDEN_KG = 0.4
+"""Of the joints flexion and elbow carry it, with levers beyond 0.2 m."""
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +39,11 @@ def ends(found) -> np.ndarray:
 
 def test_an_error_that_the_identification_excludes_is_found_all_the_same(estimator, heard, heavier, truth):
     low, high = ends(estimator.estimate(heard(heavier, 1000)))
-    assert ((low <= truth) & (truth <= high)).all(), (low, truth, high)
-    assert (low > 0.3 * truth).any()
+    carries = truth > 2 * HIDDEN_KG
+    assert carries.sum() == 2
+    assert (low <= truth)[carries].all()
+    assert (truth <= high)[carries].all()
+    assert (low > 0.5 * truth)[carries].all()
 
 
 def test_friction_that_turns_with_the_motion_leaves_nothing_over(estimator, heard, arm):

@@ -71,7 +71,7 @@ class JointPasses:
         return random.permutation(np.vstack(found))
 
     def beyond(self) -> tuple[Float[np.ndarray, " posture"], Float[np.ndarray, " posture"]]:
-        """Each posture's own torque where the model is taken as it is and nothing else is believed, and its SD [N·m]."""
+        """Each posture's own torque where the model is taken as it is and nothing else believed, and its SD [N·m]."""
         variance = np.ones(self.unknowns.constant.stop)
         variance[self.unknowns.arm] = variance[self.unknowns.constant] = NOTHING
         variance[self.unknowns.own] = ANYTHING
@@ -81,7 +81,7 @@ class JointPasses:
     @property
     def noise_scale(self) -> float:
         """How restless the wearer was here, against the assumed size [-]."""
-        return float(self._weights @ np.tile(USUAL_SCALES, len(CORRELATIONS_S) * len(SIZES_NM)))
+        return float(self._weights @ np.tile(USUAL_SCALES, len(SIZES_NM) * len(CORRELATIONS_S)))
 
     @cached_property
     def surprising(self) -> Float[np.ndarray, " sample"]:
