@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+import exograv.session.verify
 from exograv.errors import ConfigError
 from exograv.session.verify.postures import POSTURES
 from exograv.session.verify.run import LATER_MAX_MIN, VerifyOptions, run_verification
@@ -26,6 +27,15 @@ def test_what_cannot_be_verified_is_refused(options: dict):
 def test_a_former_result_that_is_none_is_refused_before_anything_moves(tmp_path: Path):
     with pytest.raises(ConfigError, match="cannot be read"):
         run_verification(VerifyOptions(before=tmp_path / "none.json"), silent)
+
+
+def test_no_estimate_sees_the_truth():
+    package = Path(exograv.session.verify.__path__[0])
+    others = [file for file in package.glob("*.py") if file.name != "run.py"]
+    assert len(others) > 5
+    for file in others:
+        text = file.read_text(encoding="utf-8")
+        assert not {word for word in ("rig.twin", "examine", "virtual", "truth") if f"{word} import" in text}, file
 
 
 @pytest.mark.slow
