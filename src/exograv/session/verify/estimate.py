@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from exograv.identification.arm_model import ArmModel
 from exograv.identification.interface import Covariance, Estimate
@@ -31,6 +31,9 @@ DRAWS = 4000
 """Of the postures' torques: the ends of a 95 % interval are off by a fiftieth of its width."""
 
 SEED = 20_260_107
+
+ENDS = (0.025, 0.975)
+"""Of a 95 % interval [-]."""
 
 TEXT = "Telling what is left over from what muscles do"
 
@@ -58,9 +61,29 @@ class LeftOver:
     """Of the samples that surprise by more than twice what is taken in full [-]."""
 
     @property
-    def rms(self) -> Float[np.ndarray, "draw joint"]:
-        """Over the postures, of each draw [N·m]."""
-        return np.sqrt(np.mean(self.draws**2, axis=1))
+    def excludes_nothing(self) -> Bool[np.ndarray, " joint"]:
+        """Where it cannot be that nothing is left over at any posture."""
+        from scipy.stats import chi2  # 0.3 s that no tick has to wait for
+
+        postures = self.draws.shape[1]
+        far = [
+            m @ np.linalg.solve(np.cov(d.T), m) for d, m in zip(self._by_joint, self.draws.mean(axis=0).T, strict=True)
+        ]
+        return np.array(far) > chi2.ppf(ENDS[1], postures)
+
+    @property
+    def rms(self) -> Float[np.ndarray, "3 joint"]:
+        """Left over, RMS over the postures: median and ends of its 95 % interval [N·m].
+
+        The interval begins at zero where nothing may be left over: a root mean square of possible torques never is.
+        """
+        each = np.sqrt(np.mean(self.draws**2, axis=1))
+        middle, low, high = np.quantile(each, (0.5, *ENDS), axis=0)
+        return np.array([middle, np.where(self.excludes_nothing, low, 0.0), high])
+
+    @property
+    def _by_joint(self) -> Float[np.ndarray, "joint draw posture"]:
+        return np.moveaxis(self.draws, -1, 0)
 
 
 class LeftOverEstimator:

@@ -14,13 +14,10 @@ from exograv.session.pilot import Pilot
 from exograv.session.worn import Worn
 from exograv.study.targets import TARGET_NM
 
-from .estimate import LeftOver, LeftOverEstimator
+from .estimate import ENDS, LeftOver, LeftOverEstimator
 from .fingertip import Fingertip
 from .listening import fly_passes
 from .postures import Postures, unseen_postures
-
-MIDDLE_AND_ENDS = (0.5, 0.025, 0.975)
-"""Of the possible values: told as the figure and its 95 % interval [-]."""
 
 RESTLESS_TEXT = "The person does not relax: what is left over cannot be told from muscles. Ask to let go, then repeat."
 
@@ -101,11 +98,16 @@ def verify_arm(
     return Verified(
         postures,
         found,
-        np.quantile(found.rms, MIDDLE_AND_ENDS, axis=0),
-        np.quantile(np.sqrt(np.mean(moved_mm**2, axis=1)), MIDDLE_AND_ENDS),
+        found.rms,
+        _middle_and_ends(np.sqrt(np.mean(moved_mm**2, axis=1)), bool(found.excludes_nothing.any())),
         targets,
         seconds,
     )
+
+
+def _middle_and_ends(values: Float[np.ndarray, " draw"], excludes_nothing: bool) -> Float[np.ndarray, " 3"]:
+    middle, low, high = np.quantile(values, (0.5, *ENDS))
+    return np.array([middle, low if excludes_nothing else 0.0, high])
 
 
 def _named(joints: tuple[str, ...], which: np.ndarray) -> str:
