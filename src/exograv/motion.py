@@ -86,21 +86,28 @@ def fourier(centre: Joints, sine: Table, cosine: Table, period: float, seconds: 
 
 
 def sweep(q: Joints, joint: int, goal: float, speed: float, dt: float) -> Trajectory:
-    """One joint from where it is to `goal` [rad] and back at constant `speed` [rad/s], with rounded turns.
+    """One joint from where it is to `goal` [rad] and back, as `there_and_back`."""
+    q_goal = q.copy()
+    q_goal[joint] = goal
+    return there_and_back(q, q_goal, speed, dt)
+
+
+def there_and_back(q_start: Joints, q_goal: Joints, speed: float, dt: float) -> Trajectory:
+    """Straight from posture to posture [rad] and back, the quickest joint at constant `speed` [rad/s], turns rounded.
 
     A way too short for the turns is taken more slowly.
     """
-    way = goal - q[joint]
+    way = q_goal - q_start
+    farthest = float(np.abs(way).max())
     rounding = 0.3  # s: short against the sweep, long against the drives' bandwidth
-    speed = min(speed, abs(way) / rounding)
+    speed = min(speed, farthest / rounding)
     ramp = np.clip(np.arange(0.5, rounding / dt) * dt / rounding, 0.0, 1.0)
-    cruise = round((abs(way) / speed - rounding) / dt) if speed > 0.0 else 0
-    there = np.concatenate([ramp, np.ones(cruise), ramp[::-1]]) * speed * np.sign(way)
-    rate = np.concatenate([there, -there])
-    v = np.zeros((len(rate), len(q)))
-    v[:, joint] = rate
+    cruise = round((farthest / speed - rounding) / dt) if speed > 0.0 else 0
+    there = np.concatenate([ramp, np.ones(cruise), ramp[::-1]]) * speed
+    share = way / farthest if farthest > 0.0 else np.zeros_like(way)
+    v = np.concatenate([there, -there])[:, None] * share
     a = np.asarray(np.gradient(v, dt, axis=0))
-    return Trajectory(q + np.cumsum(v, axis=0) * dt, v, a, dt)
+    return Trajectory(q_start + np.cumsum(v, axis=0) * dt, v, a, dt)
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:

@@ -31,6 +31,7 @@ from .rig_test import RigTest, run_rig_test_command
 from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
 from .transparency import Transparency, run_transparency_command
+from .verify import Verify, run_verify_command
 from .weigh import Weigh, run_weigh_command
 
 COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
@@ -38,6 +39,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "identify": (Identify, run_demo_command),
     "calibrate": (Calibrate, run_calibrate_command),
     "weigh": (Weigh, run_weigh_command),
+    "verify": (Verify, run_verify_command),
     "transparency": (Transparency, run_transparency_command),
     "identify-log": (IdentifyLog, run_identify_log),
     "export-urdf": (ExportUrdf, run_export_command),

@@ -31,11 +31,18 @@ class Score:
 
 
 class Examination:
-    """The controller's side of every held-out posture, and the twin's."""
+    """The controller's side of every held-out posture, or of others, and the twin's."""
 
-    def __init__(self, laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedMachine):
+    def __init__(
+        self,
+        laboratory: VirtualLaboratory,
+        assembly: Assembly,
+        machine: CalibratedMachine,
+        postures: Postures | None = None,
+    ):
         self._laboratory = laboratory
-        self._examiner = Examiner(laboratory.description, laboratory.machine, laboratory.wearer)
+        description, wearer = laboratory.description, laboratory.wearer
+        self._examiner = Examiner(description, laboratory.machine, wearer, postures=postures)
         self._resting = RestingTorque(assembly, machine)
         self._assembly, self._actuators = assembly, machine.actuators
         self._z: Float[np.ndarray, "posture 4"] | None = None
@@ -44,11 +51,17 @@ class Examination:
     def _empty(self) -> Examiner:
         """Of the same machine, set to the same lengths, without the wearer."""
         laboratory = self._laboratory
-        return Examiner(laboratory.description, laboratory.machine, None, laboratory.wearer.lengths_given)
+        return Examiner(
+            laboratory.description,
+            laboratory.machine,
+            None,
+            laboratory.wearer.lengths_given,
+            self._examiner.postures,
+        )
 
     @property
     def postures(self) -> Postures:
-        """The held-out ones [rad]."""
+        """Where it is asked [rad]."""
         return self._examiner.postures
 
     def score(self, x: Parameters, payload_kg: float = 0.0) -> Score:

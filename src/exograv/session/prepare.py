@@ -1,6 +1,8 @@
 """All that has to happen before a wearer is weightless: the empty machine calibrated, the arm in it identified."""
 
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
@@ -11,6 +13,7 @@ from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
 
 from .arm_controller import ArmController
+from .calibration_run import take_calibration, twin_identity
 from .identify import Identifier, identify_arm
 from .learner import table_guess
 from .pilot import Pilot, Progress
@@ -60,6 +63,22 @@ def prepare_machine(laboratory: VirtualLaboratory, seed: int, progress: Progress
     calibration, t = _calibrated(laboratory, seed, progress)
     assembly, machine = laboratory.assembly(), calibration.machine
     return Prepared(assembly, machine, table_guess(assembly, machine), t, calibration)
+
+
+def machine_of(
+    laboratory: VirtualLaboratory, level: int, seed: int, file: Path | None, progress: Progress
+) -> tuple[CalibratedMachine, float]:
+    """The machine by its stored calibration where there is a file, calibrated now without; and its clock then [s].
+
+    Raises:
+        ConfigError: The file is damaged, foreign or stale.
+        ExogravError: The machine or the run was refused.
+    """
+    if file is None:
+        calibration, t = _calibrated(laboratory, seed, progress)
+        return calibration.machine, t
+    taken = take_calibration(file, laboratory.description, twin_identity(level, seed), datetime.now(UTC))
+    return taken.whole.calibration().machine, 0.0
 
 
 def pilot_of(twin: Twin, actuators: ActuatorGain, laboratory: VirtualLaboratory, progress: Progress) -> Pilot:

@@ -47,10 +47,19 @@ class Examiner:
         machine: Machine,
         wearer: Wearer | None,
         lengths: Mapping[str, float] | None = None,
+        postures: Postures | None = None,
     ) -> None:
-        """`lengths` as for the twin: what the adjustable lengths are set to, by segment [m]."""
+        """Build it.
+
+        Args:
+            description: Of the machine.
+            machine: As it truly is.
+            wearer: Who is in it.
+            lengths: As for the twin: what the adjustable lengths are set to, by segment [m].
+            postures: Other ones than the held-out [rad].
+        """
         self._machine = machine
-        self.postures = held_out_postures(description)
+        self.postures = held_out_postures(description) if postures is None else postures
         """Where the machine truly is when it is scored [rad]."""
 
         self._full = build_scene(description, machine, wearer, lengths)

@@ -3,13 +3,11 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError
 from exograv.identification.arm_model import ArmModel
 from exograv.model.anthropometry import Body
@@ -19,12 +17,10 @@ from exograv.model.support import assemble
 from exograv.rig.twin import Twin
 from exograv.rig.twin.parameters import parameter_truth
 from exograv.session.arm_controller import ArmController
-from exograv.session.calibration_run import take_calibration, twin_identity
 from exograv.session.identify import Identifier, identify_arm
 from exograv.session.learner import table_guess
-from exograv.session.pilot import Pilot, Progress
-from exograv.session.prepare import MOTION_S, pilot_of
-from exograv.session.stage_0 import EmptyTwin
+from exograv.session.pilot import Progress
+from exograv.session.prepare import MOTION_S, machine_of, pilot_of
 from exograv.session.virtual import VirtualLaboratory, draw_laboratory, refuse_motorless
 from exograv.session.worn_lock import NOT_NEEDED
 
@@ -114,7 +110,7 @@ def _weigh_all(
     options: WeighOptions, laboratory: VirtualLaboratory, body: Body, found: _Found, progress: Progress
 ) -> float:
     """Fills `found`; returns the rig's clock at the end [s]."""
-    machine, t = _calibrated(options, laboratory, progress)
+    machine, t = machine_of(laboratory, options.level, options.seed, options.calibration, progress)
     assembly = assemble(laboratory.description, body)
     twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, options.seed, t0=t)
     pilot = pilot_of(twin, machine.actuators, laboratory, progress)
@@ -155,22 +151,6 @@ def in_doubt_not_refused(check: ArmCheck, is_restless: bool) -> ArmCheck:
 def _hanging(twin: Twin, place: WeightPlace, mass: float) -> Callable[[bool], None]:
     """The wearer's part: the software never sees the mass."""
     return lambda is_there: twin.hang(place, mass if is_there else 0.0)
-
-
-def _calibrated(
-    options: WeighOptions, laboratory: VirtualLaboratory, progress: Progress
-) -> tuple[CalibratedMachine, float]:
-    if options.calibration is not None:
-        identity = twin_identity(options.level, options.seed)
-        taken = take_calibration(options.calibration, laboratory.description, identity, datetime.now(UTC))
-        return taken.whole.calibration().machine, 0.0
-
-    def pilot(twin: Twin, actuators: Any) -> Pilot:
-        return pilot_of(twin, actuators, laboratory, progress)
-
-    empty = EmptyTwin(laboratory.description, laboratory.machine, options.seed, laboratory.wearer.lengths_given)
-    calibration, t = empty.calibrate(pilot)
-    return calibration.machine, t
 
 
 def _figures(options: WeighOptions, laboratory: VirtualLaboratory, typed: float, found: _Found) -> dict[str, Any]:

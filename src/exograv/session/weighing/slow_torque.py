@@ -63,7 +63,10 @@ class Belief:
 
 
 def told(
-    motions: Sequence[Rows], usual_sd: Float[np.ndarray, " joint"], expected: Vector | None = None
+    motions: Sequence[Rows],
+    usual_sd: Float[np.ndarray, " joint"],
+    expected: Vector | None = None,
+    correlation_s: float = CORRELATION_S,
 ) -> list[Information]:
     """What separate motions say, for each assumed size of the slow torque.
 
@@ -72,14 +75,18 @@ def told(
         usual_sd: Its usual size per joint; multiples of it are assumed [N·m].
         expected: Unknowns as known by now: samples that surprise there by more than `GATE` standard deviations get so
             much more noise that they do not (Huber).
+        correlation_s: Of the slow torque [s].
     """
     joints = range(len(usual_sd))
-    each = ([_of_joint(rows, j, scale * usual_sd[j], expected) for rows in motions for j in joints] for scale in SCALES)
+    each = (
+        [_of_joint(rows, j, scale * usual_sd[j], correlation_s, expected) for rows in motions for j in joints]
+        for scale in SCALES
+    )
     return [reduce(add, parts) for parts in each]
 
 
-def _of_joint(rows: Rows, j: int, sd: float, expected: Vector | None) -> Information:
-    slow = sd**2 * np.exp(-np.abs(rows.t[:, None] - rows.t) / CORRELATION_S)
+def _of_joint(rows: Rows, j: int, sd: float, correlation_s: float, expected: Vector | None) -> Information:
+    slow = sd**2 * np.exp(-np.abs(rows.t[:, None] - rows.t) / correlation_s)
     noise, H, y = rows.noise[:, j], rows.H[:, j], rows.y[:, j]
     root = np.linalg.cholesky(slow + np.diag(noise**2))
     if expected is not None:

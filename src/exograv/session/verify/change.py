@@ -1,0 +1,82 @@
+"""Two verifications of the same arm, some time apart: what changed, and whether by more than chance."""
+
+import json
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from exograv.errors import ConfigError
+
+GIVE = "Give a file that `exograv verify --json` has written for this machine, with the same --seed."
+CHANCE = 0.05
+"""How often no change at all may be called one, all joints together [-]."""
+
+SAME_DEG = 0.01
+
+NEEDED = ("rig", "joints", "at_utc", "left_over_Nm", "postures")
+
+
+def read_former(path: Path, rig: str) -> dict[str, Any]:
+    """A former result, before anything moves.
+
+    Raises:
+        ConfigError: It cannot be read, or is no result of this machine.
+    """
+    try:
+        former = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"--before {path} cannot be read: {error}. {GIVE}") from error
+    missing = [name for name in NEEDED if not isinstance(former, dict) or name not in former]
+    if missing:
+        raise ConfigError(f"--before {path} has no '{missing[0]}': it is no result of a verification. {GIVE}")
+    if former["rig"] != rig:
+        raise ConfigError(f"--before {path} is of {former['rig']}, not of {rig}. {GIVE}")
+    return former
+
+
+def changed_since(former: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
+    """By joint: what the motors give now beyond what they gave then, and how probable so much is by chance alone.
+
+    Compared is what was measured at each posture beyond the model: how its torque divides into weight and springs is
+    the same question both times, and its answer falls out of the difference.
+
+    Raises:
+        ConfigError: The two were at different postures.
+    """
+    from scipy.stats import chi2  # 0.3 s that no tick has to wait for
+
+    then_deg, now_deg = (_column(result, "deg") for result in (former, now))
+    if then_deg.shape != now_deg.shape or np.abs(then_deg - now_deg).max() > SAME_DEG:
+        raise ConfigError(f"--before is a result at other postures: nothing can be compared. {GIVE}")
+    difference = _column(now, "beyond_Nm") - _column(former, "beyond_Nm")
+    sd = np.hypot(_column(now, "beyond_sd_Nm"), _column(former, "beyond_sd_Nm"))
+    probability = chi2.sf(((difference / sd) ** 2).sum(axis=0), len(difference))
+    is_change = probability < CHANCE / len(probability)
+    minutes = (datetime.fromisoformat(now["at_utc"]) - datetime.fromisoformat(former["at_utc"])).total_seconds() / 60.0
+    by = np.array(now["left_over_Nm"]) - np.array(former["left_over_Nm"])
+    return {
+        "at_utc": former["at_utc"],
+        "minutes": round(minutes, 1),
+        "left_over_change_Nm": [round(float(value), 4) for value in by],
+        "chance": [float(f"{value:.3g}") for value in probability],
+        "more_than_chance": [bool(value) for value in is_change],
+        "why": _sentence(now["joints"], is_change, by),
+    }
+
+
+def _column(result: Mapping[str, Any], name: str) -> Float[np.ndarray, "posture joint"]:
+    try:
+        return np.array([posture[name] for posture in result["postures"]], dtype=float)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ConfigError(f"--before holds no '{name}' of its postures. {GIVE}") from error
+
+
+def _sentence(joints: list[str], is_change: Bool[np.ndarray, " joint"], by: Float[np.ndarray, " joint"]) -> str:
+    if not is_change.any():
+        return "Nothing changed by more than chance."
+    names = ", ".join(f"{joints[j]} ({by[j]:+.2f} N·m)" for j in np.flatnonzero(is_change))
+    return f"Changed by more than chance: {names}. Check the cuffs, and identify again where a target is missed."

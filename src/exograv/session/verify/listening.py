@@ -1,0 +1,81 @@
+"""Flies the passes and keeps what was measured in them, each sample with the posture that it belongs to."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from exograv import motion
+from exograv.identification.interface import Sample
+from exograv.identification.pace import Averages
+from exograv.identification.sample_filter import SampleFilter
+from exograv.session.arm_controller import ArmController
+from exograv.session.fade import fade
+from exograv.session.pilot import Moment, Pilot
+
+from .postures import ROUNDS, SPEED_RAD_S, Postures, both_ways
+
+TRAVEL = 0.6  # rad/s
+SAMPLE_S = 0.25
+"""That a kept sample is the mean of [s]: in a pass gears' ripple turns about once, and cancels."""
+
+SLIDING = 0.6
+"""Share of a pass's speed from which on a joint is asked to move for sure in one direction [-]."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """One sample, in the pass of one posture."""
+
+    posture: int
+    sample: Sample
+
+
+class PassListener:
+    """Filters without a break and keeps the means of the passes."""
+
+    def __init__(self, joints: int, dt: float):
+        self._filter = SampleFilter(joints, dt)
+        self._averages = Averages(SAMPLE_S)
+        self.posture: int | None = None
+        """Whose pass it is; None on the way to one."""
+        self.heard: list[Heard] = []
+
+    def begin(self, posture: int | None) -> None:
+        """What follows belongs to this posture, or to none."""
+        self.posture, self._averages = posture, Averages(SAMPLE_S)
+
+    def __call__(self, moment: Moment) -> None:
+        """One tick."""
+        sample = self._filter.update(moment.state.q, moment.tau_measured, moment.reference.q)
+        if self.posture is None or not self._filter.settled:
+            return
+        mean = self._averages.take(sample)
+        # Near the turns friction helps nobody knows whom. A joint that a person holds back is told by its own speed.
+        if mean is not None and mean.asked is not None and (np.abs(mean.asked.v) > SLIDING * SPEED_RAD_S).all():
+            self.heard.append(Heard(self.posture, mean))
+
+
+def fly_passes(pilot: Pilot, controller: ArmController, postures: Postures, seed: int) -> Sequence[Heard]:
+    """Bring the arm to each posture and past it in both directions, carried and driven weakly.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    dt = pilot.rig.period_s
+    pilot.begin("move")
+    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+    fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
+    listener = PassListener(postures.shape[1], dt)
+    random = np.random.default_rng([seed, 13])
+    for visit in range(ROUNDS * len(postures)):
+        k = visit % len(postures)
+        path = both_ways(postures[k], random.choice([-1.0, 1.0], size=postures.shape[1]), dt)
+        text = f"Verifying: pass {visit + 1} of {ROUNDS * len(postures)}"
+        listener.begin(None)
+        pilot.begin("move")
+        pilot.run(controller, motion.go_to(pilot.q, path.q[0], TRAVEL, dt), text, listener)
+        listener.begin(k)
+        pilot.begin("verify")
+        pilot.run(controller, path, text, listener)
+    return listener.heard
