@@ -3,7 +3,7 @@
 from .fields import JOINT, LIST, POINTS, Channel, Field, T
 from .tick_fields import TICK as TICK
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 """Raised whenever an old reader would misread a new file; this one reads all from 1 on."""
 
 PARAMETER_FIELDS = (

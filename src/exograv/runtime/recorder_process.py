@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from exograv.errors import RecordingError
+from exograv.errors import ExogravError, RecordingError
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import TICKS_PER_S
 from exograv.recording.encoding import tick_dtype
 
+from .lsl.outlets import Outlets, OutletsJob
 from .shared import Mailbox, Ring
 
 RING_TICKS = 32 * TICKS_PER_S
@@ -35,11 +36,15 @@ PHASE = "phase"
 TOLD = ("/control",)
 """Topics of which the parent has messages recorded."""
 
+PUBLISH_EVERY_S = 0.01
+"""Of a run whose ticks are published: what they may come late by, beside the network."""
+
 GAVE_UP = 3
 """Exit code of a recorder whose file takes no more: the next one would meet the same disk."""
 
-STATUS = np.dtype([("start", "<u4"), ("sync_us_max", "<f4"), ("why", "S480")])
-"""What a recorder says of itself: which one it is, its longest sync, and why it can write no more."""
+STATUS = np.dtype([("start", "<u4"), ("sync_us_max", "<f4"), ("why", "S480"), ("unpublished", "S480")])
+"""What a recorder says of itself: which one it is, its longest sync, why it can write no more, and why it publishes no
+more."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +94,9 @@ class Job:
 
     sync_every_s: float
 
+    outlets: OutletsJob | None = None
+    """What is published besides, if anything."""
+
 
 def record(job: Job, parent: Connection) -> None:
     """Be the recorder process: until the parent says that the run is over, or is gone.
@@ -102,16 +110,19 @@ def record(job: Job, parent: Connection) -> None:
         with contextlib.closing(_Desk(job, status)) as desk:
             until = time.monotonic() + job.sync_every_s
             while True:
-                word = _heard(parent, until - time.monotonic())
+                wait_s = until - time.monotonic()
+                word = _heard(parent, wait_s if job.outlets is None else min(wait_s, PUBLISH_EVERY_S))
                 if isinstance(word, tuple):
                     desk.note(*word)
                 elif word is not None:
                     break
+                if job.outlets is not None:
+                    desk.take()
                 if time.monotonic() >= until:
                     desk.save()
                     until = time.monotonic() + job.sync_every_s
             desk.finish(word)
-    except RecordingError as error:
+    except ExogravError as error:
         _say(status, job.start, 0.0, str(error))
         raise SystemExit(GAVE_UP) from None
     finally:
@@ -131,6 +142,7 @@ class _Desk:
 
     def __init__(self, job: Job, status: Mailbox):
         self._start, self._status, self._sync_us_max = job.start, status, 0.0
+        self._is_saved, self._unpublished = True, ""
         with contextlib.closing(job.inlet.ticks()) as ticks, contextlib.closing(job.inlet.events()) as events:
             self._writer = _writer(job, ticks.acknowledged)
             # The last recorder may have died between its sync and its word: what the file holds is not taken again.
@@ -138,7 +150,12 @@ class _Desk:
             events.acknowledge(self._events_written())
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
         self._known = Counter({topic: self._writer.count(topic) for topic in TOLD})
-        _say(status, job.start, 0.0, "")
+        self._outlets: Outlets | None = None
+        if job.start > 1:
+            self.take()  # published by the one before, or older than any consumer that finds the streams again
+        if job.outlets is not None:
+            self._outlets = Outlets(job.outlets)
+        self._say()
 
     def note(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """Take a message from the parent, who tells every recorder of a file all of them."""
@@ -147,20 +164,33 @@ class _Desk:
         else:
             self._writer.write(topic, t, message)
 
-    def save(self) -> None:
-        """Bring all that is new to the disk, then say so."""
-        rows, events = self._ticks.take(), self._events.take()
+    def take(self) -> None:
+        """Take all that is new, and publish it."""
+        events, rows = self._events.take(), self._ticks.take()
         if not len(rows) and not len(events):
             return
+        self._is_saved = False
         for row in events:
             self._write_event(row)
         self._writer.ticks(rows)
+        if self._outlets is not None:
+            try:
+                self._outlets.publish(rows, events)
+            except RuntimeError as error:
+                self._outlets, self._unpublished = None, f"LSL has failed, and the recording goes on: {error}"
+
+    def save(self) -> None:
+        """Bring all that is new to the disk, then say so."""
+        self.take()
+        if self._is_saved:
+            return
         start = time.perf_counter_ns()
         safe = self._writer.sync()
+        self._is_saved = True
         self._sync_us_max = max(self._sync_us_max, 1e-3 * (time.perf_counter_ns() - start))
         self._ticks.acknowledge(safe)
         self._events.acknowledge(self._events_written())
-        _say(self._status, self._start, self._sync_us_max, "")
+        self._say()
 
     def finish(self, timing: Mapping[str, Any]) -> None:
         """Complete the file."""
@@ -182,6 +212,9 @@ class _Desk:
         else:
             self._writer.write("/event", t, {"kind": kind, "text": text})
 
+    def _say(self) -> None:
+        _say(self._status, self._start, self._sync_us_max, "", self._unpublished)
+
     def _events_written(self) -> int:
         return self._writer.count("/event") + self._writer.count("/phase")
 
@@ -196,7 +229,8 @@ def _writer(job: Job, acknowledged: int) -> RecordingWriter:
     return RecordingWriter(job.path, job.joints, job.settings)
 
 
-def _say(status: Mailbox, start: int, sync_us_max: float, why: str) -> None:
+def _say(status: Mailbox, start: int, sync_us_max: float, why: str, unpublished: str = "") -> None:
     row = np.zeros((), STATUS)
-    row["start"], row["sync_us_max"], row["why"] = start, sync_us_max, _utf8(why, "text")
+    row["start"], row["sync_us_max"] = start, sync_us_max
+    row["why"], row["unpublished"] = _utf8(why, "text"), _utf8(unpublished, "text")
     status.write(row)

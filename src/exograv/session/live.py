@@ -13,6 +13,8 @@ import numpy as np
 from exograv.errors import ConfigError, RigError
 from exograv.model.description import Side
 from exograv.rig.twin.twin import PERIOD
+from exograv.runtime.lsl.library import require_lsl
+from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.recorder import Recorder
 from exograv.runtime.timing import Timing
 from exograv.runtime.worker import WorkerJob, WorkerMemory
@@ -52,6 +54,8 @@ class LiveOptions:
     gravity_level: float = 0.0
     self_test: bool = False
     """Whether the empty twin is tested before; no wearer of it could come to harm without."""
+    lsl: bool = False
+    """Whether joint state, torque and markers are published."""
 
     def __post_init__(self):
         if not 1.0 <= self.seconds <= 7200.0:
@@ -95,6 +99,8 @@ def run_live(
         RigError: A process died before the loop began, or the guard in it; or the self-test has failed.
         RecordingError: There is no room for the recording.
     """
+    if options.lsl:
+        require_lsl()
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_motorless(laboratory.description)
     prepare_all = prepare_machine if options.identify_s else prepare
@@ -103,7 +109,8 @@ def run_live(
     said = {"disturbance_level": options.level, "settings": {"options": asdict(options)}}
     with contextlib.ExitStack() as stack:
         plan, seconds = _plan(options, laboratory, prepared, progress, stack)
-        flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test)
+        outlets = OutletsJob(laboratory.description.name, laboratory.description.joints, PERIOD) if options.lsl else None
+        flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test, outlets)
     return _figures(options, flown) | {"self_test": self_test} | _learned(flown, laboratory, prepared)
 
 
@@ -138,6 +145,7 @@ def fly_plan(
     progress: Progress,
     started: Callable[[Running], object],
     is_tested: bool = False,
+    outlets: OutletsJob | None = None,
 ) -> Flown:
     """Float the arm live, who is known already; as `run_live`."""
     lesson = plan.lesson
@@ -150,9 +158,8 @@ def fly_plan(
         notes(is_tested),
         None if lesson is None else WorkerJob(lesson.worker, lesson.memory),
     )
-    with Recorder(
-        folder / "live.mcap", plan.laboratory.description.joints, settings_of(plan, said), seconds
-    ) as recorder:
+    path, joints = folder / "live.mcap", plan.laboratory.description.joints
+    with Recorder(path, joints, settings_of(plan, said), seconds, outlets=outlets) as recorder:
         return fly(parts, seconds, recorder, progress, started)
 
 
@@ -221,6 +228,7 @@ def _figures(options: LiveOptions, flown: Flown) -> dict[str, Any]:
         "recording_ok": recording.recording_ok,
         "recording_why": recording.why,
         "recorder_restarts": recording.restarts,
+        "unpublished": recording.unpublished,
         "control_restarts": flown.control_restarts,
         "recording": str(flown.path),
         "footprint": dict(flown.footprint),
