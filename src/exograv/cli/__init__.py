@@ -28,6 +28,7 @@ from .replay import Replay, run_replay_command
 from .report import Report, run_report
 from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
+from .streams import Streams, run_streams
 from .transparency import Transparency, run_transparency_command
 from .weigh import Weigh, run_weigh_command
 
@@ -48,6 +49,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "doctor": (Doctor, run_doctor),
     "self-test": (SelfTest, run_self_test_command),
     "live": (Live, run_live_command),
+    "streams": (Streams, run_streams),
     "faults": (Faults, run_faults_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

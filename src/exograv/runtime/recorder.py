@@ -21,6 +21,7 @@ from exograv.recording.disk import TICKS_PER_S, refuse_small_disk
 from exograv.recording.encoding import tick_dtype
 from exograv.recording.writer import SYNC_EVERY_S
 
+from .lsl.blocks import Devices
 from .lsl.library import require_lsl
 from .lsl.outlets import OutletsJob
 from .realtime import Rights
@@ -97,6 +98,7 @@ class Recorder:
         expected_s: float,
         sync_every_s: float = SYNC_EVERY_S,
         outlets: OutletsJob | None = None,
+        devices: Devices | None = None,
     ):
         """Begin the recording; returns when its settings are on the disk.
 
@@ -107,6 +109,7 @@ class Recorder:
             expected_s: How long the run may take; there must be room on the disk for twice of it.
             sync_every_s: How often ticks are forced to the disk.
             outlets: What is published besides, if anything.
+            devices: Whose streams are recorded besides, if any; their messages of `/stream` come by `write`.
 
         Raises:
             ConfigError: Something is to be published, and LSL is not installed.
@@ -122,7 +125,7 @@ class Recorder:
         self._events = Ring(EVENT, RING_EVENTS)
         self._status = Mailbox(STATUS)
         self.inlet = Inlet(len(joints), self._ticks.name, self._events.name)
-        self._job = Job(path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s, outlets)
+        self._job = Job(path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s, outlets, devices)
         self._failure, self._fruitless, self._safe_at_start = "", 0, 0
         self._messages: list[tuple[str, float, dict[str, Any]]] = []
         self._start()

@@ -16,6 +16,8 @@ from exograv.recording import RecordingWriter
 from exograv.recording.disk import TICKS_PER_S
 from exograv.recording.encoding import tick_dtype
 
+from .lsl.intake import Intake
+from .lsl.blocks import Devices
 from .lsl.outlets import Outlets, OutletsJob
 from .shared import Mailbox, Ring
 
@@ -33,7 +35,7 @@ EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
 PHASE = "phase"
 """Kind of event that begins a phase, whose name is its text: it goes to `/phase`, the others to `/event`."""
 
-TOLD = ("/control",)
+TOLD = ("/control", "/stream")
 """Topics of which the parent has messages recorded."""
 
 PUBLISH_EVERY_S = 0.01
@@ -97,6 +99,9 @@ class Job:
     outlets: OutletsJob | None = None
     """What is published besides, if anything."""
 
+    devices: Devices | None = None
+    """Whose streams are recorded besides, if any."""
+
 
 def record(job: Job, parent: Connection) -> None:
     """Be the recorder process: until the parent says that the run is over, or is gone.
@@ -149,6 +154,7 @@ class _Desk:
             ticks.acknowledge(self._writer.sync())
             events.acknowledge(self._events_written())
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
+        self._intake = None if job.devices is None else Intake(job.devices, self._writer, has_rig=bool(job.joints))
         self._known = Counter({topic: self._writer.count(topic) for topic in TOLD})
         self._outlets: Outlets | None = None
         if job.start > 1:
@@ -162,7 +168,10 @@ class _Desk:
         if self._known[topic] > 0:
             self._known[topic] -= 1
         else:
+            if self._intake is not None and "monotonic" in message:
+                t = self._intake.rig_time(message["monotonic"])
             self._writer.write(topic, t, message)
+            self._is_saved = False
 
     def take(self) -> None:
         """Take all that is new, and publish it."""
@@ -173,6 +182,8 @@ class _Desk:
         for row in events:
             self._write_event(row)
         self._writer.ticks(rows)
+        if self._intake is not None:
+            self._intake.see(rows)
         if self._outlets is not None:
             try:
                 self._outlets.publish(rows, events)
@@ -182,7 +193,8 @@ class _Desk:
     def save(self) -> None:
         """Bring all that is new to the disk, then say so."""
         self.take()
-        if self._is_saved:
+        is_more = self._intake is not None and self._intake.take()
+        if self._is_saved and not is_more:
             return
         start = time.perf_counter_ns()
         safe = self._writer.sync()
@@ -190,11 +202,15 @@ class _Desk:
         self._sync_us_max = max(self._sync_us_max, 1e-3 * (time.perf_counter_ns() - start))
         self._ticks.acknowledge(safe)
         self._events.acknowledge(self._events_written())
+        if self._intake is not None:
+            self._intake.acknowledge()
         self._say()
 
     def finish(self, timing: Mapping[str, Any]) -> None:
         """Complete the file."""
         self.save()
+        while self._intake is not None and self._intake.take():
+            pass
         if timing:
             self._writer.write("/timing", timing["t"], {name: timing[name] for name in timing if name != "t"})
         self._writer.close()
@@ -203,6 +219,8 @@ class _Desk:
         """Let go of the memory; the file is left as it is."""
         self._ticks.close()
         self._events.close()
+        if self._intake is not None:
+            self._intake.close()
 
     def _write_event(self, row: np.void) -> None:
         t = float(row["t"]) if np.isfinite(row["t"]) else 0.0
@@ -226,7 +244,8 @@ def _writer(job: Job, acknowledged: int) -> RecordingWriter:
         except RecordingError:
             if acknowledged:  # otherwise it was killed before its settings were written
                 raise
-    return RecordingWriter(job.path, job.joints, job.settings)
+    streams = () if job.devices is None else job.devices.streams
+    return RecordingWriter(job.path, job.joints, job.settings, streams)
 
 
 def _say(status: Mailbox, start: int, sync_us_max: float, why: str, unpublished: str = "") -> None:

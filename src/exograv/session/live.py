@@ -14,6 +14,7 @@ from exograv.errors import ConfigError, RigError
 from exograv.model.description import Side
 from exograv.rig.twin.twin import PERIOD
 from exograv.runtime.lsl.library import require_lsl
+from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.recorder import Recorder
 from exograv.runtime.timing import Timing
@@ -56,6 +57,8 @@ class LiveOptions:
     """Whether the empty twin is tested before; no wearer of it could come to harm without."""
     lsl: bool = False
     """Whether joint state, torque and markers are published."""
+    record_streams: tuple[str, ...] = ()
+    """Names or types of streams of other devices that are recorded besides."""
 
     def __post_init__(self):
         if not 1.0 <= self.seconds <= 7200.0:
@@ -101,6 +104,18 @@ def run_live(
     """
     if options.lsl:
         require_lsl()
+    with contextlib.ExitStack() as stack:
+        listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
+        return _run(options, folder, progress, started, listening)
+
+
+def _run(
+    options: LiveOptions,
+    folder: Path,
+    progress: Progress,
+    started: Callable[[Running], object],
+    listening: Listening | None,
+) -> dict[str, Any]:
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_motorless(laboratory.description)
     prepare_all = prepare_machine if options.identify_s else prepare
@@ -110,8 +125,9 @@ def run_live(
     with contextlib.ExitStack() as stack:
         plan, seconds = _plan(options, laboratory, prepared, progress, stack)
         outlets = OutletsJob(laboratory.description.name, laboratory.description.joints, PERIOD) if options.lsl else None
-        flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test, outlets)
-    return _figures(options, flown) | {"self_test": self_test} | _learned(flown, laboratory, prepared)
+        flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test, outlets, listening)
+    streams = [] if listening is None else listening.figures()
+    return _figures(options, flown) | {"self_test": self_test, "streams": streams} | _learned(flown, laboratory, prepared)
 
 
 def _plan(
@@ -146,6 +162,7 @@ def fly_plan(
     started: Callable[[Running], object],
     is_tested: bool = False,
     outlets: OutletsJob | None = None,
+    listening: Listening | None = None,
 ) -> Flown:
     """Float the arm live, who is known already; as `run_live`."""
     lesson = plan.lesson
@@ -159,8 +176,10 @@ def fly_plan(
         None if lesson is None else WorkerJob(lesson.worker, lesson.memory),
     )
     path, joints = folder / "live.mcap", plan.laboratory.description.joints
-    with Recorder(path, joints, settings_of(plan, said), seconds, outlets=outlets) as recorder:
-        return fly(parts, seconds, recorder, progress, started)
+    devices = None if listening is None else listening.devices
+    settings = settings_of(plan, said)
+    with Recorder(path, joints, settings, seconds, outlets=outlets, devices=devices) as recorder:
+        return fly(parts, seconds, recorder, progress, started, listening)
 
 
 def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
