@@ -29,6 +29,7 @@ from .report import Report, run_report
 from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
 from .streams import Streams, run_streams
+from .sync import Sync, run_sync
 from .transparency import Transparency, run_transparency_command
 from .weigh import Weigh, run_weigh_command
 
@@ -50,6 +51,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "self-test": (SelfTest, run_self_test_command),
     "live": (Live, run_live_command),
     "streams": (Streams, run_streams),
+    "sync": (Sync, run_sync),
     "faults": (Faults, run_faults_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

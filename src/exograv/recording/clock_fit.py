@@ -41,6 +41,9 @@ class ClockFit:
     residual: Float[np.ndarray, " measurement"]
     """Of each measurement that is not a repetition [s]."""
 
+    has_drift: bool
+    """Whether the measurements are enough for one."""
+
     def correction(self, stamps: Float[np.ndarray, " sample"]) -> Float[np.ndarray, " sample"]:
         """What to add to each stamp [s]."""
         return self.offset + self.drift * (stamps - self.middle)
@@ -67,7 +70,7 @@ def fit_clock(remote: Float[np.ndarray, " asked"], offset: Float[np.ndarray, " a
         half = student_975(free) * np.sqrt(np.diag(covariance))
     found = float(solution[0]), float(solution[1]) if has_drift else 0.0
     around = [None, None] if half is None else [(found[k] - half[k], found[k] + half[k]) for k in range(len(half))]
-    return ClockFit(middle, *found, around[0], around[1] if has_drift else None, residual)
+    return ClockFit(middle, *found, around[0], around[1] if has_drift else None, residual, has_drift)
 
 
 def student_975(freedom: int) -> float:

@@ -83,7 +83,9 @@ class RecordingWriter:
         content, heads = read_content(path), list[bytes]()
         found = examine(content, lambda topic, data: heads.append(data) if topic == "/settings" else None)
         settings = settings_of(path, heads)
-        if settings["schema_version"] != SCHEMA_VERSION or list(found.topics.values())[: len(CHANNELS)] != list(CHANNELS):
+        if settings["schema_version"] != SCHEMA_VERSION or list(found.topics.values())[: len(CHANNELS)] != list(
+            CHANNELS
+        ):
             raise RecordingError(f"{path} is of another version of exograv and cannot be continued. Start a new one.")
         self._take(path, _opened(path, "r+b"))
         self._file.schemas, self._file.channels, self._file.chunks = found.schemas, found.channels, found.chunks

@@ -125,7 +125,9 @@ class Recorder:
         self._events = Ring(EVENT, RING_EVENTS)
         self._status = Mailbox(STATUS)
         self.inlet = Inlet(len(joints), self._ticks.name, self._events.name)
-        self._job = Job(path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s, outlets, devices)
+        self._job = Job(
+            path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s, outlets, devices
+        )
         self._failure, self._fruitless, self._safe_at_start = "", 0, 0
         self._messages: list[tuple[str, float, dict[str, Any]]] = []
         self._start()

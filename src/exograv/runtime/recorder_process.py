@@ -16,8 +16,8 @@ from exograv.recording import RecordingWriter
 from exograv.recording.disk import TICKS_PER_S
 from exograv.recording.encoding import tick_dtype
 
-from .lsl.intake import Intake
 from .lsl.blocks import Devices
+from .lsl.intake import Intake
 from .lsl.outlets import Outlets, OutletsJob
 from .shared import Mailbox, Ring
 

@@ -16,6 +16,7 @@ from exograv.rig.twin.twin import PERIOD
 from exograv.runtime.lsl.library import require_lsl
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
+from exograv.runtime.lsl.streaming import NO_STREAMING, Streaming
 from exograv.runtime.recorder import Recorder
 from exograv.runtime.timing import Timing
 from exograv.runtime.worker import WorkerJob, WorkerMemory
@@ -124,10 +125,13 @@ def _run(
     said = {"disturbance_level": options.level, "settings": {"options": asdict(options)}}
     with contextlib.ExitStack() as stack:
         plan, seconds = _plan(options, laboratory, prepared, progress, stack)
-        outlets = OutletsJob(laboratory.description.name, laboratory.description.joints, PERIOD) if options.lsl else None
-        flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test, outlets, listening)
+        description = laboratory.description
+        outlets = OutletsJob(description.name, description.joints, PERIOD) if options.lsl else None
+        lsl = Streaming(outlets, listening)
+        flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test, lsl)
     streams = [] if listening is None else listening.figures()
-    return _figures(options, flown) | {"self_test": self_test, "streams": streams} | _learned(flown, laboratory, prepared)
+    told = {"self_test": self_test, "streams": streams}
+    return _figures(options, flown) | told | _learned(flown, laboratory, prepared)
 
 
 def _plan(
@@ -161,8 +165,7 @@ def fly_plan(
     progress: Progress,
     started: Callable[[Running], object],
     is_tested: bool = False,
-    outlets: OutletsJob | None = None,
-    listening: Listening | None = None,
+    lsl: Streaming = NO_STREAMING,
 ) -> Flown:
     """Float the arm live, who is known already; as `run_live`."""
     lesson = plan.lesson
@@ -176,10 +179,9 @@ def fly_plan(
         None if lesson is None else WorkerJob(lesson.worker, lesson.memory),
     )
     path, joints = folder / "live.mcap", plan.laboratory.description.joints
-    devices = None if listening is None else listening.devices
     settings = settings_of(plan, said)
-    with Recorder(path, joints, settings, seconds, outlets=outlets, devices=devices) as recorder:
-        return fly(parts, seconds, recorder, progress, started, listening)
+    with Recorder(path, joints, settings, seconds, outlets=lsl.outlets, devices=lsl.devices) as recorder:
+        return fly(parts, seconds, recorder, progress, started, lsl.listening)
 
 
 def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:

@@ -34,12 +34,8 @@ def network(tmp_path_factory: pytest.TempPathFactory):
 
 
 def wait_for(claim: Callable[[], object], what: str) -> None:
+    """Ask until it is so."""
     until = time.monotonic() + SOON_S
     while not claim():
         assert time.monotonic() < until, f"not within {SOON_S} s: {what}"
         time.sleep(0.01)
-
-
-@pytest.fixture
-def eventually() -> Callable[[Callable[[], object], str], None]:
-    return wait_for

@@ -17,6 +17,8 @@ from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.recorder import Recorder
 from exograv.runtime.recorder_process import PHASE, event
 
+from .conftest import wait_for
+
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 SETTINGS = {"rig": "recupera_like", "wearer": {"name": "Ada Example", "mass_kg": 61.0}}
 AHEAD_S = 5e4
@@ -76,8 +78,8 @@ def inlet(job: OutletsJob, kind: str, recover: bool = False):
     return opened
 
 
-def received(stream, wanted: int, eventually) -> tuple[list, list[float]]:
-    values, stamps = list(), list[float]()
+def received(stream, wanted: int) -> tuple[list, list[float]]:
+    values, stamps = [], list[float]()
 
     def is_whole() -> bool:
         new, times = stream.pull_chunk()
@@ -85,7 +87,7 @@ def received(stream, wanted: int, eventually) -> tuple[list, list[float]]:
         stamps.extend(times)
         return len(stamps) >= wanted
 
-    eventually(is_whole, f"{wanted} samples")
+    wait_for(is_whole, f"{wanted} samples")
     return values, stamps
 
 
@@ -95,36 +97,36 @@ def test_the_clock_of_lsl_is_the_monotonic_one():
     assert all(before <= between <= after for before, between, after in gaps)
 
 
-def test_a_stamp_is_the_time_of_the_measurement_and_not_that_of_pushing(run, job: OutletsJob, eventually):
+def test_a_stamp_is_the_time_of_the_measurement_and_not_that_of_pushing(run, job: OutletsJob):
     _, loop = run
     joints, torque = inlet(job, "jointstate"), inlet(job, "torque")
     for _ in range(30):
         loop.tick()
         time.sleep(0.003)
     true = [float(row["monotonic"]) - OLD_S for row in loop.put_in]
-    values, stamps = received(joints, 30, eventually)
+    values, stamps = received(joints, 30)
     np.testing.assert_allclose(stamps, true, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(np.array(values)[:, 0], [row["t"] for row in loop.put_in], rtol=0.0, atol=0.0)
     np.testing.assert_array_equal(np.array(values)[:, 1], np.arange(1, 31))
     np.testing.assert_array_equal(np.array(values)[:, 2:4], [[0.1, 0.2]] * 30)
-    values, stamps = received(torque, 30, eventually)
+    values, stamps = received(torque, 30)
     np.testing.assert_allclose(stamps, true, rtol=0.0, atol=1e-9)
     np.testing.assert_array_equal(np.array(values)[:, 5], -np.arange(30.0))  # second joint, commanded
 
 
-def test_a_marker_has_the_time_of_what_it_marks(run, job: OutletsJob, eventually):
+def test_a_marker_has_the_time_of_what_it_marks(run, job: OutletsJob):
     _, loop = run
     markers = inlet(job, "markers")
     loop.tick()
     said = [loop.say(PHASE, "floating"), loop.say("stop", "Größer als ½")]
     time.sleep(0.05)  # no tick is late enough yet
     loop.tick()
-    texts, stamps = received(markers, 2, eventually)
+    texts, stamps = received(markers, 2)
     assert texts == [["phase: floating"], ["stop: Größer als ½"]]
     np.testing.assert_allclose(stamps, said, rtol=0.0, atol=1e-6)  # the rig's clock has less digits
 
 
-def test_ticks_of_a_virtual_clock_are_recorded_and_not_published(run, job: OutletsJob, eventually):
+def test_ticks_of_a_virtual_clock_are_recorded_and_not_published(run, job: OutletsJob):
     recorder, loop = run
     joints = inlet(job, "jointstate")
     ring = recorder.inlet.ticks()
@@ -133,7 +135,7 @@ def test_ticks_of_a_virtual_clock_are_recorded_and_not_published(run, job: Outle
     ring.put(row)
     ring.close()
     loop.tick()
-    values, _ = received(joints, 1, eventually)
+    values, _ = received(joints, 1)
     assert [value[1] for value in values] == [1.0]
     assert recorder.finish().acknowledged == 2
 
@@ -147,12 +149,12 @@ def test_a_description_says_joint_and_unit_and_no_name_of_a_person(run, job: Out
     assert "61" not in xml.split("<desc>")[1]
 
 
-def test_a_killed_recorder_loses_no_tick_and_its_streams_are_found_again(run, job: OutletsJob, eventually):
+def test_a_killed_recorder_loses_no_tick_and_its_streams_are_found_again(run, job: OutletsJob):
     recorder, loop = run
     joints = inlet(job, "jointstate", recover=True)
     for _ in range(20):
         loop.tick()
-    received(joints, 20, eventually)
+    received(joints, 20)
     os.kill(recorder.pid, signal.SIGKILL)
     back = list[float]()
 
@@ -163,7 +165,7 @@ def test_a_killed_recorder_loses_no_tick_and_its_streams_are_found_again(run, jo
         back.extend(joints.pull_chunk()[1])
         return len(back) > 5
 
-    eventually(is_back, "samples of another recorder")
+    wait_for(is_back, "samples of another recorder")
     report = recorder.finish()
     assert (report.restarts, report.lost, report.unpublished) == (1, 0, "")
     assert read_recording(recorder.path).ticks["sequence"].tolist() == list(range(1, len(loop.put_in) + 1))

@@ -11,7 +11,9 @@ DATA_BYTES = 16_000
 SLOTS = 1024
 """16 MB: ten seconds without a recorder at 1.6 MB/s. What finds no room stays with LSL, which keeps minutes."""
 
-BLOCK = np.dtype([("stream", "<u2"), ("kind", "u1"), ("monotonic", "<f8"), ("length", "<u4"), ("data", f"V{DATA_BYTES}")])
+BLOCK = np.dtype(
+    [("stream", "<u2"), ("kind", "u1"), ("monotonic", "<f8"), ("length", "<u4"), ("data", f"V{DATA_BYTES}")]
+)
 """`stream` counts from 0; `kind` is one of those below; `monotonic` is when it came [s]."""
 
 SAMPLES, CORRECTED = 0, 1

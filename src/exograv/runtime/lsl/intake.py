@@ -1,4 +1,4 @@
-"""The recorder's side of other devices: from their ring into the file, each block once, however often it is replaced."""
+"""The recorder's side of other devices: from their ring into the file, each block once, whoever is replaced."""
 
 import numpy as np
 

@@ -56,6 +56,11 @@ class Listening:
             raise
         self.devices = Devices(self._ring.name, formats(self.found))
 
+    @property
+    def pid(self) -> int:
+        """Of the listener."""
+        return self._process.pid or 0
+
     def begin(self, record: Record) -> None:
         """Record from now on; `record` takes the messages of `/stream`."""
         self._record = record

@@ -95,7 +95,11 @@ def samples(ticks: np.ndarray, fields: tuple[tuple[str, str], ...]) -> Float[np.
 
 def labels(job: OutletsJob, fields: tuple[tuple[str, str], ...]) -> list[tuple[str, str]]:
     """Name and unit of each channel of `samples`."""
-    return [("t", "s"), ("sequence", "1"), *((f"{name}/{joint}", unit) for name, unit in fields for joint in job.joints)]
+    return [
+        ("t", "s"),
+        ("sequence", "1"),
+        *((f"{name}/{joint}", unit) for name, unit in fields for joint in job.joints),
+    ]
 
 
 def _numbers(job: OutletsJob, columns: _Columns):

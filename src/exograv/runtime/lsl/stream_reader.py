@@ -62,7 +62,7 @@ class StreamReader:
                 continue
             try:
                 self._listen(inlet, over)
-            except _Gone as gone:
+            except _GoneError as gone:
                 self._say("lost", f"{self._found.name} is gone ({gone}). It is sought.")
             finally:
                 self._flush()
@@ -108,7 +108,7 @@ class StreamReader:
                     self._correct(inlet)
             self._pull(inlet)
         except LostError:
-            raise _Gone("its program has closed it or ended") from None
+            raise _GoneError("its program has closed it or ended") from None
 
     def _pull(self, inlet: Any) -> bool:
         """Whether samples came. Without room for them they stay with LSL."""
@@ -144,7 +144,7 @@ class StreamReader:
         """A device that was switched off closes nothing: it is back as another outlet, and this one is dead."""
         there = lsl().resolve_bypred(self._found.predicate, 1, LOOK_S)
         if there and self._uid not in {info.uid() for info in there}:
-            raise _Gone("it has come back as another one")
+            raise _GoneError("it has come back as another one")
 
     def _say(self, kind: str, text: str, **more: str) -> None:
         head = {"monotonic": time.monotonic(), "topic": self._topic, "kind": kind, "text": text}
@@ -155,7 +155,7 @@ SILENT = ("silent", f"It has sent nothing for {SILENT_S:g} s, and its source is 
 RESUMED = ("resumed", "It sends again.")
 
 
-class _Gone(Exception):
+class _GoneError(Exception):
     """The connection is over; for this file only."""
 
 
