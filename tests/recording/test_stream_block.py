@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
@@ -33,6 +33,7 @@ def test_numbers_come_back_as_they_were(value_type: str, channels: int):
     assert len(data) <= packed_size(7, channels, values.itemsize)
 
 
+@settings(max_examples=50, deadline=None)
 @given(texts=st.lists(st.tuples(st.text(), st.text()), min_size=1, max_size=5))
 def test_texts_come_back_as_they_were(texts: list[tuple[str, str]]):
     samples = [list(sample) for sample in texts]
@@ -99,6 +100,7 @@ def test_a_file_with_streams_is_continued_with_them(tmp_path: Path):
     recording = RecordingWriter(path, (), {}, [StreamFormat("/lsl/amp", "float32")])
     recording.write_block("/lsl/amp", 1.0, block)
     recording.sync()
+    recording._stream.close()  # as if it had been killed
     with RecordingWriter.continued(path) as again:
         assert again.count("/lsl/amp") == 1
         again.write_block("/lsl/amp", 2.0, block)

@@ -61,22 +61,23 @@ def fit_clock(remote: Float[np.ndarray, " asked"], offset: Float[np.ndarray, " a
     if not len(remote):
         return None
     middle = float(np.mean(remote))
-    has_drift = len(remote) >= DRIFT_FROM and remote[-1] - remote[0] >= DRIFT_FROM_S
+    has_drift = len(remote) >= DRIFT_FROM and bool(remote[-1] - remote[0] >= DRIFT_FROM_S)
     columns = np.column_stack([np.ones(len(remote)), remote - middle])[:, : 1 + has_drift]
     solution, covariance = _huber(columns, offset)
     residual = offset - columns @ solution
     half = None
     if (free := len(remote) - columns.shape[1]) > 0:
-        half = student_975(free) * np.sqrt(np.diag(covariance))
+        half = (student_975(free) * np.sqrt(np.diag(covariance))).tolist()
     found = float(solution[0]), float(solution[1]) if has_drift else 0.0
     around = [None, None] if half is None else [(found[k] - half[k], found[k] + half[k]) for k in range(len(half))]
     return ClockFit(middle, *found, around[0], around[1] if has_drift else None, residual, has_drift)
 
 
 def student_975(freedom: int) -> float:
-    """97.5 % quantile of Student's t; beyond the table to 0.001 (Cornish–Fisher)."""
-    z = 1.959964
-    return T_975[freedom - 1] if freedom <= len(T_975) else z + (z**3 + z) / (4 * freedom) + 2.8 / freedom**2
+    """97.5 % quantile of Student's t; beyond the table to 0.003, by the expansion of Cornish and Fisher."""
+    if freedom <= len(T_975):
+        return T_975[freedom - 1]
+    return 1.959964 + 2.372271 / freedom + 2.822500 / freedom**2
 
 
 def _huber(columns: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

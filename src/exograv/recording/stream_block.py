@@ -115,7 +115,7 @@ def packed_size(samples: int, channels: int, item_bytes: int) -> int:
 def _packed_texts(texts: Sequence[str]) -> bytes:
     body = bytearray(struct.pack("<I", len(texts)))
     for text in texts:
-        content = text.encode() + b"\0"
+        content = text.encode(errors="surrogateescape") + b"\0"
         body += bytes(-len(body) % 4) + struct.pack("<I", len(content)) + content
     return bytes(body)
 
@@ -125,6 +125,6 @@ def _unpacked_texts(data: bytes, start: int, count: int) -> list[str]:
     for _ in range(count):
         start += -(start - 4) % 4  # CDR counts from the end of its header
         (size,) = struct.unpack_from("<I", data, start)
-        texts.append(data[start + 4 : start + 4 + size - 1].decode())
+        texts.append(data[start + 4 : start + 4 + size - 1].decode(errors="surrogateescape"))
         start += 4 + size
     return texts
