@@ -39,7 +39,8 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 class RecordingWriter:
     """A recording being written. `with RecordingWriter(...) as recording:` completes the file, whatever happens inside.
 
-    The file holds no wall-clock time: the same seed gives the same messages, but for `tick_us` and `lateness_us`.
+    The file holds no wall-clock time: the same seed gives the same messages, but for `tick_us`,
+    `lateness_us` and `monotonic`.
     """
 
     def __init__(
