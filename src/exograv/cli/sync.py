@@ -58,7 +58,7 @@ def show_sync(result: dict[str, Any]) -> None:
     console.print(f"Figure: {result['figure']}", highlight=False)
 
 
-def _number(value: float | None, digits: int) -> str:
+def _number(value: float | int | None, digits: int) -> str:
     return "–" if value is None else f"{value:.{digits}f}"
 
 

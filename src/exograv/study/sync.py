@@ -118,7 +118,7 @@ class Rhythm:
         return cls(rate, _jitter_us(parts), gaps, backward)
 
 
-def _jitter_us(parts: list[Samples]) -> dict[str, float] | None:
+def _jitter_us(parts: list[np.ndarray]) -> dict[str, float] | None:
     residuals = [_about_line(part) for part in parts if len(part) >= SEGMENT]
     if not residuals:
         return None
