@@ -53,7 +53,8 @@ STREAMS = f"""\
 One channel a stream of Lab Streaming Layer ([lsl.md](lsl.md)), named after it; their number stands when the file
 begins. A message holds the samples of about a tenth of a second. Encoding `cdr`, with sequences: a length of four
 bytes, then the entries, each value aligned to its own size, counted from the end of the four bytes at the beginning.
-`values` has the stream's own type, `float32`, `float64` (LSL's `double64`), `int8`, `int16`, `int32`, `int64` or `string`:
+`values` has the stream's own type, `float32`, `float64` (LSL's `double64`), `int8`, `int16`, `int32`, `int64` or
+`string`:
 
 ```
 {DEFINITION.format(type="float32")}```

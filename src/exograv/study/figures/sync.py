@@ -66,5 +66,6 @@ def _draw_rhythm(ax: Axes, stream: DeviceStream) -> None:
     t = stream.t if np.isfinite(stream.t).any() else stream.stamps
     shown = np.unique(np.concatenate([thinned(len(interval), DOTS_MAX), np.argsort(interval)[-DOTS_MAX // 10 :]]))
     ax.plot(t[1:][shown] - np.nanmin(t), interval[shown], ".", ms=2, color=BLUE)
+    ax.set_ylim(0.0, 1.2 * max(float(np.nanmax(interval)), 1e-3))
     if stream.nominal_rate_Hz:
         ax.axhline(1e3 / stream.nominal_rate_Hz, color=ORANGE, lw=1.0)
