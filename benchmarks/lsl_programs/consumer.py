@@ -23,6 +23,6 @@ while not is_over:
     came = time.monotonic()
     if len(stamps):
         correction = inlet.time_correction(1.0)
-        rows.append(np.column_stack([values[:, 1], stamps, np.full((len(stamps), 2), (correction, came))]))
+        rows.append(np.column_stack([np.asarray(values)[:, 1], stamps, np.full((len(stamps), 2), (correction, came))]))
     time.sleep(0.0005)
 np.save(sys.argv[2], np.concatenate(rows))

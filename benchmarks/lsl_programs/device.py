@@ -16,7 +16,7 @@ print("ready", flush=True)
 begun, count = time.clock_gettime(TRUE_CLOCK), 0
 while True:
     time.sleep(max(0.0, begun + count / rate - time.clock_gettime(TRUE_CLOCK)))
-    before = after = float("nan")
+    before = stamp = after = float("nan")
     while not after - before < BRACKET_S:
         before, stamp, after = time.clock_gettime(TRUE_CLOCK), pylsl.local_clock(), time.clock_gettime(TRUE_CLOCK)
     outlet.push_sample([0.5 * (before + after), float(count)], stamp)
