@@ -38,6 +38,20 @@ def test_intervals_cover_the_truth_nineteen_times_in_twenty(what: str):
     assert 0.91 <= covered <= 0.985  # 0.95 and 2.5 standard deviations of 200 draws
 
 
+def test_intervals_cover_the_drift_when_neighbouring_measurements_err_alike():
+    covered, alike = list[bool](), 0.6
+    for seed in SEEDS:
+        remote, _ = measured(seed, count=200)
+        noise, white = np.zeros(200), np.random.default_rng(seed).standard_normal(200)
+        for k in range(1, 200):
+            noise[k] = alike * noise[k - 1] + white[k]
+        fit = fit_clock(remote, DRIFT * (remote - 5e4) + NOISE_S * noise)
+        assert fit is not None
+        assert fit.drift_ci95 is not None
+        covered.append(fit.drift_ci95[0] <= DRIFT <= fit.drift_ci95[1])
+    assert np.mean(covered) >= 0.90  # plain intervals: two in three
+
+
 def test_probes_that_waited_in_a_queue_hardly_move_the_line():
     remote, offset = measured(1000)
     plain = found(1000)

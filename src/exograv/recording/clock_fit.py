@@ -17,6 +17,9 @@ early. Source: Huber 1981, Robust Statistics; 95 % efficient on Gaussian noise."
 
 ROUNDS = 30
 
+ALIKE_MAX = 0.95
+"""Correlation of neighbours; nearer to 1 it is a drift that has no straight line."""
+
 T_975 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 """97.5 % quantile of Student's t by degrees of freedom, from 1."""
 
@@ -67,10 +70,21 @@ def fit_clock(remote: Float[np.ndarray, " asked"], offset: Float[np.ndarray, " a
     residual = offset - columns @ solution
     half = None
     if (free := len(remote) - columns.shape[1]) > 0:
-        half = (student_975(free) * np.sqrt(np.diag(covariance))).tolist()
+        half = (student_975(free) * _persistence(residual) * np.sqrt(np.diag(covariance))).tolist()
     found = float(solution[0]), float(solution[1]) if has_drift else 0.0
     around = [None, None] if half is None else [(found[k] - half[k], found[k] + half[k]) for k in range(len(half))]
     return ClockFit(middle, *found, around[0], around[1] if has_drift else None, residual, has_drift)
+
+
+def _persistence(residual: Float[np.ndarray, " measurement"]) -> float:
+    """How much wider an interval is because neighbours err alike: a busy network is busy for a while.
+
+    By the correlation of neighbours, as of a first-order autoregression. Source: Bayley & Hammersley 1946.
+    """
+    power = float(residual @ residual)
+    alike = float(residual[1:] @ residual[:-1]) / power if power > 0.0 else 0.0
+    alike = min(max(alike, 0.0), ALIKE_MAX)
+    return float(np.sqrt((1.0 + alike) / (1.0 - alike)))
 
 
 def student_975(freedom: int) -> float:
