@@ -156,11 +156,7 @@ class _Desk:
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
         self._intake = None if job.devices is None else Intake(job.devices, self._writer, has_rig=bool(job.joints))
         self._known = Counter({topic: self._writer.count(topic) for topic in TOLD})
-        self._outlets: Outlets | None = None
-        if job.start > 1:
-            self.take()  # published by the one before, or older than any consumer that finds the streams again
-        if job.outlets is not None:
-            self._outlets = Outlets(job.outlets)
+        self._outlets = None if job.outlets is None else Outlets(job.outlets)
         self._say()
 
     def note(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
