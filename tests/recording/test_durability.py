@@ -168,7 +168,7 @@ def test_nothing_is_cut_off_a_file_that_holds_less_than_was_promised(tmp_path: P
     assert path.read_bytes() == content
 
 
-@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize("version", [1, 2, 3])
 def test_a_file_of_an_older_version_is_read_and_not_continued(version: int):
     path = OLD / f"version_{version}.mcap"
     old = read_recording(path)
@@ -183,6 +183,7 @@ def test_a_file_of_an_older_version_is_read_and_not_continued(version: int):
     assert old.ticks["safe_state"].tolist() == ([0, 1, 2, 0, 1] if counted else [0] * 5)
     assert old.ticks["sequence"].tolist() == ([100, 101, 102, 103, 104] if counted else [0] * 5)
     assert np.isnan(old.ticks["v_reference"]).all()
+    assert np.isnan(old.ticks["monotonic"]).all()
     assert old.last("/event")["text"] == "Größer als ½"
     with pytest.raises(RecordingError, match="Start a new one"):
         RecordingWriter.continued(path)

@@ -30,6 +30,8 @@ from .report import Report, run_report
 from .rig_test import RigTest, run_rig_test_command
 from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
+from .streams import Streams, run_streams
+from .sync import Sync, run_sync
 from .transparency import Transparency, run_transparency_command
 from .verify import Verify, run_verify_command
 from .weigh import Weigh, run_weigh_command
@@ -54,6 +56,8 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "live": (Live, run_live_command),
     "drive-sim": (DriveSim, run_drive_sim_command),
     "rig-test": (RigTest, run_rig_test_command),
+    "streams": (Streams, run_streams),
+    "sync": (Sync, run_sync),
     "faults": (Faults, run_faults_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

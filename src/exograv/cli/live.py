@@ -34,6 +34,13 @@ class Live(Common):
     self_test: bool = False
     """Test the empty machine first, as a real one has to be; without, the recording says that it is skipped."""
 
+    lsl: bool = False
+    """Publish joint state, torque and markers over Lab Streaming Layer, from the recorder's process."""
+
+    record_stream: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME")] = ()
+    """Record another device's stream of this name, or all of this type, beside the run; may be repeated. See `exograv
+    streams`."""
+
 
 def run_live_command(command: Live) -> dict[str, Any]:
     """Run it and say how it went."""
@@ -49,6 +56,8 @@ def run_live_command(command: Live) -> dict[str, Any]:
         command.identify,
         command.gravity_level,
         command.self_test,
+        command.lsl,
+        command.record_stream,
     )
     with bars() as progress:
         result = run_live(options, command.out, progress)
@@ -70,8 +79,11 @@ def show_live(result: dict[str, Any]) -> None:
         f"Recorded {result['samples_recorded']} ticks, lost {result['samples_lost']}: {result['recording']}",
         highlight=False,
     )
-    if result["recording_why"]:
-        console.print(result["recording_why"], highlight=False)
+    for why in (result["recording_why"], result["unpublished"]):
+        if why:
+            console.print(why, highlight=False)
+    for stream in result["streams"]:
+        console.print(f"Recorded stream {stream['name']}: connected {stream['connected']} times.", highlight=False)
     if found := result["identified"]:
         left = ", ".join(f"{value:.2f}" for value in found["left_over_Nm"])
         console.print(

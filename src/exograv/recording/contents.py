@@ -31,6 +31,7 @@ from .container import (
     time_span_ns,
 )
 from .schema import CHANNELS, TICK
+from .stream_block import TOPICS
 
 
 class DamageError(Exception):
@@ -109,7 +110,8 @@ def _announce(opcode: int, body: bytes, found: Contents) -> None:
         raise DamageError
     if opcode == Opcode.CHANNEL:
         channel = Channel.read(stream)
-        if channel.topic not in CHANNELS or channel.id in found.topics or channel.topic in found.topics.values():
+        is_known = channel.topic in CHANNELS or channel.topic.startswith(TOPICS)
+        if not is_known or channel.id in found.topics or channel.topic in found.topics.values():
             raise DamageError
         found.channels.append(channel)
     elif opcode == Opcode.SCHEMA:

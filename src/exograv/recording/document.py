@@ -3,6 +3,7 @@
 from .encoding import tick_definition
 from .fields import POINTS, Channel, Field
 from .schema import CHANNELS, SCHEMA_VERSION
+from .stream_block import DEFINITION, TOPICS
 from .writer import SYNC_EVERY_S
 
 INTRODUCTION = f"""\
@@ -16,7 +17,7 @@ A recording is one [MCAP](https://mcap.dev) file, version {SCHEMA_VERSION} of th
 (zstd): what is killed loses at most its last chunk, and the reader says so. A live recording is forced to the disk
 every {1e3 * SYNC_EVERY_S:.0f} ms, and its recorder, if killed, goes on in the same file
 ([realtime.md](realtime.md)). It holds no wall-clock time. Log times are the rig's clock in nanoseconds, so the same
-seed gives the same messages, but for `tick_us` and `lateness_us`.
+seed gives the same messages, but for `tick_us`, `lateness_us` and `monotonic`.
 
 Each chunk has a checksum and an index that must agree with it; a complete file has a checksum over all that was
 written, and one over its summary. What does not agree is left out, with all that follows, and reported.
@@ -46,6 +47,24 @@ differently is not simulated. Recordings before version 3 do not hold what contr
 """
 
 
+STREAMS = f"""\
+## `{TOPICS}…`: streams of other devices
+
+One channel a stream of Lab Streaming Layer ([lsl.md](lsl.md)), named after it; their number stands when the file
+begins. A message holds the samples of about a tenth of a second. Encoding `cdr`, with sequences: a length of four
+bytes, then the entries, each value aligned to its own size, counted from the end of the four bytes at the beginning.
+`values` has the stream's own type, `float32`, `float64` (LSL's `double64`), `int8`, `int16`, `int32`, `int64` or
+`string`:
+
+```
+{DEFINITION.format(type="float32")}```
+
+Stamps and values are never altered: what LSL knows of the clock is in `/correction`, and `Recording.streams` has stamps
+on the robot's clock (`t`) and on the computer's (`monotonic`) in columns beside. Log times of these channels, of
+`/stream` and of `/correction` are when they came, on the rig's clock; without a robot, on CLOCK_MONOTONIC.
+"""
+
+
 def format_document() -> str:
     """The whole document, as Markdown."""
     binary = f"""\
@@ -57,7 +76,7 @@ another without padding or lengths. For a machine of four joints the schema in t
 ```
 {tick_definition(4)}```
 """
-    return "\n".join([INTRODUCTION, *(_section(channel) for channel in CHANNELS.values()), binary])
+    return "\n".join([INTRODUCTION, *(_section(channel) for channel in CHANNELS.values()), binary, STREAMS])
 
 
 def _section(channel: Channel) -> str:

@@ -2,6 +2,7 @@
 
 import json
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,10 @@ from mcap.writer import MCAP0_MAGIC
 from exograv.errors import RecordingError
 
 from .contents import Contents, Ending, examine
+from .device_stream import DeviceStream, joined
 from .encoding import restored, unpacked_ticks
 from .schema import CHANNELS, SCHEMA_VERSION, TICK
+from .stream_block import TOPICS, unpacked, value_type_of
 
 READABLE = range(1, SCHEMA_VERSION + 1)
 """Versions of the format."""
@@ -34,6 +37,9 @@ class Recording:
     """What is wrong with the file, as a sentence; None for a complete one."""
 
     _messages: dict[str, list[dict[str, Any]]]
+
+    streams: tuple[DeviceStream, ...] = ()
+    """Of other devices."""
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -71,7 +77,27 @@ def read_recording(path: Path) -> Recording:
         for topic, channel in CHANNELS.items()
         if channel is not TICK
     }
-    return Recording(path, settings, ticks, _remark(path, content, found, ticks), messages)
+    streams = _streams(found, parts, messages, ticks)
+    return Recording(path, settings, ticks, _remark(path, content, found, ticks), messages, streams)
+
+
+def _streams(
+    found: Contents, parts: Mapping[str, list[bytes]], messages: dict[str, list[dict[str, Any]]], ticks: np.ndarray
+) -> tuple[DeviceStream, ...]:
+    types = {schema.id: value_type_of(schema.name) for schema in found.schemas}
+    topics = [(channel.topic, channel.schema_id) for channel in found.channels]
+    streams = [(topic, types[kind]) for topic, kind in topics if topic.startswith(TOPICS)]
+    return tuple(
+        joined(
+            topic,
+            kind,
+            [unpacked(data, kind) for data in parts.get(topic, ())],
+            messages["/stream"],
+            messages["/correction"],
+            ticks,
+        )
+        for topic, kind in streams
+    )
 
 
 def read_content(path: Path) -> bytes:

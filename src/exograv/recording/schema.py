@@ -3,7 +3,7 @@
 from .fields import JOINT, LIST, POINTS, Channel, Field, T
 from .tick_fields import TICK as TICK
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 """Raised whenever an old reader would misread a new file; this one reads all from 1 on."""
 
 PARAMETER_FIELDS = (
@@ -215,7 +215,59 @@ CONTROL = Channel(
     ),
 )
 
+STREAM = Channel(
+    "/stream",
+    "json",
+    "when it happens, runs with other devices only",
+    "What became of a stream of another device; its samples are in a channel of its own.",
+    (
+        T,
+        Field("monotonic", "number", "s", "CLOCK_MONOTONIC when it was noticed"),
+        Field("topic", "string", "-", "channel of its samples"),
+        Field(
+            "kind",
+            "string",
+            "-",
+            "`connected`, `lost` (its source is gone), `silent` (its source is there, and sends nothing), `resumed`, "
+            "`left out` (a text that is too long)",
+        ),
+        Field("text", "string", "-", "a sentence"),
+        Field("connection", "integer", "-", "counted from 1; another one may have another clock"),
+        Field("xml", "string", "-", "of `connected`: the stream's own description, unchanged", optional=True),
+    ),
+)
+
+CORRECTION = Channel(
+    "/correction",
+    "json",
+    "every 2 s and stream, runs with other devices only",
+    "LSL's estimate of what a stream's clock lacks: one `time_correction()`, as it came.",
+    (
+        T,
+        Field("topic", "string", "-", "channel of the stream's samples"),
+        Field("connection", "integer", "-", "as in `/stream`"),
+        Field("asked", "number", "s", "CLOCK_MONOTONIC before it was asked for"),
+        Field("answered", "number", "s", "CLOCK_MONOTONIC after"),
+        Field("offset", "number", "s", "to be added to a stamp, which is then on CLOCK_MONOTONIC"),
+        Field("remote", "number", "s", "time on the device's clock for which LSL has measured it"),
+        Field("uncertainty", "number", "s", "LSL's own bound: the round trip of the best probe"),
+    ),
+)
+
 CHANNELS = {
     channel.topic: channel
-    for channel in (SETTINGS, TICK, PHASE, EVENT, ESTIMATE, LEFT_OVER, SKELETON, RESULT, TIMING, CONTROL)
+    for channel in (
+        SETTINGS,
+        TICK,
+        PHASE,
+        EVENT,
+        ESTIMATE,
+        LEFT_OVER,
+        SKELETON,
+        RESULT,
+        TIMING,
+        CONTROL,
+        STREAM,
+        CORRECTION,
+    )
 }

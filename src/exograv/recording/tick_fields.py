@@ -13,6 +13,15 @@ TICK = Channel(
         Field("t", "float64", "s", "time of the measurement on the rig's clock"),
         Field("now", "float64", "s", "time of the decision on the rig's clock", since=3, default=math.nan),
         Field(
+            "monotonic",
+            "float64",
+            "s",
+            "CLOCK_MONOTONIC of the computer at `now`: what ties the rig's clock to those of other devices; NaN on a "
+            "virtual clock, no seed fixes it",
+            since=4,
+            default=math.nan,
+        ),
+        Field(
             "drive",
             "float64",
             "-",

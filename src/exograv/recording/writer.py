@@ -20,6 +20,7 @@ from .contents import examine
 from .encoding import json_schema, misfits, stored, tick_definition
 from .reader import read_content, settings_of
 from .schema import CHANNELS, SCHEMA_VERSION, TICK
+from .stream_block import StreamFormat
 from .tick_block import T_MAX_S, TickBlock
 
 CHUNK_BYTES = 1_000_000
@@ -38,16 +39,20 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 class RecordingWriter:
     """A recording being written. `with RecordingWriter(...) as recording:` completes the file, whatever happens inside.
 
-    The file holds no wall-clock time: the same seed gives the same messages, but for `tick_us` and `lateness_us`.
+    The file holds no wall-clock time: the same seed gives the same messages, but for `tick_us`,
+    `lateness_us` and `monotonic`.
     """
 
-    def __init__(self, path: Path, joints: Sequence[str], settings: Mapping[str, Any]):
+    def __init__(
+        self, path: Path, joints: Sequence[str], settings: Mapping[str, Any], streams: Sequence[StreamFormat] = ()
+    ):
         """Create the file and write its settings.
 
         Args:
             path: File to create, or to replace; its folder is created too.
             joints: Actuated joints, in the order of every per-joint array.
             settings: Message of `/settings`, without `schema_version` and `joints`.
+            streams: Of other devices, that are recorded besides.
 
         Raises:
             RecordingError: The file cannot be created, or the settings hold a name that the format does not know.
@@ -58,6 +63,9 @@ class RecordingWriter:
             self._file.begin()
             for topic in CHANNELS:
                 self._file.add_channel(*_channel(topic, len(joints)))
+            for number, stream in enumerate(streams, start=len(CHANNELS) + 1):
+                schema = Schema(number, stream.definition.encode(), "ros2msg", stream.schema_name)
+                self._file.add_channel(stream.topic, "cdr", schema)
         self._prepare(len(joints))
         self._add("/settings", 0.0, head)
 
@@ -76,7 +84,9 @@ class RecordingWriter:
         content, heads = read_content(path), list[bytes]()
         found = examine(content, lambda topic, data: heads.append(data) if topic == "/settings" else None)
         settings = settings_of(path, heads)
-        if settings["schema_version"] != SCHEMA_VERSION or list(found.topics.values()) != list(CHANNELS):
+        if settings["schema_version"] != SCHEMA_VERSION or list(found.topics.values())[: len(CHANNELS)] != list(
+            CHANNELS
+        ):
             raise RecordingError(f"{path} is of another version of exograv and cannot be continued. Start a new one.")
         self._take(path, _opened(path, "r+b"))
         self._file.schemas, self._file.channels, self._file.chunks = found.schemas, found.channels, found.chunks
@@ -128,6 +138,14 @@ class RecordingWriter:
             RecordingError: The message does not fit the channel, or the disk is full or gone.
         """
         self._add(topic, t, _encoded(topic, t, message))
+
+    def write_block(self, topic: str, t: float, data: bytes) -> None:
+        """Record samples of another device, as `stream_block.packed`.
+
+        Raises:
+            RecordingError: The disk is full or gone.
+        """
+        self._add(topic, t, data)
 
     def count(self, topic: str) -> int:
         """Messages so far, those from before the file was continued too."""

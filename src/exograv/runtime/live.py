@@ -149,6 +149,7 @@ class _Guarding:
         woken = time.monotonic_ns()
         self._started_ns = self._started_ns or woken
         state, now = self.rig.read(), self.rig.t
+        self._row["monotonic"] = 1e-9 * time.monotonic_ns()  # beside `now`: the two clocks are compared in every tick
         believed = self._guard.see(state, now)
         answer = None if believed is None else self._asked(believed, now, woken)
         submitted = None

@@ -21,6 +21,9 @@ from exograv.recording.disk import TICKS_PER_S, refuse_small_disk
 from exograv.recording.encoding import tick_dtype
 from exograv.recording.writer import SYNC_EVERY_S
 
+from .lsl.blocks import Devices
+from .lsl.library import require_lsl
+from .lsl.outlets import OutletsJob
 from .realtime import Rights
 from .recorder_process import (
     EVENT,
@@ -71,6 +74,9 @@ class Report:
     why: str
     """What is wrong, and what to do; empty where nothing is."""
 
+    unpublished: str = ""
+    """Why nothing more is published; empty where nothing is wrong, or nothing was to be published."""
+
     @property
     def recording_ok(self) -> bool:
         """Every tick is on the disk or on its way."""
@@ -91,6 +97,8 @@ class Recorder:
         settings: Mapping[str, Any],
         expected_s: float,
         sync_every_s: float = SYNC_EVERY_S,
+        outlets: OutletsJob | None = None,
+        devices: Devices | None = None,
     ):
         """Begin the recording; returns when its settings are on the disk.
 
@@ -100,10 +108,15 @@ class Recorder:
             settings: Message of `/settings`, without `schema_version` and `joints`.
             expected_s: How long the run may take; there must be room on the disk for twice of it.
             sync_every_s: How often ticks are forced to the disk.
+            outlets: What is published besides, if anything.
+            devices: Whose streams are recorded besides, if any; their messages of `/stream` come by `write`.
 
         Raises:
+            ConfigError: Something is to be published, and LSL is not installed.
             RecordingError: The disk is too full, or the recorder cannot begin.
         """
+        if outlets is not None:
+            require_lsl()
         path = Path(path)
         refuse_small_disk(path, len(joints), expected_s)
         with contextlib.suppress(OSError):  # then the recorder says why it cannot write
@@ -112,7 +125,9 @@ class Recorder:
         self._events = Ring(EVENT, RING_EVENTS)
         self._status = Mailbox(STATUS)
         self.inlet = Inlet(len(joints), self._ticks.name, self._events.name)
-        self._job = Job(path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s)
+        self._job = Job(
+            path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s, outlets, devices
+        )
         self._failure, self._fruitless, self._safe_at_start = "", 0, 0
         self._messages: list[tuple[str, float, dict[str, Any]]] = []
         self._start()
@@ -231,7 +246,8 @@ class Recorder:
             why = f"{lost} ticks are missing in {self._job.path}: its disk or its recorder stood still for too long."
         if not why and waiting > TICKS_WAITING_MAX:
             why = f"{waiting} ticks wait for the disk of {self._job.path}. Stop what else writes to it."
-        return Report(safe, waiting, lost, restarts, float(self._said("sync_us_max")), why)
+        unpublished = self._said("unpublished").decode()
+        return Report(safe, waiting, lost, restarts, float(self._said("sync_us_max")), why, unpublished)
 
     def _said(self, name: str) -> Any:
         """What the recorder last said of itself; nothing is an empty entry."""

@@ -11,11 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from exograv.errors import RecordingError
+from exograv.errors import ExogravError, RecordingError
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import TICKS_PER_S
 from exograv.recording.encoding import tick_dtype
 
+from .lsl.blocks import Devices
+from .lsl.intake import Intake
+from .lsl.outlets import Outlets, OutletsJob
 from .shared import Mailbox, Ring
 
 RING_TICKS = 32 * TICKS_PER_S
@@ -32,14 +35,18 @@ EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
 PHASE = "phase"
 """Kind of event that begins a phase, whose name is its text: it goes to `/phase`, the others to `/event`."""
 
-TOLD = ("/control",)
+TOLD = ("/control", "/stream")
 """Topics of which the parent has messages recorded."""
+
+PUBLISH_EVERY_S = 0.01
+"""Of a run whose ticks are published: what they may come late by, beside the network."""
 
 GAVE_UP = 3
 """Exit code of a recorder whose file takes no more: the next one would meet the same disk."""
 
-STATUS = np.dtype([("start", "<u4"), ("sync_us_max", "<f4"), ("why", "S480")])
-"""What a recorder says of itself: which one it is, its longest sync, and why it can write no more."""
+STATUS = np.dtype([("start", "<u4"), ("sync_us_max", "<f4"), ("why", "S480"), ("unpublished", "S480")])
+"""What a recorder says of itself: which one it is, its longest sync, why it can write no more, and why it publishes no
+more."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +96,12 @@ class Job:
 
     sync_every_s: float
 
+    outlets: OutletsJob | None = None
+    """What is published besides, if anything."""
+
+    devices: Devices | None = None
+    """Whose streams are recorded besides, if any."""
+
 
 def record(job: Job, parent: Connection) -> None:
     """Be the recorder process: until the parent says that the run is over, or is gone.
@@ -102,16 +115,19 @@ def record(job: Job, parent: Connection) -> None:
         with contextlib.closing(_Desk(job, status)) as desk:
             until = time.monotonic() + job.sync_every_s
             while True:
-                word = _heard(parent, until - time.monotonic())
+                wait_s = until - time.monotonic()
+                word = _heard(parent, wait_s if job.outlets is None else min(wait_s, PUBLISH_EVERY_S))
                 if isinstance(word, tuple):
                     desk.note(*word)
                 elif word is not None:
                     break
+                if job.outlets is not None:
+                    desk.take()
                 if time.monotonic() >= until:
                     desk.save()
                     until = time.monotonic() + job.sync_every_s
             desk.finish(word)
-    except RecordingError as error:
+    except ExogravError as error:
         _say(status, job.start, 0.0, str(error))
         raise SystemExit(GAVE_UP) from None
     finally:
@@ -131,40 +147,66 @@ class _Desk:
 
     def __init__(self, job: Job, status: Mailbox):
         self._start, self._status, self._sync_us_max = job.start, status, 0.0
+        self._is_saved, self._unpublished = True, ""
         with contextlib.closing(job.inlet.ticks()) as ticks, contextlib.closing(job.inlet.events()) as events:
             self._writer = _writer(job, ticks.acknowledged)
             # The last recorder may have died between its sync and its word: what the file holds is not taken again.
             ticks.acknowledge(self._writer.sync())
             events.acknowledge(self._events_written())
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
+        self._intake = None if job.devices is None else Intake(job.devices, self._writer, has_rig=bool(job.joints))
         self._known = Counter({topic: self._writer.count(topic) for topic in TOLD})
-        _say(status, job.start, 0.0, "")
+        self._outlets = None if job.outlets is None else Outlets(job.outlets)
+        self._say()
 
     def note(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """Take a message from the parent, who tells every recorder of a file all of them."""
         if self._known[topic] > 0:
             self._known[topic] -= 1
         else:
+            if self._intake is not None and "monotonic" in message:
+                t = self._intake.rig_time(message["monotonic"])
             self._writer.write(topic, t, message)
+            self._is_saved = False
 
-    def save(self) -> None:
-        """Bring all that is new to the disk, then say so."""
-        rows, events = self._ticks.take(), self._events.take()
+    def take(self) -> None:
+        """Take all that is new, and publish it."""
+        events, rows = self._events.take(), self._ticks.take()
         if not len(rows) and not len(events):
             return
+        self._is_saved = False
         for row in events:
             self._write_event(row)
         self._writer.ticks(rows)
+        if self._intake is not None:
+            self._intake.see(rows)
+        if self._outlets is not None:
+            try:
+                self._outlets.publish(rows, events)
+            except RuntimeError as error:
+                self._outlets, self._unpublished = None, f"LSL has failed, and the recording goes on: {error}"
+
+    def save(self) -> None:
+        """Bring all that is new to the disk, then say so."""
+        self.take()
+        is_more = self._intake is not None and self._intake.take()
+        if self._is_saved and not is_more:
+            return
         start = time.perf_counter_ns()
         safe = self._writer.sync()
+        self._is_saved = True
         self._sync_us_max = max(self._sync_us_max, 1e-3 * (time.perf_counter_ns() - start))
         self._ticks.acknowledge(safe)
         self._events.acknowledge(self._events_written())
-        _say(self._status, self._start, self._sync_us_max, "")
+        if self._intake is not None:
+            self._intake.acknowledge()
+        self._say()
 
     def finish(self, timing: Mapping[str, Any]) -> None:
         """Complete the file."""
         self.save()
+        while self._intake is not None and self._intake.take():
+            pass
         if timing:
             self._writer.write("/timing", timing["t"], {name: timing[name] for name in timing if name != "t"})
         self._writer.close()
@@ -173,6 +215,8 @@ class _Desk:
         """Let go of the memory; the file is left as it is."""
         self._ticks.close()
         self._events.close()
+        if self._intake is not None:
+            self._intake.close()
 
     def _write_event(self, row: np.void) -> None:
         t = float(row["t"]) if np.isfinite(row["t"]) else 0.0
@@ -181,6 +225,9 @@ class _Desk:
             self._writer.write("/phase", t, {"name": text})
         else:
             self._writer.write("/event", t, {"kind": kind, "text": text})
+
+    def _say(self) -> None:
+        _say(self._status, self._start, self._sync_us_max, "", self._unpublished)
 
     def _events_written(self) -> int:
         return self._writer.count("/event") + self._writer.count("/phase")
@@ -193,10 +240,12 @@ def _writer(job: Job, acknowledged: int) -> RecordingWriter:
         except RecordingError:
             if acknowledged:  # otherwise it was killed before its settings were written
                 raise
-    return RecordingWriter(job.path, job.joints, job.settings)
+    streams = () if job.devices is None else job.devices.streams
+    return RecordingWriter(job.path, job.joints, job.settings, streams)
 
 
-def _say(status: Mailbox, start: int, sync_us_max: float, why: str) -> None:
+def _say(status: Mailbox, start: int, sync_us_max: float, why: str, unpublished: str = "") -> None:
     row = np.zeros((), STATUS)
-    row["start"], row["sync_us_max"], row["why"] = start, sync_us_max, _utf8(why, "text")
+    row["start"], row["sync_us_max"] = start, sync_us_max
+    row["why"], row["unpublished"] = _utf8(why, "text"), _utf8(unpublished, "text")
     status.write(row)

@@ -152,9 +152,14 @@ class Ring:
         self._block.head["written"] = count + 1
         return True
 
-    def take(self) -> np.ndarray:
-        """Copies of all values that are new since the last take."""
-        until = self.written
+    @property
+    def room(self) -> int:
+        """Values that can be put in now."""
+        return self._capacity - (self.written - self.acknowledged)
+
+    def take(self, most: int | None = None) -> np.ndarray:
+        """Copies of the values that are new since the last take; of the oldest, so many at most."""
+        until = self.written if most is None else min(self.written, self._taken + most)
         index = np.arange(self._taken, until) % self._capacity
         self._taken = until
         return self._block.rows[index]

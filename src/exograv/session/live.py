@@ -13,6 +13,10 @@ import numpy as np
 from exograv.errors import ConfigError, RigError
 from exograv.model.description import Side
 from exograv.rig.twin.twin import PERIOD
+from exograv.runtime.lsl.library import require_lsl
+from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.lsl.outlets import OutletsJob
+from exograv.runtime.lsl.streaming import NO_STREAMING, Streaming
 from exograv.runtime.recorder import Recorder
 from exograv.runtime.timing import Timing
 from exograv.runtime.worker import WorkerJob, WorkerMemory
@@ -52,6 +56,10 @@ class LiveOptions:
     gravity_level: float = 0.0
     self_test: bool = False
     """Whether the empty twin is tested before; no wearer of it could come to harm without."""
+    lsl: bool = False
+    """Whether joint state, torque and markers are published."""
+    record_streams: tuple[str, ...] = ()
+    """Names or types of streams of other devices that are recorded besides."""
 
     def __post_init__(self):
         if not 1.0 <= self.seconds <= 7200.0:
@@ -95,6 +103,20 @@ def run_live(
         RigError: A process died before the loop began, or the guard in it; or the self-test has failed.
         RecordingError: There is no room for the recording.
     """
+    if options.lsl:
+        require_lsl()
+    with contextlib.ExitStack() as stack:
+        listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
+        return _run(options, folder, progress, started, listening)
+
+
+def _run(
+    options: LiveOptions,
+    folder: Path,
+    progress: Progress,
+    started: Callable[[Running], object],
+    listening: Listening | None,
+) -> dict[str, Any]:
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_motorless(laboratory.description)
     prepare_all = prepare_machine if options.identify_s else prepare
@@ -103,8 +125,13 @@ def run_live(
     said = {"disturbance_level": options.level, "seed": options.seed, "settings": {"options": asdict(options)}}
     with contextlib.ExitStack() as stack:
         plan, seconds = _plan(options, laboratory, prepared, progress, stack)
-        flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test)
-    return _figures(options, flown) | {"self_test": self_test} | _learned(flown, laboratory, prepared)
+        description = laboratory.description
+        outlets = OutletsJob(description.name, description.joints, PERIOD) if options.lsl else None
+        lsl = Streaming(outlets, listening)
+        flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test, lsl)
+    streams = [] if listening is None else listening.figures()
+    told = {"self_test": self_test, "streams": streams}
+    return _figures(options, flown) | told | _learned(flown, laboratory, prepared)
 
 
 def _plan(
@@ -139,6 +166,7 @@ def fly_plan(
     progress: Progress,
     started: Callable[[Running], object],
     is_tested: bool = False,
+    lsl: Streaming = NO_STREAMING,
 ) -> Flown:
     """Float the arm live, who is known already; as `run_live`."""
     lesson = plan.lesson
@@ -153,8 +181,10 @@ def fly_plan(
         None if lesson is None else WorkerJob(lesson.worker, lesson.memory),
         plan.period_ns,
     )
-    with Recorder(folder / "live.mcap", plan.description.joints, settings_of(plan, said), seconds) as recorder:
-        return fly(parts, seconds, recorder, progress, started)
+    path, joints = folder / "live.mcap", plan.description.joints
+    settings = settings_of(plan, said)
+    with Recorder(path, joints, settings, seconds, outlets=lsl.outlets, devices=lsl.devices) as recorder:
+        return fly(parts, seconds, recorder, progress, started, lsl.listening)
 
 
 def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
@@ -221,6 +251,7 @@ def _figures(options: LiveOptions, flown: Flown) -> dict[str, Any]:
         "recording_ok": recording.recording_ok,
         "recording_why": recording.why,
         "recorder_restarts": recording.restarts,
+        "unpublished": recording.unpublished,
         "control_restarts": flown.control_restarts,
         "recording": str(flown.path),
         "footprint": dict(flown.footprint),

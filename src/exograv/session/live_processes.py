@@ -15,6 +15,7 @@ from exograv.errors import RigError
 from exograv.runtime.answering import Answering, ControlJob, control_process
 from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.live import GuardedRig, GuardJob, GuardReport, guard_process
+from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.recorder import Recorder, Report, timing_message
 from exograv.runtime.shared import Mailbox
 from exograv.runtime.spawn import spawned
@@ -163,8 +164,11 @@ def fly(
     recorder: Recorder,
     progress: Progress,
     started: Callable[[Running], object] = lambda *_: None,
+    listening: Listening | None = None,
 ) -> Flown:
     """Guard and control in processes of their own beside the recorder, which is completed.
+
+    Streams of other devices, if there are some, are recorded from when guard and control are ready.
 
     Raises:
         RigError: A process died before the loop began, or the guard in it.
@@ -184,15 +188,19 @@ def fly(
         await_word(guard, to_guard)
         if worker is not None:
             await_word(worker.process, worker.connection)
+        if listening is not None:
+            listening.begin(recorder.write)
         to_guard.send("go")
         begun = time.monotonic()
         started(Running(guard, control, recorder, states, answers, lambda: to_guard.send("stop"), worker))
         pids = {"guard": guard, "control": control, "recorder": recorder}
         footprint = Footprint({"session": os.getpid} | {name: partial(_pid, one) for name, one in pids.items()})
-        report = _watched(guard, to_guard, (recorder, control, worker, footprint), progress, seconds)
+        report = _watched(guard, to_guard, (recorder, control, worker, footprint, listening), progress, seconds)
         wall_s = time.monotonic() - begun
         if worker is not None:
             worker.note()
+        if listening is not None:
+            listening.finish()
         recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
         flown = Flown(report, recording, recorder.path, wall_s, control.restarts, footprint.figures())
         return flown if worker is None else replace(flown, **worker.figures())

@@ -1,0 +1,130 @@
+"""Samples of another device's stream as one message: raw stamps, raw values, in the device's own type.
+
+Plain CDR, as ROS 2 uses it, with sequences: a viewer reads it by the schema in the file.
+"""
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .encoding import CDR_HEADER
+
+TOPICS = "/lsl/"
+"""Of the channels of other devices; what follows is made of the stream's name."""
+
+HEAD = struct.Struct("<dII")
+"""`received` [s], `connection`, `channels`."""
+
+TYPES = {
+    "float32": "float32",
+    "double64": "float64",
+    "string": "string",
+    "int8": "int8",
+    "int16": "int16",
+    "int32": "int32",
+    "int64": "int64",
+}
+"""LSL's name of a type to ROS 2's."""
+
+DEFINITION = """\
+float64 received  # CLOCK_MONOTONIC when the last of these samples had been taken from LSL [s]
+uint32 connection  # counted from 1; another one may have another clock
+uint32 channels  # of a sample
+float64[] stamps  # of the samples, exactly as received: the device's own clock [s]
+{type}[] values  # exactly as received, sample after sample
+"""
+
+
+@dataclass(frozen=True)
+class StreamFormat:
+    """What the file has to know of a stream before its first sample."""
+
+    topic: str
+    value_type: str
+    """One of `TYPES`, by LSL's name."""
+
+    @property
+    def schema_name(self) -> str:
+        """Name of the message type in the file."""
+        return f"exograv/msg/Lsl{self.value_type.title()}"
+
+    @property
+    def definition(self) -> str:
+        """The message in ROS 2's interface language."""
+        return DEFINITION.format(type=TYPES[self.value_type])
+
+
+@dataclass(frozen=True)
+class StreamBlock:
+    """Samples that came together."""
+
+    received: float
+    """CLOCK_MONOTONIC when the last of them had been taken from LSL [s]."""
+
+    connection: int
+    stamps: Float[np.ndarray, " sample"]
+    """As received [s]."""
+
+    values: Any
+    """As received: an array (sample, channel), or of strings a list of lists."""
+
+
+def value_type_of(schema_name: str) -> str:
+    """LSL's name of the type that `StreamFormat.schema_name` was made of."""
+    return schema_name.removeprefix("exograv/msg/Lsl").lower()
+
+
+def packed(block: StreamBlock, channels: int) -> bytes:
+    """The message."""
+    stamps = np.ascontiguousarray(block.stamps, "<f8")
+    head = HEAD.pack(block.received, block.connection, channels) + struct.pack("<I4x", len(stamps)) + stamps.tobytes()
+    if isinstance(block.values, np.ndarray):
+        values = np.ascontiguousarray(block.values)
+        body = struct.pack("<I", values.size) + bytes(4 * (values.itemsize == 8)) + values.tobytes()
+    else:
+        body = _packed_texts([text for sample in block.values for text in sample])
+    return CDR_HEADER + head + body
+
+
+def unpacked(data: bytes, value_type: str) -> StreamBlock:
+    """What `packed` has made."""
+    received, connection, channels = HEAD.unpack_from(data, 4)
+    (count,) = struct.unpack_from("<I", data, 4 + HEAD.size)
+    start = 4 + HEAD.size + 8
+    stamps, start = np.frombuffer(data, "<f8", count, start), start + 8 * count
+    (size,) = struct.unpack_from("<I", data, start)
+    if value_type == "string":
+        texts = _unpacked_texts(data, start + 4, size)
+        values: Any = [texts[first : first + channels] for first in range(0, size, channels)]
+    else:
+        kind = np.dtype(TYPES[value_type]).newbyteorder("<")
+        begin = start + 4 + 4 * (kind.itemsize == 8)
+        values = np.frombuffer(data, kind, size, begin).reshape(count, channels)
+    return StreamBlock(received, connection, stamps, values)
+
+
+def packed_size(samples: int, channels: int, item_bytes: int) -> int:
+    """Bytes of a message of numbers."""
+    return 4 + HEAD.size + 8 + 8 * samples + 8 + samples * channels * item_bytes
+
+
+def _packed_texts(texts: Sequence[str]) -> bytes:
+    body = bytearray(struct.pack("<I", len(texts)))
+    for text in texts:
+        content = text.encode(errors="surrogateescape") + b"\0"
+        body += bytes(-len(body) % 4) + struct.pack("<I", len(content)) + content
+    return bytes(body)
+
+
+def _unpacked_texts(data: bytes, start: int, count: int) -> list[str]:
+    texts = list[str]()
+    for _ in range(count):
+        start += -(start - 4) % 4  # CDR counts from the end of its header
+        (size,) = struct.unpack_from("<I", data, start)
+        texts.append(data[start + 4 : start + 4 + size - 1].decode(errors="surrogateescape"))
+        start += 4 + size
+    return texts

@@ -1,0 +1,49 @@
+"""What the listener hands to the recorder: samples as they are in the file, and LSL's corrections of the clock."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from exograv.recording.stream_block import StreamFormat
+from exograv.runtime.shared import Ring
+
+DATA_BYTES = 16_000
+SLOTS = 1024
+"""16 MB: ten seconds without a recorder at 1.6 MB/s. What finds no room stays with LSL, which keeps minutes."""
+
+BLOCK = np.dtype(
+    [("stream", "<u2"), ("kind", "u1"), ("monotonic", "<f8"), ("length", "<u4"), ("data", f"V{DATA_BYTES}")]
+)
+"""`stream` counts from 0; `kind` is one of those below; `monotonic` is when it came [s]."""
+
+SAMPLES, CORRECTED = 0, 1
+
+CORRECTION_ROW = np.dtype(
+    [("connection", "<u4"), *((name, "<f8") for name in ("asked", "answered", "offset", "remote", "uncertainty"))]
+)
+"""Data of a `CORRECTED` block: the message of `/correction`."""
+
+TAKEN_MAX = 256
+"""Blocks that the recorder takes at a time (4 MB): a device that floods must not keep ticks from the disk."""
+
+
+@dataclass(frozen=True)
+class Devices:
+    """Other devices of a run, for its recorder."""
+
+    ring: str
+    """Name of the memory."""
+
+    streams: tuple[StreamFormat, ...]
+
+    def blocks(self) -> Ring:
+        """The ring: the listener writes into it, the recorder reads."""
+        return Ring(BLOCK, SLOTS, self.ring)
+
+
+def block(stream: int, kind: int, monotonic: float, data: bytes) -> np.ndarray:
+    """An entry of the ring."""
+    row = np.zeros((), BLOCK)
+    row["stream"], row["kind"], row["monotonic"], row["length"] = stream, kind, monotonic, len(data)
+    row["data"] = np.void(data.ljust(DATA_BYTES, b"\0"))
+    return row

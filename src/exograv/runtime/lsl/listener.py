@@ -1,0 +1,103 @@
+"""The listener: a process of its own for the streams of other devices, with a thread for each.
+
+What hangs, floods or crashes in liblsl does so here: the recorder only finds blocks in its ring.
+"""
+
+import threading
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.runtime.shared import Ring
+
+from .blocks import BLOCK, SAMPLES, SLOTS, block
+from .stream_reader import StreamReader
+from .streams import Found, choose, formats
+
+
+@dataclass(frozen=True)
+class ListenerJob:
+    """What a listener is started with."""
+
+    ring: str
+    """Name of the memory to the recorder."""
+
+    wanted: tuple[str, ...]
+    """Names or types, of the first listener."""
+
+    within_s: float
+    """For them to be found."""
+
+    found: tuple[Found, ...] = ()
+    """By the one before, which has died; then they need not be there."""
+
+    connections: tuple[int, ...] = ()
+    """So far, of each."""
+
+
+def listen(job: ListenerJob, parent: Connection) -> None:
+    """Be the listener: find, say what, wait for the word, record until the next word."""
+    try:
+        found = job.found or tuple(choose(job.wanted, job.within_s))
+    except ConfigError as error:
+        parent.send(error)
+        return
+    parent.send(found)
+    line = _Line(parent, Ring(BLOCK, SLOTS, job.ring))
+    readers = [
+        StreamReader(stream, kind.topic, count, line.hand_of(number), line.note)
+        for number, (stream, kind, count) in enumerate(
+            zip(found, formats(found), job.connections or (0,) * len(found), strict=True)
+        )
+    ]
+    over = threading.Event()
+    threads = [threading.Thread(target=reader.run, args=(over,), daemon=True) for reader in readers]
+    if not _heard(parent):
+        return
+    for thread in threads:
+        thread.start()
+    _heard(parent)
+    over.set()
+    for thread in threads:
+        thread.join(END_MAX_S)
+    line.note(None)
+
+
+END_MAX_S = 3.0
+"""For a thread that waits for its device."""
+
+KEPT_FOR_CORRECTIONS = 16
+"""Places that samples leave free."""
+
+
+class _Line:
+    """To the recorder and to the parent, for all threads."""
+
+    def __init__(self, parent: Connection, ring: Ring):
+        self._parent, self._ring, self._lock = parent, ring, threading.Lock()
+
+    def hand_of(self, stream: int):
+        """The `Hand` of a stream."""
+
+        def hand(kind: int, monotonic: float, data: bytes) -> bool:
+            with self._lock:
+                if self._ring.room <= (KEPT_FOR_CORRECTIONS if kind == SAMPLES else 0):
+                    return False
+                return self._ring.put(block(stream, kind, monotonic, data))
+
+        return hand
+
+    def note(self, message: dict[str, Any] | None) -> None:
+        """Tell the parent; None is the last word."""
+        with self._lock:
+            self._parent.send(message)
+
+
+def _heard(parent: Connection) -> bool:
+    """Wait for a word; false if the parent is gone."""
+    try:
+        parent.recv()
+    except (EOFError, OSError):
+        return False
+    return True

@@ -1,0 +1,126 @@
+"""What a live run publishes: joint state, torque and markers. Pushed by the recorder's process, which copies it anyway.
+
+A sample's stamp is the time of its measurement on CLOCK_MONOTONIC, which is LSL's own clock on Linux; it is worked out
+from the two clocks of its tick, and not from when it was pushed.
+"""
+
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from .library import lsl
+
+KEPT_S = 10
+"""Of a consumer that does not keep up; what is older it misses, so that it cannot fill the recorder's memory [s]."""
+
+JOINT_STATE = (("q_measured", "rad"), ("v", "rad/s"))
+TORQUE = (("tau_desired", "N·m"), ("tau_commanded", "N·m"), ("tau_measured", "N·m"))
+"""Fields of a tick that are published per joint, and their unit."""
+
+
+@dataclass(frozen=True)
+class OutletsJob:
+    """What the streams of a run are made from. It names the machine, and never a person."""
+
+    rig: str
+    joints: tuple[str, ...]
+    period_s: float
+
+    token: str = field(default_factory=lambda: secrets.token_hex(8))
+    """In every `source_id` of the run: by it a consumer finds the streams again when the recorder was replaced."""
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """One numerical stream."""
+
+    name: str
+    kind: str
+    fields: tuple[tuple[str, str], ...]
+
+
+STREAMS = (
+    _Columns("exograv-joints", "JointState", JOINT_STATE),
+    _Columns("exograv-torque", "Torque", TORQUE),
+)
+MARKERS = "exograv-markers"
+
+
+class Outlets:
+    """The streams of one run."""
+
+    def __init__(self, job: OutletsJob):
+        """Open them.
+
+        Raises:
+            ConfigError: LSL is not installed.
+        """
+        self._job, self._waiting = job, list[np.void]()
+        self._numbers = [_numbers(job, columns) for columns in STREAMS]
+        info = lsl().StreamInfo(MARKERS, "Markers", 1, 0.0, "string", f"exograv-{job.token}-markers")
+        _describe(info, job, [("marker", "text")])
+        self._markers = lsl().StreamOutlet(info, 0, KEPT_S)
+
+    def publish(self, ticks: np.ndarray, events: Sequence[np.void] | np.ndarray) -> None:
+        """Push what is new: ticks (tick,) of `recording.encoding.tick_dtype`, and events of `recorder_process.EVENT`.
+
+        An event waits for the first tick that is not older: by that one its time on the rig's clock is translated.
+
+        Raises:
+            RuntimeError: The library has failed.
+        """
+        ticks = ticks[np.isfinite(ticks["monotonic"])]
+        self._waiting += list(events)
+        if not len(ticks):
+            return
+        stamps = (ticks["monotonic"] + (ticks["t"] - ticks["now"])).tolist()
+        for columns, outlet in zip(STREAMS, self._numbers, strict=True):
+            outlet.push_chunk(samples(ticks, columns.fields), stamps)
+        self._push_markers(ticks)
+
+    def _push_markers(self, ticks: np.ndarray) -> None:
+        while self._waiting and (later := int(np.searchsorted(ticks["now"], self._waiting[0]["t"]))) < len(ticks):
+            row, tick = self._waiting.pop(0), ticks[later]
+            kind, text = (bytes(row[name]).decode(errors="replace") for name in ("kind", "text"))
+            self._markers.push_sample([f"{kind}: {text}"], float(tick["monotonic"] + (row["t"] - tick["now"])))
+
+
+def samples(ticks: np.ndarray, fields: tuple[tuple[str, str], ...]) -> Float[np.ndarray, "tick channel"]:
+    """Time on the rig's clock and the number of the measurement, then each field joint by joint."""
+    return np.column_stack([ticks["t"], ticks["sequence"], *(ticks[name] for name, _ in fields)]).astype(np.float64)
+
+
+def labels(job: OutletsJob, fields: tuple[tuple[str, str], ...]) -> list[tuple[str, str]]:
+    """Name and unit of each channel of `samples`."""
+    return [
+        ("t", "s"),
+        ("sequence", "1"),
+        *((f"{name}/{joint}", unit) for name, unit in fields for joint in job.joints),
+    ]
+
+
+def _numbers(job: OutletsJob, columns: _Columns):
+    channels, rate = labels(job, columns.fields), 1.0 / job.period_s
+    source = f"exograv-{job.token}-{columns.kind.lower()}"
+    info = lsl().StreamInfo(columns.name, columns.kind, len(channels), rate, "double64", source)
+    _describe(info, job, channels)
+    return lsl().StreamOutlet(info, 0, KEPT_S)
+
+
+def _describe(info, job: OutletsJob, channels: list[tuple[str, str]]) -> None:
+    """Names of the XDF meta-data conventions (github.com/sccn/xdf/wiki/Meta-Data)."""
+    description = info.desc()
+    acquisition = description.append_child("acquisition")
+    acquisition.append_child_value("manufacturer", "exograv")
+    acquisition.append_child_value("model", job.rig)
+    clock = description.append_child("synchronization")
+    clock.append_child_value("time_source", "CLOCK_MONOTONIC of the computer that runs the machine, at the measurement")
+    clock.append_child_value("can_drop_samples", "true")
+    parent = description.append_child("channels")
+    for label, unit in channels:
+        channel = parent.append_child("channel")
+        channel.append_child_value("label", label)
+        channel.append_child_value("unit", unit)

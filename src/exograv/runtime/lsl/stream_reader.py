@@ -1,0 +1,223 @@
+"""One stream of another device: connected, drained, asked for its clock, and sought again when it is gone.
+
+A connection is one outlet of one process, and so one clock. LSL could recover a lost stream behind our back; then
+nobody would know which stamps are of which clock.
+"""
+
+import ctypes
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from exograv.recording.stream_block import StreamBlock, packed, packed_size
+
+from .blocks import CORRECTED, CORRECTION_ROW, DATA_BYTES, SAMPLES
+from .library import lsl
+from .streams import LOOK_S, Found
+
+POLL_S = 0.02
+"""Between two looks; what LSL had received and nobody had pulled when a device dies is lost."""
+
+BLOCK_S = 0.1
+"""Samples wait for so long for others of their block."""
+
+CORRECTION_S = 2.0
+"""LSL itself measures that often (`TimeUpdateInterval`)."""
+
+CORRECTION_WITHIN_S = 1.0
+"""The first one takes 0.64 s."""
+
+SILENT_S = 2.0
+"""Without a sample of a stream that has a rate; and between two questions whether it has come back elsewhere."""
+
+KEPT_S = 360
+"""By LSL, if the recorder stands still."""
+
+Hand = Callable[[int, float, bytes], bool]
+"""Takes kind, CLOCK_MONOTONIC [s] and data of a block; whether there was room."""
+
+Note = Callable[[dict[str, Any]], object]
+"""Takes a message of `/stream`."""
+
+
+class StreamReader:
+    """Runs in a thread of its own, because the library's calls wait for each device's own time."""
+
+    def __init__(self, found: Found, topic: str, connection: int, hand: Hand, note: Note):
+        """Of a stream that was there, and its number of connections so far."""
+        self._found, self._topic, self._connection = found, topic, connection
+        self._hand, self._note = hand, note
+        self._samples = _Samples(found)
+        self._uid = ""
+
+    def run(self, over: threading.Event) -> None:
+        """Record until it is over."""
+        while not over.is_set():
+            inlet = self._connected() if self._flush() else None
+            if inlet is None:
+                over.wait(0.1)
+                continue
+            try:
+                self._listen(inlet, over)
+            except _GoneError as gone:
+                self._say("lost", f"{self._found.name} is gone ({gone}). It is sought.")
+            finally:
+                self._flush()
+                inlet.close_stream()
+
+    def _connected(self) -> Any:
+        """An inlet whose stream is open; None if it is not there."""
+        from pylsl.util import LostError
+
+        there = lsl().resolve_bypred(self._found.predicate, 1, LOOK_S)
+        if not there:
+            return None
+        inlet = lsl().StreamInlet(there[0], KEPT_S, recover=False, as_numpy=True)
+        try:
+            xml = inlet.info(CORRECTION_WITHIN_S).as_xml()
+            self._uid = there[0].uid()
+            self._connection += 1
+            self._correct(inlet)  # before samples come: the first one takes its time
+            inlet.open_stream(CORRECTION_WITHIN_S)
+        except (TimeoutError, LostError):
+            return None
+        self._say("connected", f"{self._found.name} of {self._found.host} is recorded.", xml=xml)
+        return inlet
+
+    def _listen(self, inlet: Any, over: threading.Event) -> None:
+        from pylsl.util import LostError
+
+        now = time.monotonic()
+        heard, corrected, looked, is_silent = now, now, now, False
+        try:
+            while not over.wait(POLL_S):
+                now = time.monotonic()
+                if self._pull(inlet):
+                    heard = now
+                if is_silent != (self._found.rate_Hz > 0.0 and now - heard > SILENT_S):
+                    is_silent = not is_silent
+                    self._say(*(SILENT if is_silent else RESUMED))
+                if now - heard > SILENT_S and now - looked > SILENT_S:
+                    looked = now
+                    self._look_elsewhere()
+                if now - corrected > CORRECTION_S:
+                    corrected = now
+                    self._correct(inlet)
+            self._pull(inlet)
+        except LostError:
+            raise _GoneError("its program has closed it or ended") from None
+
+    def _pull(self, inlet: Any) -> bool:
+        """Whether samples came. Without room for them they stay with LSL."""
+        came = False
+        while True:
+            count = self._samples.pull(inlet)
+            came = came or count > 0
+            is_due = self._samples.is_full or time.monotonic() - self._samples.since > BLOCK_S
+            if (is_due and not self._flush()) or not count:
+                return came
+
+    def _flush(self) -> bool:
+        """Hand over what has been pulled, if there is room for it."""
+        if not self._samples.count:
+            return True
+        block = self._samples.block(self._connection)
+        data = packed(block, self._found.channels)
+        if len(data) > DATA_BYTES:
+            self._say("left out", f"A text at {block.stamps[0]} s has {len(data)} bytes; allowed are {DATA_BYTES}.")
+        elif not self._hand(SAMPLES, block.received, data):
+            return False
+        self._samples.clear()
+        return True
+
+    def _correct(self, inlet: Any) -> None:
+        asked = time.monotonic()
+        measured = time_correction(inlet, CORRECTION_WITHIN_S)
+        if measured is not None:
+            row = np.array([(self._connection, asked, time.monotonic(), *measured)], CORRECTION_ROW)
+            self._hand(CORRECTED, asked, row.tobytes())
+
+    def _look_elsewhere(self) -> None:
+        """A device that was switched off closes nothing: it is back as another outlet, and this one is dead."""
+        there = lsl().resolve_bypred(self._found.predicate, 1, LOOK_S)
+        if there and self._uid not in {info.uid() for info in there}:
+            raise _GoneError("it has come back as another one")
+
+    def _say(self, kind: str, text: str, **more: str) -> None:
+        head = {"monotonic": time.monotonic(), "topic": self._topic, "kind": kind, "text": text}
+        self._note({**head, "connection": self._connection, **more})
+
+
+SILENT = ("silent", f"It has sent nothing for {SILENT_S:g} s, and its source is still there.")
+RESUMED = ("resumed", "It sends again.")
+
+
+class _GoneError(Exception):
+    """The connection is over; for this file only."""
+
+
+class _Samples:
+    """Samples that wait for their block, in memory that was there before."""
+
+    def __init__(self, found: Found):
+        self._is_text = found.value_type == "string"
+        self.count, self.since, self._received = 0, np.inf, 0.0
+        if self._is_text:
+            self._most, self._texts, self._stamps = 1, list[list[str]](), np.empty(1)
+            return
+        kind = np.dtype({"double64": "float64"}.get(found.value_type, found.value_type))
+        one = packed_size(1, found.channels, kind.itemsize) - packed_size(0, found.channels, kind.itemsize)
+        self._most = (DATA_BYTES - packed_size(0, found.channels, kind.itemsize)) // one
+        self._values, self._stamps = np.empty((self._most, found.channels), kind), np.empty(self._most)
+
+    @property
+    def is_full(self) -> bool:
+        """Whether no other fits into the block."""
+        return self.count == self._most
+
+    def pull(self, inlet: Any) -> int:
+        """As many as are there and fit."""
+        room = self._most - self.count
+        if not room:
+            return 0
+        if self._is_text:
+            values, stamps = inlet.pull_chunk(0.0, room, as_numpy=True)
+            self._texts += [[text.decode(errors="surrogateescape") for text in sample] for sample in values]
+        else:
+            _, stamps = inlet.pull_chunk(0.0, room, dest_obj=self._values[self.count :])
+        self._stamps[self.count : self.count + len(stamps)] = stamps
+        if len(stamps):
+            self._received = time.monotonic()
+            self.since = min(self.since, self._received)
+        self.count += len(stamps)
+        return len(stamps)
+
+    def block(self, connection: int) -> StreamBlock:
+        """All that wait."""
+        values = self._texts if self._is_text else self._values[: self.count]
+        return StreamBlock(self._received, connection, self._stamps[: self.count], values)
+
+    def clear(self) -> None:
+        """They have been handed over."""
+        self.count, self.since = 0, np.inf
+        if self._is_text:
+            self._texts.clear()
+
+
+def time_correction(inlet: Any, within_s: float) -> tuple[float, float, float] | None:
+    """Offset, time on the device's clock when it was measured, uncertainty [s]; None if there is none in time.
+
+    `StreamInlet.time_correction` gives the first of them only.
+    """
+    from pylsl.lib import lib
+
+    ask = lib.lsl_time_correction_ex
+    ask.restype = ctypes.c_double
+    ask.argtypes = [ctypes.c_void_p, *[ctypes.POINTER(ctypes.c_double)] * 2, ctypes.c_double]
+    ask.argtypes = [*ask.argtypes, ctypes.POINTER(ctypes.c_int)]
+    remote, uncertainty, error = ctypes.c_double(), ctypes.c_double(), ctypes.c_int()
+    offset = ask(inlet.obj, ctypes.byref(remote), ctypes.byref(uncertainty), within_s, ctypes.byref(error))
+    return None if error.value else (offset, remote.value, uncertainty.value)

@@ -1,0 +1,109 @@
+"""Streams that are there: found, named, chosen."""
+
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.recording.stream_block import TOPICS, StreamFormat
+
+from .library import lsl
+
+LOOK_S = 1.0
+"""For one look around: liblsl asks again every half second, and an answer takes less."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A stream, as it announces itself."""
+
+    name: str
+    kind: str
+    source_id: str
+    host: str
+    channels: int
+    rate_Hz: float
+    value_type: str
+
+    @property
+    def predicate(self) -> str:
+        """By which it is found again, wherever and whenever it comes back (XPath 1.0)."""
+        properties = {"name": self.name, "type": self.kind, "source_id": self.source_id}
+        return " and ".join(f"{name}={quoted(text)}" for name, text in properties.items())
+
+    def figures(self) -> dict[str, Any]:
+        """As `--json` has them."""
+        return {name: value for name, value in asdict(self).items() if name != "kind"} | {"type": self.kind}
+
+
+def quoted(text: str) -> str:
+    """As XPath 1.0 has it, which knows no escapes.
+
+    Raises:
+        ConfigError: It has both kinds of quotation marks.
+    """
+    if '"' in text and "'" in text:
+        raise ConfigError(f"The stream {text} has both kinds of quotation marks in its name. Rename it in its program.")
+    return f"'{text}'" if '"' in text else f'"{text}"'
+
+
+def described(info: Any) -> Found:
+    """By a `StreamInfo`."""
+    from pylsl.lib import string2fmt
+
+    types = {number: name for name, number in string2fmt.items()}
+    return Found(
+        info.name(),
+        info.type(),
+        info.source_id(),
+        info.hostname(),
+        info.channel_count(),
+        info.nominal_srate(),
+        types[info.channel_format()],
+    )
+
+
+def visible(within_s: float = LOOK_S) -> list[Found]:
+    """All streams, by name."""
+    found = {described(info): None for info in lsl().resolve_streams(within_s)}
+    return sorted(found, key=lambda one: (one.name, one.kind, one.source_id))
+
+
+def choose(wanted: Sequence[str], within_s: float) -> list[Found]:
+    """The streams of these names or, where no stream has the name, of this type.
+
+    Raises:
+        ConfigError: One is not there within the time; the message names those that are.
+    """
+    until = time.monotonic() + within_s
+    while True:
+        there = visible()
+        chosen = {one: _matching(there, one) for one in wanted}
+        if all(chosen.values()):
+            return list(dict.fromkeys(stream for streams in chosen.values() for stream in streams))
+        if time.monotonic() > until:
+            missing = ", ".join(f"'{one}'" for one, streams in chosen.items() if not streams)
+            seen = "; ".join(f"{one.name} ({one.kind}, {one.host})" for one in there) or "none"
+            raise ConfigError(
+                f"No stream has the name or type {missing}, after {within_s:g} s. Streams there: {seen}. "
+                "Start the device's program, or give another name; `exograv streams` shows what is there."
+            )
+
+
+def _matching(there: Sequence[Found], wanted: str) -> list[Found]:
+    return [one for one in there if one.name == wanted] or [one for one in there if one.kind == wanted]
+
+
+def formats(streams: Sequence[Found]) -> tuple[StreamFormat, ...]:
+    """Channels of the recording, one a stream, no name twice."""
+    topics = list[str]()
+    for stream in streams:
+        first = topic = TOPICS + (re.sub(r"[^A-Za-z0-9_-]+", "_", stream.name) or "stream")
+        number = 1
+        while topic in topics:
+            number += 1
+            topic = f"{first}_{number}"
+        topics.append(topic)
+    return tuple(StreamFormat(topic, one.value_type) for topic, one in zip(topics, streams, strict=True))

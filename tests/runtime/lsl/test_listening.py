@@ -1,0 +1,210 @@
+"""What another device sends is in the file as it was sent, whatever dies on the way; and nobody is held up by it."""
+
+import contextlib
+import itertools
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exograv.errors import ConfigError
+from exograv.recording import Recording, read_recording
+from exograv.recording.device_stream import DeviceStream
+from exograv.recording.stream_block import StreamBlock, packed
+from exograv.runtime.lsl.blocks import BLOCK, SAMPLES, SLOTS, TAKEN_MAX, Devices, block
+from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.lsl.streams import Found, formats, quoted
+from exograv.runtime.recorder import Recorder
+from exograv.runtime.shared import Ring
+
+from .conftest import wait_for
+
+DEVICE = Path(__file__).with_name("device.py")
+TYPES = ("float32", "double64", "int16", "int64")
+
+
+@contextlib.contextmanager
+def device(*streams: str) -> Iterator[subprocess.Popen]:
+    """Another program, that pushes counted samples into streams `NAME:TYPE`."""
+    with subprocess.Popen([sys.executable, str(DEVICE), *streams], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@contextlib.contextmanager
+def recording(path: Path, *wanted: str) -> Iterator[tuple[Listening, Recorder]]:
+    with Listening(wanted) as listening, Recorder(path, (), {}, 5.0, devices=listening.devices) as recorder:
+        listening.begin(recorder.write)
+        yield listening, recorder
+
+
+def finished(listening: Listening, recorder: Recorder) -> Recording:
+    listening.finish()
+    assert recorder.finish().recording_ok
+    return read_recording(recorder.path)
+
+
+def written(path: Path, topic: str) -> int:
+    """Samples that are in the file now."""
+    return sum(len(stream.stamps) for stream in read_recording(path).streams if stream.topic == topic)
+
+
+def noted(listening: Listening, what: str, count: int = 1):
+    def is_noted() -> bool:
+        listening.check()
+        return sum(one[what] for one in listening.figures()) >= count
+
+    return is_noted
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """Streams of all kinds, for three seconds."""
+    path = tmp_path_factory.mktemp("streams") / "a.mcap"
+    with (
+        device(*(f"{one}:{one}" for one in TYPES), "keys:string"),
+        recording(path, "EEG", "keys") as (listening, recorder),
+    ):
+        wait_for(lambda: min(written(path, f"/lsl/{one}") for one in (*TYPES, "keys")) > 30, "samples")
+        wait_for(lambda: corrections(path) > 1, "a second correction")
+        return finished(listening, recorder)
+
+
+def corrections(path: Path) -> int:
+    """Fewest of a stream, so far."""
+    return min(len(stream.corrections) for stream in read_recording(path).streams)
+
+
+def stream_of(found: Recording, name: str) -> DeviceStream:
+    return next(stream for stream in found.streams if stream.name == name)
+
+
+@pytest.mark.parametrize("value_type", TYPES)
+def test_numbers_and_stamps_are_recorded_bit_by_bit(undisturbed: Recording, value_type: str):
+    stream = stream_of(undisturbed, value_type)
+    counts = stream.values[:, 0].astype(int)
+    kind = np.dtype({"double64": "float64"}.get(value_type, value_type))
+    assert stream.values.dtype == kind
+    np.testing.assert_array_equal(np.diff(counts), 1)
+    np.testing.assert_array_equal(stream.values[:, 1], (counts / 3).astype(kind))
+    np.testing.assert_array_equal(stream.values[:, 2], -stream.values[:, 0])
+    # The device has said 10 000 s + n/7 on its own clock: nothing is smoothed, and nothing is shifted.
+    np.testing.assert_array_equal(stream.stamps, 1e4 + counts / 7)
+
+
+def test_texts_are_recorded_as_they_were_sent(undisturbed: Recording):
+    texts = [text for (text,) in stream_of(undisturbed, "keys").values]
+    first = int(texts[0].split()[-1])
+    sent = range(first, first + 10 * len(texts), 10)
+    assert texts == [f"Größer {'ß' * (count % 7)} als ½ {count}" for count in sent]
+
+
+def test_the_whole_description_and_every_correction_are_kept(undisturbed: Recording):
+    stream = stream_of(undisturbed, "float32")
+    assert (stream.kind, stream.nominal_rate_Hz, stream.channels) == ("EEG", 200.0, 3)
+    assert stream.labels == ("C0", "C1", "C2")
+    assert stream.description.findtext("desc/maker") == "Nobody & Sons"
+    assert len(stream.corrections) >= 2
+    for one in stream.corrections:
+        assert abs(one["offset"]) < 0.005  # one computer, one clock
+        assert one["asked"] <= one["answered"]
+        assert 0.0 < one["uncertainty"] < 0.1
+        assert one["connection"] == 1
+
+
+def test_a_device_that_dies_is_noted_and_awaited_and_comes_back_as_another_connection(tmp_path: Path):
+    path = tmp_path / "a.mcap"
+    with device("amp:float32") as first, recording(path, "amp") as (listening, recorder):
+        wait_for(lambda: written(path, "/lsl/amp") > 20, "samples of the first")
+        first.kill()
+        wait_for(noted(listening, "lost"), "the loss")
+        with device("amp:float32"):
+            before = written(path, "/lsl/amp")
+            wait_for(lambda: written(path, "/lsl/amp") > before + 20, "samples of the second")
+            found = finished(listening, recorder)
+    (stream,) = found.streams
+    assert [note["kind"] for note in stream.notes] == ["connected", "lost", "connected"]
+    assert set(stream.connection.tolist()) == {1, 2}
+    for number in (1, 2):
+        np.testing.assert_array_equal(np.diff(stream.values[stream.connection == number, 0]), 1)
+
+
+@pytest.mark.slow
+def test_nothing_is_missing_and_nothing_is_twice_after_recorder_and_listener_were_killed(tmp_path: Path):
+    path = tmp_path / "a.mcap"
+    with device("amp:float32"), recording(path, "amp") as (listening, recorder):
+        wait_for(lambda: written(path, "/lsl/amp") > 20, "samples")
+        os.kill(recorder.pid, signal.SIGKILL)
+        wait_for(lambda: recorder.check().restarts == 1, "another recorder")
+        before = written(path, "/lsl/amp")
+        wait_for(lambda: written(path, "/lsl/amp") > before + 20, "samples after it")
+        of_first = written(path, "/lsl/amp")
+        os.kill(listening.pid, signal.SIGKILL)
+        wait_for(noted(listening, "connected", 2), "another listener")
+        wait_for(lambda: written(path, "/lsl/amp") > of_first + 40, "samples after it")
+        found = finished(listening, recorder)
+    (stream,) = found.streams
+    counts = stream.values[:, 0].astype(int)
+    for number in (1, 2):
+        np.testing.assert_array_equal(np.diff(counts[stream.connection == number]), 1)
+    assert counts[stream.connection == 1][-1] < counts[stream.connection == 2][0]  # what came meanwhile is a gap
+    assert [note["kind"] for note in stream.notes] == ["connected", "connected"]
+
+
+@pytest.mark.slow
+def test_a_device_that_hangs_is_silent_and_then_resumed(tmp_path: Path):
+    path = tmp_path / "a.mcap"
+    with device("amp:float32") as process, recording(path, "amp") as (listening, recorder):
+        wait_for(lambda: written(path, "/lsl/amp") > 5, "samples")
+        process.send_signal(signal.SIGSTOP)
+        wait_for(noted(listening, "silent"), "the silence")
+        process.send_signal(signal.SIGCONT)
+        before = written(path, "/lsl/amp")
+        wait_for(lambda: written(path, "/lsl/amp") > before, "samples again")
+        found = finished(listening, recorder)
+    kinds = [note["kind"] for note in found.streams[0].notes]
+    assert kinds == ["connected", "silent", "resumed"]
+
+
+def test_a_stream_that_is_not_there_is_an_error_that_names_those_that_are():
+    with (
+        device("amp:float32"),
+        pytest.raises(ConfigError, match=r"'heart'.*Streams there: .*amp \(EEG, "),
+    ):
+        Listening(["amp", "heart"], within_s=0.5)
+
+
+def test_a_full_ring_is_written_part_by_part_in_its_order_and_nothing_is_missing(tmp_path: Path):
+    path, ring = tmp_path / "a.mcap", Ring(BLOCK, SLOTS)
+    stream = Found("amp", "EEG", "1", "here", 3, 200.0, "int16")
+    devices = Devices(ring.name, formats([stream]))
+    assert SLOTS > 3 * TAKEN_MAX
+    with contextlib.closing(ring), Recorder(path, (), {}, 5.0, 0.02, devices=devices) as recorder:
+        for k in range(SLOTS):
+            samples = StreamBlock(float(k), 1, np.array([0.1 * k]), np.full((1, 3), k, np.int16))
+            assert ring.put(block(0, SAMPLES, float(k), packed(samples, 3)))
+        wait_for(lambda: ring.acknowledged == SLOTS, "all on the disk")
+        assert recorder.finish().recording_ok
+    (found,) = read_recording(path).streams
+    np.testing.assert_array_equal(found.values[:, 0], np.arange(SLOTS))
+    np.testing.assert_array_equal(found.stamps, 0.1 * np.arange(SLOTS))
+
+
+def test_no_two_streams_share_a_channel_and_any_name_can_be_sought():
+    names = ["a b", "a/b", "a b", "ü", 'say "x"', "it's"]
+    streams = [Found(name, "EEG", str(k), "here", 1, 0.0, "float32") for k, name in enumerate(names)]
+    topics = [one.topic for one in formats(streams)]
+    assert len(set(topics)) == len(names)
+    assert all(first != second for first, second in itertools.combinations(topics, 2))
+    assert quoted('say "x"') == "'say \"x\"'"
+    with pytest.raises(ConfigError, match="both kinds"):
+        quoted('"it\'s"')
