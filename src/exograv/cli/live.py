@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from .common import Common
+from .common import Common, refuse_unwritable
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,7 @@ def run_live_command(command: Live) -> dict[str, Any]:
         command.gravity_level,
         command.self_test,
     )
+    refuse_unwritable(command.out / "live.mcap", "--out")  # found out now, not after minutes of preparation
     with bars() as progress:
         result = run_live(options, command.out, progress)
     show_live(result)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from .common import Common
+from .common import Common, refuse_unwritable
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,7 @@ def run_replay_command(command: Replay) -> dict[str, Any]:
     from exograv.terminal import bars
 
     instead = Instead(command.rig, command.person, command.calibration, command.gravity_level)
+    refuse_unwritable(command.out / "replay.png", "--out")
     with bars() as progress:
         result = run_replay(ReplayOptions(command.file, instead), command.out, progress)
     show_replay(result)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from .common import Common
+from .common import Common, refuse_unwritable
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ def run_self_test_command(command: SelfTest) -> dict[str, Any]:
     options = SelfTestOptions(
         command.rig, command.side, command.level, command.seed, calibration, command.worn, command.body_mass
     )
+    refuse_unwritable(command.out / "self_test.mcap", "--out")
     with bars() as progress:
         result = run_self_test(options, command.out, progress)
     show_self_test(result)

@@ -12,6 +12,7 @@ import numpy as np
 
 from exograv.errors import ConfigError, RigError
 from exograv.model.description import Side
+from exograv.recording.disk import refuse_small_disk
 from exograv.rig.twin.twin import PERIOD
 from exograv.runtime.recorder import Recorder
 from exograv.runtime.timing import Timing
@@ -78,6 +79,11 @@ class LiveOptions:
         if not sys.platform.startswith("linux"):
             raise ConfigError(f"exograv live needs Linux, and this is {sys.platform}.")
 
+    @property
+    def loop_s(self) -> float:
+        """How long the loop runs [s]."""
+        return self.seconds + (self.identify_s + AROUND_LESSON_S if self.identify_s else 0.0)
+
 
 def run_live(
     options: LiveOptions, folder: Path, progress: Progress, started: Callable[[Running], object] = lambda *_: None
@@ -97,6 +103,7 @@ def run_live(
     """
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_motorless(laboratory.description)
+    refuse_small_disk(folder / "live.mcap", len(laboratory.description.joints), options.loop_s)
     prepare_all = prepare_machine if options.identify_s else prepare
     prepared = prepare_all(laboratory, options.seed, progress)
     self_test = _tested(laboratory, prepared, options.seed, progress) if options.self_test else SKIPPED
@@ -118,7 +125,7 @@ def _plan(
     assembly, machine = prepared.assembly, prepared.machine
     if not options.identify_s:
         person = person_limits(assembly, machine, prepared.x)
-        return Plan(laboratory, prepared, person, options.seed, options.gravity_level), options.seconds
+        return Plan(laboratory, prepared, person, options.seed, options.gravity_level), options.loop_s
     progress("Preparing for anybody's arm", 0.0)
     person = unknown_person(assembly, machine)
     size = WorkerMemory(assembly.n, len(prepared.x), round(2 * (options.identify_s + AROUND_LESSON_S) / PERIOD))
@@ -127,7 +134,7 @@ def _plan(
     memory = replace(size, samples=samples.name, findings=findings.name)
     lesson = LessonPlan(assembly, machine, options.identify_s, PERIOD, memory)
     plan = Plan(laboratory, prepared, person, options.seed, 0.0, lesson)
-    return plan, options.identify_s + AROUND_LESSON_S + options.seconds
+    return plan, options.loop_s
 
 
 def fly_plan(

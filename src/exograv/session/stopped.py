@@ -12,7 +12,7 @@ NEXT: Mapping[StopReason, str] = {
     StopReason.NOT_FINITE: "Nothing is wrong with the person: report it with the recording.",
     StopReason.TOO_FAST: "If the person jerked, let the arm rest and repeat; if nobody did, test the machine.",
     StopReason.NO_MEASUREMENT: TEST_AGAIN,
-    StopReason.MODEL_LOST: "Look whether the arm lies in its cuffs as it was fastened, ask the person to let go, repeat.",
+    StopReason.MODEL_LOST: "Look whether the arm lies in its cuffs as when fastened, ask the person to let go, repeat.",
     StopReason.PAST_A_STOP: "If the person pushed, repeat; if nobody did, check the joint's encoder by the self-test.",
     StopReason.ASTRAY: "Look what the joint met, then repeat.",
     StopReason.NOT_THIS_ARM: "Look what the hand holds and whether it is this person, ask for a loose arm, repeat.",

@@ -134,7 +134,15 @@ def test_a_line_that_replays_says_the_level_and_the_persons_where_they_are_not_t
 
 @pytest.mark.parametrize(
     "options",
-    [{"scenarios": 0}, {"seed": -1}, {"level": 5}, {"persons": 0}, {"strikes": -1}, {"strikes": 1000}, {"processes": 0}],
+    [
+        {"scenarios": 0},
+        {"seed": -1},
+        {"level": 5},
+        {"persons": 0},
+        {"strikes": -1},
+        {"strikes": 1000},
+        {"processes": 0},
+    ],
 )
 def test_options_that_mean_nothing_are_refused(options: dict):
     with pytest.raises(ConfigError, match="allowed"):
