@@ -70,6 +70,7 @@ def show_live(result: dict[str, Any]) -> None:
     console.print(
         f"Recorded {result['samples_recorded']} ticks, lost {result['samples_lost']}: {result['recording']}",
         highlight=False,
+        soft_wrap=True,
     )
     if result["recording_why"]:
         console.print(result["recording_why"], highlight=False)

@@ -55,10 +55,9 @@ def show_self_test(result: dict[str, Any]) -> None:
     from rich.table import Table
 
     table = Table(title=f"Self-test of {result['rig']}, {result['machine_s']:.0f} s of the machine")
-    table.add_column("step")
-    table.add_column("measured", justify="right")
-    table.add_column("limit", justify="right")
-    table.add_column("")
+    for heading, justify in (("step", "left"), ("measured", "right"), ("limit", "right"), ("", "left")):
+        # A narrow terminal breaks words rather than cutting figures off.
+        table.add_column(heading, justify=justify, overflow="fold")
     for step in result["steps"]:
         mark = {True: "ok", False: "FAILED", None: "not tried"}[step["passed"]]
         cells = (_cell(step["measured"]), f"{_cell(step['limit'])} {step['unit']}".strip())
