@@ -231,7 +231,7 @@ def test_a_campaign_cuts_no_figure_off_and_breaks_no_line_that_is_to_be_copied(
     numbers = {"runs": 31, "alone": 30, "detected": 28, "budget_ms": 112.0, "missed": 7, "hand_m_s": 0.321}
     row = {**numbers, "what": "an encoder", "reaction_ms": {"p50": 14.5, "max": 56.25}}
     hand = {"max": 1.27, "allowed": 1.0, "above": 1, "runs": 400, "cases": [f"{line}: 1.27 m/s"]}
-    lists = {key: () for key in ("crashed", "violations", "false_trips")}
+    lists = dict.fromkeys(("crashed", "violations", "false_trips"), ())
     counts = dict.fromkeys(("envelope_violations", "missed_budgets", "false_trips_per_hour"), 0)
     result = {"scenarios": 1000, "ticks": 1830000, "seed": 1000, "by_fault": {"F03 spike": row}, "live": None}
     rest = {"relaxed_hand_m_s": hand, "pairs": {"missed": 0, "runs": 2}, "missed": [line], "replay": [line]}

@@ -8,6 +8,12 @@ import tyro
 from .common import Common, refuse_unwritable
 
 
+NOT_LEARNED = (
+    "The arm was not learned to the end ({} findings until then), and did not float: what ended it is said above. "
+    "Repeat with the same --identify."
+)
+
+
 @dataclass(frozen=True)
 class Live(Common):
     """Float the arm in real time: guard, control and recorder in processes of their own, the twin as the machine."""
@@ -54,6 +60,8 @@ def run_live_command(command: Live) -> dict[str, Any]:
     with bars() as progress:
         result = run_live(options, command.out, progress)
     show_live(result)
+    if command.identify and result["identified"] is None:
+        print(NOT_LEARNED.format(result["findings"]))
     return result
 
 
