@@ -7,7 +7,6 @@ import tyro
 
 from .common import Common, refuse_unwritable
 
-
 NOT_LEARNED = (
     "The arm was not learned to the end ({} findings until then), and did not float: what ended it is said above. "
     "Repeat with the same --identify."

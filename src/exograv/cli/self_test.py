@@ -55,9 +55,10 @@ def show_self_test(result: dict[str, Any]) -> None:
     from rich.table import Table
 
     table = Table(title=f"Self-test of {result['rig']}, {result['machine_s']:.0f} s of the machine")
-    for heading, justify in (("step", "left"), ("measured", "right"), ("limit", "right"), ("", "left")):
-        # A narrow terminal breaks words rather than cutting figures off.
-        table.add_column(heading, justify=justify, overflow="fold")
+    # A narrow terminal breaks words rather than cutting figures off.
+    for heading in ("step", "measured", "limit", ""):
+        is_figure = heading in ("measured", "limit")
+        table.add_column(heading, justify="right" if is_figure else "left", overflow="fold")
     for step in result["steps"]:
         mark = {True: "ok", False: "FAILED", None: "not tried"}[step["passed"]]
         cells = (_cell(step["measured"]), f"{_cell(step['limit'])} {step['unit']}".strip())
