@@ -11,7 +11,7 @@ RINGS_Hz = (7.0, 25.0)
 """Where it rang: at 13.5 Hz, far above the motion's 1 Hz."""
 
 RINGING_MAX_RAD_S = 0.15
-"""RMS; friction, noise and a restless wearer make 0.05; a ringing elbow with 40 and 1.5 more than this, with 2.5 0.5."""
+"""RMS; friction, noise and a restless wearer make 0.05; an elbow with 40 and 1.5 more than this, with 2.5 0.5."""
 
 pytestmark = pytest.mark.slow
 
