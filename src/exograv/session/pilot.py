@@ -224,7 +224,7 @@ class Pilot:
         if recording is not None:
             recording.write("/event", self.rig.read().t, {"kind": "stop", "text": text})
         path = None if recording is None else recording.path
-        told = stopped_text(self.envelope, self.rig.joints, self.observer.v, path)
+        told = stopped_text(self.envelope, self.rig.joints, path)
         try:
             for _ in range(round((self.envelope.limits.descent_s + 1.0) / self.rig.period_s)):
                 self._tick(controller, reference)

@@ -4,13 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from exograv.safety.envelope import Envelope, StopReason
-from exograv.signals import Joints
 
 TEST_AGAIN = "Run `exograv self-test` before anybody is in the machine again."
 
 NEXT: Mapping[StopReason, str] = {
     StopReason.NOT_FINITE: "Nothing is wrong with the person: report it with the recording.",
-    StopReason.TOO_FAST: "If the person jerked, let the arm rest and repeat; if nobody did, test the machine.",
+    StopReason.TOO_FAST: "If the person jerked or held back, let the arm rest and repeat; if not, test the machine.",
     StopReason.NO_MEASUREMENT: TEST_AGAIN,
     StopReason.MODEL_LOST: "Look whether the arm lies in its cuffs as when fastened, ask the person to let go, repeat.",
     StopReason.PAST_A_STOP: "If the person pushed, repeat; if nobody did, check the joint's encoder by the self-test.",
@@ -22,13 +21,12 @@ NEXT: Mapping[StopReason, str] = {
 """What to do; the self-test for everything that a machine does to itself."""
 
 
-def stopped_text(envelope: Envelope, joints: Sequence[str], v: Joints, recording: Path | None) -> str:
+def stopped_text(envelope: Envelope, joints: Sequence[str], recording: Path | None) -> str:
     """What happened and what to do next.
 
     Args:
         envelope: The one that stopped it.
         joints: Their names.
-        v: How fast they were in the tick of the stop (joint,) [rad/s].
         recording: What holds all of it, if anything does.
     """
     reason = envelope.stop
@@ -36,16 +34,16 @@ def stopped_text(envelope: Envelope, joints: Sequence[str], v: Joints, recording
         raise ValueError("nothing was stopped")
     kept = "" if recording is None else f" Recorded until then: {recording}."
     return (
-        f"The run was stopped: {reason.value}{_values(envelope, joints, v)} The arm was let down softly.{kept} "
+        f"The run was stopped: {reason.value}{_values(envelope, joints)} The arm was let down softly.{kept} "
         f"{NEXT.get(reason, TEST_AGAIN)}"
     )
 
 
-def _values(envelope: Envelope, joints: Sequence[str], v: Joints) -> str:
-    """Which joints, and by how much."""
+def _values(envelope: Envelope, joints: Sequence[str]) -> str:
+    """Which joints, and what they may."""
     if envelope.stop is StopReason.TOO_FAST:
         trips = [one.limits.v_trip_rad_s for one in (envelope, envelope.person) if one is not None]
-        fast = ", ".join(f"{joints[j]} {abs(v[j]):.1f} rad/s" for j in sorted(envelope.powerless))
-        return f" {fast}; allowed here: {min(trips):.1f} rad/s."
+        fast = ", ".join(joints[j] for j in sorted(envelope.powerless))
+        return f" At: {fast}; allowed here: {min(trips):.1f} rad/s."
     found = ", ".join(joints[j] for j in sorted(envelope.isolated))
     return f" At: {found}." if found and len(envelope.isolated) < len(joints) else ""
