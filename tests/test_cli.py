@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from exograv.cli import was_keyboard
+from exograv.cli.faults import show_faults
 from exograv.recording import read_recording
 from exograv.terminal import show_demo
 
@@ -135,6 +137,13 @@ def test_a_command_keeps_linear_algebra_to_one_thread_unless_told_otherwise(chos
     assert result.stdout.split()[-1] == used
 
 
+@pytest.mark.parametrize(("cause", "was"), [(KeyboardInterrupt(), True), (OSError("no such library"), False)])
+def test_ctrl_c_is_recognised_where_a_compiled_module_made_an_import_error_of_it(cause: BaseException, was: bool):
+    middle, error = ImportError("initialization failed"), ImportError("mujoco")
+    middle.__cause__, error.__cause__ = cause, middle
+    assert was_keyboard(error) is was
+
+
 @pytest.mark.parametrize("columns", [20, 40, 200])
 def test_help_and_lists_fit_any_terminal(columns: int, tmp_path: Path):
     assert exograv("--help", folder=tmp_path, columns=columns).returncode == 0
@@ -211,6 +220,26 @@ def test_a_run_that_is_stopped_by_the_keyboard_leaves_a_recording_that_can_be_re
     again = exograv("report", str(path), "--out", "again", folder=tmp_path)
     assert again.returncode == 0
     assert (tmp_path / "again" / "report.html").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("columns", ["40", "80", "200"])
+def test_a_campaign_cuts_no_figure_off_and_breaks_no_line_that_is_to_be_copied(
+    columns: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setenv("COLUMNS", columns)
+    line = "exograv faults --seed 1000 --level 3 --persons 4 --replay '145:F03 spike+F06 twice'"
+    numbers = {"runs": 31, "alone": 30, "detected": 28, "budget_ms": 112.0, "missed": 7, "hand_m_s": 0.321}
+    row = {**numbers, "what": "an encoder", "reaction_ms": {"p50": 14.5, "max": 56.25}}
+    hand = {"max": 1.27, "allowed": 1.0, "above": 1, "runs": 400, "cases": [f"{line}: 1.27 m/s"]}
+    lists = dict.fromkeys(("crashed", "violations", "false_trips"), ())
+    counts = dict.fromkeys(("envelope_violations", "missed_budgets", "false_trips_per_hour"), 0)
+    result = {"scenarios": 1000, "ticks": 1830000, "seed": 1000, "by_fault": {"F03 spike": row}, "live": None}
+    rest = {"relaxed_hand_m_s": hand, "pairs": {"missed": 0, "runs": 2}, "missed": [line], "replay": [line]}
+    show_faults({**result, **rest, **lists, **counts})
+    shown = capsys.readouterr().out
+    assert "…" not in shown
+    assert all(cell in shown for cell in ("14.5", "56.25", "112", "0.321"))
+    assert shown.count(line) == 3
 
 
 def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):

@@ -68,8 +68,8 @@ class Worn:
 def put_on() -> Callable[..., Worn]:
     """Put a wearer of a level and a seed into a machine whose gains and friction are known: a perfect stage 0."""
 
-    def put(level: int = 0, seed: int = SEED) -> Worn:
-        laboratory = draw_laboratory("recupera_like", "right", level, seed)
+    def put(level: int = 0, seed: int = SEED, rig: str = "recupera_like") -> Worn:
+        laboratory = draw_laboratory(rig, "right", level, seed)
         assembly = laboratory.assembly()
         machine, truth = nominal_machine(laboratory.description, assembly.exo.phi), laboratory.machine
         friction = replace(machine.friction, coulomb=truth.friction.coulomb, viscous=truth.friction.viscous)

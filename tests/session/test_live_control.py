@@ -124,6 +124,24 @@ def test_after_a_stop_it_begins_again_from_off_and_takes_the_arm_by_a_ramp():
     assert found[-6:] == [Mode.SAFE, Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mode.FLOATING]
 
 
+def test_a_posture_that_was_lost_is_found_anew_when_the_guard_has_stopped():
+    prepared = prepared_by_truth(draw_laboratory("recupera_like", None, LEVEL, SEED), 0.0)
+    control, joints = LiveControl(prepared, 0.0), prepared.assembly.n
+    state, row = np.zeros(1, state_dtype(joints))[0], np.zeros((), answer_dtype(joints))
+    state["q"] = prepared.assembly.description.donning_posture
+    for safe_state in [SafeState.NONE] * 3:
+        state["safe_state"] = safe_state
+        control.answer(state, row)
+    control._controller._tick._in["z_before"][:] = np.nan
+    control.answer(state, row)
+    assert not np.isfinite(row["slope"])
+    for safe_state in (SafeState.DESCENT, SafeState.NONE, SafeState.NONE):
+        state["safe_state"] = safe_state
+        control.answer(state, row)
+    assert row["slope"] < 1e-6
+    assert np.isfinite(row["tau"]).all()
+
+
 def test_a_self_test_that_is_not_done_is_said_to_be_skipped():
     assert notes(is_tested=False) == {"self_test": SKIPPED_TEXT}
     assert notes(is_tested=True) == {}

@@ -70,6 +70,19 @@ def main() -> None:
     # Our matrices are small: on a busy computer the threads of OpenBLAS wait milliseconds for each other, and a demo
     # takes twice as long. Read when NumPy is imported, so it has to be said here.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    try:
+        _run_as_asked()
+    except ExogravError as error:
+        print(f"exograv: {error}", file=sys.stderr)
+        sys.exit(1)
+    except (KeyboardInterrupt, ImportError) as error:
+        if not was_keyboard(error):
+            raise
+        print("\nexograv: stopped by the keyboard; what was recorded so far is kept.", file=sys.stderr)
+        sys.exit(130)
+
+
+def _run_as_asked() -> None:
     options = (Annotated[kind, tyro.conf.subcommand(name)] for name, (kind, _) in COMMANDS.items())
     union: Any = reduce(or_, options)
     command: Common = tyro.cli(
@@ -77,21 +90,21 @@ def main() -> None:
         prog="exograv",
         description="Take the weight off an arm inside an exoskeleton. Research software, not a medical device.",
     )
-    try:
-        if command.json is not None:
-            refuse_unwritable(command.json)
-        result = run(command)
-        if command.json is not None:
-            write_json(command.json, result)
-        # The doctor's verdict: a script must not go on where something is missing.
-        if not result.get("ok", True):
-            sys.exit(1)
-    except ExogravError as error:
-        print(f"exograv: {error}", file=sys.stderr)
+    if command.json is not None:
+        refuse_unwritable(command.json)
+    result = run(command)
+    if command.json is not None:
+        write_json(command.json, result)
+    # The doctor's verdict: a script must not go on where something is missing.
+    if not result.get("ok", True):
         sys.exit(1)
-    except KeyboardInterrupt:
-        print("\nexograv: stopped by the keyboard; what was recorded so far is kept.", file=sys.stderr)
-        sys.exit(130)
+
+
+def was_keyboard(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind it: a compiled module that is being imported makes an `ImportError` of it."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def run(command: Common) -> dict[str, Any]:

@@ -10,6 +10,9 @@ from .common import Common
 ROOM_FOR_WORDS = 160
 """Columns of a terminal from which on each fault is also told in a sentence."""
 
+ROOM_FOR_TABLE = 72
+"""Columns below which a table would cut its figures off: then each fault has a line."""
+
 
 @dataclass(frozen=True)
 class Faults(Common):
@@ -57,22 +60,9 @@ def run_faults_command(command: Faults) -> dict[str, Any]:
 def show_faults(result: dict[str, Any]) -> None:
     """One row a fault; then what must be zero."""
     from rich.console import Console
-    from rich.table import Table
 
     console = Console()
-    table = Table(title=f"{result['scenarios']} scenarios, {result['ticks']} ticks, seed {result['seed']}")
-    has_room = console.width >= ROOM_FOR_WORDS
-    words = ("fault", "what") if has_room else ("fault",)
-    for heading in (*words, "alone", "found", "ms", "most", "budget", "missed", "hand m/s"):
-        is_text = heading in words
-        table.add_column(heading, justify="left" if is_text else "right", no_wrap=True)
-    for name, row in result["by_fault"].items():
-        if row["runs"]:
-            cells = (row["alone"], row["detected"], *(row["reaction_ms"][key] for key in ("p50", "max")))
-            rest = (row["budget_ms"], row["missed"], row["hand_m_s"])
-            numbers = ("–" if cell is None else f"{cell:g}" for cell in (*cells, *rest))
-            table.add_row(*((name, row["what"]) if has_room else (name,)), *numbers)
-    console.print(table)
+    _show_rows(console, result)
     hand, pairs = result["relaxed_hand_m_s"], result["pairs"]
     console.print(
         f"Hand of a relaxed person after a stop: at most {hand['max']} m/s, above {hand['allowed']} in {hand['above']} "
@@ -80,14 +70,42 @@ def show_faults(result: dict[str, Any]) -> None:
         highlight=False,
     )
     for line in hand["cases"]:
-        console.print(f"  {line}", highlight=False)
+        console.print(f"  {line}", highlight=False, soft_wrap=True)
     for title in ("envelope_violations", "missed_budgets", "false_trips_per_hour"):
         console.print(f"{title.replace('_', ' ')}: {result[title]}", highlight=False)
     for line in (*result["crashed"], *result["violations"], *result["missed"], *result["false_trips"]):
-        console.print(f"  {line}", highlight=False)
+        console.print(f"  {line}", highlight=False, soft_wrap=True)
     if result["live"] and result["live"]["not_struck"]:
         console.print(f"Not struck: {', '.join(result['live']['not_struck'])}. {result['live']['outcome']}")
     if "course" in result:
         console.print(result["course"])
     for line in result["replay"]:
-        console.print(f"again: {line}", highlight=False)
+        console.print(f"again: {line}", highlight=False, soft_wrap=True)
+
+
+def _show_rows(console: Any, result: dict[str, Any]) -> None:
+    from rich.table import Table
+
+    title = f"{result['scenarios']} scenarios, {result['ticks']} ticks, seed {result['seed']}"
+    has_room = console.width >= ROOM_FOR_WORDS
+    words = ("fault", "what") if has_room else ("fault",)
+    headings = (*words, "alone", "found", "ms", "most", "budget", "missed", "hand m/s")
+    rows = [_cells(name, row, has_room) for name, row in result["by_fault"].items() if row["runs"]]
+    if console.width < ROOM_FOR_TABLE:
+        console.print(title)
+        for name, *numbers in rows:
+            told = ", ".join(f"{heading} {cell}" for heading, cell in zip(headings[1:], numbers, strict=True))
+            console.print(f"{name}: {told}", highlight=False)
+        return
+    table = Table(title=title)
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading in words else "right", no_wrap=True)
+    for cells in rows:
+        table.add_row(*cells)
+    console.print(table)
+
+
+def _cells(name: str, row: dict[str, Any], has_room: bool) -> list[str]:
+    numbers = (row["alone"], row["detected"], *(row["reaction_ms"][key] for key in ("p50", "max")))
+    numbers = (*numbers, row["budget_ms"], row["missed"], row["hand_m_s"])
+    return [name, *([row["what"]] if has_room else []), *("–" if cell is None else f"{cell:g}" for cell in numbers)]

@@ -5,7 +5,12 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from .common import Common
+from .common import Common, refuse_unwritable
+
+NOT_LEARNED = (
+    "The arm was not learned to the end ({} findings until then), and did not float: what ended it is said above. "
+    "Repeat with the same --identify."
+)
 
 
 @dataclass(frozen=True)
@@ -59,9 +64,12 @@ def run_live_command(command: Live) -> dict[str, Any]:
         command.lsl,
         command.record_stream,
     )
+    refuse_unwritable(command.out / "live.mcap", "--out")  # found out now, not after minutes of preparation
     with bars() as progress:
         result = run_live(options, command.out, progress)
     show_live(result)
+    if command.identify and result["identified"] is None:
+        print(NOT_LEARNED.format(result["findings"]))
     return result
 
 
@@ -78,6 +86,7 @@ def show_live(result: dict[str, Any]) -> None:
     console.print(
         f"Recorded {result['samples_recorded']} ticks, lost {result['samples_lost']}: {result['recording']}",
         highlight=False,
+        soft_wrap=True,
     )
     for why in (result["recording_why"], result["unpublished"]):
         if why:

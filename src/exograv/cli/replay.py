@@ -6,7 +6,12 @@ from typing import Annotated, Any
 
 import tyro
 
-from .common import Common
+from .common import Common, refuse_unwritable
+
+TITLE = "Commanded torque, replayed minus recorded: RMS (largest) [N·m]"
+
+ROOM_FOR_JOINT = 12
+"""Columns of a terminal that a cell takes: with fewer each phase has a line in place of a row."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,7 @@ def run_replay_command(command: Replay) -> dict[str, Any]:
     from exograv.terminal import bars
 
     instead = Instead(command.rig, command.person, command.calibration, command.gravity_level)
+    refuse_unwritable(command.out / "replay.png", "--out")
     with bars() as progress:
         result = run_replay(ReplayOptions(command.file, instead), command.out, progress)
     show_replay(result)
@@ -50,26 +56,43 @@ def show_replay(result: dict[str, Any]) -> None:
     from rich.console import Console
 
     console = Console()
-    console.print(_table(result))
+    if console.width < ROOM_FOR_JOINT * (2 + len(result["joints"])):
+        console.print(TITLE)
+        for name, ticks, cells in _rows(result):
+            told = ", ".join(
+                f"{joint.replace('_', ' ')} {cell}" for joint, cell in zip(result["joints"], cells, strict=True)
+            )
+            console.print(f"{name}, {ticks} ticks: {told}.", highlight=False)
+    else:
+        console.print(_table(result))
     for line in [*result["circumstances"], _answer(result)]:
         console.print(line, highlight=False)
-    console.print(f"Figure: {result['figure']}", highlight=False)
+    console.print(f"Figure: {result['figure']}", highlight=False, soft_wrap=True)
 
 
 def _table(result: dict[str, Any]) -> Any:
     from rich.table import Table
 
-    table = Table(title="Commanded torque, replayed minus recorded: RMS (largest) [N·m]", title_justify="left")
+    table = Table(title=TITLE, title_justify="left")
     table.add_column("phase")
     table.add_column("ticks", justify="right")
     for joint in result["joints"]:
         table.add_column(joint.replace("_", " "), justify="right")
-    rows = [(phase["name"], phase["ticks"], phase["tau_commanded"]) for phase in result["phases"]]
-    for name, ticks, found in [*rows, ("all", result["ticks"], result["difference_Nm"]["tau_commanded"])]:
-        pairs = zip(found["rms"], found["max"], strict=True)
-        cells = [f"{rms:.2g} ({largest:.2g})" if largest else "0" for rms, largest in pairs]
-        table.add_row(name, str(ticks), *(cells or ["–"] * len(result["joints"])))
+    for name, ticks, cells in _rows(result):
+        table.add_row(name, str(ticks), *cells)
     return table
+
+
+def _rows(result: dict[str, Any]) -> list[tuple[str, int, list[str]]]:
+    """Phase, its ticks, and a cell for each joint."""
+    rows = [(phase["name"], phase["ticks"], phase["tau_commanded"]) for phase in result["phases"]]
+    rows.append(("all", result["ticks"], result["difference_Nm"]["tau_commanded"]))
+    return [(name, ticks, _cells(found) or ["–"] * len(result["joints"])) for name, ticks, found in rows]
+
+
+def _cells(found: dict[str, Any]) -> list[str]:
+    pairs = zip(found["rms"], found["max"], strict=True)
+    return [f"{rms:.2g} ({largest:.2g})" if largest else "0" for rms, largest in pairs]
 
 
 def _answer(result: dict[str, Any]) -> str:

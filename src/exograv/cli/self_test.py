@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from .common import Common
+from .common import Common, refuse_unwritable
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ def run_self_test_command(command: SelfTest) -> dict[str, Any]:
     options = SelfTestOptions(
         command.rig, command.side, command.level, command.seed, calibration, command.worn, command.body_mass
     )
+    refuse_unwritable(command.out / "self_test.mcap", "--out")
     with bars() as progress:
         result = run_self_test(options, command.out, progress)
     show_self_test(result)
@@ -54,10 +55,10 @@ def show_self_test(result: dict[str, Any]) -> None:
     from rich.table import Table
 
     table = Table(title=f"Self-test of {result['rig']}, {result['machine_s']:.0f} s of the machine")
-    table.add_column("step")
-    table.add_column("measured", justify="right")
-    table.add_column("limit", justify="right")
-    table.add_column("")
+    # A narrow terminal breaks words rather than cutting figures off.
+    for heading in ("step", "measured", "limit", ""):
+        is_figure = heading in ("measured", "limit")
+        table.add_column(heading, justify="right" if is_figure else "left", overflow="fold")
     for step in result["steps"]:
         mark = {True: "ok", False: "FAILED", None: "not tried"}[step["passed"]]
         cells = (_cell(step["measured"]), f"{_cell(step['limit'])} {step['unit']}".strip())

@@ -31,6 +31,13 @@ SETTLED_SLOPE = 1e-9
 SLOPE_MAX = 1e-6
 """Remaining slope of the cuffs' energy up to which the loops at rest count as closed [N·m]."""
 
+HELD_COSINE, TURNED_COSINE = 0.86, 0.7
+"""Of the most turned cuff [-]: up to 31° the arm's identified elasticity is carried in full, from 46° on, where a cuff
+resists no further turning, none of it."""
+
+HELD_TICKS = 20
+"""In which it follows the turning: what followed at once would bend the posture that it depends on [-]."""
+
 
 @dataclass
 class Mode:
@@ -52,7 +59,7 @@ class Tick:
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly = assembly
         # The posture of this tick is where the next one starts from.
-        carry = {"q_before": "q", "z_before": "z", "G_before": "G", "spring_before": "spring"}
+        carry = {"q_before": "q", "z_before": "z", "G_before": "G", "spring_before": "spring", "held_before": "held"}
         self._solver, self._layout = LoopSolver(assembly), Layout.of(assembly)
         self._start(kernel.compile(tick_function(assembly, machine), carry=carry))
         self.n_instructions = self._kernel.n_instructions
@@ -171,6 +178,7 @@ class Tick:
         self._in["z_before"][:] = z
         self._in["G_before"][:] = 0.0
         self._in["spring_before"][:] = 0.0
+        self._in["held_before"][:] = 1.0
         self._closed = True
 
 
@@ -182,7 +190,7 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
     x, mode, spring_before = ca.SX.sym("x", layout.count), ca.SX.sym("mode", 3), ca.SX.sym("spring_before", n)
     drive, gravity_level, arm_share = mode[0], mode[1], mode[2]
-    payload = ca.SX.sym("payload", layout.phi.stop)
+    payload, held_before = ca.SX.sym("payload", layout.phi.stop), ca.SX.sym("held_before")
 
     cuffs = cuff_energy(assembly)
     fit = x[layout.fit]
@@ -200,7 +208,7 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     carried = replace(arm, phi=(1 - gravity_level) * arm_share * x[layout.phi] + payload)
     unfelt = replace(arm, phi=gravity_level * payload)
     clear = clearance(assembly.arm, predicted)
-    passive_share = drive * away_from_singular(clear)
+    passive_share = drive * away_from_singular(clear) * held_before
     z = newton_step(cuffs, q, predicted, fit, static_load(assembly, carried, predicted, gravity, passive_share))
     closed = closure(cuffs, q, z, fit, static_load(assembly, carried, z, gravity, passive_share))
     motion = (q, drive * v_reference, drive * a_reference)
@@ -222,9 +230,9 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     kd = ca.DM(assembly.description.per_actuator("weak_kd_Nms_per_rad"))
     feedback = drive * (kp * (q_reference - q) + kd * (v_reference - v))
     names = ["q", "v", "q_reference", "v_reference", "a_reference", "x", "mode"]
-    names += ["q_before", "z_before", "G_before", "spring_before", "payload"]
+    names += ["q_before", "z_before", "G_before", "spring_before", "held_before", "payload"]
     inputs = [q, v, q_reference, v_reference, a_reference, x, mode]
-    inputs += [q_before, z_before, G_before, spring_before, payload]
+    inputs += [q_before, z_before, G_before, spring_before, held_before, payload]
     outputs = {
         "tau_desired": tau_feedforward + feedback,
         "tau_feedforward": tau_feedforward,
@@ -232,6 +240,7 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         "z": closed.z,
         "G": closed.G,
         "spring": returned.spring,
+        "held": held_before + (_held_share(closed.cosine) - held_before) / HELD_TICKS,
         # Not the largest: CasADi's fmax would hide a NaN.
         "slope": ca.norm_1(closed.slope),
         "pivot": closed.pivot,
@@ -239,3 +248,9 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         "clearance": clear,
     }
     return ca.Function("tick", inputs, list(outputs.values()), names, list(outputs))
+
+
+def _held_share(cosine: ca.SX) -> ca.SX:
+    """Share of the arm's elasticity that its cuffs can hold, by the cosine of the most turned one."""
+    s = ca.fmin(ca.fmax((cosine - TURNED_COSINE) / (HELD_COSINE - TURNED_COSINE), 0), 1)
+    return 3 * s**2 - 2 * s**3

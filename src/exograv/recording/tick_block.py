@@ -51,8 +51,10 @@ class TickBlock:
         if len(values) != len(self._columns):
             raise ValueError(f"/tick needs {', '.join(self._columns)}; given were {', '.join(values)}.")
         n = self._n
-        for name, value in values.items():
-            self._columns[name][n] = value
+        # What 32 bits cannot hold is recorded as infinite, and nobody has to be warned of it at a terminal.
+        with np.errstate(over="ignore"):
+            for name, value in values.items():
+                self._columns[name][n] = value
         self._t[n] = t
         self._phase[n] = self.phase
         self._n = n + 1

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import os
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -100,7 +101,8 @@ def mode_fields(controller: object) -> dict[str, float]:
 def written_rig(description: RigDescription) -> dict[str, str]:
     """The machine's own files, by name: a recording must not depend on what becomes of a folder."""
     files = (description.folder / "rig.toml", description.urdf_path)
-    return {str(path.relative_to(description.folder)): path.read_text(encoding="utf-8") for path in files}
+    # The URDF may be another machine's, in a folder beside this one.
+    return {os.path.relpath(path, description.folder): path.read_text(encoding="utf-8") for path in files}
 
 
 def written_told(body: Body, lengths: Mapping[str, float]) -> dict[str, Any]:

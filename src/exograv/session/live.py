@@ -12,6 +12,7 @@ import numpy as np
 
 from exograv.errors import ConfigError, RigError
 from exograv.model.description import Side
+from exograv.recording.disk import refuse_small_disk
 from exograv.rig.twin.twin import PERIOD
 from exograv.runtime.lsl.library import require_lsl
 from exograv.runtime.lsl.listening import Listening
@@ -86,6 +87,11 @@ class LiveOptions:
         if not sys.platform.startswith("linux"):
             raise ConfigError(f"exograv live needs Linux, and this is {sys.platform}.")
 
+    @property
+    def loop_s(self) -> float:
+        """How long the loop runs [s]."""
+        return self.seconds + (self.identify_s + AROUND_LESSON_S if self.identify_s else 0.0)
+
 
 def run_live(
     options: LiveOptions, folder: Path, progress: Progress, started: Callable[[Running], object] = lambda *_: None
@@ -119,6 +125,7 @@ def _run(
 ) -> dict[str, Any]:
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_motorless(laboratory.description)
+    refuse_small_disk(folder / "live.mcap", len(laboratory.description.joints), options.loop_s)
     prepare_all = prepare_machine if options.identify_s else prepare
     prepared = prepare_all(laboratory, options.seed, progress)
     self_test = _tested(laboratory, prepared, options.seed, progress) if options.self_test else SKIPPED
@@ -146,7 +153,7 @@ def _plan(
     if not options.identify_s:
         person = person_limits(assembly, machine, prepared.x)
         plan = Plan.of_twin(laboratory, prepared, person, options.seed, options.gravity_level)
-        return plan, options.seconds
+        return plan, options.loop_s
     progress("Preparing for anybody's arm", 0.0)
     person = unknown_person(assembly, machine)
     size = WorkerMemory(assembly.n, len(prepared.x), round(2 * (options.identify_s + AROUND_LESSON_S) / PERIOD))
@@ -155,7 +162,7 @@ def _plan(
     memory = replace(size, samples=samples.name, findings=findings.name)
     lesson = LessonPlan(assembly, machine, options.identify_s, PERIOD, memory)
     plan = Plan.of_twin(laboratory, prepared, person, options.seed, 0.0, lesson)
-    return plan, options.identify_s + AROUND_LESSON_S + options.seconds
+    return plan, options.loop_s
 
 
 def fly_plan(

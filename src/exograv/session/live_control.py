@@ -176,7 +176,9 @@ class LiveControl:
         """What the guard says decides; the arm is taken by a ramp, at first and after each reset."""
         modes = self._modes
         if safe_state >= SafeState.DESCENT:
-            modes.take(Event.FAULT)
+            if modes.take(Event.FAULT):
+                # Its posture may be what went wrong, and would be carried on past every reset.
+                self._controller.forget()
             self._rested_s = 0.0
             return
         if not self._has_begun:

@@ -23,6 +23,7 @@ from exograv.signals import Command, JointState, Reference
 
 from .account import Account, mode_fields
 from .arm_controller import ArmController
+from .stopped import stopped_text
 from .worn import Worn
 from .worn_lock import Key, unlock, withdraw_pass
 
@@ -225,16 +226,16 @@ class Pilot:
 
     def _come_down(self, controller: Controller, reference: Reference) -> None:
         """Finish the soft descent, then tell."""
-        reason = self.envelope.stop
+        reason, recording = self.envelope.stop, self.recording
         text = reason.value if reason is not None else ""
-        if self.recording is not None:
-            self.recording.write("/event", self.rig.read().t, {"kind": "stop", "text": text})
+        if recording is not None:
+            recording.write("/event", self.rig.read().t, {"kind": "stop", "text": text})
+        path = None if recording is None else recording.path
+        told = stopped_text(self.envelope, self.rig.joints, path)
         try:
             for _ in range(round((self.envelope.limits.descent_s + 1.0) / self.rig.period_s)):
                 self._tick(controller, reference)
         finally:
             if self.key is not None:
                 withdraw_pass(self.key.file, text)
-        raise RigError(
-            f"The run was stopped: {text} The arm was let down softly. Look into the recording, then repeat."
-        )
+        raise RigError(told)

@@ -126,9 +126,23 @@ def test_what_a_campaign_prints_replays_the_same_scenario():
     assert Campaign(seed=5, replay=text).replayed() == scenario
 
 
+def test_a_line_that_replays_says_the_level_and_the_persons_where_they_are_not_the_usual_ones():
+    campaign = Campaign(seed=5, level=3, persons=4)
+    assert Scenario.drawn(5, 17, campaign.told).command.startswith("exograv faults --seed 5 --level 3 --persons 4 --re")
+    assert Campaign(seed=5).told == ""
+
+
 @pytest.mark.parametrize(
     "options",
-    [{"scenarios": 0}, {"seed": -1}, {"level": 5}, {"persons": 0}, {"strikes": -1}, {"strikes": 1000}],
+    [
+        {"scenarios": 0},
+        {"seed": -1},
+        {"level": 5},
+        {"persons": 0},
+        {"strikes": -1},
+        {"strikes": 1000},
+        {"processes": 0},
+    ],
 )
 def test_options_that_mean_nothing_are_refused(options: dict):
     with pytest.raises(ConfigError, match="allowed"):

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.model.description import load_rig
 from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.recording.schema import CHANNELS, TICK
-from exograv.session.account import versions
+from exograv.session.account import versions, written_rig
 from exograv.session.replay.instead import Instead
 from exograv.session.replay.reasons import other_versions
+from exograv.session.replay.recorded import _unpack
 from exograv.session.replay.run import ReplayOptions, run_replay
 
 from .conftest import Flown, nothing
@@ -140,7 +142,9 @@ def test_a_recording_that_says_nothing_of_control_is_refused(tmp_path: Path):
 def broken(what: str, topic: str, message: dict[str, Any]) -> dict[str, Any]:
     """One thing in the recording that no exograv writes."""
     if topic == "/settings" and what == "escape":
-        message["settings"]["rig_files"] = {"../rig.toml": "name = 'x'"}
+        message["settings"]["rig_files"] = {"x/../../rig.toml": "name = 'x'"}
+    if topic == "/settings" and what == "absolute":
+        message["settings"]["rig_files"] = {"/tmp/rig.toml": "name = 'x'"}
     if topic == "/settings" and what == "no rig":
         message["settings"]["rig_files"] = {}
     if topic == "/settings" and what == "body":
@@ -156,6 +160,7 @@ def broken(what: str, topic: str, message: dict[str, Any]) -> dict[str, Any]:
     ("what", "says"),
     [
         ("escape", "outside of its folder"),
+        ("absolute", "outside of its folder"),
         ("no rig", "No machine"),
         ("body", "does not write"),
         ("parameters", "does not write"),
@@ -168,6 +173,22 @@ def test_content_that_no_exograv_writes_is_a_readable_error(flown: Flown, tmp_pa
     with pytest.raises((RecordingError, ConfigError), match=says):
         replayed(path)
     assert not (tmp_path.parent / "rig.toml").exists()
+
+
+def test_a_machine_whose_urdf_is_its_neighbours_is_unpacked_with_it(tmp_path: Path):
+    """As recupera_like_qdd, which has the links of recupera_like."""
+    description = load_rig("recupera_like_qdd")
+    machine = _unpack(tmp_path / "a.mcap", written_rig(description), tmp_path)
+    assert load_rig(str(machine), description.side).sha256 == description.sha256
+
+
+@pytest.mark.parametrize("name", ["../../../rig.toml", "../beside/right.urdf", "inner/rig.toml"])
+def test_no_file_of_a_machine_is_unpacked_outside_of_the_folder_for_it(tmp_path: Path, name: str):
+    inside = tmp_path / "for it"
+    inside.mkdir()
+    _unpack(tmp_path / "a.mcap", {name: "text", "rig.toml": "name"}, inside)
+    assert [path for path in tmp_path.rglob("*") if path.is_file() and inside not in path.parents] == []
+    assert sum(path.is_file() for path in inside.rglob("*")) == 2
 
 
 def test_other_versions_and_changed_code_are_named():

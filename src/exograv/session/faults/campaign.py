@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError
+from exograv.runtime.spawn import keyboard_ignored
 from exograv.session.live import Plan
 from exograv.session.pilot import Progress
 
@@ -55,6 +56,8 @@ class Campaign:
             raise ConfigError(f"--strikes is {self.strikes}; allowed: 0 (none) to {STRIKES_MAX}.")
         if self.persons < 1:
             raise ConfigError(f"--persons is {self.persons}; allowed: 1 and above.")
+        if self.processes is not None and self.processes < 1:
+            raise ConfigError(f"--processes is {self.processes}; allowed: 1 and above.")
 
     def replayed(self) -> Scenario:
         """The one that is asked for.
@@ -70,7 +73,14 @@ class Campaign:
                 f"--replay is '{self.replay}'; allowed: NUMBER:FAULT or NUMBER:FAULT+FAULT as a campaign prints it. "
                 f"Faults: {', '.join(FAULTS)}."
             )
-        return Scenario(self.seed, int(number), names)
+        return Scenario(self.seed, int(number), names, self.told)
+
+    @property
+    def told(self) -> str:
+        """What a line that replays one of its scenarios has to say besides seed and number."""
+        usual = Campaign()
+        names = [name for name in ("level", "persons") if getattr(self, name) != getattr(usual, name)]
+        return "".join(f" --{name} {getattr(self, name)}" for name in names)
 
 
 def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
@@ -117,25 +127,29 @@ def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> dict[str,
 def _flown(campaign: Campaign, folder: Path, progress: Progress) -> tuple[list[Verdict], list[Path]]:
     """All verdicts in the order of their numbers, whoever flew them, and the persons' files.
 
-    Ctrl-C ends it with what was flown.
+    Ctrl-C ends it with what was flown, if anything was.
     """
     verdicts: list[Verdict] = []
     people: list[Path] = []
     with _workers(campaign) as pool:
         try:
             progress("Preparing persons", 0.0)
-            known = [
-                pool.submit(make_known, campaign.seed, person, campaign.level, folder)
-                for person in range(min(campaign.persons, campaign.scenarios))
-            ]
+            with keyboard_ignored():
+                known = [
+                    pool.submit(make_known, campaign.seed, person, campaign.level, folder)
+                    for person in range(min(campaign.persons, campaign.scenarios))
+                ]
             for k, future in enumerate(known, start=1):
                 people.append(future.result())
                 progress("Preparing persons", k / len(known))
-            chunks = [pool.submit(_fly_chunk, people[k], campaign.seed, chunk) for k, chunk in _chunks(campaign)]
+            with keyboard_ignored():  # some of the processes begin only now
+                chunks = [pool.submit(_fly_chunk, people[k], campaign, chunk) for k, chunk in _chunks(campaign)]
             for done, future in enumerate(as_completed(chunks), start=1):
                 verdicts.extend(future.result())
                 progress("Flying scenarios", done / len(chunks))
         except KeyboardInterrupt:
+            if not verdicts:
+                raise
             progress("Stopped by the keyboard; what was flown is summed up", 1.0)
     return sorted(verdicts, key=lambda verdict: verdict.scenario.number), people
 
@@ -165,5 +179,5 @@ def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _fly_chunk(path: Path, seed: int, numbers: Sequence[int]) -> list[Verdict]:
-    return [fly(subject(path), Scenario.drawn(seed, number)) for number in numbers]
+def _fly_chunk(path: Path, campaign: Campaign, numbers: Sequence[int]) -> list[Verdict]:
+    return [fly(subject(path), Scenario.drawn(campaign.seed, number, campaign.told)) for number in numbers]

@@ -1,7 +1,7 @@
 """A scenario from its seed: who, where, which faults and when; and the verdict over its course."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool
@@ -40,8 +40,11 @@ class Scenario:
     faults: tuple[str, ...]
     """Identifiers."""
 
+    options: str = ""
+    """Of the campaign, where they are not the usual ones: without them its number means another flight."""
+
     @classmethod
-    def drawn(cls, campaign: int, number: int) -> "Scenario":
+    def drawn(cls, campaign: int, number: int, options: str = "") -> "Scenario":
         """Singles go through the whole table in turn; doubles and swarms are drawn."""
         generator, names = np.random.default_rng([campaign, number, 0]), list(FAULTS)
         kind = generator.random()
@@ -51,12 +54,12 @@ class Scenario:
             chosen = generator.choice(len(names), 2, replace=False).tolist()
         else:
             chosen = [number % len(names)]
-        return cls(campaign, number, tuple(names[k] for k in chosen))
+        return cls(campaign, number, tuple(names[k] for k in chosen), options)
 
     @property
     def command(self) -> str:
         """Which replays it."""
-        return f"exograv faults --seed {self.campaign} --replay '{self.number}:{'+'.join(self.faults)}'"
+        return f"exograv faults --seed {self.campaign}{self.options} --replay '{self.number}:{'+'.join(self.faults)}'"
 
 
 @dataclass(frozen=True)
@@ -185,8 +188,8 @@ def shrunk(subject: Subject, verdict: Verdict) -> Scenario:
     scenario = verdict.scenario
     for name in list(scenario.faults):
         fewer = tuple(other for other in scenario.faults if other != name)
-        if fewer and is_bad(fly(subject, Scenario(scenario.campaign, scenario.number, fewer))):
-            scenario = Scenario(scenario.campaign, scenario.number, fewer)
+        if fewer and is_bad(fly(subject, replace(scenario, faults=fewer))):
+            scenario = replace(scenario, faults=fewer)
     return scenario
 
 

@@ -78,9 +78,9 @@ def recorded(path: Path, rig: str | None = None) -> Iterator[Recorded]:
     refuse_silent(recording)
     with tempfile.TemporaryDirectory(prefix="exograv-replay-") as folder:
         with readable(path):
-            _unpack(path, recording.settings["settings"]["rig_files"], Path(folder))
+            machine = _unpack(path, recording.settings["settings"]["rig_files"], Path(folder))
             side = recording.settings["side"]
-        description = load_rig(folder if rig is None else rig, side)
+        description = load_rig(str(machine) if rig is None else rig, side)
         if description.joints != recording.joints:
             raise RecordingError(
                 f"{path} is of a machine with the joints {', '.join(recording.joints)}; {description.name} has "
@@ -129,14 +129,20 @@ def readable(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _unpack(path: Path, files: Mapping[str, str], folder: Path) -> None:
-    for name, text in files.items():
-        inside = PurePosixPath(name)
-        if inside.is_absolute() or ".." in inside.parts:
+def _unpack(path: Path, files: Mapping[str, str], folder: Path) -> Path:
+    """Write the machine's files; its own folder lies so deep in `folder` that its neighbours are inside too."""
+    names = {name: PurePosixPath(name) for name in files}
+    ups = {name: sum(part == ".." for part in parts.parts) for name, parts in names.items()}
+    for name, inside in names.items():
+        if inside.is_absolute() or ".." in inside.parts[ups[name] :]:
             raise RecordingError(f"{path} holds a file of the machine outside of its folder: '{name}'. Do not use it.")
-        place = folder / inside
+    machine = folder.joinpath(*["machine"] * (max(ups.values(), default=0) + 1))
+    machine.mkdir(parents=True)
+    for name, text in files.items():
+        place = machine / names[name]
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(text, encoding="utf-8")
+    return machine
 
 
 def gaps(sequence: np.ndarray) -> np.ndarray:

@@ -48,6 +48,8 @@ class SelfTestOptions:
             raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
         if self.seed < 0:
             raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
+        if self.body_mass_kg is not None and not self.worn:
+            raise ConfigError(f"--body-mass is {self.body_mass_kg:g} kg, and nobody is weighed: give --worn too.")
 
 
 def run_self_test(
