@@ -58,7 +58,8 @@ def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str
     assert process.stdout is not None
     said: queue.Queue[str] = queue.Queue()
     lines, keys = process.stdout, process.stdin
-    threading.Thread(target=lambda: [said.put(line) for line in lines], daemon=True).start()
+    reader = threading.Thread(target=lambda: [said.put(line) for line in lines], daemon=True)
+    reader.start()
     try:
         _await_greeting(process, said)
 
@@ -76,6 +77,8 @@ def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+        reader.join(1.0)
+        lines.close()
 
 
 def _await_greeting(process: "subprocess.Popen[str]", said: "queue.Queue[str]") -> None:
