@@ -18,8 +18,8 @@ class Hands(Protocol):
         """Hangs the known weights."""
         ...
 
-    def turn(self, joint: str, stops: bool = False) -> None:
-        """Turn this joint by hand the way that the URDF calls positive; or `stops` doing it."""
+    def turn(self, joint: str, way: int) -> None:
+        """Turn this joint by hand: 1 the way that the URDF calls positive, -1 back to where it was, 0 let go."""
         ...
 
     def press_stop(self) -> None:
@@ -40,10 +40,16 @@ class KeyboardHands:
         self._say = say
         self.weights: Operator = KeyboardOperator(say)
 
-    def turn(self, joint: str, stops: bool = False) -> None:
+    def turn(self, joint: str, way: int) -> None:
         """Say so."""
-        axis = "the way its axis in the URDF calls positive (docs/frames_and_signs.md)"
-        self._say(f"Let go of '{joint}'." if stops else f"Turn '{joint}' by hand by about 10°, {axis}.")
+        self._say(
+            {
+                1: f"Turn '{joint}' by hand by about 10°, the way that its axis in the URDF calls positive "
+                "(docs/frames_and_signs.md).",
+                -1: f"Turn '{joint}' back to where it hung.",
+                0: f"Let go of '{joint}'.",
+            }[way]
+        )
 
     def press_stop(self) -> None:
         """Say so."""
@@ -69,9 +75,9 @@ class BenchHands:
         """Itself."""
         return self
 
-    def turn(self, joint: str, stops: bool = False) -> None:
+    def turn(self, joint: str, way: int) -> None:
         """With a torque that overcomes friction and brake."""
-        self._tell(f"turn {joint} {0 if stops else 12}")
+        self._tell(f"turn {joint} {12 * way}")
 
     def press_stop(self) -> None:
         """At once."""

@@ -14,6 +14,7 @@ from exograv.model.description import RigDescription, Sweep
 from exograv.model.tree import Tree
 from exograv.motion import go_to, hold
 from exograv.rig.drives.opening import DrivenRig
+from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.status import DriveFault, DriveStatus
 from exograv.runtime.pace import Pace
 from exograv.safety.envelope import Envelope
@@ -27,13 +28,17 @@ from exograv.session.virtual import limits
 from exograv.signals import JointState
 
 from .hands import Hands
-from .unpowered import WATCHDOG_WITHIN_MS
+from .line import Line
+from .unpowered import WATCHDOG_WITHIN_MS, is_released
 
 LOW = 0.5
 """Share of the motors' torque that a bring-up may use: the machine carries itself and one known weight by less."""
 
 LED_SHARE = 0.7  # of the way that a joint may be astray before it is stopped
-GONE_SHARE = 0.1  # of the torque before, which counts as none
+GONE_SHARE, GONE_NM = 0.1, 0.7
+"""Of the torque before, and torque, which count as none beside what brakes (as in the self-test)."""
+
+SMOOTH_TICKS = 5
 OFF_WITHIN_MS = 50.0  # docs/safety.md, F30
 FALLS_MAX_RAD_S = 1.5
 """Of a machine that is braked by its drives; in free fall it would be twice as fast within the time watched."""
@@ -88,11 +93,10 @@ class Powered:
 
     description: RigDescription
     tree: Tree
-    rig: DrivenRig
+    line: Line
+    drives: Drives
     hands: Hands
     progress: Progress
-    lock_step: bool = False
-    """Whether simulated drives wait for us as we for them."""
 
     def __post_init__(self):
         nominal = self.description.nominal_gain
@@ -100,18 +104,19 @@ class Powered:
         worn = limits(self.description)
         damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, self.tree))
         self._limits = replace(worn, torque_max_Nm=LOW * worn.torque_max_Nm, damping_Nms_per_rad=damping)
-        self.log = Logged(self.rig)
+        self._brake = np.array([drive.brake_Nms_per_rad for drive in self.drives.each])
+        self.log = Logged(self.line.rig)
         self.run = EmptyRun(self.description, self.tree, self._pilot(), self.hands.weights)
 
     def _pilot(self) -> Pilot:
         rig = self.log
         envelope = Envelope(self._limits, rig.period_s)
-        pace = None if self.lock_step else Pace(rig.period_s)
+        pace = None if self.line.lock_step else Pace(rig.period_s)
         return Pilot(rig, self._gains, envelope, progress=self.progress, pace=pace)
 
     def begin(self) -> None:
         """Each step has a guard of its own: what stopped the last one is over."""
-        self.log = Logged(self.rig)
+        self.log = Logged(self.line.rig)
         self.run.pilot = self._pilot()
 
     def nudges(self) -> list[Step]:
@@ -153,8 +158,8 @@ class Powered:
 
         self._raised("Stop is pressed", press, self.hands.patience_s)
         heard, what = self.log.first(DriveFault.STOP_LINE), "Look at the stop's line and what it cuts (STO)."
-        self.hands.release_stop()
         off = self._gone(heard)
+        is_released(self.line, self.hands)
         return [
             Step("hardware stop under torque: heard by", bool(np.isfinite(heard)), "all" if np.isfinite(heard) else
                  "not all", "all", "drives", "" if np.isfinite(heard) else what),
@@ -254,11 +259,16 @@ class Powered:
             return
 
     def _gone(self, since: float) -> float:
-        """Until every motor's torque is less than a tenth of what it was [s]; infinite where it never is."""
+        """Until no motor gives a tenth of what it gave, beside what brakes [s]; infinite where one always does."""
         passed = self.log.passed(0)
-        before = np.abs(passed.current[passed.t <= since][-50:]).max(axis=0) if np.isfinite(since) else np.inf
         after = passed.t > since
-        small = (np.abs(passed.current[after]) < np.maximum(GONE_SHARE * before, 0.05)).all(axis=1)
+        if not (after.any() and (~after).any()):
+            return np.inf
+        tau = self.description.nominal_gain * passed.current
+        before = np.abs(tau[~after][-50:]).max(axis=0)
+        v = np.gradient(passed.q, passed.t, axis=0)
+        left = np.abs(_smooth(tau + self._brake * v))[after]
+        small = (left < np.maximum(GONE_SHARE * before, GONE_NM)).all(axis=1)
         return float(passed.t[after][small.argmax()] - since) if small.any() else np.inf
 
     def _falls(self, since: float) -> float:
@@ -269,6 +279,12 @@ class Powered:
             return np.inf
         t, q = passed.t[after], passed.q[after]
         return float(np.abs((q[10:] - q[:-10]) / (t[10:] - t[:-10])[:, None]).max())
+
+
+def _smooth(rows: Rows) -> Rows:
+    """Mean over some ticks up to each."""
+    sums = np.cumsum(np.vstack([np.zeros((SMOOTH_TICKS, rows.shape[1])), rows]), axis=0)
+    return (sums[SMOOTH_TICKS:] - sums[:-SMOOTH_TICKS]) / SMOOTH_TICKS
 
 
 def _at(places: Float[np.ndarray, " place"], q: Float[np.ndarray, " tick"], tau: Float[np.ndarray, " tick"]):

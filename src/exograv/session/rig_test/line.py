@@ -29,7 +29,7 @@ class Line:
 
     def __init__(self, rig: DrivenRig, drives: Drives, lock_step: bool = False):
         """Of drives; in lock-step nobody waits for the clock."""
-        self.rig, self._lock_step = rig, lock_step
+        self.rig, self.lock_step = rig, lock_step
         self.rated = np.array([drive.current_rated_A for drive in drives.each])
         """Currents (joint,) [A]."""
         self._zero = np.zeros(len(rig.joints))
@@ -47,7 +47,7 @@ class Line:
             if commands:
                 now = self.rig.t
                 self.rig.write(Command(now, state.sequence, now + COMMAND_LIFE_S, self._zero, self._zero, self._zero))
-            if not self._lock_step:
+            if not self.lock_step:
                 pace.wait()
         return found, False
 

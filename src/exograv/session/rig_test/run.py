@@ -80,6 +80,7 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
         "serial": drives.settings.serial,
         "by": options.by,
         "simulated": options.simulate,
+        "ok": sheet.done.passed,
         "passed": sheet.done.passed,
         "may_be_worn": not drives.without_brake,
         "steps": [
@@ -147,7 +148,7 @@ def _acts(
 
     def powered() -> Powered:
         if not moving:
-            moving.append(Powered(description, read_exoskeleton(description), rig, hands, progress, lock_step))
+            moving.append(Powered(description, read_exoskeleton(description), line, drives, hands, progress))
         return moving[0]
 
     def leads(joint: int) -> list[Step]:

@@ -15,7 +15,8 @@ from exograv.model.description import RigDescription
 from exograv.session.virtual import DAMPING
 
 READY_MAX_S = 120.0
-GREETING = "Simulated drives of"
+DONE_MAX_S = 10.0
+GREETING, DONE = "Simulated drives of", "done: "
 RATED_SHARE = 1.0 / 3.0  # of the greatest current, for ever: as in examples/drives
 
 
@@ -45,10 +46,10 @@ def free_port() -> int:
 
 @contextlib.contextmanager
 def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str], None]]:
-    """`exograv drive-sim` in another process; what writes a line to its bench.
+    """`exograv drive-sim` in another process; what has a line done at its bench.
 
     Raises:
-        RigError: It does not begin; with what it has said.
+        RigError: It does not begin, or does not do what it is told; with what it has said.
     """
     command = [sys.executable, "-m", "exograv.cli", "drive-sim", bus, *options]
     process = subprocess.Popen(
@@ -61,11 +62,12 @@ def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str
     reader = threading.Thread(target=lambda: [said.put(line) for line in lines], daemon=True)
     reader.start()
     try:
-        _await_greeting(process, said)
+        _await(GREETING, process, said, READY_MAX_S)
 
         def tell(line: str) -> None:
             keys.write(f"{line}\n")
             keys.flush()
+            _await(DONE, process, said, DONE_MAX_S)
 
         yield tell
     finally:
@@ -81,15 +83,15 @@ def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str
         lines.close()
 
 
-def _await_greeting(process: "subprocess.Popen[str]", said: "queue.Queue[str]") -> None:
-    heard, until = "", time.monotonic() + READY_MAX_S
-    while GREETING not in heard:
+def _await(words: str, process: "subprocess.Popen[str]", said: "queue.Queue[str]", most_s: float) -> None:
+    heard, until = "", time.monotonic() + most_s
+    while words not in heard:
         try:
             heard += said.get(timeout=0.2)
         except queue.Empty:
             if process.poll() is not None or time.monotonic() > until:
                 raise RigError(
-                    f"The simulated drives have not begun. They said: {heard.strip() or 'nothing'}"
+                    f"The simulated drives do not do what they are told. They said: {heard.strip() or 'nothing'}"
                 ) from None
 
 

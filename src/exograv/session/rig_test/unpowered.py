@@ -13,8 +13,8 @@ from .line import Line, all_say, currents, positions
 TURNED = np.deg2rad(5.0)
 """Way of a joint that somebody turns by hand [rad]."""
 
-OTHERS = 0.5
-"""Share of that way that another joint may go along: people do not turn one alone."""
+BACK = np.deg2rad(1.0)
+"""From where it hung, at which it has been turned back [rad]."""
 
 STOP_WITHIN_MS = 50.0  # docs/safety.md, F30
 WATCHDOG_WITHIN_MS = 30.0  # docs/safety.md, F13
@@ -52,11 +52,15 @@ def turns(line: Line, hands: Hands, joint: int) -> list[Step]:
     """One joint is turned by hand, its motor off: its encoder must count up, and no other."""
     name = line.rig.joints[joint]
     start = line.rig.read().q.copy()
-    hands.turn(name)
+    hands.turn(name, 1)
     found, moved = line.watch(
         hands.patience_s, lambda seen: bool(np.abs(seen.state.q - start).max() > TURNED), commands=False
     )
-    hands.turn(name, stops=True)
+    if moved:
+        # A machine that does not hang any more would sink when it is pushed.
+        hands.turn(name, -1)
+        line.watch(hands.patience_s, lambda seen: bool(np.abs(seen.state.q - start).max() < BACK), commands=False)
+    hands.turn(name, 0)
     line.watch(0.3, commands=False)
     way = np.rad2deg(found[-1].state.q - start)
     title = f"{name}: encoder, turned by hand"
@@ -97,17 +101,22 @@ def stop_is_heard(line: Line, hands: Hands) -> list[Step]:
     what = "A drive switches on while the stop is pressed: its line must cut the power (STO), not only tell."
     steps.append(Step("pressed, no motor can be switched on", refused, "refused" if refused else "switched on",
                       "refused", "", "" if refused else what))  # fmt: skip
-    hands.release_stop()
-    _, released = line.watch(
-        hands.patience_s,
-        lambda seen: not any(DriveFault.STOP_LINE in status.fault for status in seen.status),
-        commands=False,
-    )
+    released = is_released(line, hands)
     still = not any(status.is_enabled for status in line.rig.status())
     what = "Released, a drive comes back by itself: set it so that it waits to be enabled (ISO 13850)."
     steps.append(Step("released, no motor comes back by itself", released and still, "off" if still else "on", "off",
                       "", "" if released and still else what))  # fmt: skip
     return steps
+
+
+def is_released(line: Line, hands: Hands) -> bool:
+    """Have the hardware stop released; whether every drive says so."""
+    hands.release_stop()
+    return line.watch(
+        hands.patience_s,
+        lambda seen: not any(DriveFault.STOP_LINE in status.fault for status in seen.status),
+        commands=False,
+    )[1]
 
 
 def zero_torque(line: Line) -> list[Step]:

@@ -139,6 +139,8 @@ class UdpRig:
             self._statuses = self._statuses_of(answer)
             self._taken = answer.packet.own[0]
             self._state = self._state_of(answer)
+        elif self._is_in_lock_step:
+            raise RigError("The simulated drives do not answer any more: they have ended. Begin them again.")
         elif t - self._heard_at > LOST_S and len(self._state.faulty) < len(self.joints):
             self._state = replace(self._state, faulty=tuple(range(len(self.joints))))
             lost = (replace(one, is_enabled=False, fault=one.fault | DriveFault.LOST) for one in self._statuses)
