@@ -222,7 +222,7 @@ class Powered:
 
         text = f"Weighing by {self.description.joints[joint]}"
         self._go(joint, 0.0, text)
-        path = to_and_fro(self.run, self._plan(joint), SLOW, way=CHECK_WAY)
+        path = to_and_fro(self.run, self._plan(joint), SLOW)
         self.run.pilot.run(self.run.controller, path, text, listener)
         v, q, *taus = np.array(rows).T
         moving = np.abs(v) > 0.5 * SLOW
