@@ -499,6 +499,7 @@ def living(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Ben
         yield path, bench
 
 
+@pytest.mark.slow  # by the clock
 def test_when_our_process_is_killed_every_drive_brakes_within_its_watchdog(living: tuple[Path, Bench]):
     path, bench = living
     with master(path) as process:
@@ -511,6 +512,7 @@ def test_when_our_process_is_killed_every_drive_brakes_within_its_watchdog(livin
         assert min(said["brakes"]) > 0.0
 
 
+@pytest.mark.slow  # by the clock
 def test_ctrl_c_switches_the_machine_off_and_leaves_no_node_waiting_for_us(living: tuple[Path, Bench]):
     path, bench = living
     with master(path) as process:

@@ -69,6 +69,7 @@ def enabled(rig: UdpRig) -> np.ndarray:
     raise AssertionError("never on for 50 ms")
 
 
+@pytest.mark.slow  # by the clock
 def test_it_gives_the_torque_that_it_is_told_and_none_when_disabled(rig: UdpRig):
     np.testing.assert_allclose(enabled(rig), CURRENT)
     rig.disable()
@@ -76,6 +77,7 @@ def test_it_gives_the_torque_that_it_is_told_and_none_when_disabled(rig: UdpRig)
     np.testing.assert_array_equal(state.current, 0.0)
 
 
+@pytest.mark.slow  # by the clock
 def test_its_watchdog_brakes_and_only_enabling_gives_torque_again(rig: UdpRig):
     enabled(rig)
     time.sleep(0.05)  # nobody commands
@@ -86,6 +88,7 @@ def test_its_watchdog_brakes_and_only_enabling_gives_torque_again(rig: UdpRig):
     np.testing.assert_allclose(enabled(rig), CURRENT)
 
 
+@pytest.mark.slow  # by the clock
 def test_a_command_dies_before_the_watchdog_when_its_life_is_over(rig: UdpRig):
     enabled(rig)
     state = rig.read()
@@ -109,6 +112,7 @@ def test_garbage_from_elsewhere_does_not_disturb_it(peer: tuple[Drives, str], ri
     np.testing.assert_allclose(enabled(rig), CURRENT)
 
 
+@pytest.mark.slow  # by the clock
 def test_who_stops_without_a_word_leaves_it_to_the_next_after_a_watchdogs_time(peer: tuple[Drives, str]):
     first = UdpRig(peer[0], answer_share=PATIENT)
     first._link.open()
@@ -143,6 +147,7 @@ def test_twenty_thousand_wrong_packets_give_no_torque_and_no_measurement(tmp_pat
     assert rows["our driver"]["accepted"] > 100
 
 
+@pytest.mark.slow  # by the clock
 def test_a_controller_that_has_restarted_is_found_again_by_enabling_and_by_nothing_else(tmp_path: Path):
     drives = drives_of(drives_on(tmp_path, "udp"))
     assert drives.settings.udp is not None

@@ -15,6 +15,8 @@ from .driving import CURRENT, LATE_MS, brakes, drive, watchdogs
 
 LOCK_STEP = False
 
+pytestmark = pytest.mark.slow  # a busy computer stalls for longer than a watchdog waits
+
 
 def test_measurements_count_up_and_never_go_back(rig: Any):
     first = state = before = rig.read()
