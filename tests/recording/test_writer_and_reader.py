@@ -174,8 +174,8 @@ def test_a_number_that_json_cannot_hold_is_refused(tmp_path: Path):
 
 def test_a_torque_beyond_what_32_bits_hold_is_recorded_as_infinite_without_a_word_at_the_terminal(tmp_path: Path):
     with RecordingWriter(tmp_path / "a.mcap", JOINTS, SETTINGS) as recording:
-        recording.tick(0.0, **{**tick_values(0), "tau_desired": np.array([1e100, -1e100])})
-    np.testing.assert_array_equal(read_recording(tmp_path / "a.mcap").ticks["tau_desired"], [[np.inf, -np.inf]])
+        recording.tick(0.0, **{**tick_values(0), "tau_feedforward": np.array([1e100, -1e100])})
+    np.testing.assert_array_equal(read_recording(tmp_path / "a.mcap").ticks["tau_feedforward"], [[np.inf, -np.inf]])
 
 
 def test_a_full_disk_is_a_readable_error():
