@@ -65,7 +65,7 @@ def serve(path: str, line: Connection) -> None:
             return False
         words = line.recv().split()
         if len(words) == 2:
-            getattr(devices, words[0])(words[1])
+            getattr(devices, words[0])(description.joints.index(words[1]))
         silence = [drive.silence_s for drive in devices.plant.each]
         said = {"at": time.monotonic(), "pauses": devices.pauses, "silence_s": silence}
         line.send({**said, "served": served.tobytes()} if words == ["served"] else said)

@@ -43,6 +43,10 @@ class Device(FrontEnd, Protocol):
         """Serve until then."""
         ...
 
+    def __enter__(self) -> object: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
 
 @dataclass(frozen=True)
 class DriveSimOptions:
@@ -81,7 +85,8 @@ def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
     bench = Bench(drives.joints, plant, device, say)
     bench.listen(sys.stdin)
     say(_greeting(options, drives, device))
-    device.run(bench.obey)
+    with device:
+        device.run(bench.obey)
 
 
 def _greeting(options: DriveSimOptions, drives: Drives, device: Device) -> str:

@@ -60,12 +60,12 @@ def talk() -> Iterator[Talk]:
 
 @pytest.fixture(autouse=True)
 def fresh(talk: Talk) -> None:
-    talk.devices.restart("elbow_flexion")
+    talk.devices.restart(3)
     talk(0x7F0, b"")  # its boot-up message is taken off the bus
 
 
 def test_a_drive_that_starts_says_so(talk: Talk):
-    talk.devices.restart("elbow_flexion")
+    talk.devices.restart(3)
     assert (0x700 + NODE, b"\0") in talk(0x7F0, b"")
 
 

@@ -58,7 +58,8 @@ class CanopenDevices:
         from .canopen_node import QuietNetwork, SimulatedNode
 
         self.plant, self._drives, self._lock_step, self._say = plant, drives, lock_step, say
-        self._bus = Bus(drives.settings.canopen)
+        self._settings = drives.settings.canopen
+        self._bus = Bus(self._settings)
         self._unplugged: set[int] = set()
         self._handlers = {
             0x000: self._on_order,
@@ -106,23 +107,33 @@ class CanopenDevices:
             self._step()
             due += self.plant.twin.period_s
 
-    def unplug(self, joint: str) -> None:
+    @property
+    def where(self) -> str:
+        """Its address, for people."""
+        return f"can://{self._settings.interface}/{self._settings.channel}"
+
+    def unplug(self, joint: int) -> None:
         """Take this drive's plug out of the bus; it keeps its power."""
-        self._unplugged.add(self._node(joint).number)
+        self._unplugged.add(self.nodes[joint].number)
 
-    def plug(self, joint: str) -> None:
+    def plug(self, joint: int) -> None:
         """Put it back."""
-        self._unplugged.discard(self._node(joint).number)
+        self._unplugged.discard(self.nodes[joint].number)
 
-    def restart(self, joint: str) -> None:
+    def cut(self) -> None:
+        """The cable to the host is out."""
+        self._unplugged.update(node.number for node in self.nodes)
+
+    def mend(self) -> None:
+        """It is in again."""
+        self._unplugged.clear()
+
+    def restart(self, joint: int) -> None:
         """Take its power, and give it back: it has forgotten what it was set to."""
-        node = self._node(joint)
+        node = self.nodes[joint]
         del self._network[node.number]
         node.restart()
         self._join(node)
-
-    def _node(self, joint: str) -> "SimulatedNode":
-        return self.nodes[self._drives.joints.index(joint)]
 
     def _join(self, node: "SimulatedNode") -> None:
         self._network[node.number] = node.local
@@ -177,9 +188,9 @@ class CanopenDevices:
         for j, node in enumerate(self.nodes):
             node.step(now)
             if node.drive.fault != self._faults[j]:
-                self._faults[j] = node.drive.fault
-                joint = self._drives.joints[j]
-                self._say(f"{now:9.3f} s  {node.drive.status.sentence(joint) if node.drive.fault else joint + ': ok'}")
+                self._faults[j], told_ms = node.drive.fault, 1e3 * (now - node.drive.told_at)
+                said = node.drive.fault.name or "no fault"
+                self._say(f"{now:.3f} s: {self._drives.joints[j]}: {said}; told last {told_ms:.1f} ms before")
 
     def _plugged(self) -> list["SimulatedNode"]:
         return [node for node in self.nodes if node.number not in self._unplugged]

@@ -89,12 +89,18 @@ class UdpController:
 
     def run(self, until_stopped: Callable[[], bool]) -> None:
         """Serve until then, asked at least a hundred times a second."""
-        with self._socket:
-            if self._lock_step:
-                while not until_stopped():
-                    self._wait(0.01)
-            else:
-                self._run_by_clock(until_stopped)
+        if not self._lock_step:
+            self._run_by_clock(until_stopped)
+            return
+        while not until_stopped():
+            self._wait(0.01)
+
+    def __enter__(self) -> "UdpController":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let go of the address."""
+        self._socket.close()
 
     def receive(self, data: bytes, sender: Address, now: float) -> bytes | None:
         """One packet; what is answered, never more bytes than came.

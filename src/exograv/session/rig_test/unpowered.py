@@ -1,5 +1,7 @@
 """Before any motor gives torque: do encoders count the right way, is the stop heard, do drives watch over us?"""
 
+import contextlib
+
 import numpy as np
 
 from exograv.errors import RigError
@@ -20,7 +22,7 @@ STOP_WITHIN_MS = 50.0  # docs/safety.md, F30
 WATCHDOG_WITHIN_MS = 30.0  # docs/safety.md, F13
 QUIET_SHARE = 0.05  # of the rated current: what flows where none is asked for
 CREEP = np.deg2rad(1.0)
-ZERO_S = 0.5
+ZERO_S, RELEASED_S = 0.5, 0.3
 
 
 def wiring(drives: Drives, torque_max: np.ndarray, gain: np.ndarray) -> list[Step]:
@@ -101,22 +103,28 @@ def stop_is_heard(line: Line, hands: Hands) -> list[Step]:
     what = "A drive switches on while the stop is pressed: its line must cut the power (STO), not only tell."
     steps.append(Step("pressed, no motor can be switched on", refused, "refused" if refused else "switched on",
                       "refused", "", "" if refused else what))  # fmt: skip
-    released = is_released(line, hands)
-    still = not any(status.is_enabled for status in line.rig.status())
+    stays_off, can_be = is_released(line, hands)
     what = "Released, a drive comes back by itself: set it so that it waits to be enabled (ISO 13850)."
-    steps.append(Step("released, no motor comes back by itself", released and still, "off" if still else "on", "off",
-                      "", "" if released and still else what))  # fmt: skip
+    steps.append(Step("released, no motor comes back by itself", stays_off, "off" if stays_off else "on", "off", "",
+                      "" if stays_off else what))  # fmt: skip
+    what = "Released, the motors cannot be switched on again: is the stop's line closed?"
+    steps.append(Step("released, they can be switched on", can_be, "on" if can_be else "refused", "on", "",
+                      "" if can_be else what))  # fmt: skip
     return steps
 
 
-def is_released(line: Line, hands: Hands) -> bool:
-    """Have the hardware stop released; whether every drive says so."""
+def is_released(line: Line, hands: Hands) -> tuple[bool, bool]:
+    """Have the hardware stop released; whether all motors stay off then, and whether they can be switched on."""
     hands.release_stop()
-    return line.watch(
-        hands.patience_s,
-        lambda seen: not any(DriveFault.STOP_LINE in status.fault for status in seen.status),
-        commands=False,
-    )[1]
+    until, stays_off = line.rig.t + hands.patience_s, True
+    while line.rig.t < until:
+        found, _ = line.watch(RELEASED_S, commands=False)
+        stays_off = stays_off and not any(drive.is_enabled for seen in found for drive in seen.status)
+        with contextlib.suppress(RigError):
+            line.rig.enable()
+            line.rig.disable()
+            return stays_off, True
+    return stays_off, False
 
 
 def zero_torque(line: Line) -> list[Step]:

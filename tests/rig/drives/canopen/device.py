@@ -38,7 +38,7 @@ def obey(devices: CanopenDevices, joints: tuple[str, ...], words: list[str]) -> 
     """One line of whoever tests."""
     name, *rest = words
     if name in ("unplug", "plug", "restart"):
-        getattr(devices, name)(rest[0])
+        getattr(devices, name)(joints.index(rest[0]))
     elif name == "fail":
         devices.plant.each[joints.index(rest[0])].fail(DriveFault[rest[1]])
     elif name == "heat":

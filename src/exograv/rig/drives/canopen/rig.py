@@ -28,6 +28,9 @@ ANSWER_SHARE = 0.55
 WITHOUT_WIRE = ("udp_multicast", "virtual")
 """Adapters that are as fast as this computer."""
 
+LOCK_STEP_S = 5.0
+"""For an answer of simulated drives that wait for us as we for them [s]."""
+
 BEATS_PER_WATCHDOG = 4
 """Of our heartbeat: three may be lost."""
 
@@ -50,12 +53,13 @@ class CanopenRig:
     A joint in `faulty` keeps the last numbers that its drive has said.
     """
 
-    def __init__(self, drives: Drives, answer_s: float | None = None):
+    def __init__(self, drives: Drives, answer_s: float | None = None, lock_step: bool = False):
         """Nothing is opened yet.
 
         Args:
             drives: As the laboratory's `drives.toml` says.
             answer_s: How long `read` waits at most for the drives [s]; `ANSWER_SHARE` of the period where absent.
+            lock_step: Whether time is counted in periods, each as long as it takes: simulated drives only.
 
         Raises:
             RigError: They are on another bus.
@@ -75,7 +79,8 @@ class CanopenRig:
         self._drives, self._settings = drives, drives.settings.canopen
         self._scaling = Scaling(drives)
         self._none = [0] * len(drives.each)
-        self._answer_s = ANSWER_SHARE * drives.period_s if answer_s is None else answer_s
+        patience_s = LOCK_STEP_S if lock_step else ANSWER_SHARE * drives.period_s
+        self._answer_s, self._is_in_lock_step = patience_s if answer_s is None else answer_s, lock_step
         has_motor = drives.rad_per_motor_count is not None
         self._nodes = tuple(Node(drive, has_motor) for drive in drives.each)
         self._bus: Bus | None = None
@@ -99,6 +104,8 @@ class CanopenRig:
     @property
     def t(self) -> float:
         """Since this was made, by this computer's monotonic clock [s]."""
+        if self._is_in_lock_step:
+            return self._sequence * self.period_s
         return time.monotonic() - self._opened
 
     def __enter__(self) -> "CanopenRig":
@@ -138,8 +145,9 @@ class CanopenRig:
 
     def read(self) -> JointState:
         """What the drives measured at a SYNC of now: the same as before where not all have answered in time."""
-        cycle, t = self._running, self.t
+        cycle = self._running
         self._sequence += 1
+        t = self.t
         is_complete = cycle.ask(self._answer_s)
         faulty = tuple(j for j, node in enumerate(self._nodes) if node.is_faulty)
         is_complete = is_complete and not all(node.is_lost for node in self._nodes)
