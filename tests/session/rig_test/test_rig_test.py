@@ -3,8 +3,11 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from exograv.model.description import load_rig
+from exograv.rig.twin import Disturbances, draw_machine
 from exograv.session.rig_test.run import RigTestOptions, run_rig_test
 
 
@@ -34,6 +37,10 @@ def test_drives_in_good_order_pass_every_step_and_weights_are_felt_within_the_li
     result = brought_up(tmp_path, level=2)
     assert result["passed"]
     assert all(step["passed"] for step in result["steps"])
+    rig = load_rig("recupera_like")
+    true = rig.nominal_gain / draw_machine(rig, Disturbances.at_level(2), 0).drives.gain
+    felt = [step["value"] for step in result["steps"] if "weighs" in step["name"]]
+    np.testing.assert_allclose(felt, true, atol=0.06)
 
 
 @pytest.mark.slow
