@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Shaped
 
 from exograv.errors import RigError
 from exograv.signals import Command
@@ -11,6 +11,8 @@ from exograv.signals import Command
 from .settings import Drives
 
 Joints = Float[np.ndarray, " joint"]
+Reported = Shaped[np.ndarray, " joint"]
+"""Radians, or whole counts."""
 
 
 class Units:
@@ -26,11 +28,11 @@ class Units:
         self.limited = 0
         """Commands of which a current was cut to the drive's limit."""
 
-    def positions(self, reported: Joints) -> Joints:
+    def positions(self, reported: Reported) -> Joints:
         """Of the joints [rad], from what the drives report."""
         return self._offset + self._of_count * reported
 
-    def motor_positions(self, reported: Joints) -> Joints | None:
+    def motor_positions(self, reported: Reported) -> Joints | None:
         """By the motors' encoders, as angles of the joints [rad]; None where not every drive has one."""
         if self._of_motor_count is None or not math.isfinite(sum(reported.tolist())):
             return None
@@ -41,7 +43,11 @@ class Units:
         return self._sign * measured
 
     def drive_currents(self, command: Command) -> Joints:
-        """In the drives' directions and within their limits [A].
+        """In the drives' directions and within their limits [A]; raises as `within_limits`."""
+        return self._sign * self.within_limits(command)
+
+    def within_limits(self, command: Command) -> Joints:
+        """Its currents in the joints' directions, no more than the drives give at most [A]; cuts are counted.
 
         Raises:
             RigError: A current or a damping is not finite.
@@ -51,7 +57,7 @@ class Units:
             self._refuse(command)
         limited = np.minimum(np.maximum(command.current, -self._current_max), self._current_max)
         self.limited += bool((limited != command.current).any())
-        return self._sign * limited
+        return limited
 
     def _refuse(self, command: Command) -> None:
         damping = np.zeros_like(command.current) if command.damping is None else command.damping

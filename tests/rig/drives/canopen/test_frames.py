@@ -15,6 +15,7 @@ from exograv.rig.drives.canopen.scaling import DAMPING_MOST, Scaling
 from exograv.rig.drives.canopen.states import DISABLE_VOLTAGE
 from exograv.rig.drives.settings import CanopenBus, Drive, Drives, DrivesSettings
 from exograv.rig.drives.status import DriveFault
+from exograv.signals import Command
 
 finite = st.floats(-1e3, 1e3)
 
@@ -53,7 +54,9 @@ def test_a_current_comes_back_from_the_bus_within_half_a_thousandth_of_the_rated
 @given(rated=st.floats(0.1, 50.0), sign=st.sampled_from([1, -1]), current=finite)
 def test_no_current_beyond_the_drives_greatest_is_sent(rated: float, sign: int, current: float):
     scaling = Scaling(machine(rated, 2.0 * rated, sign))
-    limited = scaling.limited(np.array([current]))
+    none = np.zeros(1)
+    command = Command(0.0, 0, 1.0, none, np.array([current]), none)
+    limited = scaling.within_limits(command)
     assert abs(limited[0]) <= 2.0 * rated
     assert abs(scaling.per_mille(limited)[0]) <= 2000
     assert abs(current) > 2.0 * rated or limited[0] == current
@@ -62,10 +65,10 @@ def test_no_current_beyond_the_drives_greatest_is_sent(rated: float, sign: int, 
 @given(counts=st.integers(-(2**31), 2**31 - 1), sign=st.sampled_from([1, -1]), offset=st.floats(-180.0, 180.0))
 def test_counts_are_the_joints_angle_by_sign_and_offset(counts: int, sign: int, offset: float):
     scaling = Scaling(machine(sign=sign, offset=offset))
-    q = scaling.q(np.array([counts]))
+    q = scaling.positions(np.array([counts]))
     back = sign * (q - np.deg2rad(offset)) * 2.0**20 / (2.0 * np.pi)
     np.testing.assert_allclose(back, counts, rtol=1e-9, atol=1e-6)
-    q_motor = scaling.q_motor(np.array([counts]))
+    q_motor = scaling.motor_positions(np.array([counts]))
     assert q_motor is not None
     np.testing.assert_allclose(25.0 * (q_motor - np.deg2rad(offset)), q - np.deg2rad(offset), atol=1e-9)
 

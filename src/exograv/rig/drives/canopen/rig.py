@@ -1,13 +1,12 @@
 """A machine whose drives speak CiA 402: we give the clock by SYNC, and they measure, obey and watch us."""
 
-import math
-import time
 from dataclasses import dataclass, replace
 from types import TracebackType
 
 import numpy as np
 
 from exograv.errors import ConfigError, RigError
+from exograv.rig.drives.clock import ENDED, LOCK_STEP_S, Clock
 from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.status import DriveStatus
 from exograv.signals import Command, JointState, TorqueSource
@@ -27,9 +26,6 @@ ANSWER_SHARE = 0.55
 
 WITHOUT_WIRE = ("udp_multicast", "virtual")
 """Adapters that are as fast as this computer."""
-
-LOCK_STEP_S = 5.0
-"""For an answer of simulated drives that wait for us as we for them [s]."""
 
 BEATS_PER_WATCHDOG = 4
 """Of our heartbeat: three may be lost."""
@@ -80,12 +76,12 @@ class CanopenRig:
         self._scaling = Scaling(drives)
         self._none = [0] * len(drives.each)
         patience_s = LOCK_STEP_S if lock_step else ANSWER_SHARE * drives.period_s
-        self._answer_s, self._is_in_lock_step = patience_s if answer_s is None else answer_s, lock_step
+        self._answer_s, self._lock_step = patience_s if answer_s is None else answer_s, lock_step
         has_motor = drives.rad_per_motor_count is not None
         self._nodes = tuple(Node(drive, has_motor) for drive in drives.each)
         self._bus: Bus | None = None
         self._cycle: Cycle | None = None
-        self._opened, self._sequence = time.monotonic(), 0
+        self._clock = Clock(drives.period_s, lock_step)
         self._state: JointState | None = None
         self.counts = Counts()
         self.notes: tuple[str, ...] = ()
@@ -104,9 +100,7 @@ class CanopenRig:
     @property
     def t(self) -> float:
         """Since this was made, by this computer's monotonic clock [s]."""
-        if self._is_in_lock_step:
-            return self._sequence * self.period_s
-        return time.monotonic() - self._opened
+        return self._clock.t
 
     def __enter__(self) -> "CanopenRig":
         """Find the drives, check and set them up; none is enabled.
@@ -146,8 +140,7 @@ class CanopenRig:
     def read(self) -> JointState:
         """What the drives measured at a SYNC of now: the same as before where not all have answered in time."""
         cycle = self._running
-        self._sequence += 1
-        t = self.t
+        t = self._clock.tick()
         is_complete = cycle.ask(self._answer_s)
         faulty = tuple(j for j, node in enumerate(self._nodes) if node.is_faulty)
         is_complete = is_complete and not all(node.is_lost for node in self._nodes)
@@ -155,6 +148,8 @@ class CanopenRig:
             self._state = self._measurement(t, faulty)
         elif faulty != self._state.faulty:
             self._state = replace(self._state, faulty=faulty)
+        if self._lock_step and all(node.is_lost for node in self._nodes):
+            raise RigError(ENDED)
         self.counts.incomplete += not is_complete
         return self._state
 
@@ -166,16 +161,11 @@ class CanopenRig:
         """
         cycle = self._running
         damping = np.zeros(len(self._nodes)) if command.damping is None else command.damping
-        if not all(map(math.isfinite, (*command.current.tolist(), *damping.tolist()))):
-            raise RigError(
-                f"Command {command.sequence} asks {', '.join(self._unfit(command.current + damping))} for a current or "
-                "a damping that is not finite; it is not sent. The envelope must stop such a command."
-            )
+        current = self._scaling.within_limits(command)
         if self.t > command.valid_until:
             self.counts.expired += 1
             return
-        current = self._scaling.limited(command.current)
-        self.counts.limited += bool((current != command.current).any())
+        self.counts.limited = self._scaling.limited
         braking = self._scaling.damping(damping).tolist()
         self._stop_what_cannot_brake(braking)
         cycle.tell(self._scaling.per_mille(current).tolist(), braking)
@@ -215,7 +205,7 @@ class CanopenRig:
         return self._cycle
 
     def _begin(self, bus: Bus) -> None:
-        self._opened, self._sequence, self._state = time.monotonic(), 0, None
+        self._clock, self._state = Clock(self.period_s, self._lock_step), None
         beat_every = max(int(self._drives.watchdog_s / BEATS_PER_WATCHDOG / self.period_s), 1)
         cycle = Cycle(bus, self._nodes, beat_every)
         self.notes = set_up(self._drives, bus, cycle, self._nodes, first=True)
@@ -224,17 +214,14 @@ class CanopenRig:
 
     def _measurement(self, t: float, faulty: tuple[int, ...]) -> JointState:
         nodes, scaling = self._nodes, self._scaling
-        q = scaling.q(np.array([node.counts for node in nodes]))
-        q_motor = scaling.q_motor(np.array([node.motor_counts for node in nodes]))
+        q = scaling.positions(np.array([node.counts for node in nodes]))
+        q_motor = scaling.motor_positions(np.array([node.motor_counts for node in nodes]))
         current = scaling.current(np.array([node.per_mille for node in nodes]))
         no_sensor = np.full(len(nodes), np.nan)
-        return JointState(t, self._sequence, q, current, no_sensor, TorqueSource.CURRENT, q_motor, faulty)
+        return JointState(t, self._clock.ticks, q, current, no_sensor, TorqueSource.CURRENT, q_motor, faulty)
 
     def _stop_what_cannot_brake(self, braking: list[int]) -> None:
         """A drive that takes no damping brakes by its own quick stop instead, and is off after it."""
         for node, told in zip(self._nodes, braking, strict=True):
             if told and node.is_wanted and not node.has_damping and not node.fault:
                 node.control = QUICK_STOP
-
-    def _unfit(self, values: np.ndarray) -> list[str]:
-        return [joint for joint, value in zip(self.joints, values, strict=True) if not np.isfinite(value)]

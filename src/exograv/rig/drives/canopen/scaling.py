@@ -1,9 +1,10 @@
-"""A drive's whole numbers and the joint's quantities, one entry a joint; directions and zeros are of `drives.toml`."""
+"""A CiA 402 drive's whole numbers and the joint's quantities, one entry a joint."""
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from exograv.rig.drives.settings import Drives
+from exograv.rig.drives.units import Units
 
 DAMPING_MOST = 65.535
 """What the frame can carry [N·m·s/rad]."""
@@ -12,33 +13,17 @@ Joints = Float[np.ndarray, " joint"]
 Counts = Int[np.ndarray, " joint"]
 
 
-class Scaling:
+class Scaling(Units):
     """Of one machine. Currents are per mille of what the drive has as rated, so one step is a thousandth of it."""
 
     def __init__(self, drives: Drives):
+        super().__init__(drives)
         rated = np.array([drive.current_rated_A for drive in drives.each])
-        self._current_max = np.array([drive.current_max_A for drive in drives.each])
-        self._rad = drives.sign * drives.rad_per_count
-        per_motor = drives.rad_per_motor_count
-        self._rad_motor = None if per_motor is None else drives.sign * per_motor
-        self._offset = drives.offset
         self._amperes = drives.sign * rated / 1000.0
-
-    def q(self, counts: Counts) -> Joints:
-        """Of the joints [rad]."""
-        return self._rad * counts + self._offset
-
-    def q_motor(self, counts: Counts) -> Joints | None:
-        """The same by the motors' encoders [rad]; None where not all have one."""
-        return None if self._rad_motor is None else self._rad_motor * counts + self._offset
 
     def current(self, per_mille: Counts) -> Joints:
         """In joint direction [A]."""
         return self._amperes * per_mille
-
-    def limited(self, current: Joints) -> Joints:
-        """Within what the drives give at most [A]."""
-        return np.clip(current, -self._current_max, self._current_max)
 
     def per_mille(self, current: Joints) -> Counts:
         """Of the rated current, in the drive's direction, to the nearest."""

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import ConfigError, RigError
+from exograv.rig.drives.clock import ENDED, LOCK_STEP_S, Clock
 from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.status import DriveFault, DriveStatus
 from exograv.rig.drives.units import Units
@@ -29,9 +30,6 @@ drive's watchdog [s]."""
 
 PATIENCE_S = 0.3
 """For a controller that is asked who it is: several watchdogs, after which whoever had it before has let it go [s]."""
-
-LOCK_STEP_S = 5.0
-"""For an answer of simulated drives that wait for us as we for them [s]."""
 
 ENABLE_S = 1.0
 FAULTS, STATUSES = sum(DriveFault), sum(DriveFlag)
@@ -64,8 +62,7 @@ class UdpRig:
         self._drives, self._units = drives, Units(drives)
         self._link = Link((udp.host, udp.port), len(drives.joints), first_sequence)
         self._wait_s = LOCK_STEP_S if lock_step else answer_share * drives.period_s
-        self._is_in_lock_step = lock_step
-        self._began, self._tick, self._is_on = time.monotonic(), 0, False
+        self._clock, self._is_on = Clock(drives.period_s, lock_step), False
         n = len(drives.joints)
         none = np.full(n, np.nan)
         none.flags.writeable = False
@@ -88,9 +85,7 @@ class UdpRig:
     @property
     def t(self) -> float:
         """The rig's clock: since it was made [s]."""
-        if self._is_in_lock_step:
-            return self._tick * self.period_s
-        return time.monotonic() - self._began
+        return self._clock.t
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -130,17 +125,16 @@ class UdpRig:
         without an answer all are.
         """
         until = time.monotonic() + self._wait_s
-        self._tick += 1
-        t = self.t
-        self._link.poll(self._tick, t)
-        answer = self._link.collect(self._tick, until)
+        t = self._clock.tick()
+        self._link.poll(self._clock.ticks, t)
+        answer = self._link.collect(self._clock.ticks, until)
         if answer is not None:
             self._heard_at = answer.t
             self._statuses = self._statuses_of(answer)
             self._taken = answer.packet.own[0]
             self._state = self._state_of(answer)
-        elif self._is_in_lock_step:
-            raise RigError("The simulated drives do not answer any more: they have ended. Begin them again.")
+        elif self._clock.is_in_lock_step:
+            raise RigError(ENDED)
         elif t - self._heard_at > LOST_S and len(self._state.faulty) < len(self.joints):
             self._state = replace(self._state, faulty=tuple(range(len(self.joints))))
             lost = (replace(one, is_enabled=False, fault=one.fault | DriveFault.LOST) for one in self._statuses)
@@ -242,7 +236,7 @@ class UdpRig:
                 return False
             told = self._link.command(state.sequence, self.t, self._drives.watchdog_s, flags, self._no_current)
             first = told if first is None else first
-            if self._is_in_lock_step:
+            if self._clock.is_in_lock_step:
                 continue
             due = max(due + self.period_s, time.monotonic() - self.period_s)
             time.sleep(max(due - time.monotonic(), 0.0))
