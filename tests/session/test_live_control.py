@@ -48,7 +48,7 @@ def flown(seconds: float, holds: bool = True, stop_at_s: float | None = None) ->
     rig, twin, guard = made.rig, made.rig._twin, made.guard  # pyright: ignore[reportAttributeAccessIssue]
     assert isinstance(twin, Twin)
     if not holds:
-        rig._holds = False  # pyright: ignore[reportAttributeAccessIssue]
+        rig._grip._holds = False  # pyright: ignore[reportAttributeAccessIssue]
     state, row, course = np.zeros(1, state_dtype(joints))[0], np.zeros((), answer_dtype(joints)), Course()
     safe_state, stop_tick = SafeState.NONE, None if stop_at_s is None else round(stop_at_s / rig.period_s)
     for k in range(round(seconds / rig.period_s)):

@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from .common import Common
+import tyro
+
+from .common import Common, refuse_unwritable
 
 
 @dataclass(frozen=True)
@@ -26,16 +28,32 @@ class Calibrate(Common):
     recheck: bool = False
     """Only check friction again, for the calibration in that file; its gains stay."""
 
+    drives: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """drives.toml of a real machine, empty and hanging, whose bring-up has passed (docs/rig_test.md)."""
+
+    simulate: bool = False
+    """Practise on simulated drives in another process, with weights that are simulated too."""
+
+    length: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="SEGMENT=M")] = ()
+    """With --drives: what the machine is set to, such as forearm=0.26; nominal if not named. May be repeated."""
+
 
 def run_calibrate_command(command: Calibrate) -> dict[str, Any]:
     """Run it and show what was found."""
+    from rich.console import Console
+
     from exograv.session.calibration_run import FILE, CalibrateOptions, run_calibration
     from exograv.terminal import bars
 
     file = command.calibration or command.out / FILE
-    options = CalibrateOptions(command.rig, command.side, command.level, command.seed, file, command.recheck)
+    options = CalibrateOptions(
+        command.rig, command.side, command.level, command.seed, file, command.recheck, command.drives,
+        command.simulate, command.length,
+    )  # fmt: skip
+    refuse_unwritable(file, "--calibration or --out")
+    console = Console()
     with bars() as progress:
-        result = run_calibration(options, progress)
+        result = run_calibration(options, progress, lambda text: console.print(text, highlight=False))
     show_calibration(result)
     return result
 

@@ -1,11 +1,16 @@
 """`exograv live`."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from .common import Common, refuse_unwritable
+
+if TYPE_CHECKING:
+    from exograv.session.live import LiveOptions
+    from exograv.session.pilot import Progress
 
 NOT_LEARNED = (
     "The arm was not learned to the end ({} findings until then), and did not float: what ended it is said above. "
@@ -42,6 +47,27 @@ class Live(Common):
     lsl: bool = False
     """Publish joint state, torque and markers over Lab Streaming Layer, from the recorder's process."""
 
+    drives: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """drives.toml of a real machine that has passed its self-test here today, with --identify and who is in it."""
+
+    simulate: bool = False
+    """Practise on simulated drives in another process, with a virtual person in the machine."""
+
+    calibration: Path | None = None
+    """On drives: calibration.toml of this machine; that in the folder of --out if none is named."""
+
+    body_height: Annotated[float | None, tyro.conf.arg(metavar="M")] = None
+    """On drives: of the person in the machine [m]."""
+
+    body_mass: Annotated[float | None, tyro.conf.arg(metavar="KG")] = None
+    """On drives: of the person in the machine [kg]."""
+
+    sex: Literal["female", "male"] | None = None
+    """On drives: which table of body segments is nearer."""
+
+    length: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="SEGMENT=M")] = ()
+    """On drives: a measured segment of the arm, to which the machine is set, such as forearm=0.26. May be repeated."""
+
     record_stream: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME")] = ()
     """Record another device's stream of this name, or all of this type, beside the run; may be repeated. See `exograv
     streams`."""
@@ -66,11 +92,28 @@ def run_live_command(command: Live) -> dict[str, Any]:
     )
     refuse_unwritable(command.out / "live.mcap", "--out")  # found out now, not after minutes of preparation
     with bars() as progress:
-        result = run_live(options, command.out, progress)
+        if command.drives is None and not command.simulate:
+            result = run_live(options, command.out, progress)
+        else:
+            result = _on_drives(command, options, progress)
     show_live(result)
     if command.identify and result["identified"] is None:
         print(NOT_LEARNED.format(result["findings"]))
     return result
+
+
+def _on_drives(command: Live, options: "LiveOptions", progress: "Progress") -> dict[str, Any]:
+    from rich.console import Console
+
+    from exograv.session.on_drives.connecting import DrivesAsked
+    from exograv.session.on_drives.floating import Person, run_live_on_drives
+
+    console = Console()
+    asked = DrivesAsked(command.drives, command.simulate, command.level, command.seed)
+    person = Person(command.body_height, command.body_mass, command.sex, command.length)
+    calibration = command.calibration or command.out / "calibration.toml"
+    say = lambda text: console.print(text, highlight=False)  # noqa: E731
+    return run_live_on_drives(options, asked, person, calibration, command.out, progress, say)
 
 
 def show_live(result: dict[str, Any]) -> None:
@@ -94,10 +137,13 @@ def show_live(result: dict[str, Any]) -> None:
     for stream in result["streams"]:
         console.print(f"Recorded stream {stream['name']}: connected {stream['connected']} times.", highlight=False)
     if found := result["identified"]:
-        left = ", ".join(f"{value:.2f}" for value in found["left_over_Nm"])
+        truth = ""
+        if found["left_over_Nm"] is not None:
+            left = ", ".join(f"{value:.2f}" for value in found["left_over_Nm"])
+            truth = f" Left over by the twin's truth: {left} N·m."
         console.print(
             f"Learned live in {found['motion_s']:.0f} s ({result['findings']} findings). {found['outcome']} "
-            f"{found['why']} Left over by the twin's truth: {left} N·m.",
+            f"{found['why']}{truth}",
             highlight=False,
         )
     modes = ", ".join(f"{one['mode'].replace('_', ' ')} from {one['at_s']:.2f} s" for one in result["modes"])

@@ -32,19 +32,29 @@ class SelfTest(Common):
     body_mass: Annotated[float | None, tyro.conf.arg(metavar="KG")] = None
     """With --worn: body mass as the operator typed it [kg]; the wearer's own if none is given."""
 
+    drives: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """drives.toml of a real machine, empty and hanging (docs/rig_test.md)."""
+
+    simulate: bool = False
+    """Practise on simulated drives in another process."""
+
 
 def run_self_test_command(command: SelfTest) -> dict[str, Any]:
     """Run it and show every step."""
+    from rich.console import Console
+
     from exograv.session.self_test.run import SelfTestOptions, run_self_test
     from exograv.terminal import bars
 
     calibration = command.calibration or command.out / "calibration.toml"
     options = SelfTestOptions(
-        command.rig, command.side, command.level, command.seed, calibration, command.worn, command.body_mass
-    )
+        command.rig, command.side, command.level, command.seed, calibration, command.worn, command.body_mass,
+        command.drives, command.simulate,
+    )  # fmt: skip
+    console = Console()
     refuse_unwritable(command.out / "self_test.mcap", "--out")
     with bars() as progress:
-        result = run_self_test(options, command.out, progress)
+        result = run_self_test(options, command.out, progress, lambda text: console.print(text, highlight=False))
     show_self_test(result)
     return result
 

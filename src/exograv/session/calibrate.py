@@ -7,9 +7,10 @@ from exograv.model.description import RigDescription
 from exograv.model.description import Sweep as SweepSettings
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, go_to, hold, joined, sweep
+from exograv.rig import Powered
 
 from .empty_run import EmptyRun
-from .nudge import Nudger
+from .nudge import Nudger, starting_posture
 from .nudge_checks import refuse_before_motion
 from .operator import Operator
 from .pilot import Pilot
@@ -41,6 +42,7 @@ def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, ope
             run.follow(to_and_fro(run, plan, SLOW), f"{text}, {mass:g} kg")
         run.load(mount, None)
     check_passes(run)
+    lead_home(run)
     return calibrate(description, tree, run.sweeps())
 
 
@@ -54,7 +56,17 @@ def recheck_machine(description: RigDescription, tree: Tree, pilot: Pilot, befor
     run = EmptyRun(description, tree, pilot)
     Nudger(run).nudge(pushes=1)
     check_passes(run)
+    lead_home(run)
     return recheck(description, tree, run.sweeps(), before)
+
+
+def lead_home(run: EmptyRun) -> None:
+    """Motors that can be switched off are, where the machine hangs: nobody commands them during the fit."""
+    rig = run.pilot.rig
+    if isinstance(rig, Powered):
+        home = go_to(run.pilot.q.copy(), starting_posture(run.tree), TRAVEL, rig.period_s)
+        run.follow(home, "Leading the machine home")
+        rig.disable()
 
 
 def check_passes(run: EmptyRun) -> None:

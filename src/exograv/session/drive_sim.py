@@ -16,8 +16,11 @@ from exograv.rig.drive_sim.bench import Bench, FrontEnd
 from exograv.rig.drive_sim.plant import Plant, Wiring
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.twin import Disturbances, Twin, draw_machine
+from exograv.rig.twin.own_arm import OwnArm
+from exograv.safety.modes import RAMP_IN_S
 
-from .stage_0 import starting_posture
+from .held import REST_BEFORE_RAMP_S, Grip
+from .nudge import starting_posture
 from .virtual import draw_laboratory, refuse_motorless
 
 Bus = Literal["canopen", "udp"]
@@ -59,6 +62,7 @@ class DriveSimOptions:
     level: int = 0
     seed: int = 0
     worn: bool = False
+    """With the wearer, who holds the own arm until the motors are on, and gives it over as in `exograv live`."""
     lock_step: bool = False
     wrong_sign: tuple[str, ...] = ()
     """Joints whose motor turns the other way."""
@@ -80,7 +84,7 @@ def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
     drives = load_drives(options.drives, description)
     wiring = _wiring(options, drives.joints)
     make = _front_end(options.bus, drives)
-    plant = Plant(_twin(options, description), drives, wiring)
+    plant = _plant(options, description, drives, wiring)
     device: Device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = Bench(drives.joints, plant, device, say)
     bench.listen(sys.stdin)
@@ -114,12 +118,26 @@ def _front_end(bus: Bus, drives: Drives) -> Callable[..., Device]:
         ) from error
 
 
-def _twin(options: DriveSimOptions, description: RigDescription) -> Twin:
-    if options.worn:
-        laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
-        return Twin(description, laboratory.machine, laboratory.wearer, options.seed)
-    machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
-    return Twin(description, machine, None, options.seed, starting_posture(read_exoskeleton(description)))
+def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives, wiring: dict[str, Wiring]) -> Plant:
+    if not options.worn:
+        machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
+        twin = Twin(description, machine, None, options.seed, starting_posture(read_exoskeleton(description)))
+        return Plant(twin, drives, wiring)
+    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    twin = Twin(description, laboratory.machine, laboratory.wearer, options.seed)
+    plant = Plant(twin, drives, wiring)
+    grip = Grip(twin, OwnArm(description, laboratory.machine, laboratory.wearer))
+    is_told = False
+
+    def hold() -> None:
+        nonlocal is_told
+        if not is_told and all(drive.is_enabled for drive in plant.each):
+            is_told = True
+            grip.give_over(plant.now + REST_BEFORE_RAMP_S, RAMP_IN_S)
+        grip.act()
+
+    plant.before_step = hold
+    return plant
 
 
 def _wiring(options: DriveSimOptions, joints: tuple[str, ...]) -> dict[str, Wiring]:

@@ -14,6 +14,41 @@ STIFFNESS, DAMPING = 30.0, 3.0
 
 LET_GO_S = 1.0
 
+REST_BEFORE_RAMP_S = 1.0
+"""From when the machine carries itself until it begins to take the arm: both sides know it."""
+
+
+class Grip:
+    """What the person's muscles do meanwhile: hold the arm where it is, and give its weight over along a curve."""
+
+    def __init__(self, twin: Twin, own: OwnArm):
+        """The arm is held where it is.
+
+        Args:
+            twin: With the wearer in it.
+            own: What the wearer knows of the own arm.
+        """
+        self._twin, self._q = twin, twin.truth.q_arm
+        still = np.zeros_like(self._q)
+        self._weight = own.torque(self._q, still, still)
+        self._from, self._for, self._holds = math.inf, 1.0, True
+
+    def give_over(self, begins_s: float, takes_s: float) -> None:
+        """The machine takes the arm from this time of the twin's clock on [s], in so long [s]."""
+        self._from, self._for = begins_s, takes_s
+
+    def act(self) -> None:
+        """For the next period of the twin."""
+        if not self._holds:
+            return
+        passed = self._twin.t - self._from
+        given = 0.5 - 0.5 * math.cos(math.pi * min(max(passed / self._for, 0.0), 1.0))
+        grip = 1.0 - min(max((passed - self._for) / LET_GO_S, 0.0), 1.0)
+        truth = self._twin.truth
+        held = STIFFNESS * (self._q - truth.q_arm) - DAMPING * truth.v_arm
+        self._twin.tau_voluntary[:] = (1.0 - given) * self._weight + grip * held
+        self._holds = grip > 0.0
+
 
 class Held:
     """A `Rig`: the twin, with a wearer who does for the arm what the machine does not do yet.
@@ -30,11 +65,8 @@ class Held:
             takes_from_s: When the machine begins to take the arm, from now [s].
             takes_for_s: How long it takes [s].
         """
-        self._twin, self._q = twin, twin.truth.q_arm
-        still = np.zeros_like(self._q)
-        self._weight = own.torque(self._q, still, still)
-        self._from, self._for = twin.t + takes_from_s, takes_for_s
-        self._holds = True
+        self._twin, self._grip = twin, Grip(twin, own)
+        self._grip.give_over(twin.t + takes_from_s, takes_for_s)
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -62,18 +94,8 @@ class Held:
 
     def write(self, command: Command) -> None:
         """Hold on, and let the twin go on by one period."""
-        if self._holds:
-            self._hold()
+        self._grip.act()
         self._twin.write(command)
-
-    def _hold(self) -> None:
-        passed = self._twin.t - self._from
-        given = 0.5 - 0.5 * math.cos(math.pi * min(max(passed / self._for, 0.0), 1.0))
-        grip = 1.0 - min(max((passed - self._for) / LET_GO_S, 0.0), 1.0)
-        truth = self._twin.truth
-        held = STIFFNESS * (self._q - truth.q_arm) - DAMPING * truth.v_arm
-        self._twin.tau_voluntary[:] = (1.0 - given) * self._weight + grip * held
-        self._holds = grip > 0.0
 
     def __enter__(self) -> "Held":
         return self

@@ -8,8 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from exograv.errors import ConfigError, RigError
 from exograv.model.description import Side
 from exograv.recording.disk import refuse_small_disk
@@ -19,15 +17,13 @@ from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.lsl.streaming import NO_STREAMING, Streaming
 from exograv.runtime.recorder import Recorder
-from exograv.runtime.timing import Timing
 from exograv.runtime.worker import WorkerJob, WorkerMemory
 
 from .account import versions, written_person, written_rig, written_told
-from .examine import Examination
 from .lesson import LessonPlan, unknown_person
 from .live_control import SKIPPED, LiveControl, Plan, guarded_rig, notes
+from .live_figures import flown_figures, learned_figures
 from .live_processes import Flown, Parts, Running, fly
-from .outcome import rounded
 from .person_limits import person_limits
 from .pilot import Progress
 from .prepare import Prepared, prepare, prepare_machine
@@ -38,9 +34,6 @@ LESSON_S = (10.0, 600.0)
 
 AROUND_LESSON_S = 16.0
 """Rest, ramp, the way to the motion's beginning, and what the worker takes at its end [s]."""
-
-STALL_BEFORE_S = 0.05
-"""A latch is put down to the longest gap so long before it."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +131,7 @@ def _run(
         flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test, lsl)
     streams = [] if listening is None else listening.figures()
     told = {"self_test": self_test, "streams": streams}
-    return _figures(options, flown) | told | _learned(flown, laboratory, prepared)
+    return flown_figures(options.rig, flown) | told | learned_figures(flown, laboratory, prepared)
 
 
 def _plan(
@@ -156,13 +149,18 @@ def _plan(
         return plan, options.loop_s
     progress("Preparing for anybody's arm", 0.0)
     person = unknown_person(assembly, machine)
-    size = WorkerMemory(assembly.n, len(prepared.x), round(2 * (options.identify_s + AROUND_LESSON_S) / PERIOD))
+    lesson = lesson_plan(prepared, options.identify_s, PERIOD, stack)
+    plan = Plan.of_twin(laboratory, prepared, person, options.seed, 0.0, lesson)
+    return plan, options.loop_s
+
+
+def lesson_plan(prepared: Prepared, seconds: float, period_s: float, stack: contextlib.ExitStack) -> LessonPlan:
+    """How an arm is learned live by so much motion [s]; its memory is there as long as `stack`."""
+    size = WorkerMemory(prepared.assembly.n, len(prepared.x), round(2 * (seconds + AROUND_LESSON_S) / period_s))
     samples = stack.enter_context(contextlib.closing(size.sample_ring()))
     findings = stack.enter_context(contextlib.closing(size.finding_ring()))
     memory = replace(size, samples=samples.name, findings=findings.name)
-    lesson = LessonPlan(assembly, machine, options.identify_s, PERIOD, memory)
-    plan = Plan.of_twin(laboratory, prepared, person, options.seed, 0.0, lesson)
-    return plan, options.loop_s
+    return LessonPlan(prepared.assembly, prepared.machine, seconds, period_s, memory)
 
 
 def fly_plan(
@@ -239,63 +237,3 @@ def _tested(laboratory: VirtualLaboratory, prepared: Prepared, seed: int, progre
         if not step.passed:
             raise RigError(f"The self-test has failed ({step.name}). {step.what_to_do}")
     return f"passed: {len(steps)} steps, {busy_s:.0f} s of the machine"
-
-
-def _figures(options: LiveOptions, flown: Flown) -> dict[str, Any]:
-    report, recording, timing = flown.report, flown.recording, flown.report.timing
-    p50, p99, p999 = (1e-3 * np.percentile(timing.lateness_ns, [50, 99, 99.9])).round(1).tolist()
-    return {
-        "rig": options.rig,
-        "seconds": round(timing.seconds, 3),
-        "outcome": timing.outcome.value,
-        "rate_Hz": round(timing.effective_rate_Hz, 3),
-        "late_us": {"p50": p50, "p99": p99, "p999": p999, "max": round(1e-3 * float(timing.lateness_ns.max()), 1)},
-        "overruns": timing.missed,
-        "unanswered": report.unanswered,
-        "ticks": len(timing.period),
-        "samples_recorded": recording.acknowledged,
-        "samples_lost": recording.lost,
-        "recording_ok": recording.recording_ok,
-        "recording_why": recording.why,
-        "recorder_restarts": recording.restarts,
-        "unpublished": recording.unpublished,
-        "control_restarts": flown.control_restarts,
-        "recording": str(flown.path),
-        "footprint": dict(flown.footprint),
-        "granted": report.rights.granted,
-        "refused": report.rights.refused,
-        "latches": [
-            {"cause": latch.cause, "at_s": round(latch.at_s, 3), "stall_ms": round(stall_ms(timing, latch.period), 3)}
-            for latch in report.latches
-        ],
-        "modes": [{"mode": name, "at_s": round(at_s, 3)} for name, at_s in report.modes],
-        "wall_s": round(flown.wall_s, 2),
-    }
-
-
-def _learned(flown: Flown, laboratory: VirtualLaboratory, prepared: Prepared) -> dict[str, Any]:
-    """What became of an arm that was to be learned live."""
-    learned = flown.learned
-    figures: dict[str, Any] = {"findings": flown.findings, "worker_restarts": flown.worker_restarts}
-    if learned is None:
-        return {"identified": None, **figures}
-    examination = Examination(laboratory, prepared.assembly, prepared.machine)
-    left_over = examination.score(learned.estimate.x).total
-    return figures | {
-        "identified": {
-            "outcome": learned.outcome.value,
-            "why": learned.why,
-            "motion_s": round(learned.estimate.t, 2),
-            "stop_s": learned.stop_s,
-            "not_relaxed_s": learned.restless_s,
-            "left_over_Nm": rounded(left_over),
-        }
-    }
-
-
-def stall_ms(timing: Timing, period: int) -> float:
-    """The longest time without a command shortly before a period: what the computer was not there for."""
-    commands = 1e-6 * (timing.period * timing.period_ns + timing.command_ns)
-    ended = timing.period <= period + 1
-    begun = timing.period >= period - STALL_BEFORE_S * 1e9 / timing.period_ns
-    return float(np.diff(commands[ended & begun]).max(initial=0.0))

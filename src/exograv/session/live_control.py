@@ -22,14 +22,13 @@ from exograv.signals import Reference
 
 from .arm_controller import ArmController
 from .fade import SECONDS
-from .held import Held
+from .held import REST_BEFORE_RAMP_S, Held
 from .lesson import Lesson, LessonPlan
 from .pilot import CLOSURE_SLOPE_MAX
 from .prepare import Prepared
 from .virtual import Told, VirtualLaboratory, limits
 from .worn_lock import Key, unlock
 
-REST_BEFORE_RAMP_S = 1.0
 SKIPPED = "skipped: twin"
 SKIPPED_TEXT = "The self-test is skipped: this is the twin, and nobody is in it."
 

@@ -14,7 +14,7 @@ from exograv.errors import RigError
 from exograv.model.loops import NEAR_SINGULAR
 from exograv.motion import Trajectory
 from exograv.recording import RecordingWriter
-from exograv.rig import Powered, Rig
+from exograv.rig import Powered, Rig, may_be_worn
 from exograv.runtime.exchange import ASTRAY
 from exograv.runtime.pace import Pace
 from exograv.safety.envelope import Envelope
@@ -23,6 +23,7 @@ from exograv.signals import Command, JointState, Reference
 
 from .account import Account, mode_fields
 from .arm_controller import ArmController
+from .interrupt import HeldInterrupt
 from .stopped import stopped_text
 from .worn import Worn
 from .worn_lock import Key, unlock, withdraw_pass
@@ -129,20 +130,24 @@ class Pilot:
         Raises:
             RigError: The envelope stopped the run, and the arm has come down softly; or it is an arm's controller, and
                 the machine is locked.
+            KeyboardInterrupt: Ctrl-C; a real machine has come down softly before.
         """
         if isinstance(controller, ArmController):
             unlock(self.rig, self.key)
         if isinstance(self.rig, Powered) and self.envelope.stop is None:
             self._switch_on(self.rig)
-        for k in range(len(trajectory)):
-            reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
-            moment = self._tick(controller, reference)
-            if listener is not None and moment is not None:
-                listener(moment)
-            if self.envelope.stop is not None:
-                self._come_down(controller, reference)
-            if k % PROGRESS_TICKS == 0:
-                self.progress(text, k / len(trajectory))
+        with HeldInterrupt(may_be_worn(self.rig)) as interrupt:
+            for k in range(len(trajectory)):
+                reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
+                moment = self._tick(controller, reference)
+                if listener is not None and moment is not None:
+                    listener(moment)
+                if interrupt.has_come:
+                    self.guard.press_stop()
+                if self.envelope.stop is not None:
+                    self._come_down(controller, reference, interrupt.has_come)
+                if k % PROGRESS_TICKS == 0:
+                    self.progress(text, k / len(trajectory))
         self.progress(text, 1.0)
 
     def _switch_on(self, rig: Powered) -> None:
@@ -224,7 +229,7 @@ class Pilot:
             self.recording.write("/event", t, {"kind": "near singular", "text": NEAR_SINGULAR_TEXT})
         self._near_singular = is_near
 
-    def _come_down(self, controller: Controller, reference: Reference) -> None:
+    def _come_down(self, controller: Controller, reference: Reference, is_interrupted: bool) -> None:
         """Finish the soft descent, then tell."""
         reason, recording = self.envelope.stop, self.recording
         text = reason.value if reason is not None else ""
@@ -238,4 +243,6 @@ class Pilot:
         finally:
             if self.key is not None:
                 withdraw_pass(self.key.file, text)
+        if is_interrupted:
+            raise KeyboardInterrupt
         raise RigError(told)

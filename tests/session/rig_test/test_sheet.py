@@ -9,9 +9,9 @@ import pytest
 from exograv.errors import ConfigError
 from exograv.model.description import load_rig
 from exograv.rig.drives.settings import Drives, load_drives
+from exograv.session.on_drives.simulated import drives_of, written
 from exograv.session.rig_test.run import RigTestOptions
 from exograv.session.rig_test.sheet import Sheet, write_sheet
-from exograv.session.rig_test.simulated import drives_of, written
 from exograv.session.rig_test.unpowered import wiring
 from exograv.session.sealed_file import read_sealed
 from exograv.session.self_test.step import Step

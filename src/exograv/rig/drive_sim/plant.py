@@ -1,6 +1,6 @@
 """A twin's motors behind simulated drives, and how somebody has wired them, rightly or not."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +44,8 @@ class Plant:
         self._of_current = drives.sign * [joint.current for joint in joints]
         self._of_encoder = drives.sign * [joint.encoder for joint in joints]
         self._offset = drives.offset
+        self.before_step: Callable[[], object] = lambda: None
+        """What somebody in the machine does, of the own accord, before each step."""
         self._measured = twin.read()
         self._sequence = 0
 
@@ -55,6 +57,7 @@ class Plant:
     def step(self) -> None:
         """One period of the twin: what the drives do now holds for all of it."""
         twin, now = self.twin, self.twin.t
+        self.before_step()
         self.outputs = outputs = tuple(drive.step(twin.period_s, now) for drive in self.each)
         current = self._of_current * [output.current for output in outputs]
         damping = np.array([output.damping for output in outputs])

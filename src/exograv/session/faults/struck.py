@@ -12,8 +12,9 @@ from exograv.errors import RigError
 from exograv.recording import read_recording
 from exograv.runtime.timing import PERIOD_NS, Timing
 from exograv.safety.guard import SafeState
-from exograv.session.live import fly_plan, stall_ms
+from exograv.session.live import fly_plan
 from exograv.session.live_control import Plan
+from exograv.session.live_figures import stall_ms
 from exograv.session.live_processes import Flown, Running
 from exograv.session.pilot import Progress
 from exograv.session.virtual import limits

@@ -62,7 +62,8 @@ class LiveAgain:
         if seconds := live.get("identify_s"):
             lesson = Lesson(recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest)
             self._guarding.feel(level, is_driven=True)
-        self._control = LiveControl(Prepared(recorded.assembly, machine, x, 0.0), level, lesson=lesson)
+        prepared, period_s = Prepared(recorded.assembly, machine, x, 0.0), live["period_s"]
+        self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s)
         self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
     def fly(self, progress: Progress) -> Again:

@@ -21,13 +21,13 @@ from exograv.safety.envelope import Envelope
 from exograv.session.calibrate import CHECK_WAY, SLOW, to_and_fro
 from exograv.session.empty_run import EmptyRun
 from exograv.session.nudge import Nudger
+from exograv.session.on_drives.hands import Hands
 from exograv.session.pilot import Moment, Pilot, Progress
 from exograv.session.self_test.step import Step, within
-from exograv.session.self_test.tap import Tap
+from exograv.session.self_test.tap import PoweredTap
 from exograv.session.virtual import limits
 from exograv.signals import JointState
 
-from .hands import Hands
 from .line import Line
 from .unpowered import WATCHDOG_WITHIN_MS, is_released
 
@@ -52,32 +52,19 @@ SCALE_MAX = 0.15  # docs/safety.md, F09
 Rows = Float[np.ndarray, "tick joint"]
 
 
-class Logged(Tap):
+class Logged(PoweredTap):
     """Between computer and drives, which keep saying how they are."""
 
     def __init__(self, rig: DrivenRig):
         super().__init__(rig)
-        self._powered = rig
         self.said: list[tuple[float, tuple[DriveStatus, ...]]] = []
         """Time of each reading on the rig's clock [s], and what the drives said of themselves."""
 
     def read(self) -> JointState:
         """What the machine says; how its drives are is kept."""
         state = super().read()
-        self.said.append((self._powered.t, self._powered.status()))
+        self.said.append((self.t, self.status()))
         return state
-
-    def enable(self) -> None:
-        """As the machine."""
-        self._powered.enable()
-
-    def disable(self) -> None:
-        """As the machine."""
-        self._powered.disable()
-
-    def status(self) -> tuple[DriveStatus, ...]:
-        """As the machine."""
-        return self._powered.status()
 
     def first(self, fault: DriveFault) -> float:
         """When every drive had said so [s]; infinite where one has not."""

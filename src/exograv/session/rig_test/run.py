@@ -1,9 +1,7 @@
 """`exograv rig-test`: every step in the order of danger; the first that fails ends it, and none can be skipped."""
 
 import contextlib
-import sys
-import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
@@ -14,19 +12,18 @@ from exograv.errors import ConfigError
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, Side, load_rig
 from exograv.rig.drives.opening import DrivenRig, open_drives
-from exograv.rig.drives.settings import Drives, load_drives
+from exograv.rig.drives.settings import Drives
 from exograv.session.nudge_checks import refuse_joints_without_motor
+from exograv.session.on_drives.connecting import DrivesAsked, Say, drives_with_hands
+from exograv.session.on_drives.hands import Hands
 from exograv.session.pilot import Progress
 from exograv.session.self_test.step import Step, tried
 
-from .hands import BenchHands, Hands, KeyboardHands
 from .in_motion import Powered
 from .line import Line
 from .sheet import FILE, write_sheet
-from .simulated import simulated_drives, written
 from .unpowered import stop_is_heard, turns, watchdog, wiring, zero_torque
 
-Say = Callable[[str], object]
 Act = Callable[[], list[Step]]
 
 
@@ -67,11 +64,9 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
     """
     description = load_rig(options.rig, options.side)
     refuse_joints_without_motor(description)
-    with tempfile.TemporaryDirectory() as spare:
-        path = options.drives or written(Path(spare), description)
-        drives = load_drives(path, description)
-        with _hands(options, path, drives, say) as hands:
-            steps = _walk(description, drives, hands, progress, options.simulate)
+    asked = DrivesAsked(options.drives, options.simulate, options.level, options.seed, options.wrong)
+    with drives_with_hands(asked, description, say, "A bring-up") as (drives, hands):
+        steps = _walk(description, drives, hands, progress, options.simulate)
     sheet = write_sheet(
         folder / FILE, description, drives, steps, options.by, datetime.now().astimezone(), options.simulate
     )
@@ -91,21 +86,6 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
         "sheet": str(folder / FILE),
         "sha256": sheet.content_sha256,
     }  # fmt: skip
-
-
-@contextlib.contextmanager
-def _hands(options: RigTestOptions, path: Path, drives: Drives, say: Say) -> Iterator[Hands]:
-    """Somebody at the keyboard, or at the bench of simulated drives, which begin."""
-    if not options.simulate:
-        if not sys.stdin.isatty():
-            raise ConfigError("A bring-up needs somebody at the keyboard: run it in a terminal, or with --simulate.")
-        yield KeyboardHands(say)
-        return
-    bus = "udp" if drives.settings.udp is not None else "canopen"
-    side = ("--side", options.side) if options.side else ()
-    told = ("--drives", str(path), "--rig", options.rig, *side, "--level", str(options.level))
-    with simulated_drives(bus, [*told, "--lock-step", "--seed", str(options.seed), *options.wrong]) as tell:
-        yield BenchHands(tell)
 
 
 def _walk(description: RigDescription, drives: Drives, hands: Hands, progress: Progress, lock_step: bool) -> list[Step]:

@@ -6,12 +6,13 @@ from typing import ClassVar, Literal
 
 from pydantic import AwareDatetime
 
+from exograv.errors import ConfigError
 from exograv.model.description import RigDescription
 from exograv.model.rig_settings import Settings
 from exograv.rig.drives.settings import Drives
-from exograv.session.calibration_file import identity_of
+from exograv.session.calibration_file import identity_of, refuse_other_machine
 from exograv.session.calibration_schema import Identity
-from exograv.session.sealed_file import Sealed, sealed, write_sealed
+from exograv.session.sealed_file import Sealed, read_sealed, sealed, write_sealed
 from exograv.session.self_test.step import Step
 
 FILE = "rig_test.toml"
@@ -70,6 +71,28 @@ def write_sheet(
     )
     write_sealed(path, whole, HEAD, "--out")
     return whole
+
+
+def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drives) -> None:
+    """A real machine is calibrated only when its bring-up, with these drives, has passed.
+
+    Raises:
+        ConfigError: It has not, or the sheet is damaged or of another machine.
+    """
+    again = "Bring the machine up first: `exograv rig-test` with these drives, in the same --out."
+    if not path.is_file():
+        raise ConfigError(f"{path} is missing: no bring-up of this machine has passed. {again}")
+    whole = read_sealed(path, Sheet, again, again)
+    refuse_other_machine(path, whole.identity, identity_of(description, drives.settings.serial), again)
+    why = ""
+    if whole.done.is_simulated:
+        why = "is of simulated drives"
+    elif not whole.done.passed:
+        why = "has steps that failed"
+    elif whole.done.drives_sha256 != drives.sha256:
+        why = "is of another drives.toml: it was changed since"
+    if why:
+        raise ConfigError(f"{path} {why}. {again}")
 
 
 def _text(value: float | str | None) -> str:

@@ -7,9 +7,9 @@ import numpy as np
 from exograv.errors import RigError
 from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.status import DriveFault
+from exograv.session.on_drives.hands import Hands
 from exograv.session.self_test.step import Step, within
 
-from .hands import Hands
 from .line import Line, all_say, currents, positions
 
 TURNED = np.deg2rad(5.0)

@@ -13,13 +13,15 @@ from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, go_to, hold
 from exograv.rig import Rig
+from exograv.rig.drives.opening import DrivenRig
+from exograv.runtime.pace import Pace
 from exograv.safety.envelope import Envelope, StopReason
 from exograv.safety.guard import Guard
 from exograv.session.empty_run import EmptyRun
 from exograv.session.pilot import Controller, Moment, Pilot, Progress
 from exograv.session.virtual import limits
 
-from .tap import Passed, Tap
+from .tap import Passed, PoweredTap, Tap
 
 TRAVEL = 1.1  # rad/s between postures
 
@@ -44,6 +46,12 @@ class Subject:
 
     press: Press
 
+    brake: Joints | None = None
+    """With which its drives are set to brake by themselves; that of a soft descent where absent [N·m·s/rad]."""
+
+    in_lock_step: bool = True
+    """Whether the machine waits for us: a real one does not."""
+
 
 class Bench:
     """One self-test under way."""
@@ -54,15 +62,16 @@ class Bench:
         self.description, self.calibration, self.press = subject.description, subject.calibration, subject.press
         self.tree = replace(subject.tree, phi=machine.phi)
         self.gain = machine.actuators.gain
-        self.tap = Tap(subject.rig)
+        self.tap = PoweredTap(subject.rig) if isinstance(subject.rig, DrivenRig) else Tap(subject.rig)
         worn = limits(subject.description)
-        self.drive_damping = worn.damping_Nms_per_rad
-        """With which a drive has to brake that hears nothing (joint,) [N·m·s/rad]: that of a soft descent."""
+        self.drive_damping = worn.damping_Nms_per_rad if subject.brake is None else subject.brake
+        """With which a drive has to brake that hears nothing (joint,) [N·m·s/rad]."""
         # Without an arm in it a light machine shakes under the damping that suits a worn one.
         self.damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, self.tree))
         """Of a soft descent of the empty machine (joint,) [N·m·s/rad]."""
         envelope = Envelope(replace(worn, damping_Nms_per_rad=self.damping), subject.rig.period_s)
-        self.pilot = Pilot(self.tap, machine.actuators, envelope, progress=progress)
+        pace = None if subject.in_lock_step else Pace(subject.rig.period_s)
+        self.pilot = Pilot(self.tap, machine.actuators, envelope, progress=progress, pace=pace)
         self.run = EmptyRun(self.description, self.tree, self.pilot, gravity=machine.gravity)
         self.zero = np.zeros(len(self.description.joints))
         """Torque that the motors report while they are told none (joint,) [N·m]."""

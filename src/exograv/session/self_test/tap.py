@@ -8,6 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.rig import Rig
+from exograv.rig.drives.opening import DrivenRig
+from exograv.rig.drives.status import DriveStatus
 from exograv.signals import Command, JointState
 
 Rows = Float[np.ndarray, "tick joint"]
@@ -109,6 +111,26 @@ class Tap:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """The machine's owner lets go of it."""
+
+
+class PoweredTap(Tap):
+    """In front of a machine whose drives have to be switched on."""
+
+    def __init__(self, rig: DrivenRig):
+        super().__init__(rig)
+        self._powered = rig
+
+    def enable(self) -> None:
+        """As the machine."""
+        self._powered.enable()
+
+    def disable(self) -> None:
+        """As the machine."""
+        self._powered.disable()
+
+    def status(self) -> tuple[DriveStatus, ...]:
+        """As the machine."""
+        return self._powered.status()
 
 
 def _stacked(rows: Sequence[np.ndarray]) -> Rows:

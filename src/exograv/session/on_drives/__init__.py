@@ -1,0 +1,1 @@
+"""A machine of real drives, or of simulated ones in another process, with whoever stands beside it."""
