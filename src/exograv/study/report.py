@@ -12,7 +12,7 @@ from exograv.errors import RecordingError
 from exograv.recording import Recording, read_recording
 
 from .drawing import house_style, inline_svg, joint_label
-from .figures import floating, left_over, parameters, postures, progress, timing, torque, weight
+from .figures import floating, left_over, parameters, postures, progress, sync, timing, torque, weight
 from .headline import headline, run_facts, tiles
 from .tables import calibration_table, event_table, parameter_table, settings_table
 
@@ -38,6 +38,7 @@ CHAPTERS = (
     Chapter("weight", "A weight in the hand", weight.draw, weight.explain),
     Chapter("parameters", "What the machine knows about the arm", parameters.draw, parameters.explain),
     Chapter("torque", "Does the model explain the motors?", torque.draw, torque.explain),
+    Chapter("devices", "Are other devices on the same clock?", sync.draw, sync.explain),
     Chapter("timing", "Did the controller keep up?", timing.draw, timing.explain),
 )
 

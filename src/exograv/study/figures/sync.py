@@ -1,6 +1,7 @@
 """Streams of other devices: how their clocks ran against the robot's, and when samples were missing."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,24 +11,52 @@ from exograv.errors import RecordingError
 from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream
 from exograv.study.drawing import BLUE, GREY, ORANGE, house_style, thinned
+from exograv.study.sync import stream_figures
 
 DOTS_PER_INCH = 110
 DOTS_MAX = 4000
 """Of a panel: more would only be blacker."""
 
 
+def draw(recording: Recording) -> Figure | None:
+    """A row of two panels a stream."""
+    if not recording.streams:
+        return None
+    figure = Figure(figsize=(9.6, 0.4 + 2.2 * len(recording.streams)), layout="constrained")
+    rows = figure.subplots(len(recording.streams), 2, squeeze=False)
+    for (clock, rhythm), stream in zip(rows, recording.streams, strict=True):
+        _draw_clock(clock, stream)
+        _draw_rhythm(rhythm, stream)
+    return figure
+
+
+def explain(recording: Recording) -> str:
+    """How well each stream is tied to the robot's clock, and what is missing of it."""
+    return " ".join(_told(stream_figures(stream)) for stream in recording.streams) + (
+        " Left: what LSL measured that each device's clock lacks, and the line by which stamps are put on the robot's "
+        "clock; right: from sample to sample, where a gap stands out. How long a device takes from the body to its "
+        "stamp nobody knows but its maker."
+    )
+
+
+def _told(stream: dict[str, Any]) -> str:
+    certain = stream["certain_to_us"]
+    tied = "cannot be tied to the robot's clock" if certain is None else f"is on the robot's clock to {certain:.0f} µs"
+    gaps = stream["gaps_total"]
+    missing = "no gap" if not gaps else "one gap" if gaps == 1 else f"{gaps} gaps"
+    remarks = " ".join(["", *stream["remarks"]])
+    return f"{stream['name']} ({stream['samples']} samples) {tied}, with {missing}.{remarks}"
+
+
 def write_sync_picture(recording: Recording, path: Path) -> Path:
-    """Draw a row of two panels a stream; an error if the picture cannot be written.
+    """Draw them into a file; the recording has a stream.
 
     Raises:
         RecordingError: The picture cannot be written.
     """
     with house_style():
-        figure = Figure(figsize=(9.6, 0.4 + 2.2 * len(recording.streams)), layout="constrained")
-        rows = figure.subplots(len(recording.streams), 2, squeeze=False)
-        for (clock, rhythm), stream in zip(rows, recording.streams, strict=True):
-            _draw_clock(clock, stream)
-            _draw_rhythm(rhythm, stream)
+        figure = draw(recording)
+        assert figure is not None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(path, dpi=DOTS_PER_INCH)
