@@ -80,8 +80,8 @@ def test_a_run_is_told_to_ros_2_to_its_end_and_the_guard_answers_what_was_asked_
     with socket.socket() as free:
         free.bind(("localhost", 0))
         port = free.getsockname()[1]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with subprocess.Popen([sys.executable, str(PEER), str(port)], text=True, **pipes) as peer:
+    pipe, program = subprocess.PIPE, [sys.executable, str(PEER), str(port)]
+    with subprocess.Popen(program, text=True, stdin=pipe, stdout=pipe) as peer:
         assert peer.stdin is not None
         assert peer.stdout is not None
         assert "ready" in peer.stdout.readline()
