@@ -9,12 +9,14 @@ import pytest
 
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drives.status import DriveStatus
-from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
+from exograv.runtime.exchange import TOLD_LEVEL, Channels, FeltLevel, answer_dtype, state_dtype
 from exograv.runtime.live import GIVEN_UP_AFTER, GuardedRig, GuardJob, _Guarding
 from exograv.runtime.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.runtime.shared import Mailbox, Ring
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.safety.guard import Guard, SafeState
+from exograv.safety.person import Person, PersonLimits
+from exograv.safety.plausible import Chain, PlausibleTable
 from exograv.signals import Command, JointState, TorqueSource
 
 PERIOD_S = 0.001
@@ -168,3 +170,36 @@ def test_a_guard_that_has_given_control_up_waits_in_few_ticks_only_until_it_answ
     table.tick(answers=True)
     table.tick(answers=False)
     assert table.looks > 1
+
+
+def told(table: Table, level: float) -> tuple[int, str]:
+    """What is recorded when the guard is told to let this level be felt: bits of `acts`, and a note."""
+    table.guarding._hear(FeltLevel(level), table.rig.t)
+    table.tick(answers=True)
+    (row,), (*_, note) = table.guarding._ticks.take()[-1:], table.guarding._events.take()
+    return int(row["acts"]), note["text"].decode()
+
+
+def test_a_gravity_level_is_recorded_where_it_was_taken_told_to_control_and_not_taken_after_a_stop_even_a_reset_one(
+    table: Table,
+):
+    nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
+    plausible = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
+    table.guard.envelope.person = Person(PersonLimits(plausible, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
+    table.tick(answers=True)
+    acts, note = told(table, 0.25)
+    assert acts & TOLD_LEVEL
+    assert note.startswith("0.25 of the arm's weight")
+    for _ in range(5):
+        table.tick(answers=True)
+    assert 0.0 < table.guarding._state["gravity_level"] == table.guard.envelope.person.gravity_level
+    for answers in (False,) * 4 + (True,) * (3 * DOWN):
+        table.tick(answers)
+    assert table.guard.envelope.stop is None
+    assert len(table.guarding._latches) == 1
+    felt = table.guard.envelope.person.gravity_level
+    acts, note = told(table, 0.75)
+    assert not acts & TOLD_LEVEL
+    assert "refused" in note
+    table.tick(answers=True)
+    assert table.guard.envelope.person.gravity_level == felt

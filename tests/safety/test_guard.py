@@ -6,8 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import IN_SECOND_MAX, IN_WINDOW_MAX, Guard, Guarded, SafeState, Submitted
+from exograv.safety.guard import GRAVITY_LEVEL_S, IN_SECOND_MAX, IN_WINDOW_MAX, Guard, Guarded, SafeState, Submitted
 from exograv.safety.ingress import FROZEN_TICKS, Ingress
+from exograv.safety.person import Person, PersonLimits
+from exograv.safety.plausible import Chain, PlausibleTable
 from exograv.signals import JointState, TorqueSource
 
 DT = 1e-3
@@ -288,3 +290,58 @@ def test_encoders_of_a_calibrated_machine_are_doubted_and_those_of_one_that_nobo
     for _ in range(3):
         bench.tick(q=bench.q + np.array([0.4, 0.0]))
     assert (bench.guard.envelope.stop is StopReason.ENCODER_JUMPED) == is_known
+
+
+def worn(level: float) -> tuple[Bench, Person]:
+    """A bench with somebody in it, of whom anything is plausible."""
+    bench, nothing, wide = Bench(), np.zeros((2, 9)), np.full(2, 60.0)
+    table = PlausibleTable((Chain((0, 1), 2, nothing, nothing),), wide, wide, wide)
+    person = bench.guard.envelope.person = Person(PersonLimits(table, wide, np.full(2, -3.0), np.full(2, 3.0)), level)
+    return bench, person
+
+
+@pytest.mark.parametrize(("before", "wanted"), [(0.0, 0.0313), (0.7, 0.65), (0.3, 0.3), (1.0, 0.99)])
+def test_another_gravity_level_is_felt_by_a_ramp_no_steeper_than_the_operator_s_and_exactly_in_the_end(
+    before: float, wanted: float
+):
+    bench, person = worn(before)
+    assert bench.guard.feel(wanted)
+    felt = [before]
+    for _ in range(round(abs(wanted - before) * GRAVITY_LEVEL_S / DT) + 2):
+        bench.tick()
+        felt.append(person.gravity_level)
+    assert np.abs(np.diff(felt)).max() <= DT / GRAVITY_LEVEL_S + ROUNDING
+    assert felt[-1] == wanted
+    assert all(min(before, wanted) <= level <= max(before, wanted) for level in felt)
+
+
+@pytest.mark.parametrize("level", [np.nan, np.inf, -0.001, 1.001])
+def test_what_is_no_gravity_level_changes_nothing(level: float):
+    bench, person = worn(0.5)
+    assert not bench.guard.feel(level)
+    bench.settled()
+    assert person.gravity_level == 0.5
+
+
+def test_a_stop_ends_the_way_to_a_gravity_level_where_it_is_and_none_is_taken_while_it_is_latched():
+    bench, person = worn(0.0)
+    assert bench.guard.feel(1.0)
+    bench.settled()
+    bench.guard.press_stop()
+    reached = person.gravity_level
+    assert 0.0 < reached < 1.0
+    assert not bench.guard.feel(0.0)
+    for _ in range(round((LIMITS.descent_s + 0.1) / DT)):
+        bench.tick()
+    assert bench.guard.reset()
+    bench.settled()
+    assert person.gravity_level == reached
+
+
+def test_no_gravity_level_is_taken_while_control_moves_the_arm_or_where_nobody_is():
+    bench, person = worn(0.0)
+    person.drive(True)
+    assert not bench.guard.feel(0.5)
+    person.drive(False)
+    assert bench.guard.feel(0.5)
+    assert not Bench().guard.feel(0.5)

@@ -9,6 +9,7 @@ import tyro
 from .common import Common, refuse_unwritable
 
 if TYPE_CHECKING:
+    from exograv.runtime.ros2.bridging import Ros2
     from exograv.session.live import LiveOptions
     from exograv.session.pilot import Progress
 
@@ -72,6 +73,15 @@ class Live(Common):
     """Record another device's stream of this name, or all of this type, beside the run; may be repeated. See `exograv
     streams`."""
 
+    ros2: bool = False
+    """Publish joint states, gravity level and safe state as a node of ROS 2, by Zenoh; ROS 2 need not be installed."""
+
+    ros2_router: Annotated[str, tyro.conf.arg(metavar="LOCATOR")] = "tcp/localhost:7447"
+    """Where Zenoh's router is, with `--ros2`."""
+
+    ros2_accept_gravity_level: bool = False
+    """Let a gravity level be asked for over ROS 2; only before the first stop."""
+
 
 def run_live_command(command: Live) -> dict[str, Any]:
     """Run it and say how it went."""
@@ -89,6 +99,7 @@ def run_live_command(command: Live) -> dict[str, Any]:
         command.self_test,
         command.lsl,
         command.record_stream,
+        wanted_bridge(command),
     )
     refuse_unwritable(command.out / "live.mcap", "--out")  # found out now, not after minutes of preparation
     with bars() as progress:
@@ -116,6 +127,22 @@ def _on_drives(command: Live, options: "LiveOptions", progress: "Progress") -> d
     return run_live_on_drives(options, asked, person, calibration, command.out, progress, say)
 
 
+def wanted_bridge(command: Live) -> "Ros2 | None":
+    """What is asked of the bridge to ROS 2.
+
+    Raises:
+        ConfigError: It is asked for something, but not for itself.
+    """
+    from exograv.errors import ConfigError
+    from exograv.runtime.ros2.bridging import Ros2
+
+    if command.ros2:
+        return Ros2(command.ros2_router, command.ros2_accept_gravity_level)
+    if command.ros2_accept_gravity_level:
+        raise ConfigError("--ros2-accept-gravity-level is given without --ros2, which is the way for it. Give both.")
+    return None
+
+
 def show_live(result: dict[str, Any]) -> None:
     """Timing, recording, and every stop with what the computer did just before."""
     from rich.console import Console
@@ -136,6 +163,10 @@ def show_live(result: dict[str, Any]) -> None:
             console.print(why, highlight=False)
     for stream in result["streams"]:
         console.print(f"Recorded stream {stream['name']}: connected {stream['connected']} times.", highlight=False)
+    if bridge := result["ros2"]:
+        refused = ", ".join(f"{count} refused ({why})" for why, count in bridge["refused"].items())
+        asked = f"; {len(bridge['levels'])} gravity levels passed on" + (f", {refused}" if refused else "")
+        console.print(f"Sent {bridge['joint_states']} joint states to ROS 2{asked}. {bridge['ended']}", highlight=False)
     if found := result["identified"]:
         truth = ""
         if found["left_over_Nm"] is not None:

@@ -107,7 +107,8 @@ TICK = Channel(
             "uint32",
             "-",
             "what was done to the guard since the last tick: 1 its latch was reset, 2 Stop was pressed, 4 a joint had "
-            "gone astray, 8 it was told whose arm has been learned (the next `wear` of `/control`)",
+            "gone astray, 8 it was told whose arm has been learned (the next `wear` of `/control`), 16 it was told "
+            "what the person is to feel (the latest `level` of `/control`)",
             since=3,
             default=0.0,
         ),

@@ -6,7 +6,7 @@ import numpy as np
 
 from .recorder_process import Inlet
 
-RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON = 1, 2, 4, 8
+RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL = 1, 2, 4, 8, 16
 """Bits of `acts` in a recorded tick, in the order in which they come between two ticks."""
 
 UNANSWERED = (
@@ -32,8 +32,19 @@ class Channels:
     inlet: Inlet
 
 
+@dataclass(frozen=True)
+class FeltLevel:
+    """A word to the guard: what the person is to feel of the arm's weight from now on, by a ramp."""
+
+    gravity_level: float
+
+
 def state_dtype(joints: int) -> np.dtype:
-    """What the guard tells control in a tick; `persons` counts how often the guard was told who is in the machine."""
+    """What the guard tells control in a tick.
+
+    `persons` counts how often the guard was told who is in the machine; `gravity_level` is the one in force, to which
+    the guard holds control.
+    """
     per_joint = (joints,)
     return np.dtype(
         [
@@ -41,6 +52,7 @@ def state_dtype(joints: int) -> np.dtype:
             ("now", "<f8"),
             ("safe_state", "<i8"),
             ("persons", "<i8"),
+            ("gravity_level", "<f8"),
             ("q", "<f8", per_joint),
             ("current", "<f8", per_joint),
         ],

@@ -18,7 +18,17 @@ from exograv.safety.person import Person, PersonLimits
 from exograv.signals import Command, JointState
 
 from .answering import POLL_S
-from .exchange import RESET, STOP_PRESSED, TOLD_PERSON, UNANSWERED, Channels, answer_dtype, state_dtype
+from .exchange import (
+    RESET,
+    STOP_PRESSED,
+    TOLD_LEVEL,
+    TOLD_PERSON,
+    UNANSWERED,
+    Channels,
+    FeltLevel,
+    answer_dtype,
+    state_dtype,
+)
 from .loop import run_loop
 from .realtime import Rights, realtime
 from .recorder_process import PHASE, event
@@ -187,6 +197,8 @@ class _Guarding:
         state = self._state
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, self._safe_state
         state["q"], state["current"], state["persons"] = believed.q, believed.current, self._persons
+        person = self._guard.envelope.person
+        state["gravity_level"] = 0.0 if person is None else person.gravity_level
         self._states.write(state)
         waits = self._silent < GIVEN_UP_AFTER or believed.sequence % ASKED_AGAIN_EVERY == 0
         until = woken + self._answer_by_ns * waits
@@ -202,7 +214,7 @@ class _Guarding:
             time.sleep(POLL_S)
 
     def _hear(self, word: object, now: float) -> None:
-        """What the parent says: who has been found to be in the machine, or that it is over."""
+        """What the parent says: who has been found to be in the machine, what is to be felt, or that it is over."""
         if isinstance(word, PersonLimits):
             before = self._guard.envelope.person
             self._guard.envelope.person = Person(word, before.gravity_level if before else 0.0)
@@ -210,9 +222,21 @@ class _Guarding:
             self._acts |= TOLD_PERSON
             self._events.put(event(now, "note", "The guard knows the person as identified."))
             return
+        if isinstance(word, FeltLevel):
+            self._feel(word.gravity_level, now)
+            return
         self._is_asked_to_end = True
         self._acts |= STOP_PRESSED
         self._guard.press_stop()
+
+    def _feel(self, level: float, now: float) -> None:
+        """Whoever is not at the machine has nothing to say any more when it has stopped once in this run."""
+        if not self._latches and self._guard.feel(level):
+            self._acts |= TOLD_LEVEL
+            text = f"{level:g} of the arm's weight is to be felt from here on, by a ramp."
+        else:
+            text = f"A gravity level of {level:g} was refused: the run was stopped before, or the arm is being moved."
+        self._events.put(event(now, "note", text))
 
     def _enter(self, mode: int, now: float) -> None:
         if mode != self._mode:

@@ -27,6 +27,9 @@ WINDOW, IN_WINDOW_MAX = 20, 3
 SECOND, IN_SECOND_MAX = 1000, 10
 """The same of a second."""
 
+GRAVITY_LEVEL_S = 5.0
+"""From weightless to Earth: 11 N·m, a heavy arm, come and go at 2.2 N·m/s (docs/safety.md)."""
+
 STANDING_RAD_S = 0.05
 """Speed below which a joint stands still."""
 
@@ -104,6 +107,7 @@ class Guard:
         self._ingress, self._period_s = ingress, period_s
         self._monitors, self._compares = Monitors(len(self._everywhere), period_s, gain), compares
         self._seen = Seen(None)
+        self._level_wanted: float | None = None
         self._q = self._v = [0.0] * len(self._everywhere)
         self._begin()
 
@@ -137,6 +141,7 @@ class Guard:
 
     def see(self, state: JointState | None, now: float) -> JointState | None:
         """First half of a tick: what may be believed of a measurement, for control to answer to; None if nothing."""
+        self._near_level()
         seen = self._seen = self._ingress.see(state, now, self.envelope.isolated)
         for reason, joint in seen.found:
             self.envelope.trip(reason, isolate=(joint,))
@@ -172,6 +177,18 @@ class Guard:
         """Somebody wants it to end: a soft descent, as for a fault."""
         self.envelope.trip(StopReason.STOP_PRESSED)
 
+    def feel(self, gravity_level: float) -> bool:
+        """Let the person feel this share of the arm's weight, by a ramp from the next tick on; whether that may be now.
+
+        Not above 1, nor while control moves the arm along a path, nor after a stop.
+        """
+        person = self.envelope.person
+        is_free = person is not None and not person.is_driven and self.envelope.stop is None
+        if not (is_free and 0.0 <= gravity_level <= 1.0):
+            return False
+        self._level_wanted = gravity_level
+        return True
+
     def reset(self) -> bool:
         """Whether the latch was left: not while an arm comes down, nor while the machine does not say where it is."""
         believed = [j for j in self._everywhere if j not in self.envelope.isolated]
@@ -188,6 +205,18 @@ class Guard:
         self._speeds = _Speeds(len(self._everywhere), self._period_s)
         self._measured, self._answered = _Misses(), _Misses()
         self._held = [0.0] * len(self._everywhere)
+
+    def _near_level(self) -> None:
+        """One tick of the way to the level that was asked for; a stop ends it where it is."""
+        person, wanted = self.envelope.person, self._level_wanted
+        if wanted is None or person is None or self.envelope.stop is not None:
+            self._level_wanted = None
+            return
+        step, left = self._period_s / GRAVITY_LEVEL_S, wanted - person.gravity_level
+        if abs(left) <= step:
+            person.gravity_level, self._level_wanted = wanted, None
+        else:
+            person.gravity_level += math.copysign(step, left)
 
     def _bridges(self, submitted: Submitted | None, now: float) -> bool:
         """Take control's torque if it answers in time; whether the last one is held in its place."""

@@ -6,13 +6,14 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import motion
+from exograv.safety.guard import GRAVITY_LEVEL_S
 
 from .arm_controller import ArmController
 from .pilot import Moment, Pilot
 
 SECONDS = {
     "drive": 1.0,  # feedback, inertial feed-forward and the wearer's passive torque
-    "gravity_level": 5.0,  # 11 N·m, a heavy arm, at 3.4 N·m/s (docs/safety.md)
+    "gravity_level": GRAVITY_LEVEL_S,
 }
 
 

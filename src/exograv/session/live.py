@@ -17,6 +17,7 @@ from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.lsl.streaming import NO_STREAMING, Streaming
 from exograv.runtime.recorder import Recorder
+from exograv.runtime.ros2.bridging import Bridging, Ros2
 from exograv.runtime.worker import WorkerJob, WorkerMemory
 
 from .account import versions, written_person, written_rig, written_told
@@ -54,6 +55,8 @@ class LiveOptions:
     """Whether joint state, torque and markers are published."""
     record_streams: tuple[str, ...] = ()
     """Names or types of streams of other devices that are recorded besides."""
+    ros2: Ros2 | None = None
+    """The bridge to ROS 2, if there is to be one."""
 
     def __post_init__(self):
         if not 1.0 <= self.seconds <= 7200.0:
@@ -127,10 +130,11 @@ def _run(
         plan, seconds = _plan(options, laboratory, prepared, progress, stack)
         description = laboratory.description
         outlets = OutletsJob(description.name, description.joints, PERIOD) if options.lsl else None
-        lsl = Streaming(outlets, listening)
+        ros2 = None if options.ros2 is None else Bridging(options.ros2, description.joints)
+        lsl = Streaming(outlets, listening, ros2)
         flown = fly_plan(plan, seconds, folder, said, progress, started, options.self_test, lsl)
     streams = [] if listening is None else listening.figures()
-    told = {"self_test": self_test, "streams": streams}
+    told = {"self_test": self_test, "streams": streams, "ros2": None if ros2 is None else ros2.figures()}
     return flown_figures(options.rig, flown) | told | learned_figures(flown, laboratory, prepared)
 
 
@@ -189,7 +193,7 @@ def fly_plan(
     path, joints = folder / "live.mcap", plan.description.joints
     settings = settings_of(plan, said)
     with Recorder(path, joints, settings, seconds, outlets=lsl.outlets, devices=lsl.devices) as recorder:
-        return fly(parts, seconds, recorder, progress, started, lsl.listening)
+        return fly(parts, seconds, recorder, progress, started, lsl.listening, lsl.ros2)
 
 
 def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:

@@ -147,6 +147,7 @@ class LiveControl:
         self._learn(now, int(state["persons"]), q)
         reference = self._reference(now, q)
         self._controller.mode.arm_share = self._modes.arm_share
+        self._controller.mode.gravity_level = float(state["gravity_level"])
         tau = self._controller.step(q, v, reference)
         row["tau"] = tau if self.mode is Mode.EXO_ONLY or self.mode in WORN else self._still
         row["tau_feedforward"], row["v"] = self._controller.tau_feedforward, v

@@ -17,6 +17,7 @@ from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.live import GuardedRig, GuardJob, GuardReport, guard_process
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.recorder import Recorder, Report, timing_message
+from exograv.runtime.ros2.bridging import Bridging
 from exograv.runtime.shared import Mailbox
 from exograv.runtime.spawn import spawned
 from exograv.runtime.timing import PERIOD_NS
@@ -165,6 +166,7 @@ def fly(
     progress: Progress,
     started: Callable[[Running], object] = lambda *_: None,
     listening: Listening | None = None,
+    ros2: Bridging | None = None,
 ) -> Flown:
     """Guard and control in processes of their own beside the recorder, which is completed.
 
@@ -184,6 +186,9 @@ def fly(
         stack.callback(control.close)
         worker = None if parts.worker is None else _worker(parts.worker, recorder, to_guard, stack)
         progress("Starting guard and control", 0.0)
+        if ros2 is not None:
+            stack.callback(ros2.close)
+            ros2.begin(recorder, states, to_guard.send)
         control.await_ready()
         await_word(guard, to_guard)
         if worker is not None:
@@ -195,7 +200,7 @@ def fly(
         started(Running(guard, control, recorder, states, answers, lambda: to_guard.send("stop"), worker))
         pids = {"guard": guard, "control": control, "recorder": recorder}
         footprint = Footprint({"session": os.getpid} | {name: partial(_pid, one) for name, one in pids.items()})
-        report = _watched(guard, to_guard, (recorder, control, worker, footprint, listening), progress, seconds)
+        report = _watched(guard, to_guard, (recorder, control, worker, footprint, listening, ros2), progress, seconds)
         wall_s = time.monotonic() - begun
         if worker is not None:
             worker.note()

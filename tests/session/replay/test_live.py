@@ -13,11 +13,11 @@ from exograv.model.assembly import Assembly
 from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.runtime import live
-from exograv.runtime.exchange import Channels, answer_dtype, answered_to, state_dtype
+from exograv.runtime.exchange import Channels, FeltLevel, answer_dtype, answered_to, state_dtype
 from exograv.runtime.live import GuardJob
 from exograv.runtime.recorder_process import EVENT, PHASE, RING_EVENTS, RING_TICKS, Inlet
 from exograv.runtime.shared import Mailbox, Ring
-from exograv.safety.guard import COMMAND_LIFE_S
+from exograv.safety.guard import COMMAND_LIFE_S, GRAVITY_LEVEL_S
 from exograv.safety.person import PersonLimits
 from exograv.safety.plausible import Chain, Features, PlausibleTable
 from exograv.session.learner import table_guess
@@ -35,6 +35,7 @@ FLOATS = 6100
 """After a rest and a ramp."""
 
 TICKS, STOP_AT = FLOATS + 900, FLOATS + 700
+TOLD_AT, LEVEL_BEFORE, LEVEL_TOLD = FLOATS + 100, 0.2, 0.35  # the way there takes 750 ticks: the stop ends it
 LATE = (FLOATS + 200, FLOATS + 202, FLOATS + 500)
 """Measurements that control answers to when the guard has given up waiting."""
 
@@ -52,6 +53,9 @@ class Forgetful(live._Guarding):
         state, row = self._state, self.row
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, self._safe_state
         state["q"], state["current"] = believed.q, believed.current
+        person = self._guard.envelope.person
+        assert person is not None
+        state["gravity_level"] = person.gravity_level
         if believed.sequence in MISSED:
             return None
         row["seen"] = answered_to(int(row["seen"]), believed.sequence - int(row["sequence"]))
@@ -65,7 +69,7 @@ def plan(laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedM
     """The guard's table is a wide one: what it holds a person to is not looked at here."""
     x = table_guess(assembly, machine)
     prepared = Prepared(assembly, machine, x, 400.0)
-    return Plan.of_twin(laboratory, prepared, wide_limits(), SEED, 0.2)
+    return Plan.of_twin(laboratory, prepared, wide_limits(), SEED, LEVEL_BEFORE)
 
 
 def wide_limits() -> PersonLimits:
@@ -86,19 +90,32 @@ def lived(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     guarding = Forgetful(GuardJob(partial(guarded_rig, plan), channels, TICKS, LiveControl.mode_names), end)
     guarding.begin()
     guarding.control, guarding.row = LiveControl(plan.prepared, plan.gravity_level), np.zeros((), answer_dtype(n))
+    told: list[tuple[float, float]] = []
     for period in range(TICKS):
+        if period == TOLD_AT:
+            told.append((guarding.rig.t, LEVEL_TOLD))
+            word.send(FeltLevel(LEVEL_TOLD))
         if period == STOP_AT:
             word.send("stop")
         guarding.tick(period)
     guarding.close()
-    write(path, joints, settings_of(plan, {"disturbance_level": LEVEL}), ticks, events)
+    write(path, joints, settings_of(plan, {"disturbance_level": LEVEL}), ticks, events, told)
     for memory in (states, answers, ticks, events):
         memory.close()
     return path
 
 
-def write(path: Path, joints: tuple[str, ...], settings: dict[str, Any], ticks: Ring, events: Ring) -> None:
+def write(
+    path: Path,
+    joints: tuple[str, ...],
+    settings: dict[str, Any],
+    ticks: Ring,
+    events: Ring,
+    told: list[tuple[float, float]],
+) -> None:
     with RecordingWriter(path, joints, settings) as recording:
+        for t, level in told:
+            recording.write("/control", t, {"act": "level", "gravity_level": level})
         for row in events.take():
             kind, text = row["kind"].decode(), row["text"].decode()
             if kind == PHASE:
@@ -127,14 +144,37 @@ def test_every_torque_is_the_recorded_one_to_the_last_bit_and_the_stop_comes_aga
     assert found["stops"]["replayed"][-1]["cause"] == "Stop was pressed."
 
 
-def test_lost_ticks_are_said_and_what_follows_agrees_again(lived: Path, tmp_path: Path):
+def test_a_level_that_was_asked_for_is_felt_by_a_ramp_that_a_stop_ends(lived: Path):
+    ticks = read_recording(lived).ticks
+    ticks = ticks[np.isfinite(ticks["gravity_level"])]  # where control answered in time
+    levels, passed = ticks["gravity_level"], np.diff(ticks["sequence"].astype(int))
+    assert levels[0] == LEVEL_BEFORE
+    assert np.diff(levels).min() >= 0.0
+    assert (np.diff(levels) <= 1.001 * passed * 0.001 / GRAVITY_LEVEL_S).all()
+    assert levels[-1] == pytest.approx(LEVEL_BEFORE + (STOP_AT - TOLD_AT) * 0.001 / GRAVITY_LEVEL_S, abs=1e-3)
+
+
+def test_a_replay_that_is_not_told_of_the_level_differs(lived: Path, tmp_path: Path):
+    """The level is in the recording, and not guessed from what control answered."""
+    found = replayed(copied(lived, tmp_path / "a.mcap", keeps_control=False))
+    assert found["bit_identical"] == {"tau_desired": False, "tau_commanded": False}
+
+
+def copied(lived: Path, path: Path, lost: slice = slice(0), keeps_control: bool = True) -> Path:
+    """The recording without these ticks."""
     source = read_recording(lived)
     settings = {k: v for k, v in source.settings.items() if k not in ("schema_version", "joints")}
-    with RecordingWriter(tmp_path / "a.mcap", source.joints, settings) as recording:
+    with RecordingWriter(path, source.joints, settings) as recording:
+        for message in source.messages("/control") if keeps_control else ():
+            recording.write("/control", message["t"], {k: v for k, v in message.items() if k != "t"})
         for message in source.messages("/phase"):
             recording.write("/phase", message["t"], {"name": message["name"]})
-        recording.ticks(np.delete(source.ticks, np.r_[FLOATS + 400 : FLOATS + 440]))
-    found = replayed(tmp_path / "a.mcap")
+        recording.ticks(np.delete(source.ticks, lost))
+    return path
+
+
+def test_lost_ticks_are_said_and_what_follows_agrees_again(lived: Path, tmp_path: Path):
+    found = replayed(copied(lived, tmp_path / "a.mcap", slice(FLOATS + 400, FLOATS + 440)))
     assert [gap["lost"] for gap in found["gaps"]] == [40]
     assert max(found["difference_Nm"]["tau_commanded"]["max"]) < 0.5
 

@@ -1,6 +1,8 @@
-"""What of a run goes over Lab Streaming Layer."""
+"""What of a run goes to other devices and programs while it lasts, and comes from them."""
 
 from dataclasses import dataclass
+
+from exograv.runtime.ros2.bridging import Bridging
 
 from .blocks import Devices
 from .listening import Listening
@@ -9,13 +11,16 @@ from .outlets import OutletsJob
 
 @dataclass(frozen=True)
 class Streaming:
-    """Out and in; nothing of both unless it is asked for."""
+    """Nothing unless it is asked for."""
 
     outlets: OutletsJob | None = None
-    """What is published."""
+    """What is published over Lab Streaming Layer."""
 
     listening: Listening | None = None
     """To other devices."""
+
+    ros2: Bridging | None = None
+    """To ROS 2."""
 
     @property
     def devices(self) -> Devices | None:

@@ -19,6 +19,7 @@ from exograv.rig.drives.settings import Drives
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.lsl.streaming import Streaming
+from exograv.runtime.ros2.bridging import Bridging
 from exograv.session.calibration_run import take_calibration
 from exograv.session.learner import table_guess
 from exograv.session.lesson import unknown_person
@@ -97,7 +98,8 @@ def run_live_on_drives(
         flown = fly_plan(plan, options.loop_s, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
     streams = [] if lsl.listening is None else lsl.listening.figures()
     figures = flown_figures(options.rig, flown) | learned_figures(flown, laboratory, prepared)
-    return {**figures, "machine": serial, "self_test": f"passed: {key.file}", "streams": streams}
+    return {**figures, "machine": serial, "self_test": f"passed: {key.file}", "streams": streams,
+            "ros2": None if lsl.ros2 is None else lsl.ros2.figures()}  # fmt: skip
 
 
 def _told(description: RigDescription, person: Person) -> Told:
@@ -128,7 +130,8 @@ def _streams(
 ) -> Streaming:
     outlets = OutletsJob(description.name, description.joints, drives.period_s) if options.lsl else None
     listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
-    return Streaming(outlets, listening)
+    ros2 = None if options.ros2 is None else Bridging(options.ros2, description.joints)
+    return Streaming(outlets, listening, ros2)
 
 
 def _await_enter(say: Say) -> None:

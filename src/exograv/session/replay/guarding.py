@@ -1,10 +1,12 @@
 """The guard's part of a replay, the same for a run in lock-step and a live one."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.model.description import RigDescription
-from exograv.runtime.exchange import ASTRAY, RESET, STOP_PRESSED
+from exograv.runtime.exchange import ASTRAY, RESET, STOP_PRESSED, TOLD_LEVEL
 from exograv.safety.envelope import Envelope, StopReason
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
 from exograv.safety.person import Person, PersonLimits
@@ -29,7 +31,19 @@ class Guarding:
         period_s: float,
         person: PersonLimits | None = None,
         gravity_level: float = 0.0,
+        levels: Sequence[tuple[float, float]] = (),
     ):
+        """It has seen nothing yet.
+
+        Args:
+            description: The machine.
+            actuators: As calibrated.
+            period_s: Between two ticks [s].
+            person: Who is in it, if anybody.
+            gravity_level: What that person feels of the arm's weight at first.
+            levels: Gravity levels that were asked for while it ran, each after when [s].
+        """
+        self._levels, self._resumes = levels, False
         self._description, self._actuators, self._period_s = description, actuators, period_s
         self._person, self._gravity_level, self._is_driven = person, gravity_level, False
         self._settles_at, self._is_blind = -np.inf, False
@@ -63,8 +77,16 @@ class Guarding:
             person.gravity_level = gravity_level
             person.drive(is_driven)
 
+    @property
+    def gravity_level(self) -> float:
+        """What the person feels of the arm's weight in this tick."""
+        person = self.guard.envelope.person
+        return self._gravity_level if person is None else person.gravity_level
+
     def lose(self, k: int, columns: Columns) -> None:
         """Ticks are missing before this one."""
+        if self._levels and np.isfinite(level := columns.mode[k][1]):
+            self._gravity_level, self._resumes = level, True
         self.forget(columns["tau_commanded"][k])
         self._settles_at = columns.t[k] + SETTLED_S
         self._is_blind = True
@@ -82,7 +104,13 @@ class Guarding:
             self.guard.press_stop()
         if acts & ASTRAY:
             self.guard.envelope.trip(StopReason.ASTRAY)
-        return self.guard.see(columns.state(k), columns.now[k])
+        if acts & TOLD_LEVEL:
+            self._want_level(columns.now[k])
+        believed = self.guard.see(columns.state(k), columns.now[k])
+        if self._resumes and not self._is_blind:
+            self._want_level(columns.now[k])  # after the tick whose level is known
+        self._resumes = False
+        return believed
 
     def decide(self, k: int, columns: Columns, tau: np.ndarray | None, again: Again) -> Guarded:
         """Second half; `tau` is what control answers in time, None if it does not."""
@@ -97,3 +125,8 @@ class Guarding:
         if stop is not None and was is None:
             again.stops.append((columns.t[k], stop.value))
         return guarded
+
+    def _want_level(self, now: float) -> None:
+        """Ask for the level that was asked for last."""
+        if asked := [level for t, level in self._levels if t <= now]:
+            self.guard.feel(asked[-1])

@@ -52,7 +52,9 @@ class LiveAgain:
             if instead.arm_is_other:
                 limits = person_limits(recorded.assembly, machine, x)
             actuators = read_machine(live["machine"]).actuators
-            self._guarding = Guarding(recorded.description, actuators, live["period_s"], limits, level)
+            asked = [(m["t"], m["gravity_level"]) for m in recorded.control if m["act"] == "level"]
+            levels = asked if instead.gravity_level is None else []
+            self._guarding = Guarding(recorded.description, actuators, live["period_s"], limits, level, levels)
         if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
             raise ConfigError(f"{path} was flown at gravity level {level}; allowed: 0 to 1.")
         self._recorded, self._instead, self._machine = recorded, instead, machine
@@ -96,6 +98,7 @@ class LiveAgain:
         state = self._state.copy()
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
         state["q"], state["current"], state["persons"] = believed.q, believed.current, self._persons
+        state["gravity_level"] = self._guarding.gravity_level
         return state[0]
 
     def _wear(self) -> None:

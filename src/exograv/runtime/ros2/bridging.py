@@ -1,0 +1,145 @@
+"""The parent's side of the bridge: starts it, hears what it was asked for, and does without it when it dies."""
+
+import contextlib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from exograv.errors import ConfigError, RigError
+from exograv.runtime.exchange import FeltLevel
+from exograv.runtime.recorder import Recorder
+from exograv.runtime.shared import Mailbox
+from exograv.runtime.spawn import spawned
+
+from .bridge import BridgeJob, bridge_process
+from .levels import Levels
+from .library import require_zenoh
+
+READY_MAX_S = 60.0
+"""For a fresh interpreter on a slow computer, and half a second in which Zenoh looks around."""
+
+DOMAIN_MAX = 232
+
+
+def domain() -> int:
+    """The domain that ROS_DOMAIN_ID names; 0 without.
+
+    Raises:
+        ConfigError: It names none.
+    """
+    text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
+    if not text.isdecimal() or int(text) > DOMAIN_MAX:
+        raise ConfigError(f"ROS_DOMAIN_ID is '{text}'; allowed: 0 to {DOMAIN_MAX}. Correct it, or unset it.")
+    return int(text)
+
+
+@dataclass(frozen=True)
+class Ros2:
+    """What is asked of the bridge."""
+
+    router: str = "tcp/localhost:7447"
+    """Locator of Zenoh's router."""
+
+    accepts_level: bool = False
+    """Whether a gravity level may be asked for over ROS 2."""
+
+    domain: int = field(default_factory=domain)
+
+    def __post_init__(self):
+        require_zenoh()  # known before minutes of preparation
+
+
+class Bridging:
+    """From before a run to its end; one that was not begun does nothing."""
+
+    def __init__(self, wanted: Ros2, joints: tuple[str, ...]):
+        """Nothing is started yet."""
+        self._wanted, self._joints, self.levels = wanted, joints, Levels(wanted.accepts_level)
+        self._process: BaseProcess | None = None
+        self._published: int | None = None
+        self._ended = ""
+
+    @property
+    def pid(self) -> int:
+        """Of the bridge."""
+        return 0 if self._process is None else self._process.pid or 0
+
+    def begin(self, recorder: Recorder, states: Mailbox, tell: Callable[[FeltLevel], object]) -> None:
+        """Start it, and wait until it has joined the graph; before anything moves.
+
+        Args:
+            recorder: Whose ticks it looks at, and who records what was asked for.
+            states: What the guard tells control.
+            tell: Takes a word to the guard.
+
+        Raises:
+            ConfigError: Zenoh does not begin.
+            RigError: It has died, or takes too long.
+        """
+        self._states, self._tell, self._record = states, tell, recorder.write
+        job = BridgeJob(recorder.inlet, self._joints, self._wanted.router, self._wanted.domain)
+        self._process, self._line = spawned("ros2", bridge_process, job)
+        word = _first_word(self._line)
+        if isinstance(word, ConfigError):
+            raise word
+        if word is None:
+            raise RigError("The bridge to ROS 2 did not begin. What it wrote above says why; or leave out --ros2.")
+
+    def check(self) -> None:
+        """Pass on what is new; to be called some times a second. A bridge that has died is not missed."""
+        if self._process is None or self._ended:
+            return
+        newest = self._states.read()
+        if newest is not None:
+            self.levels.look(int(newest[1]["safe_state"]))
+        try:
+            while self._line.poll():
+                self._hear(self._line.recv(), 0.0 if newest is None else float(newest[1]["now"]))
+        except (EOFError, OSError):
+            self._process.join(1.0)
+            status = self._process.exitcode
+            self._ended = f"The bridge to ROS 2 has ended (exit status {status}), and the run went on without it."
+
+    def figures(self) -> dict[str, Any]:
+        """What was published, asked for and refused."""
+        return {
+            "joint_states": self._published,
+            "levels": [{"t": round(t, 3), "gravity_level": level} for t, level in self.levels.accepted],
+            "refused": dict(self.levels.refused),
+            "ended": self._ended,
+        }
+
+    def close(self) -> None:
+        """End it."""
+        if self._process is None:
+            return
+        with contextlib.suppress(EOFError, OSError):
+            self._line.send(None)
+            while self._line.poll(2.0):
+                if isinstance(word := self._line.recv(), int):
+                    self._published = word
+        self._line.close()
+        self._process.join(1.0)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join(1.0)
+        self._process = None
+
+    def _hear(self, level: float, now: float) -> None:
+        why = self.levels.ask(level, now)
+        if why:
+            self._line.send(f"{level:g} is refused: {why}.")
+            return
+        self._record("/control", now, {"act": "level", "gravity_level": level})
+        self._tell(FeltLevel(level))
+        self._line.send(f"{level:g} of the arm's weight is asked for; the guard decides.")
+
+
+def _first_word(line: Connection) -> object:
+    try:
+        return line.recv() if line.poll(READY_MAX_S) else None
+    except EOFError:
+        return None
