@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, runtime_checkable
+from typing import Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class Device(FrontEnd, Protocol):
         """Serve until then."""
         ...
 
-    def __enter__(self) -> object: ...
+    def __enter__(self) -> Self: ...
 
     def __exit__(self, *_: object) -> None: ...
 
@@ -79,7 +79,7 @@ def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
     refuse_motorless(description)
     drives = load_drives(options.drives, description)
     wiring = _wiring(options, drives.joints)
-    make = _front_end(options.bus, drives)
+    make = front_end(options.bus, drives)
     plant = Plant(_twin(options, description), drives, wiring)
     device: Device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = Bench(drives.joints, plant, device, say)
@@ -99,7 +99,12 @@ def _greeting(options: DriveSimOptions, drives: Drives, device: Device) -> str:
     )
 
 
-def _front_end(bus: Bus, drives: Drives) -> Callable[..., Device]:
+def front_end(bus: Bus, drives: Drives) -> Callable[..., Device]:
+    """Simulated drives on this bus, of a plant.
+
+    Raises:
+        ConfigError: The drives are on another bus, or a package is missing.
+    """
     if getattr(drives.settings, bus) is None:
         raise ConfigError(f"--drives names no [{bus}] bus. Give the file of that bus, or name the bus of the file.")
     module, name = FRONT_ENDS[bus]

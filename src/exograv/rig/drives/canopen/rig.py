@@ -141,14 +141,14 @@ class CanopenRig:
         """What the drives measured at a SYNC of now: the same as before where not all have answered in time."""
         cycle = self._running
         t = self._clock.tick()
-        is_complete = cycle.ask(self._answer_s)
+        is_complete = cycle.ask(0.0 if self._clock.nobody_answers else self._answer_s)
         faulty = tuple(j for j, node in enumerate(self._nodes) if node.is_faulty)
         is_complete = is_complete and not all(node.is_lost for node in self._nodes)
         if is_complete or self._state is None:
             self._state = self._measurement(t, faulty)
         elif faulty != self._state.faulty:
             self._state = replace(self._state, faulty=faulty)
-        if self._lock_step and all(node.is_lost for node in self._nodes):
+        if self._lock_step and not self._clock.nobody_answers and all(node.is_lost for node in self._nodes):
             raise RigError(ENDED)
         self.counts.incomplete += not is_complete
         return self._state
@@ -197,6 +197,10 @@ class CanopenRig:
     def status(self) -> tuple[DriveStatus, ...]:
         """What each drive said last, in the order of the joints."""
         return tuple(node.status for node in self._nodes)
+
+    def expect_silence(self) -> None:
+        """For examiners in lock-step: nobody answers from now on, and time passes all the same."""
+        self._clock.nobody_answers = True
 
     @property
     def _running(self) -> Cycle:
