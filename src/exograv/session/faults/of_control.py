@@ -16,7 +16,7 @@ class FewLate(Injector):
     """F14: control is late in one to three ticks."""
 
     def draw(self) -> None:
-        self.count = int(self.generator.integers(1, 4))
+        self.count = self.ticks(int(self.generator.integers(1, 4)))
 
     def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
         return None if tick < self.onset + self.count else submitted

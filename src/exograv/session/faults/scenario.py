@@ -106,9 +106,7 @@ def fly(subject: Subject, scenario: Scenario, ground: Ground = THE_TWIN) -> Verd
     onsets |= {name: int(extra.integers(*ONSET_MS)) // ground.period_ms for name in ONLY_DRIVES}
     seeds |= {name: int(extra.integers(2**32)) for name in ONLY_DRIVES}
     faults = {
-        name: injector_of(name, ground.bus)(
-            np.random.default_rng(seeds[name]), joints, onsets[name], ground.period_ms
-        )
+        name: injector_of(name, ground.bus)(np.random.default_rng(seeds[name]), joints, onsets[name], ground.period_ms)
         for name in scenario.faults
     }
     last = max((fault.onset for fault in faults.values()), default=0)

@@ -78,7 +78,7 @@ class CanopenRig:
         patience_s = LOCK_STEP_S if lock_step else ANSWER_SHARE * drives.period_s
         self._answer_s, self._lock_step = patience_s if answer_s is None else answer_s, lock_step
         has_motor = drives.rad_per_motor_count is not None
-        self._nodes = tuple(Node(drive, has_motor) for drive in drives.each)
+        self._nodes = tuple(Node(drive, has_motor, drives.period_s) for drive in drives.each)
         self._bus: Bus | None = None
         self._cycle: Cycle | None = None
         self._clock = Clock(drives.period_s, lock_step)
