@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, Self, runtime_checkable
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class Device(FrontEnd, Protocol):
         """Serve until then."""
         ...
 
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> "Device": ...
 
     def __exit__(self, *_: object) -> None: ...
 

@@ -1,7 +1,7 @@
 """The driver of a machine, by the bus that its `drives.toml` names; its libraries are imported when it is asked for."""
 
 import importlib
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from exograv.errors import ConfigError
 from exograv.rig.interface import Powered, Rig
@@ -11,6 +11,7 @@ from .settings import Drives
 DRIVERS = {"udp": ("exograv.rig.drives.udp", "UdpRig"), "canopen": ("exograv.rig.drives.canopen", "CanopenRig")}
 
 
+@runtime_checkable
 class DrivenRig(Rig, Powered, Protocol):
     """A machine of drives."""
 

@@ -1,7 +1,8 @@
 """Scenarios through a driver: ours in this process, simulated drives with the person behind them in another."""
 
 import contextlib
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Sequence
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -18,6 +19,7 @@ from exograv.session.rig_test.simulated import written
 from exograv.signals import Command, JointState
 
 from .examiner import Begin, Do, Passed, Push, Report, Tidy, Turn, serve
+from .people import subject
 from .stand import Joints, Sight, Stand, Start, Subject
 
 ANSWERS_S, STARTS_S = 30.0, 120.0
@@ -66,12 +68,7 @@ class DrivenStand:
 
     def sights(self) -> list[Sight]:
         """One for every tick, of the hand the fastest in it."""
-        each = self._line.ask(Report())
-        found = []
-        for last in range(self._stride, len(each), self._stride):
-            hand = max(one.hand_m_s for one in each[last - self._stride + 1 : last + 1])
-            found.append(each[last]._replace(hand_m_s=hand))
-        return found
+        return by_tick(self._line.ask(Report()), self._stride)
 
     @property
     def q(self) -> Joints:
@@ -102,6 +99,13 @@ class DrivenStand:
         """Nobody is waited for."""
         self._nobody_answers = True
         self._rig.expect_silence()
+
+
+def by_tick(each: Sequence[Sight], stride: int) -> list[Sight]:
+    """Of sights before the first step and after each, those at which a tick began; of the hand the fastest since."""
+    ends = range(stride, len(each), stride)
+    fastest = (max(one.hand_m_s for one in each[end - stride + 1 : end + 1]) for end in ends)
+    return [each[end]._replace(hand_m_s=hand) for end, hand in zip(ends, fastest, strict=True)]
 
 
 class Line:
@@ -156,25 +160,28 @@ class DrivenGround:
         current, still = prepared.machine.actuators.current(tau), np.zeros_like(tau)
         with open_drives(self._drives, lock_step=True) as rig:
             rig.enable()
-            rig.write(Command(rig.t, rig.read().sequence, rig.t + COMMAND_LIFE_S, tau, current, still))
+            state = rig.read()
+            rig.write(Command(rig.t, state.sequence, rig.t + COMMAND_LIFE_S, tau, current, still))
             rig.read()
             self._line.ask(Begin())
             yield DrivenStand(rig, self._drives, self._line)
 
 
 @contextlib.contextmanager
-def driven_ground(bus: Bus, known: Path, subject: Subject) -> Iterator[DrivenGround]:
+def driven_ground(bus: Bus, known: Path) -> Iterator[tuple[Subject, DrivenGround]]:
     """Begin the other process, and end it.
 
     Args:
         bus: On which the drives are.
         known: File of the person (`people.make_known`).
-        subject: The same.
 
     Raises:
         RigError: It does not begin.
     """
-    path = written(known.parent / f"{known.stem}_{bus}", subject.laboratory.description, bus)
+    folder = known.parent / f"{known.stem}_{bus}_{os.getpid()}"
+    description = subject(known).laboratory.description
+    path = written(folder, description, bus)
+    drives = load_drives(path, description)
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=serve, args=(known, path, bus, theirs), daemon=True)
@@ -183,7 +190,7 @@ def driven_ground(bus: Bus, known: Path, subject: Subject) -> Iterator[DrivenGro
     line = Line(ours)
     try:
         line.answer(STARTS_S)
-        yield DrivenGround(bus, load_drives(path, subject.laboratory.description), line)
+        yield subject(known, drives.settings.period_ms), DrivenGround(bus, drives, line)
     finally:
         ours.close()
         process.join(5.0)

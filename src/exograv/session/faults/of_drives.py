@@ -1,4 +1,4 @@
-"""Faults that simulated drives have themselves, beyond a driver: what the same rows do to the twin is done to it there."""
+"""Faults that simulated drives have themselves, beyond a driver, in place of what the same rows do to the twin."""
 
 from exograv.rig.drive_sim.firmware import MAX_C
 from exograv.session.arm_controller import ArmController

@@ -192,12 +192,12 @@ def _is_pair_missed(course: Course, begins: dict[str, float]) -> bool:
     return min((tick for tick in ticks if tick is not None), default=np.inf) > until
 
 
-def shrunk(subject: Subject, verdict: Verdict) -> Scenario:
+def shrunk(subject: Subject, verdict: Verdict, ground: Ground = THE_TWIN) -> Scenario:
     """The same scenario with as few faults as still go wrong."""
     scenario = verdict.scenario
     for name in list(scenario.faults):
         fewer = tuple(other for other in scenario.faults if other != name)
-        if fewer and is_bad(fly(subject, replace(scenario, faults=fewer))):
+        if fewer and is_bad(fly(subject, replace(scenario, faults=fewer), ground)):
             scenario = replace(scenario, faults=fewer)
     return scenario
 

@@ -91,6 +91,7 @@ class World(Protocol):
         ...
 
 
+@runtime_checkable
 class Stand(World, Protocol):
     """A machine in lock-step, with the person in it."""
 
@@ -215,6 +216,7 @@ class TwinStand:
         """Nobody waits for it."""
 
 
+@runtime_checkable
 class Ground(Protocol):
     """What scenarios are flown on, one after the other."""
 

@@ -47,7 +47,7 @@ def injector_of(name: str, bus: str | None) -> type[Injector]:
 
 
 def injected_by(name: str) -> str:
-    """Through what a fault enters when a driver stands between, in a word for tables."""
+    """What a fault is done to when a driver stands between, in a word for tables."""
     if name in AT_DRIVES:
         return "drive"
     if name in IN_PERSON:
@@ -55,4 +55,4 @@ def injected_by(name: str) -> str:
     injector = ALL[name].injector
     if injector.measured is not Injector.measured or injector.commanded is not Injector.commanded:
         return "interface"
-    return "nobody writes" if injector.ends_guard else "control"
+    return "guard" if injector.ends_guard or name == "F30" else "control"
