@@ -23,7 +23,9 @@ ONSET_MS = 400
 def found_ms(period_ms: int, fault: str, most_ms: int = 400) -> tuple[float, StopReason | None]:
     """After which time the guard lets the arm down, and why."""
     dt = 1e-3 * period_ms
-    guard = Guard.of_machine(Envelope(LIMITS, dt), dt, GAIN)
+    envelope = Envelope(LIMITS, dt)
+    envelope.begin(TORQUE)
+    guard = Guard.of_machine(envelope, dt, GAIN)
     onset = ONSET_MS // period_ms
     for k in range(onset + most_ms // period_ms):
         now, moved = k * dt, np.array([0.3, 0.6]) + SPEED * dt * k
@@ -31,9 +33,7 @@ def found_ms(period_ms: int, fault: str, most_ms: int = 400) -> tuple[float, Sto
         if is_on and fault == "stuck":
             q[0] = 0.3 + SPEED[0] * dt * onset
         if is_on and fault == "parts":
-            q[0] += 0.05
-            moved = moved.copy()
-            moved[0] += 0.09
+            q[0] = 0.3 + SPEED[0] * dt * (2 * onset - k)
         if is_on and fault == "torque":
             current[1] += 8.0
         if is_on and fault == "nan":
@@ -44,7 +44,7 @@ def found_ms(period_ms: int, fault: str, most_ms: int = 400) -> tuple[float, Sto
             None if is_on and fault == "silent" else state, None if is_on and fault == "dead" else answers, now
         )
         if out.safe_state > SafeState.BRIDGE:
-            return period_ms * (k - onset), guard.envelope.stop
+            return period_ms * (k - onset), envelope.stop
     return math.inf, None
 
 
