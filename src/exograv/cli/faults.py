@@ -93,9 +93,10 @@ def _show_rows(console: Any, result: dict[str, Any]) -> None:
     from rich.table import Table
 
     title = f"{result['scenarios']} scenarios, {result['ticks']} ticks, seed {result['seed']}"
-    title += f", through {result['through']}" if result["through"] else ""
+    through = result.get("through")
+    title += f", through {through}" if through else ""
     has_room = console.width >= ROOM_FOR_WORDS
-    words = ("fault", *(("what",) if has_room else ()), *(("done to",) if result["through"] else ()))
+    words = ("fault", *(("what",) if has_room else ()), *(("done to",) if through else ()))
     headings = (*words, "alone", "found", "ms", "most", "budget", "missed", "hand m/s")
     rows = [_cells(name, row, words) for name, row in result["by_fault"].items() if row["runs"]]
     if console.width < ROOM_FOR_TABLE:

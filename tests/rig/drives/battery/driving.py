@@ -48,7 +48,7 @@ def are_on(bench: Any) -> list[bool]:
 
 
 def currents(bench: Any) -> list[float]:
-    """What flows in each motor [A]."""
+    """What flows in each motor, in its drive's direction [A]."""
     return [joint["current_A"] for joint in bench.report().values()]
 
 
