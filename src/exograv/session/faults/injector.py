@@ -45,7 +45,7 @@ class Injector:
     def draw(self) -> None:
         """Whatever else chance decides about it."""
 
-    def ticks(self, ms: float) -> int:
+    def ticks(self, ms: int) -> int:
         """So long in ticks, one at least."""
         return max(round(ms / self.period_ms), 1)
 
