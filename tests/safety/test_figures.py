@@ -14,7 +14,7 @@ from exograv.safety import envelope, guard, ingress, modes, monitors, person, pl
         (envelope.WITHOUT_MODEL, 20.0 / 10.0),
         (guard.COMMAND_LIFE_S, 0.005),
         ((guard.WINDOW_MS, guard.IN_WINDOW_MAX_MS), (20, 3)),
-        ((guard.SECOND_MS, guard.IN_SECOND_MAX_MS), (1000, 10)),
+        ((guard.SECOND_MS, guard.IN_SECOND_MAX), (1000, 10)),
         (guard.STANDING_RAD_S, 0.05),
         (ingress.AGE_MAX_S, 0.003),
         ((ingress.JUMP_SHARE, ingress.JUMPS_MAX), (1.5, 3)),

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import IN_SECOND_MAX_MS, IN_WINDOW_MAX_MS, Guard, Guarded, SafeState, Submitted
+from exograv.safety.guard import IN_SECOND_MAX, IN_WINDOW_MAX_MS, Guard, Guarded, SafeState, Submitted
 from exograv.safety.ingress import FROZEN_MS, Ingress
 from exograv.signals import JointState, TorqueSource
 
@@ -73,7 +73,7 @@ def test_four_misses_in_twenty_ticks_are_too_many_though_never_two_in_a_row():
 
 def test_one_percent_of_a_second_missed_is_too_many_though_never_four_in_twenty():
     bench = Bench().settled()
-    for _ in range(IN_SECOND_MAX_MS):
+    for _ in range(IN_SECOND_MAX):
         assert bench.tick(None).safe_state is SafeState.BRIDGE
         bench.settled(10)
     assert bench.tick(None).safe_state is SafeState.DESCENT

@@ -1,6 +1,7 @@
 """A guard's times are times: on a bus of 2 or 4 ms a fault is found within the budget that it has at 1 ms."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,6 +40,8 @@ def found_ms(period_ms: int, fault: str, most_ms: int = 400) -> tuple[float, Sto
         if is_on and fault == "nan":
             q[1] = math.nan
         state = JointState(now, k, q, current, np.full(2, math.nan), TorqueSource.CURRENT, moved)
+        if is_on and fault == "now and then" and (k - onset) % (152 // period_ms) == 0:
+            state = replace(state, sequence=k - 1)
         answers = Submitted(k, now + COMMAND_LIFE_S, TORQUE)
         out = guard.step(
             None if is_on and fault == "silent" else state, None if is_on and fault == "dead" else answers, now
@@ -71,6 +74,11 @@ def test_a_fault_is_found_within_its_budget_at_every_period(fault: str, period_m
 @pytest.mark.parametrize("period_ms", PERIODS_MS)
 def test_nothing_is_found_where_nothing_is_wrong(period_ms: int):
     assert found_ms(period_ms, "none") == (math.inf, None)
+
+
+@pytest.mark.parametrize("period_ms", PERIODS_MS)
+def test_a_measurement_that_is_missed_now_and_then_is_borne_at_every_period(period_ms: int):
+    assert found_ms(period_ms, "now and then", 1500) == (math.inf, None)
 
 
 @pytest.mark.parametrize("period_ms", PERIODS_MS)

@@ -26,8 +26,8 @@ WINDOW_MS, IN_WINDOW_MAX_MS = 20, 3
 """Milliseconds, and for how many of them ticks may be missed, in a row too: bridged by the last valid torque; the next
 tick is too many."""
 
-SECOND_MS, IN_SECOND_MAX_MS = 1000, 10
-"""The same of a second."""
+SECOND_MS, IN_SECOND_MAX = 1000, 10
+"""Milliseconds, and how many ticks in them may be missed one by one, whatever the period is."""
 
 STANDING_RAD_S = 0.05
 """Speed below which a joint stands still."""
@@ -221,13 +221,13 @@ class _Misses:
     def __init__(self, period_s: float):
         self._ticks = 0
         self._recent, self._every = (2 ** ticks_of(ms, period_s) - 1 for ms in (WINDOW_MS, SECOND_MS))
-        self._in_recent, self._in_every = (ticks_of(ms, period_s) for ms in (IN_WINDOW_MAX_MS, IN_SECOND_MAX_MS))
+        self._in_recent = ticks_of(IN_WINDOW_MAX_MS, period_s)
 
     def add(self, is_missed: bool) -> bool:
         """One tick; whether the bridge ends with it."""
         ticks = self._ticks = (self._ticks << 1 | is_missed) & self._every
         are_many = (ticks & self._recent).bit_count() > self._in_recent
-        return is_missed and (are_many or ticks.bit_count() > self._in_every)
+        return is_missed and (are_many or ticks.bit_count() > IN_SECOND_MAX)
 
 
 class _Speeds:
