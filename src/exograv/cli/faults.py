@@ -96,7 +96,7 @@ def _show_rows(console: Any, result: dict[str, Any]) -> None:
     through = result.get("through")
     title += f", through {through}" if through else ""
     has_room = console.width >= ROOM_FOR_WORDS
-    words = ("fault", *(("what",) if has_room else ()), *(("done to",) if through else ()))
+    words = ("fault", *(("what",) if has_room else ()), *(("done to",) if through and has_room else ()))
     headings = (*words, "alone", "found", "ms", "most", "budget", "missed", "hand m/s")
     rows = [_cells(name, row, words) for name, row in result["by_fault"].items() if row["runs"]]
     if console.width < ROOM_FOR_TABLE:
