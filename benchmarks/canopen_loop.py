@@ -9,7 +9,6 @@ which one of the two processes stood still. Both ask for real-time rights, on a 
 import argparse
 import json
 import platform
-import socket
 import tempfile
 import time
 from array import array
@@ -24,6 +23,7 @@ from exograv.errors import RigError
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
 from exograv.rig.drive_sim import Plant
+from exograv.rig.drive_sim.address import free_port
 from exograv.rig.drive_sim.canopen import CanopenDevices
 from exograv.rig.drives.canopen import CanopenRig
 from exograv.rig.drives.canopen.bus_load import load
@@ -97,10 +97,10 @@ def fly(rig: CanopenRig, seconds: float) -> tuple[Timing, Flown]:
     flown, none = Flown(), np.zeros(len(rig.joints))
 
     def tick(period: int) -> None:
-        before, begun = rig.counts.incomplete, time.monotonic()
+        before, begun = rig.counts["incomplete"], time.monotonic()
         state = rig.read()
         heard = time.monotonic()
-        if rig.counts.incomplete > before:
+        if rig.counts["incomplete"] > before:
             flown.incomplete[len(flown.asked_at)] = None
         rig.write(Command(rig.t, state.sequence, rig.t + LIFE_S, none, none))
         flown.asked_at.append(begun)
@@ -212,10 +212,7 @@ def reactions(rig: CanopenRig, line: Connection, trials: int) -> dict[str, list[
 
 def drives_file(folder: Path, period_ms: int) -> Path:
     """The example at this period, at a port where nobody else speaks."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        one.bind(("", 0))
-        port = one.getsockname()[1]
-    text = EXAMPLE.read_text(encoding="utf-8").replace('"239.74.163.2"', f'"239.74.163.2:{port}"')
+    text = EXAMPLE.read_text(encoding="utf-8").replace('"239.74.163.2"', f'"239.74.163.2:{free_port()}"')
     path = folder / "drives.toml"
     path.write_text(text.replace("period_ms = 2", f"period_ms = {period_ms}"), encoding="utf-8")
     return path

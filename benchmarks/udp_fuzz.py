@@ -149,13 +149,11 @@ class CPeer:
 def free_drives() -> Any:
     """The example's drives at a free port."""
     from exograv.model.description import load_rig
+    from exograv.rig.drive_sim.address import free_port
     from exograv.rig.drives.settings import UdpBus, load_drives
 
     drives = load_drives(ROOT / "examples" / "drives" / "udp.toml", load_rig("recupera_like"))
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
-        made.bind(("127.0.0.1", 0))
-        udp = UdpBus(port=made.getsockname()[1])
-    return replace(drives, settings=drives.settings.model_copy(update={"udp": udp}))
+    return replace(drives, settings=drives.settings.model_copy(update={"udp": UdpBus(port=free_port())}))
 
 
 class Simulated:

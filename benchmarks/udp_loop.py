@@ -10,7 +10,6 @@ import gc
 import json
 import re
 import shlex
-import socket
 import subprocess
 import sys
 import tempfile
@@ -22,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from exograv.model.description import load_rig
+from exograv.rig.drive_sim.address import free_port
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.udp import UdpRig
 from exograv.runtime.realtime import realtime
@@ -36,10 +36,8 @@ TOLD = re.compile(r"WATCHDOG; told last ([\d.]+) ms before")
 @contextlib.contextmanager
 def device(command: str | None, is_realtime: bool) -> Iterator[tuple[subprocess.Popen[str], Path]]:
     """One in another process, and the `drives.toml` with its port."""
-    with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
-        made.bind(("127.0.0.1", 0))
-        port = made.getsockname()[1]
-        made.close()
+    with tempfile.TemporaryDirectory() as folder:
+        port = free_port()
         path = Path(folder) / "drives.toml"
         text = (ROOT / "examples" / "drives" / "udp.toml").read_text(encoding="utf-8")
         path.write_text(text.replace("port = 47100", f"port = {port}"), encoding="utf-8")

@@ -6,8 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import GRAVITY_LEVEL_S, IN_SECOND_MAX, IN_WINDOW_MAX, Guard, Guarded, SafeState, Submitted
-from exograv.safety.ingress import FROZEN_TICKS, Ingress
+from exograv.safety.guard import (
+    GRAVITY_LEVEL_S,
+    IN_SECOND_MAX,
+    IN_WINDOW_MAX_MS,
+    Guard,
+    Guarded,
+    SafeState,
+    Submitted,
+)
+from exograv.safety.ingress import FROZEN_MS, Ingress
 from exograv.safety.person import Person, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 from exograv.signals import JointState, TorqueSource
@@ -56,13 +64,13 @@ def test_in_good_order_control_s_torque_goes_out_unchanged():
 
 def test_three_silent_ticks_are_bridged_and_the_fourth_lets_the_arm_down():
     bench = Bench().settled()
-    bridged = [bench.tick(None) for _ in range(IN_WINDOW_MAX)]
+    bridged = [bench.tick(None) for _ in range(IN_WINDOW_MAX_MS)]
     assert all(out.safe_state is SafeState.BRIDGE for out in bridged)
     assert all((out.tau == TORQUE).all() for out in bridged)
     out = bench.tick(None)
     assert out.safe_state is SafeState.DESCENT
     assert bench.guard.envelope.stop is StopReason.CONTROL_SILENT
-    assert IN_WINDOW_MAX + 1 <= BUDGET_TICKS
+    assert IN_WINDOW_MAX_MS + 1 <= BUDGET_TICKS
 
 
 def test_four_misses_in_twenty_ticks_are_too_many_though_never_two_in_a_row():
@@ -142,7 +150,7 @@ def test_an_encoder_that_dies_in_motion_is_isolated_within_thirty_ticks():
     while bench.guard.envelope.stop is None:
         bench.tick(q=np.array([dead, bench.q[1] + 0.2 * DT]))
         ticks += 1
-    assert FROZEN_TICKS <= ticks <= 30
+    assert FROZEN_MS <= ticks <= 30
     assert bench.guard.envelope.isolated == {0}
     assert bench.guard.envelope.stop is StopReason.ENCODER_DEAD
 

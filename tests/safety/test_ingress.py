@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
 from exograv.safety.envelope import StopReason
-from exograv.safety.ingress import AGE_MAX_S, FROZEN_TICKS, JUMPS_MAX, Ingress, Seen
+from exograv.safety.ingress import AGE_MAX_S, FROZEN_MS, JUMPS_MAX, Ingress, Seen
 from exograv.signals import JointState, TorqueSource
 
 DT = 1e-3
@@ -108,11 +108,11 @@ def test_whatever_comes_twice_or_late_the_outcome_is_that_of_the_newest_alone(or
 
 def test_an_encoder_that_stops_dead_in_motion_is_found_after_twenty_ticks_and_not_before():
     moving = [[0.0005 * k, 0.0] for k in range(100)]
-    stuck = [[moving[-1][0], 0.0]] * (FROZEN_TICKS + 5)
+    stuck = [[moving[-1][0], 0.0]] * (FROZEN_MS + 5)
     found = seen(moving + stuck)
     first = next(k for k, one in enumerate(found) if one.found)
     assert found[first].found == ((StopReason.ENCODER_DEAD, 0),)
-    assert first == len(moving) - 1 + FROZEN_TICKS
+    assert first == len(moving) - 1 + FROZEN_MS
     assert found[first].state is not None
 
 
@@ -141,7 +141,7 @@ def test_a_joint_that_is_believed_again_has_no_past(says_anything: bool):
     for k in range(50):
         ingress.see(state(k, [0.001 * k]), k * DT)
     ingress.see(state(50, [0.9]) if says_anything else None, 50 * DT, {0})
-    for k in range(51, 51 + 2 * FROZEN_TICKS):
+    for k in range(51, 51 + 2 * FROZEN_MS):
         one = state(k, [1.0])
         assert ingress.see(one, k * DT) == Seen(one)
 
@@ -159,13 +159,13 @@ def test_at_its_limits_a_measurement_is_used():
 @pytest.mark.parametrize(("counts", "is_dead"), [(4, True), (3, False)])
 def test_an_encoder_is_dead_after_a_way_of_four_counts_and_not_of_three(counts: int, is_dead: bool):
     moving = [[BINARY * max(k - 5 + counts, 0)] for k in range(6)]  # the last steps are one count each
-    found = seen([[0.0]] * 30 + moving + [moving[-1]] * (FROZEN_TICKS + 2), BINARY)
+    found = seen([[0.0]] * 30 + moving + [moving[-1]] * (FROZEN_MS + 2), BINARY)
     assert any(one.found for one in found) == is_dead
 
 
 def test_a_joint_that_is_back_where_it_was_and_rests_is_not_dead():
     there_and_back = [[0.0], [0.004], [0.008], [0.004], [0.002]]
-    assert not any(one.found for one in seen([*there_and_back, *[[0.0]] * (FROZEN_TICKS + 10)][:26]))
+    assert not any(one.found for one in seen([*there_and_back, *[[0.0]] * (FROZEN_MS + 10)][:26]))
 
 
 @pytest.mark.parametrize("count", [-1e-6, np.nan, -np.inf])

@@ -6,7 +6,7 @@ import pytest
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.safety.guard import Guard, SafeState, Submitted
 from exograv.safety.ingress import Ingress
-from exograv.safety.monitors import AGREE_RAD, IN_A_ROW, LATELY_TICKS, TORQUE_OFF_NM, Monitors
+from exograv.safety.monitors import AGREE_RAD, IN_A_ROW_MS, LATELY_MS, TORQUE_OFF_NM, Monitors
 from exograv.signals import JointState, TorqueSource
 
 DT = 0.001
@@ -41,7 +41,7 @@ def test_encoders_that_agree_but_for_gear_noise_and_a_constant_are_left_alone():
 
 def test_an_encoder_that_slips_beyond_two_degrees_is_found_after_ten_ticks():
     slipped = [state(t, [AGREE_RAD * 1.1 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(70)]
-    assert found(Monitors(2, DT, GAIN), slipped)[0] == (50 + IN_A_ROW - 1, StopReason.ENCODERS_PART, 0)
+    assert found(Monitors(2, DT, GAIN), slipped)[0] == (50 + IN_A_ROW_MS - 1, StopReason.ENCODERS_PART, 0)
     within = [state(t, [AGREE_RAD * 0.9 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(200)]
     assert found(Monitors(2, DT, GAIN), within) == []
 
@@ -75,7 +75,7 @@ def test_a_motor_that_does_not_give_its_torque_is_found_and_one_that_is_late_is_
     weak = [state(t, [0.0, 0.0], None, [0.0, 0.0]) for t in range(40)]
     tick, reason, joint = found(Monitors(2, DT, GAIN), weak, told=(0.0, TORQUE_OFF_NM + 0.1))[0]
     assert (reason, joint) == (StopReason.TORQUE_WRONG, 1)
-    assert tick == LATELY_TICKS + IN_A_ROW - 1
+    assert tick == LATELY_MS + IN_A_ROW_MS - 1
     monitors, line = Monitors(2, DT, GAIN), [0.0] * 8
     for t in range(400):
         asked = 10.0 * np.sin(12.0 * t * DT)  # 120 N·m/s
@@ -132,15 +132,15 @@ def test_encoders_that_part_slowly_may_be_noise_and_faster_ones_are_not(speed: f
 def test_where_torque_has_a_sensor_it_is_the_sensor_that_is_asked(side: float, off: float, is_found: bool):
     tau, none = np.array([5.0, 5.0 + side * off * TORQUE_OFF_NM]), np.full(2, np.nan)
     sensor = TorqueSource.JOINT_SENSOR
-    states = [JointState(t * DT, t, np.zeros(2), none, tau, sensor) for t in range(LATELY_TICKS + IN_A_ROW)]
+    states = [JointState(t * DT, t, np.zeros(2), none, tau, sensor) for t in range(LATELY_MS + IN_A_ROW_MS)]
     reasons = [(t, reason, j) for t, reason, j in found(Monitors(2, DT), states, told=(5.0, 5.0))]
-    assert reasons == ([(LATELY_TICKS + IN_A_ROW - 1, StopReason.TORQUE_WRONG, 1)] if is_found else [])
+    assert reasons == ([(LATELY_MS + IN_A_ROW_MS - 1, StopReason.TORQUE_WRONG, 1)] if is_found else [])
 
 
 def test_a_torque_that_is_wrong_for_less_than_ten_ticks_is_not_found_nor_one_of_a_joint_that_is_not_asked():
     monitors = Monitors(2, DT, GAIN)
     for t in range(100):
-        wrong = 0.0 if t % 50 >= IN_A_ROW - 1 else 2.0 * TORQUE_OFF_NM / GAIN[0]
+        wrong = 0.0 if t % 50 >= IN_A_ROW_MS - 1 else 2.0 * TORQUE_OFF_NM / GAIN[0]
         assert list(monitors.look(state(t, [0.0, 0.0], None, [wrong, 0.0]))) == []
         monitors.told([0.0, 0.0])
     for t in range(100, 130):
@@ -150,7 +150,7 @@ def test_a_torque_that_is_wrong_for_less_than_ten_ticks_is_not_found_nor_one_of_
 
 def test_a_torque_that_is_not_what_was_told_leaves_damping_only_and_none_through_that_motor():
     one, states = guard(), []
-    for tick in range(LATELY_TICKS + IN_A_ROW + 1):
+    for tick in range(LATELY_MS + IN_A_ROW_MS + 1):
         measured = state(tick, [0.0, 0.0], None, [0.0, 8.0])
         states.append(one.step(measured, Submitted(tick, tick * DT + 0.005, np.zeros(2)), tick * DT).safe_state)
     assert states[-1] is SafeState.ISOLATION

@@ -1,7 +1,8 @@
 """`exograv faults`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import tyro
 
@@ -36,6 +37,10 @@ class Faults(Common):
     replay: Annotated[str | None, tyro.conf.arg(metavar="NUMBER:FAULT")] = None
     """One scenario, as a campaign prints it."""
 
+    through: Literal["udp", "canopen"] | None = None
+    """Our driver of this bus, before simulated drives in another process, in place of the twin; ten times as slow,
+    and without strikes."""
+
 
 def run_faults_command(command: Faults) -> dict[str, Any]:
     """Run it and say what came of it."""
@@ -50,6 +55,7 @@ def run_faults_command(command: Faults) -> dict[str, Any]:
         command.processes,
         command.strikes,
         command.replay,
+        command.through,
     )
     with bars() as progress:
         result = run_campaign(campaign, progress)
@@ -87,14 +93,16 @@ def _show_rows(console: Any, result: dict[str, Any]) -> None:
     from rich.table import Table
 
     title = f"{result['scenarios']} scenarios, {result['ticks']} ticks, seed {result['seed']}"
+    through = result.get("through")
+    title += f", through {through}" if through else ""
     has_room = console.width >= ROOM_FOR_WORDS
-    words = ("fault", "what") if has_room else ("fault",)
+    words = ("fault", *(("what",) if has_room else ()), *(("done to",) if through and has_room else ()))
     headings = (*words, "alone", "found", "ms", "most", "budget", "missed", "hand m/s")
-    rows = [_cells(name, row, has_room) for name, row in result["by_fault"].items() if row["runs"]]
+    rows = [_cells(name, row, words) for name, row in result["by_fault"].items() if row["runs"]]
     if console.width < ROOM_FOR_TABLE:
         console.print(title)
-        for name, *numbers in rows:
-            told = ", ".join(f"{heading} {cell}" for heading, cell in zip(headings[1:], numbers, strict=True))
+        for name, *cells in rows:
+            told = ", ".join(f"{heading} {cell}" for heading, cell in zip(headings[1:], cells, strict=True))
             console.print(f"{name}: {told}", highlight=False)
         return
     table = Table(title=title)
@@ -105,7 +113,8 @@ def _show_rows(console: Any, result: dict[str, Any]) -> None:
     console.print(table)
 
 
-def _cells(name: str, row: dict[str, Any], has_room: bool) -> list[str]:
+def _cells(name: str, row: dict[str, Any], words: Sequence[str]) -> list[str]:
     numbers = (row["alone"], row["detected"], *(row["reaction_ms"][key] for key in ("p50", "max")))
     numbers = (*numbers, row["budget_ms"], row["missed"], row["hand_m_s"])
-    return [name, *([row["what"]] if has_room else []), *("–" if cell is None else f"{cell:g}" for cell in numbers)]
+    told = {"fault": name, "what": row["what"], "done to": row.get("injected_by", "")}
+    return [*(told[word] for word in words), *("–" if cell is None else f"{cell:g}" for cell in numbers)]

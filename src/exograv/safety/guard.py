@@ -16,16 +16,18 @@ from exograv.signals import Joints, JointState
 from .envelope import Envelope
 from .ingress import COARSEST_COUNT_RAD, Ingress, Seen
 from .monitors import Monitors
+from .period import ticks_of
 from .stops import StopReason
 
 COMMAND_LIFE_S = 0.005
-"""A command that is not replaced for five periods is void [s] (docs/safety.md, SS0)."""
+"""A command that is not replaced for so long is void [s] (docs/safety.md, SS0)."""
 
-WINDOW, IN_WINDOW_MAX = 20, 3
-"""Ticks, and how many of them may be missed, in a row too: bridged by the last valid torque; the next is too many."""
+WINDOW_MS, IN_WINDOW_MAX_MS = 20, 3
+"""Milliseconds, and for how many of them ticks may be missed, in a row too: bridged by the last valid torque; the next
+tick is too many."""
 
-SECOND, IN_SECOND_MAX = 1000, 10
-"""The same of a second."""
+SECOND_MS, IN_SECOND_MAX = 1000, 10
+"""Milliseconds, and how many ticks in them may be missed one by one, whatever the period is."""
 
 GRAVITY_LEVEL_S = 5.0
 """From weightless to Earth: 11 N·m, a heavy arm, come and go at 2.2 N·m/s (docs/safety.md)."""
@@ -146,7 +148,7 @@ class Guard:
         for reason, joint in seen.found:
             self.envelope.trip(reason, isolate=(joint,))
             # Without this joint the next measurement is a good one.
-            self._measured = _Misses()
+            self._measured = _Misses(self._period_s)
         if seen.state is not None:
             self._q = seen.state.q.tolist()
             self._v = self._speeds.update(self._q, seen.state.t)
@@ -203,7 +205,7 @@ class Guard:
     def _begin(self) -> None:
         """Nothing is known of the last ticks."""
         self._speeds = _Speeds(len(self._everywhere), self._period_s)
-        self._measured, self._answered = _Misses(), _Misses()
+        self._measured, self._answered = _Misses(self._period_s), _Misses(self._period_s)
         self._held = [0.0] * len(self._everywhere)
 
     def _near_level(self) -> None:
@@ -245,17 +247,16 @@ class Guard:
 class _Misses:
     """Missed ticks of the last second, one bit each, and whether they are too many to bridge."""
 
-    def __init__(self):
+    def __init__(self, period_s: float):
         self._ticks = 0
+        self._recent, self._every = (2 ** ticks_of(ms, period_s) - 1 for ms in (WINDOW_MS, SECOND_MS))
+        self._in_recent = ticks_of(IN_WINDOW_MAX_MS, period_s)
 
     def add(self, is_missed: bool) -> bool:
         """One tick; whether the bridge ends with it."""
-        ticks = self._ticks = (self._ticks << 1 | is_missed) & _EVERY
-        return is_missed and ((ticks & _RECENT).bit_count() > IN_WINDOW_MAX or ticks.bit_count() > IN_SECOND_MAX)
-
-
-_RECENT, _EVERY = 2**WINDOW - 1, 2**SECOND - 1
-"""Bits of the last ticks."""
+        ticks = self._ticks = (self._ticks << 1 | is_missed) & self._every
+        are_many = (ticks & self._recent).bit_count() > self._in_recent
+        return is_missed and (are_many or ticks.bit_count() > IN_SECOND_MAX)
 
 
 class _Speeds:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from exograv.errors import ConfigError
 from exograv.signals import JointState, TorqueSource
 
+from .period import ticks_of
 from .stops import Finding, StopReason
 
 AGE_MAX_S = 0.003
@@ -23,18 +24,15 @@ JUMP_SHARE = 1.5
 JUMPS_MAX = 3
 """In a row, with which a jump is no spike."""
 
-FROZEN_TICKS = 20
-"""Of the same bits, with which a joint that was moving has a dead encoder: a joint does not stop within one tick."""
+FROZEN_MS = 20
+"""Of the same bits, with which a joint that was moving has a dead encoder: no joint comes to rest so [ms]."""
 
 FROZEN_FROM_RAD_S = 0.2
 """Speed from which on that is certain [rad/s]."""
 
-MOVING_TICKS, MOVING_COUNTS = 5, 4
-"""Just before, in which the joint must have been so fast, and moved by so many counts of its encoder: from there nobody
-comes to rest within one count, braked by 50 rad/s², which is more than any motor does to an arm."""
-
-LOOKED_AT = MOVING_TICKS + FROZEN_TICKS + 1
-"""Measurements, for that [-]."""
+MOVING_MS, MOVING_COUNTS = 5, 4
+"""Just before [ms], in which the joint must have been so fast, and moved by so many counts of its encoder: from there
+nobody comes to rest within one count, braked by 50 rad/s², which is more than any motor does to an arm."""
 
 
 COARSEST_COUNT_RAD = 2.0 * math.pi / 2**13
@@ -83,10 +81,12 @@ class Ingress:
         self._period_s, self._way = period_s, way
         self._reach = [JUMP_SHARE * way + count for count in counts_rad]
         self._slack = [(JUMP_SHARE - 1.0) * way + count for count in counts_rad]
-        clear = FROZEN_FROM_RAD_S * MOVING_TICKS * period_s
+        moving, frozen = ticks_of(MOVING_MS, period_s), ticks_of(FROZEN_MS, period_s)
+        clear = FROZEN_FROM_RAD_S * moving * period_s
         self._least_way = [max(clear, MOVING_COUNTS * count) for count in counts_rad]
         # No number is far from another, or the same: what has not been seen yet raises no doubt.
-        self._used = deque([[math.nan] * len(counts_rad)] * LOOKED_AT, maxlen=LOOKED_AT)
+        looked_at, self._moving = moving + frozen + 1, moving
+        self._used = deque([[math.nan] * len(counts_rad)] * looked_at, maxlen=looked_at)
         self._jumped = [0] * len(counts_rad)
         self._ignored: Collection[int] = ()
         self._sequence, self._t = -1, 0.0
@@ -142,10 +142,10 @@ class Ingress:
 
     def _dead(self, q: list[float]) -> tuple[Finding, ...]:
         """Joints that have been the same for long after a clear motion."""
-        moving, still, found = self._used[0], self._used[MOVING_TICKS], ()
+        moving, still, found = self._used[0], self._used[self._moving], ()
         for j in self._joints:
             if q[j] == still[j] and abs(q[j] - moving[j]) >= self._least_way[j]:
-                is_dead = all(one[j] == q[j] for one in islice(self._used, MOVING_TICKS, None))
+                is_dead = all(one[j] == q[j] for one in islice(self._used, self._moving, None))
                 found += ((StopReason.ENCODER_DEAD, j),) if is_dead else ()
         return found
 

@@ -10,6 +10,7 @@ from itertools import islice
 
 from exograv.signals import JointState
 
+from .period import ticks_of
 from .stops import Finding, StopReason
 
 AGREE_RAD = 0.035
@@ -21,20 +22,21 @@ OPPOSITE_RAD_S = 0.15
 TORQUE_OFF_NM = 3.0
 """By which a motor's torque may be off what it was told lately [N·m]."""
 
-LATELY_TICKS = 12
-"""So long a command may be on its way and a motor's torque behind it [-]."""
+LATELY_MS = 12
+"""So long a command may be on its way and a motor's torque behind it [ms]."""
 
-SLOWEST_TICKS = 30
-"""So long the torque of a slow motor, of 8 Hz, may be behind for most of the way [-]."""
+SLOWEST_MS = 30
+"""So long the torque of a slow motor, of 8 Hz, may be behind for most of the way [ms]."""
 
-IN_A_ROW = 10
-"""Ticks after which it is a fault [-]."""
+IN_A_ROW_MS = 10
+"""After which it is a fault [ms]."""
 
-SPEED_TICKS = 8
-"""Over which the two speeds are taken [-]."""
+SPEED_MS = 8
+"""Over which the two speeds are taken [ms]."""
 
-STILL_TICKS, STILL_WAY_RAD = 20, 0.003
-"""An encoder that says the same so often, to the bit, while its motor goes so far is dead: 0.15 rad/s, eight counts."""
+STILL_MS, STILL_WAY_RAD = 20, 0.003
+"""An encoder that says the same for so long, to the bit, while its motor goes so far is dead: 0.15 rad/s, eight counts
+[ms], [rad]."""
 
 TORQUE_BIAS_NM = 2.0
 """By which a motor's torque may be off what it was told on average [N·m]."""
@@ -60,12 +62,14 @@ class Monitors:
         """
         self._joints, self._by_current = range(joints), gain is not None
         self._gain = [1.0] * joints if gain is None else gain
-        self._told: deque[list[float]] = deque(maxlen=SLOWEST_TICKS)
+        times = (LATELY_MS, SLOWEST_MS, IN_A_ROW_MS, SPEED_MS, STILL_MS)
+        self._lately, self._slowest, self._in_a_row, speed, self._still_most = (ticks_of(ms, period_s) for ms in times)
+        self._told: deque[list[float]] = deque(maxlen=self._slowest)
         self._off_ticks, self._parted = [0] * joints, [0] * joints
         self._bias, self._bias_share = [0.0] * joints, period_s / (BIAS_S + period_s)
         self._refused, self._refused_ticks = [0] * joints, round(REFUSED_S / period_s)
-        self._least_way = OPPOSITE_RAD_S * SPEED_TICKS * period_s
-        self._before: deque[tuple[list[float], list[float]]] = deque(maxlen=SPEED_TICKS + 1)
+        self._least_way = OPPOSITE_RAD_S * speed * period_s
+        self._before: deque[tuple[list[float], list[float]]] = deque(maxlen=speed + 1)
         self._first = [math.nan] * joints
         self._last, self._still, self._motor_then = [math.nan] * joints, [0] * joints, [0.0] * joints
         """What each joint's encoder said last, for how many ticks more than one, and where its motor was at first."""
@@ -88,7 +92,7 @@ class Monitors:
         found = [(StopReason.DRIVE_FAULT, j) for j in state.faulty]
         if state.q_motor is not None:
             found += self._parting(state.q.tolist(), state.q_motor.tolist())
-        if len(self._told) >= LATELY_TICKS:
+        if len(self._told) >= self._lately:
             found += self._wrong_torques((state.current if self._by_current else state.tau).tolist())
         return [(reason, j) for reason, j in found if j not in ignored] if found else found
 
@@ -99,14 +103,14 @@ class Monitors:
             tau = gain[j] * measured[j]
             off = tau - newest[j]
             size = abs(off)  # alone quicker to ask than all of the last ones
-            is_off = size > TORQUE_OFF_NM and abs(self._off(j, tau, LATELY_TICKS)) > TORQUE_OFF_NM
+            is_off = size > TORQUE_OFF_NM and abs(self._off(j, tau, self._lately)) > TORQUE_OFF_NM
             off_ticks[j] = off_ticks[j] + 1 if is_off else 0
             if size > 0.5 * TORQUE_BIAS_NM:
-                off = self._off(j, tau, SLOWEST_TICKS)
+                off = self._off(j, tau, self._slowest)
             # A torque that is no number is the ingress' to find; a joint that is not asked is to be watched again.
             if size < math.inf:
                 bias[j] += self._bias_share * (off - bias[j])
-            if off_ticks[j] >= IN_A_ROW or abs(bias[j]) > TORQUE_BIAS_NM:
+            if off_ticks[j] >= self._in_a_row or abs(bias[j]) > TORQUE_BIAS_NM:
                 found.append((StopReason.TORQUE_WRONG, j))
         return found
 
@@ -131,8 +135,8 @@ class Monitors:
             still[j] = still[j] + 1 if at == last[j] else 0
             if not still[j]:
                 self._motor_then[j] = motor
-            is_dead = still[j] >= STILL_TICKS and abs(motor - self._motor_then[j]) > STILL_WAY_RAD
-            if is_dead or parted[j] >= IN_A_ROW:
+            is_dead = still[j] >= self._still_most and abs(motor - self._motor_then[j]) > STILL_WAY_RAD
+            if is_dead or parted[j] >= self._in_a_row:
                 found.append((StopReason.ENCODERS_PART, j))
         self._last = q
         return found

@@ -46,7 +46,7 @@ class Device(FrontEnd, Protocol):
         """Serve until then."""
         ...
 
-    def __enter__(self) -> object: ...
+    def __enter__(self) -> "Device": ...
 
     def __exit__(self, *_: object) -> None: ...
 
@@ -83,7 +83,7 @@ def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
     refuse_motorless(description)
     drives = load_drives(options.drives, description)
     wiring = _wiring(options, drives.joints)
-    make = _front_end(options.bus, drives)
+    make = front_end(options.bus, drives)
     plant = _plant(options, description, drives, wiring)
     device: Device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = Bench(drives.joints, plant, device, say)
@@ -103,7 +103,12 @@ def _greeting(options: DriveSimOptions, drives: Drives, device: Device) -> str:
     )
 
 
-def _front_end(bus: Bus, drives: Drives) -> Callable[..., Device]:
+def front_end(bus: Bus, drives: Drives) -> Callable[..., Device]:
+    """Simulated drives on this bus, of a plant.
+
+    Raises:
+        ConfigError: The drives are on another bus, or a package is missing.
+    """
     if getattr(drives.settings, bus) is None:
         raise ConfigError(f"--drives names no [{bus}] bus. Give the file of that bus, or name the bus of the file.")
     module, name = FRONT_ENDS[bus]

@@ -3,7 +3,6 @@
 import json
 import os
 import queue
-import socket
 import subprocess
 import sys
 import threading
@@ -17,6 +16,8 @@ from typing import Any
 import pytest
 
 from exograv.model.description import load_rig
+from exograv.rig.drive_sim.address import free_port
+from exograv.rig.drives.canopen import CanopenRig
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.drives.udp import UdpRig
 
@@ -26,15 +27,48 @@ STARTS_S, ANSWERS_S = 60.0, 10.0
 PATIENT = 200.0
 """Periods."""
 
-BUSES: dict[str, Callable[..., Any]] = {"udp": UdpRig}
-"""The driver of each bus that the battery is run on."""
+
+@dataclass(frozen=True)
+class Driver:
+    """One row of the battery: our driver of a bus, and what the example of that bus says."""
+
+    make: Callable[..., Any]
+    patient: dict[str, Any]
+    """Its options where simulated drives wait for us as we for them, however busy this computer is."""
+
+    address: tuple[str, str]
+    """Text of the example, and the same at a free port."""
+
+    turned: tuple[str, str]
+    """Text of the example, and the same with the elbow's drive turned round."""
+
+    plates: dict[str, float]
+    """What drives say of themselves by this bus, and a wrong value."""
+
+    sets_watchdogs: bool
+    """Whether drives on it take the watchdog of the file; else they say theirs."""
 
 
-def free_port() -> int:
-    """Of this computer."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
-        made.bind(("127.0.0.1", 0))
-        return made.getsockname()[1]
+BUSES = {
+    "udp": Driver(
+        UdpRig,
+        {"lock_step": True},
+        ("port = 47100", "port = {port}"),
+        ("node = 4\n", "node = 4\nsign = -1\n"),
+        {"current_rated_A": 2.5, "current_max_A": 12.0, "brake_Nms_per_rad": 1.0},
+        sets_watchdogs=False,
+    ),
+    "canopen": Driver(
+        CanopenRig,
+        # A drive that is unplugged lets us wait for so long.
+        {"lock_step": True, "answer_s": 0.5},
+        ('"239.74.163.2"', '"239.74.163.2:{port}"'),
+        ("node = 4\nsign = -1\n", "node = 4\n"),
+        {"current_rated_A": 2.5},
+        sets_watchdogs=True,
+    ),
+}
+"""The battery is run on each."""
 
 
 @dataclass
@@ -82,7 +116,8 @@ class DeviceProcess:
 
     def forget_lines(self) -> None:
         while not self._lines.empty():
-            self.seen.append(self._lines.get())
+            self._lines.get()
+        self.seen.clear()
 
     def end(self) -> None:
         self.process.kill()
@@ -111,7 +146,8 @@ def drive_sim(bus: str, path: Path, lock_step: bool, *options: str) -> list[str]
 def drives_on(folder: Path, bus: str, *changes: tuple[str, str]) -> Path:
     """The example of a bus at a free address, with changes."""
     text = (EXAMPLES / f"{bus}.toml").read_text(encoding="utf-8")
-    for right, wrong in (("port = 47100", f"port = {free_port()}"), *changes):
+    old, new = BUSES[bus].address
+    for right, wrong in ((old, new.format(port=free_port())), *changes):
         assert right in text
         text = text.replace(right, wrong, 1)
     path = folder / f"{bus}.toml"
@@ -148,10 +184,15 @@ def drives(served: tuple[str, Path, DeviceProcess]) -> Drives:
 
 
 @pytest.fixture
-def make_rig(request: pytest.FixtureRequest, served: tuple[str, Path, DeviceProcess]) -> Callable[[Drives], Any]:
-    """The driver of the bus; in lock-step it waits for every answer, however busy this computer is."""
-    make = BUSES[served[0]]
-    return partial(make, answer_share=PATIENT) if request.module.LOCK_STEP else make
+def driver(served: tuple[str, Path, DeviceProcess]) -> Driver:
+    """Of the bus."""
+    return BUSES[served[0]]
+
+
+@pytest.fixture
+def make_rig(request: pytest.FixtureRequest, driver: Driver) -> Callable[[Drives], Any]:
+    """The driver of the bus; in lock-step it waits for every answer."""
+    return partial(driver.make, **driver.patient) if request.module.LOCK_STEP else driver.make
 
 
 @pytest.fixture
@@ -163,13 +204,14 @@ def rig(bench: DeviceProcess, drives: Drives, make_rig: Callable[[Drives], Any])
 
 @pytest.fixture(params=sorted(BUSES))
 def start(request: pytest.FixtureRequest) -> Iterator[Callable[..., Any]]:
-    """Start a device of a test's own, in lock-step: its file's changes and its wiring; the driver, not yet entered."""
+    """Start a device of a test's own, in lock-step, and how it is wired; the driver, not yet entered."""
     devices: list[DeviceProcess] = []
 
-    def started(folder: Path, changes: tuple[tuple[str, str], ...], options: tuple[str, ...]) -> Any:
-        path = drives_on(folder, request.param, *changes)
+    def started(folder: Path, is_turned: bool, options: tuple[str, ...]) -> Any:
+        driver = BUSES[request.param]
+        path = drives_on(folder, request.param, *((driver.turned,) if is_turned else ()))
         devices.append(start_device(drive_sim(request.param, path, True, *options), "Reached at"))
-        return BUSES[request.param](drives_of(path), answer_share=PATIENT)
+        return driver.make(drives_of(path), **driver.patient)
 
     yield started
     for device in devices:

@@ -5,11 +5,12 @@ import pytest
 
 from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
-from exograv.session.faults.course import Course, Watch
+from exograv.session.faults.course import RELEASE_MS, Course, Watch
 from exograv.session.faults.of_machine import WeakMotor
 from exograv.session.faults.of_person import Push
 from exograv.session.faults.oracle import Judgement
 from exograv.session.faults.scenario import Scenario, _begin, _verdict
+from exograv.session.faults.stand import Sight
 from exograv.session.faults.table import FAULTS
 
 ONSET = 100
@@ -93,16 +94,20 @@ def test_two_faults_of_which_none_has_to_be_found_are_never_missed():
 
 
 def test_the_hand_of_one_who_pushes_is_told_apart():
-    watch = Watch(ONSET)
-    watch.hand(3.0, is_pushed=True)
-    watch.hand(0.4, is_pushed=False)
-    course = watch.finish(Judgement({}, np.zeros(0)))
+    watch, still = Watch(0), np.zeros(2)
+    for tick, is_pushed in enumerate([False, True, *[False] * (RELEASE_MS + 1)]):
+        watch.pushed(is_pushed)
+        watch.commanded(tick, still, SafeState.DESCENT, StopReason.STOP_PRESSED)
+        watch.course.ticks += 1
+    speeds = [0.1, 3.0, *[2.0] * RELEASE_MS, 0.4]
+    sights = [Sight(still, still, speed, are_braking=False) for speed in speeds]
+    course = watch.finish(Judgement({}, np.zeros(len(sights))), sights)
     assert (course.hand_m_s, course.pushed_hand_m_s) == (0.4, 3.0)
 
 
 def test_a_push_ends():
     push = Push(np.random.default_rng(0), 2, ONSET)
-    assert [push.pushes(tick) for tick in (ONSET - 1, ONSET, ONSET + push.ticks - 1, ONSET + push.ticks)] == [
+    assert [push.pushes(tick) for tick in (ONSET - 1, ONSET, ONSET + push.lasts - 1, ONSET + push.lasts)] == [
         False,
         True,
         True,

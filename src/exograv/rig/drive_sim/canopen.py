@@ -93,7 +93,10 @@ class CanopenDevices:
         """Serve the bus until told to stop, which is asked once a step."""
         if self._lock_step:
             while not until_stopped():
-                self._serve(time.monotonic() + LISTEN_S)
+                wait_s = LISTEN_S
+                while (frame := self._bus.receive(wait_s)) is not None:
+                    self._hear(frame)
+                    wait_s = 0.0
             return
         due = time.monotonic() + self.plant.twin.period_s
         while not until_stopped():

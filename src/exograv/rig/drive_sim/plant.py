@@ -43,27 +43,48 @@ class Plant:
         joints = [(wiring or {}).get(joint, Wiring()) for joint in drives.joints]
         self._of_current = drives.sign * [joint.current for joint in joints]
         self._of_encoder = drives.sign * [joint.encoder for joint in joints]
+        self._wired, self._brakes = self._of_current, np.ones(len(joints))
         self._offset = drives.offset
         self.before_step: Callable[[], object] = lambda: None
         """What somebody in the machine does, of the own accord, before each step."""
         self._measured = twin.read()
-        self._sequence = 0
+        self._sequence, self._ahead_s = 0, 0.0
+        self.watch: Callable[[], object] | None = None
+        """For examiners: called after each step."""
 
     @property
     def now(self) -> float:
-        """The twin's clock [s]."""
-        return self.twin.t
+        """The drives' clock: the twin's, which was there at first [s]."""
+        return self._ahead_s + self.twin.t
+
+    def change(self, twin: Twin) -> None:
+        """Another twin behind the same drives, whose clock goes on, and whose motors are as they were wired."""
+        self._ahead_s += self.twin.t - twin.t
+        self.twin, self._measured = twin, twin.read()
+        self._of_current, self._brakes = self._wired, np.ones_like(self._brakes)
+
+    def turn_motor(self, joint: int, factor: float) -> None:
+        """A motor gives so many times the torque for its current, and the opposite where that is negative.
+
+        With its phases shorted it brakes by the square of that; stronger it is not counted on.
+        """
+        self._of_current, self._brakes = self._of_current.copy(), self._brakes.copy()
+        self._of_current[joint] *= factor
+        self._brakes[joint] = min(self._brakes[joint] * factor**2, 1.0)
+        self.twin.turn_motor(joint, factor)
 
     def step(self) -> None:
         """One period of the twin: what the drives do now holds for all of it."""
         twin, now = self.twin, self.twin.t
         self.before_step()
-        self.outputs = outputs = tuple(drive.step(twin.period_s, now) for drive in self.each)
+        self.outputs = outputs = tuple(drive.step(twin.period_s, self.now) for drive in self.each)
         current = self._of_current * [output.current for output in outputs]
-        damping = np.array([output.damping for output in outputs])
+        damping = self._brakes * [output.damping for output in outputs]
         self._sequence += 1
         twin.write(Command(now, self._sequence, now + COMMAND_LIFE_S, np.zeros_like(current), current, damping))
         self._measured = twin.read()
+        if self.watch is not None:
+            self.watch()
 
     @property
     def measured(self) -> JointState:

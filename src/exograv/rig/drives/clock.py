@@ -14,6 +14,8 @@ class Clock:
     def __init__(self, period_s: float, lock_step: bool):
         self.period_s, self.is_in_lock_step = period_s, lock_step
         self.ticks = 0
+        self.nobody_answers = False
+        """For examiners in lock-step: they have taken the cable out, so that nobody is waited for."""
         self._began = time.monotonic()
 
     @property

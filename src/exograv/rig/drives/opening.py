@@ -17,6 +17,10 @@ class DrivenRig(Rig, Powered, Protocol):
 
     def __enter__(self) -> "DrivenRig": ...
 
+    def expect_silence(self) -> None:
+        """For examiners in lock-step: nobody answers from now on, and time passes all the same."""
+        ...
+
 
 def open_drives(drives: Drives, lock_step: bool = False) -> DrivenRig:
     """Not opened yet: `with` does that.

@@ -1,11 +1,12 @@
 """Many scenarios from one seed, on all cores: what was found how soon, what went out, and what must never have."""
 
 import contextlib
+import math
 import os
 import signal
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -14,14 +15,18 @@ from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.runtime.spawn import keyboard_ignored
+from exograv.session.drive_sim import Bus
 from exograv.session.live import Plan
 from exograv.session.pilot import Progress
 
+from .driven import driven_ground
 from .figures import figures_of, told, with_strikes
 from .people import make_known, subject
-from .scenario import Scenario, Verdict, fly, is_bad, names_of, shrunk
+from .scenario import THE_TWIN, Scenario, Verdict, fly, is_bad, names_of, shrunk
+from .stand import Ground, Subject
 from .struck import strike
-from .table import FAULTS
+from .table import FAULTS, Fault
+from .through import ALL, ONLY_DRIVES
 
 CHUNK = 20
 REPLAYS_MAX = 20
@@ -45,6 +50,9 @@ class Campaign:
     replay: str | None = None
     """One scenario in place of all: "NUMBER:FAULT+FAULT"."""
 
+    through: Bus | None = None
+    """The bus of simulated drives in another process, with our driver before them; the twin itself if absent."""
+
     def __post_init__(self):
         if self.scenarios < 1:
             raise ConfigError(f"--scenarios is {self.scenarios}; allowed: 1 and above.")
@@ -67,11 +75,11 @@ class Campaign:
         """
         number, _, faults = (self.replay or "").partition(":")
         names = tuple(names_of(faults))
-        unknown = [name for name in names if name not in FAULTS]
+        unknown = [name for name in names if name not in self.faults]
         if not number.isdecimal() or unknown:
             raise ConfigError(
                 f"--replay is '{self.replay}'; allowed: NUMBER:FAULT or NUMBER:FAULT+FAULT as a campaign prints it. "
-                f"Faults: {', '.join(FAULTS)}."
+                f"Faults: {', '.join(self.faults)}."
             )
         return Scenario(self.seed, int(number), names, self.told)
 
@@ -79,8 +87,26 @@ class Campaign:
     def told(self) -> str:
         """What a line that replays one of its scenarios has to say besides seed and number."""
         usual = Campaign()
-        names = [name for name in ("level", "persons") if getattr(self, name) != getattr(usual, name)]
+        names = [name for name in ("level", "persons", "through") if getattr(self, name) != getattr(usual, name)]
         return "".join(f" --{name} {getattr(self, name)}" for name in names)
+
+    @property
+    def faults(self) -> Mapping[str, Fault]:
+        """By identifier, those that it may fly."""
+        return FAULTS if self.through is None else ALL
+
+    def scenario(self, number: int) -> Scenario:
+        """Of this number: first those that the twin alone flies too, then what only drives have."""
+        own = number - self.scenarios
+        if own < 0:
+            return Scenario.drawn(self.seed, number, self.told)
+        return Scenario(self.seed, number, (list(ONLY_DRIVES)[own % len(ONLY_DRIVES)],), self.told)
+
+    @property
+    def numbers(self) -> range:
+        """Of all its scenarios: through drives, what only they have is flown as often as a row of the table."""
+        own = 0 if self.through is None else len(ONLY_DRIVES) * math.ceil(self.scenarios / len(FAULTS))
+        return range(self.scenarios + own)
 
 
 def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
@@ -98,9 +124,12 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
         small = []
         for k, verdict in enumerate(bad):
             progress("Shrinking what went wrong", k / len(bad))
-            small.append(shrunk(subject(people[verdict.scenario.number % campaign.persons]), verdict))
+            with _ground(people[verdict.scenario.number % campaign.persons], campaign) as (who, ground):
+                small.append(shrunk(who, verdict, ground))
         # Processes are stopped and their rights taken as Linux does it.
-        may_strike = len(verdicts) == campaign.scenarios and sys.platform.startswith("linux")
+        may_strike = len(verdicts) == len(campaign.numbers) and sys.platform.startswith("linux")
+        # Strikes are at the processes of a live run on the twin, whatever was flown before.
+        may_strike = may_strike and campaign.through is None
         live = _struck(campaign, people[0], progress) if campaign.strikes and may_strike else None
     return with_strikes(_told(campaign, verdicts), live) | {"replay": [scenario.command for scenario in small]}
 
@@ -114,13 +143,15 @@ def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any
 
 
 def _told(campaign: Campaign, verdicts: list[Verdict]) -> dict[str, Any]:
-    return figures_of(verdicts) | {"seed": campaign.seed, "disturbance_level": campaign.level}
+    named = {"seed": campaign.seed, "disturbance_level": campaign.level, "through": campaign.through}
+    return figures_of(verdicts, campaign.faults) | named
 
 
 def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> dict[str, Any]:
     scenario = campaign.replayed()
     path = make_known(campaign.seed, scenario.number % campaign.persons, campaign.level, folder, progress)
-    verdict = fly(subject(path), scenario)
+    with _ground(path, campaign) as (who, ground):
+        verdict = fly(who, scenario, ground)
     return with_strikes(_told(campaign, [verdict]), None) | {"replay": [], "course": told(verdict)}
 
 
@@ -137,7 +168,7 @@ def _flown(campaign: Campaign, folder: Path, progress: Progress) -> tuple[list[V
             with keyboard_ignored():
                 known = [
                     pool.submit(make_known, campaign.seed, person, campaign.level, folder)
-                    for person in range(min(campaign.persons, campaign.scenarios))
+                    for person in range(min(campaign.persons, len(campaign.numbers)))
                 ]
             for k, future in enumerate(known, start=1):
                 people.append(future.result())
@@ -156,7 +187,7 @@ def _flown(campaign: Campaign, folder: Path, progress: Progress) -> tuple[list[V
 
 def _chunks(campaign: Campaign) -> list[tuple[int, range]]:
     """Person and numbers of scenarios; all of a chunk have the same person, and neighbours in time different ones."""
-    by_person = [range(k, campaign.scenarios, campaign.persons) for k in range(campaign.persons)]
+    by_person = [range(k, len(campaign.numbers), campaign.persons) for k in range(campaign.persons)]
     chunks = [(k, numbers[i : i + CHUNK]) for k, numbers in enumerate(by_person) for i in range(0, len(numbers), CHUNK)]
     return sorted(chunks, key=lambda chunk: chunk[1][0])
 
@@ -180,4 +211,15 @@ def _begin() -> None:
 
 
 def _fly_chunk(path: Path, campaign: Campaign, numbers: Sequence[int]) -> list[Verdict]:
-    return [fly(subject(path), Scenario.drawn(campaign.seed, number, campaign.told)) for number in numbers]
+    with _ground(path, campaign) as (who, ground):
+        return [fly(who, campaign.scenario(number), ground) for number in numbers]
+
+
+@contextlib.contextmanager
+def _ground(path: Path, campaign: Campaign) -> Iterator[tuple[Subject, Ground]]:
+    """Who is known by this file, and what they are flown on."""
+    if campaign.through is None:
+        yield subject(path), THE_TWIN
+        return
+    with driven_ground(campaign.through, path) as (who, ground):
+        yield who, ground

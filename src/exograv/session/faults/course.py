@@ -1,20 +1,24 @@
 """What happened in one scenario: notes while it flies, figures when it is over."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv.rig.twin import Truth
 from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
 
 from .oracle import Judgement
+from .stand import Sight
 
 Joints = Float[np.ndarray, " joint"]
 
 MOVING_RAD_S = 0.2
 """Speed at which a fault that shows in motion has to show [rad/s]."""
+
+RELEASE_MS = 100
+"""After a push, in which the braked hand loses what the push gave it."""
 
 
 @dataclass
@@ -22,6 +26,8 @@ class Course:
     """Of one scenario."""
 
     ticks: int = 0
+    period_ms: int = 1
+    """Between two ticks."""
     violations: list[str] = field(default_factory=list)
     """What went out that should not have; the first ones, in words."""
 
@@ -60,19 +66,23 @@ class Course:
 
 
 class Watch:
-    """Takes notes of one flight, by the twin's truth: the examiner's business, nobody flies by it."""
+    """Takes notes of one flight, and sums it up by the twin's truth: the examiner's business, nobody flies by it."""
 
-    def __init__(self, onset: int | None):
+    def __init__(self, onset: int | None, period_ms: int = 1):
         """Nothing has happened; `onset` is the tick of the first fault."""
-        self.course = Course()
+        self.course = Course(period_ms=period_ms)
         self._onset = onset
         self._told: list[Joints] = []
-        self._seen: list[tuple[Joints, Joints]] = []
+        self._pushed: list[bool] = []
 
     @property
     def told(self) -> Float[np.ndarray, "tick joint"]:
         """What each joint was told in every tick [N·m]."""
         return np.array(self._told)
+
+    def pushed(self, is_so: bool) -> None:
+        """Whether somebody pushes in the next tick."""
+        self._pushed.append(is_so)
 
     def commanded(self, tick: int, tau: Joints, safe_state: SafeState, stop: StopReason | None) -> None:
         """What the guard decided in a tick."""
@@ -83,27 +93,19 @@ class Watch:
         if safe_state > course.worst:
             course.since |= {state: tick for state in SafeState if course.worst < state <= safe_state}
 
-    def moved(self, tick: int, seen: Truth) -> None:
-        """Where the machine truly was in a tick after the first onset."""
-        if self._onset is not None and tick >= self._onset:
-            self._seen.append((seen.q, seen.v))
-
-    def hand(self, speed: float, is_pushed: bool) -> None:
-        """The hand's speed after the safe state [m/s]."""
-        course = self.course
-        if is_pushed:
-            course.pushed_hand_m_s = max(course.pushed_hand_m_s, speed)
-        else:
-            course.hand_m_s = max(course.hand_m_s, speed)
-
-    def finish(self, judgement: Judgement) -> Course:
-        """Sum up."""
-        course = self.course
+    def finish(self, judgement: Judgement, sights: Sequence[Sight]) -> Course:
+        """Sum up; the sights are of the ticks in turn, and one may be of the end."""
+        course, onset = self.course, self._onset
         course.violated_ticks = len(judgement.wrong)
         course.violations = [f"tick {tick}: {what}" for tick, what in list(judgement.wrong.items())[:3]]
-        if self._onset is not None and self._seen:
-            course.torque_step_Nm = float(judgement.step_Nm[self._onset :].max(initial=0.0))
-            self._sum_up_motion(self._onset, *map(np.array, zip(*self._seen, strict=True)))
+        if onset is None:
+            return course
+        braking = (tick for tick, sight in enumerate(sights) if tick > onset and sight.are_braking)
+        course.braked_tick = next(braking, None)
+        if seen := sights[onset : course.ticks]:
+            course.torque_step_Nm = float(judgement.step_Nm[onset:].max(initial=0.0))
+            self._sum_up_motion(onset, np.array([one.q for one in seen]), np.array([one.v for one in seen]))
+        self._sum_up_hand(sights[: course.ticks])
         return course
 
     def _sum_up_motion(self, onset: int, q: np.ndarray, v: np.ndarray) -> None:
@@ -113,3 +115,17 @@ class Watch:
         if until:
             course.extra_speed = float(np.abs(v[:until] - v[0]).max())
             course.extra_way_deg = float(np.rad2deg(np.abs(q[:until] - q[0]).max()))
+
+    def _sum_up_hand(self, sights: Sequence[Sight]) -> None:
+        """From the safe state on; after a push the hand needs time to slow down."""
+        course, release = self.course, RELEASE_MS // self.course.period_ms
+        protected = [tick for tick in (course.stopped_tick, course.braked_tick) if tick is not None]
+        pushed_tick = -release - 1
+        for tick, sight in enumerate(sights):
+            pushed_tick = tick if self._pushed[tick] else pushed_tick
+            if tick < min(protected, default=len(sights)):
+                continue
+            if tick - pushed_tick <= release:
+                course.pushed_hand_m_s = max(course.pushed_hand_m_s, sight.hand_m_s)
+            else:
+                course.hand_m_s = max(course.hand_m_s, sight.hand_m_s)

@@ -1,6 +1,6 @@
 """What a campaign found, in numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,10 +9,11 @@ from exograv.safety.guard import SafeState
 
 from .elsewhere import ELSEWHERE, NOT_YET
 from .scenario import HAND_MAX_M_S, Verdict, is_bad
-from .table import FAULTS
+from .table import FAULTS, Fault
+from .through import ALL, injected_by
 
 
-def figures_of(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+def figures_of(verdicts: Sequence[Verdict], faults: Mapping[str, Fault] = FAULTS) -> dict[str, Any]:
     """Of all scenarios, by the contract of `exograv faults --json`."""
     quiet_h = sum(v.quiet_s for v in verdicts) / 3600.0
     false = [v for v in verdicts if v.false_trip]
@@ -25,7 +26,7 @@ def figures_of(verdicts: Sequence[Verdict]) -> dict[str, Any]:
         "crashed": [f"{v.scenario.command}: {v.course.crashed}" for v in verdicts if v.course.crashed][:10],
         "missed_budgets": sum(len(v.missed) for v in verdicts),
         "missed": [f"{v.scenario.command}: {v.found}" for v in verdicts if v.missed][:10],
-        "by_fault": {name: _of_fault(name, verdicts) for name in FAULTS},
+        "by_fault": {name: _of_fault(name, verdicts) for name in faults},
         "false_trips": [f"{v.scenario.command}: {v.course.reason}" for v in false],
         "false_trips_per_hour": round(len(false) / quiet_h, 2) if quiet_h else 0.0,
         "quiet_hours": round(quiet_h, 4),
@@ -38,10 +39,11 @@ def _of_fault(name: str, verdicts: Sequence[Verdict]) -> dict[str, Any]:
     alone = [v for v in verdicts if v.scenario.faults == (name,) and not v.false_trip]
     times = [t for v in alone if (t := v.found.get(name)) is not None]
     p50, p99, most = np.percentile(times, [50, 99, 100]).round(2).tolist() if times else (None, None, None)
-    fault, hands = FAULTS[name], [v.course.hand_m_s for v in alone if v.relaxed]
+    fault, hands = ALL[name], [v.course.hand_m_s for v in alone if v.relaxed]
     pushed = max((v.course.pushed_hand_m_s for v in alone), default=0.0)
     return {
         "what": fault.what,
+        "injected_by": injected_by(name),
         "runs": sum(name in v.scenario.faults for v in verdicts),
         "alone": len(alone),
         "detected": len(times),

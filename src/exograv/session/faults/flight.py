@@ -1,83 +1,54 @@
 """One scenario: a person in a machine, some faults at their times, the guard between, and what came of it.
 
-The run is in lock-step on the twin's clock: the same seed gives the same run, bit for bit.
+The run is in lock-step: on the twin itself the same seed gives the same run, bit for bit.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from exograv.control.observer import Observer
-from exograv.rig.twin import Truth, Twin
-from exograv.safety.envelope import Envelope, Limits
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
-from exograv.safety.person import Person, PersonLimits
-from exograv.session.arm_controller import ArmController
+from exograv.safety.person import Person
 from exograv.session.pilot import CLOSURE_SLOPE_MAX
-from exograv.session.prepare import Prepared
-from exograv.session.virtual import VirtualLaboratory
 from exograv.signals import Command, JointState, Reference
 
 from .course import Course, Watch
 from .injector import Injector
 from .of_person import StopPressed
 from .oracle import Oracle
+from .stand import Stand, Subject
 
 Joints = Float[np.ndarray, " joint"]
-
-SWAY_HZ, SWAY_STIFFNESS, SWAY_DAMPING = 0.8, 12.0, 1.5
-"""Of a person who moves the arm [Hz, N·m/rad, N·m·s/rad]."""
-
-RELEASE_TICKS = 100
-"""After a push, in which the braked hand loses what the push gave it [-]."""
-
-
-@dataclass(frozen=True)
-class Subject:
-    """A person in a machine, known to the software as after an identification."""
-
-    laboratory: VirtualLaboratory
-    prepared: Prepared
-    controller: ArmController
-    limits: Limits
-    person: PersonLimits
 
 
 class Flight:
     """Flies one scenario."""
 
-    def __init__(self, subject: Subject, seed: int, posture: Joints, faults: Sequence[Injector], moves: Joints):
+    def __init__(self, subject: Subject, stand: Stand, posture: Joints, faults: Sequence[Injector]):
         """Begin with the arm floating in a posture.
 
         Args:
             subject: Who.
-            seed: Of the twin's run.
+            stand: Machine and person, in that posture.
             posture: Where the arm floats at first [rad].
             faults: What will go wrong.
-            moves: The person's slow push at the joints, as amplitude of a sine [N·m]; zero for a relaxed person.
         """
-        laboratory, prepared = subject.laboratory, subject.prepared
-        self._twin = Twin(
-            laboratory.description, laboratory.machine, laboratory.wearer, seed, start_posture=posture, t0=prepared.t
-        )
-        self._controller = subject.controller.again(prepared.x)
+        prepared, period_s = subject.prepared, stand.period_s
+        self._stand, self._controller = stand, subject.controller.again(prepared.x)
         self._gain = prepared.machine.actuators
-        joints, period_s = len(posture), self._twin.period_s
-        self._observer = Observer(joints, period_s)
+        self._observer = Observer(len(posture), period_s)
         self._person = Person(subject.person)
         self._envelope = Envelope(subject.limits, period_s)
         self._envelope.person = self._person
         self._envelope.begin(self._controller.torque_at_rest(posture, prepared.x))
         self._guard = Guard.of_machine(self._envelope, period_s, self._gain.gain.tolist())
         self._oracle = Oracle(subject.limits, subject.person, period_s)
-        self._faults, self._moves, self._own = faults, moves, np.zeros_like(self._twin.tau_voluntary)
-        self._held_at = self._twin.truth.q_arm.copy()
-        self._pushed_tick = -RELEASE_TICKS - 1
-        self._still = np.zeros(joints)
-        self._last = Command(self._twin.t, -1, self._twin.t, self._still, self._still)
-        self.watch = Watch(min((fault.onset for fault in faults), default=None))
+        self._faults, self._still = faults, np.zeros(len(posture))
+        self._last = Command(stand.t, -1, stand.t, self._still, self._still)
+        self.watch = Watch(min((fault.onset for fault in faults), default=None), round(1e3 * period_s))
 
     def fly(self, ticks: int) -> Course:
         """So many ticks; whatever breaks is part of the course."""
@@ -88,33 +59,24 @@ class Flight:
                 course.ticks += 1
         except Exception as error:  # noqa: BLE001 - a scenario that breaks the software is a finding, not an end
             course.crashed = f"{type(error).__name__}: {error}"
-        return self.watch.finish(self._oracle.judge())
+        return self.watch.finish(self._oracle.judge(), self._stand.sights())
 
     def _tick(self, tick: int) -> None:
+        state = self._stand.read()
         active = [fault for fault in self._faults if tick >= fault.onset]
-        seen = self._twin.truth if active or self._moves.any() else None
-        if seen is not None:
-            self._move(tick, seen)
         for fault in active:
-            fault.act(self._twin, self._controller, tick)
+            fault.act(self._stand, self._controller, tick)
             if isinstance(fault, StopPressed):
                 self._guard.press_stop()
+        self.watch.pushed(any(fault.pushes(tick) for fault in self._faults))
         if any(fault.ends_guard for fault in active):
-            self._go_on_without_guard(tick, seen)
+            self.watch.commanded(tick, self._last.tau, SafeState.NONE, None)
+            self._stand.go_on(self._last)
         else:
-            self._guarded(tick, active, seen)
-        if active and self.watch.course.braked_tick is None and (self._twin.drive_damping() > 0.0).all():
-            self.watch.course.braked_tick = tick + 1
+            self._guarded(tick, active, state)
 
-    def _go_on_without_guard(self, tick: int, seen: Truth | None) -> None:
-        """The drives have what they heard last."""
-        self.watch.commanded(tick, self._last.tau, SafeState.NONE, None)
-        self._look(tick, seen)
-        self._twin.write(self._last)
-
-    def _guarded(self, tick: int, active: Sequence[Injector], seen: Truth | None) -> None:
-        state, now = self._twin.read(), self._twin.t
-        truth = state
+    def _guarded(self, tick: int, active: Sequence[Injector], state: JointState) -> None:
+        now, sequence = self._stand.t, state.sequence
         for fault in active:
             state = fault.measured(state, tick)
         believed = self._guard.see(state, now)
@@ -123,23 +85,12 @@ class Flight:
             submitted = fault.answered(submitted, tick)
         guarded = self._guard.decide(submitted, now)
         self._note(tick, believed, guarded)
-        self._look(tick, seen)
         tau, until = guarded.tau, now + COMMAND_LIFE_S
-        command = Command(now, truth.sequence, until, tau, self._gain.current(tau), guarded.drive_damping)
+        command = Command(now, sequence, until, tau, self._gain.current(tau), guarded.drive_damping)
         for fault in active:
             command = fault.commanded(command, tick)
         self._last = command
-        self._twin.write(command)
-
-    def _move(self, tick: int, seen: Truth) -> None:
-        """The person sways the arm about where it was: a slow push, held back; beside whatever else pushes."""
-        if self._moves.any():
-            phase = 2.0 * np.pi * SWAY_HZ * self._twin.period_s * tick
-            own = (
-                self._moves * np.sin(phase) - SWAY_STIFFNESS * (seen.q_arm - self._held_at) - SWAY_DAMPING * seen.v_arm
-            )
-            self._twin.tau_voluntary += own - self._own
-            self._own = own
+        self._stand.write(command)
 
     def _answer(self, believed: JointState | None, now: float) -> Submitted | None:
         """Control: observes and decides, as in a session."""
@@ -156,13 +107,3 @@ class Flight:
         envelope, q = self._envelope, None if believed is None else believed.q
         self._oracle.note(guarded.tau, q, envelope.isolated, self._person.gravity_level)
         self.watch.commanded(tick, guarded.tau, guarded.safe_state, envelope.stop)
-
-    def _look(self, tick: int, seen: Truth | None) -> None:
-        """By the twin's truth: the examiner's business."""
-        watch = self.watch
-        if any(fault.pushes(tick) for fault in self._faults):
-            self._pushed_tick = tick
-        if seen is not None:
-            watch.moved(tick, seen)
-        if watch.course.stopped_tick is not None or watch.course.braked_tick is not None:
-            watch.hand(self._twin.hand_speed(), tick - self._pushed_tick <= RELEASE_TICKS)

@@ -1,7 +1,7 @@
 """How a fault enters a machine: between drives and guard, between control and guard, or in the world itself.
 
-An injector sees what passes through the rig's own interface and may change it; nothing of it knows the twin but where
-its docstring says so.
+An injector sees what passes through the rig's own interface and may change it; what is of the world it asks for there,
+be the machine the twin itself or drives on a bus.
 """
 
 from collections.abc import Callable
@@ -11,10 +11,11 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Bool, Float
 
-from exograv.rig.twin import Twin
 from exograv.safety.guard import Submitted
 from exograv.session.arm_controller import ArmController
 from exograv.signals import Command, JointState
+
+from .stand import World
 
 TICK_S = 0.001
 
@@ -27,6 +28,9 @@ class Injector:
     joints: int
     onset: int
     """Tick of the run with which it begins [-]."""
+
+    period_ms: int = 1
+    """Between two ticks."""
 
     ends_guard: ClassVar[bool] = False
     """Whether there is no guard from the onset on."""
@@ -41,6 +45,10 @@ class Injector:
     def draw(self) -> None:
         """Whatever else chance decides about it."""
 
+    def ticks(self, ms: int) -> int:
+        """So long in ticks, one at least."""
+        return max(round(ms / self.period_ms), 1)
+
     def measured(self, state: JointState, tick: int) -> JointState:
         """What the machine says in a tick, from the onset on."""
         return state
@@ -53,7 +61,7 @@ class Injector:
         """What reaches the drives in a tick, from the onset on."""
         return command
 
-    def act(self, twin: Twin, controller: ArmController, tick: int) -> None:
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
         """What happens in the world or to control at the beginning of a tick, from the onset on."""
 
     def pushes(self, tick: int) -> bool:

@@ -5,18 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from exograv.rig.twin import Twin
 from exograv.safety.guard import Submitted
 from exograv.session.arm_controller import ArmController
 
 from .injector import Injector
+from .stand import World
 
 
 class FewLate(Injector):
     """F14: control is late in one to three ticks."""
 
     def draw(self) -> None:
-        self.count = int(self.generator.integers(1, 4))
+        self.count = self.ticks(int(self.generator.integers(1, 4)))
 
     def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
         return None if tick < self.onset + self.count else submitted
@@ -60,7 +60,7 @@ class WrongTorque(Injector):
             "nan": lambda _: np.nan,
             "huge": lambda tau: 1e3 * np.sign(tau),
             "sign": lambda tau: -tau,
-            "tremble": lambda tau: tau + 40.0 * (-1.0) ** (tick // 5),
+            "tremble": lambda tau: tau + 40.0 * (-1.0) ** (tick // self.ticks(5)),
         }
         return replace(submitted, tau=self.at_joint(submitted.tau, change[self.kind]))
 
@@ -68,7 +68,7 @@ class WrongTorque(Injector):
 class TenfoldArm(Injector):
     """F25: the arm in force is ten times, 2.2 times or a tenth of the real one, past all checks of the form."""
 
-    def act(self, twin: Twin, controller: ArmController, tick: int) -> None:
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
         if tick == self.onset:
             x = controller.x
             x[: 10 * len(controller.assembly.arm.segments)] *= float(self.generator.choice([10.0, 2.2046, 0.1]))
@@ -82,9 +82,9 @@ class Diverged(Injector):
         self.kind = str(self.generator.choice(["nan", "impossible", "far"]))
         self.refused = 0
 
-    def act(self, twin: Twin, controller: ArmController, tick: int) -> None:
-        if (tick - self.onset) % 50 == 0:
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if (tick - self.onset) % self.ticks(50) == 0:
             x = controller.x.copy()
             bodies = slice(0, 10 * len(controller.assembly.arm.segments))
             x[bodies] *= {"nan": np.nan, "impossible": -1.0, "far": 5.0}[self.kind]
-            self.refused += not controller.publish(x, twin.read().q)
+            self.refused += not controller.publish(x, world.q)

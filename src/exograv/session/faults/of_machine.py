@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from exograv.rig.twin import Twin
 from exograv.safety.monitors import TORQUE_OFF_NM
 from exograv.session.arm_controller import ArmController
 from exograv.signals import Command, JointState
 
 from .injector import TICK_S, Injector
+from .stand import World
 
 NOISE_SD = 3.0
 """Of the current's noise, beyond which ten ticks in a row come together [-]."""
@@ -74,7 +74,7 @@ class Stale(Injector):
     """F05: what the machine says is some milliseconds old."""
 
     def draw(self) -> None:
-        self.late = int(self.generator.integers(4, 20))
+        self.late = self.ticks(int(self.generator.integers(4, 20)))
         self.line: deque[JointState] = deque()
 
     def measured(self, state: JointState, tick: int) -> JointState:
@@ -86,7 +86,7 @@ class Reordered(Injector):
     """F06: now and then two measurements change places."""
 
     def draw(self) -> None:
-        self.every = int(self.generator.integers(150, 300))
+        self.every = self.ticks(int(self.generator.integers(150, 300)))
         self.held: JointState | None = None
 
     def measured(self, state: JointState, tick: int) -> JointState:
@@ -103,7 +103,7 @@ class Doubled(Injector):
     """F06: now and then a measurement comes twice."""
 
     def draw(self) -> None:
-        self.every = int(self.generator.integers(150, 300))
+        self.every = self.ticks(int(self.generator.integers(150, 300)))
         self.before: JointState | None = None
 
     def measured(self, state: JointState, tick: int) -> JointState:
@@ -129,12 +129,12 @@ class Slip(Injector):
 
     def draw(self) -> None:
         self.size = float(self.generator.choice([-1.0, 1.0]) * np.deg2rad(self.generator.uniform(3.0, 20.0)))
-        self.ticks = int(self.generator.integers(20, 100))
+        ms = int(self.generator.integers(20, 100))
         # No faster than a joint can move: what is faster is a jump.
-        self.ticks = max(self.ticks, int(abs(self.size) / 0.006) + 1)
+        self.lasts = self.ticks(max(ms, int(abs(self.size) / 0.006) + 1))
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        share = min((tick - self.onset + 1) / self.ticks, 1.0)
+        share = min((tick - self.onset + 1) / self.lasts, 1.0)
         return replace(state, q=self.at_joint(state.q, lambda q: q + share * self.size))
 
 
@@ -144,9 +144,9 @@ class TorqueConstant(Injector):
     def draw(self) -> None:
         self.factor = float(self.generator.choice([-1.0, 0.5, 2.0]))
 
-    def act(self, twin: Twin, controller: ArmController, tick: int) -> None:
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
         if tick == self.onset:
-            twin.turn_motor(self.joint, self.factor)
+            world.turn_motor(self.joint, self.factor)
 
     def commanded(self, command: Command, tick: int) -> Command:
         flowing = self.at_joint(command.current, lambda i: self.factor * i)

@@ -10,7 +10,7 @@ from exograv.session.pilot import Progress
 from exograv.session.prepare import prepare
 from exograv.session.virtual import draw_laboratory, limits
 
-from .flight import Subject
+from .stand import Subject
 
 RIGS = ("recupera_like", "recupera_like_qdd")
 """Each person is in one of these machines, in turn."""
@@ -32,8 +32,8 @@ def make_known(seed: int, person: int, level: int, folder: Path, progress: Progr
 
 
 @lru_cache(maxsize=4)
-def subject(path: Path) -> Subject:
-    """Who is known by this file; kept for the next scenario."""
+def subject(path: Path, period_ms: int = 1) -> Subject:
+    """Who is known by this file, to a control of this period; kept for the next scenario."""
     laboratory, prepared, of_person = pickle.loads(path.read_bytes())
-    controller = ArmController(prepared.assembly, prepared.machine, prepared.x, 0.001)
+    controller = ArmController(prepared.assembly, prepared.machine, prepared.x, 1e-3 * period_ms)
     return Subject(laboratory, prepared, controller, limits(laboratory.description), of_person)

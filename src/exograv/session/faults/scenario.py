@@ -10,13 +10,15 @@ from exograv.model.support import sample_postures
 from exograv.safety.guard import SafeState
 
 from .course import Course
-from .flight import Flight, Subject
+from .flight import Flight
 from .injector import Injector
+from .stand import Ground, Start, Subject, TwinGround
 from .table import FAULTS, Fault
+from .through import ALL, ONLY_DRIVES, injector_of
 
 POSTURES = 64
-ONSET_TICKS = (300, 700)
-AFTER_TICKS = 1300
+ONSET_MS = (300, 700)
+AFTER_MS = 1300
 """From the last onset on: the hand is fastest within the first second of a descent."""
 
 DOUBLE_SHARE, SWARM_SHARE = 0.2, 0.1
@@ -83,7 +85,10 @@ class Verdict:
     relaxed: bool
 
 
-def fly(subject: Subject, scenario: Scenario) -> Verdict:
+THE_TWIN = TwinGround()
+
+
+def fly(subject: Subject, scenario: Scenario, ground: Ground = THE_TWIN) -> Verdict:
     """Run it."""
     generator = np.random.default_rng([scenario.campaign, scenario.number, 1])
     joints = len(subject.limits.torque_max_Nm)
@@ -93,19 +98,23 @@ def fly(subject: Subject, scenario: Scenario) -> Verdict:
     relaxed = bool(generator.random() >= MOVES_SHARE)
     push = generator.uniform(-MOVES_NM, MOVES_NM, joints)
     # Every number is drawn whatever it is for, so that a scenario shrunk to fewer faults has the same beginning.
-    onsets = {name: int(generator.integers(*ONSET_TICKS)) for name in FAULTS}
+    onsets = {name: int(generator.integers(*ONSET_MS)) // ground.period_ms for name in FAULTS}
     seeds = {name: int(seed) for name, seed in zip(FAULTS, generator.integers(2**32, size=len(FAULTS)), strict=True)}
     if not relaxed:
         moves = push
+    extra = np.random.default_rng([scenario.campaign, scenario.number, 2])
+    onsets |= {name: int(extra.integers(*ONSET_MS)) // ground.period_ms for name in ONLY_DRIVES}
+    seeds |= {name: int(extra.integers(2**32)) for name in ONLY_DRIVES}
     faults = {
-        name: FAULTS[name].injector(np.random.default_rng(seeds[name]), joints, onsets[name])
+        name: injector_of(name, ground.bus)(np.random.default_rng(seeds[name]), joints, onsets[name], ground.period_ms)
         for name in scenario.faults
     }
-    flight = Flight(subject, int(generator.integers(2**31)), posture, list(faults.values()), moves)
     last = max((fault.onset for fault in faults.values()), default=0)
-    course = flight.fly(last + AFTER_TICKS)
+    with ground.stand(subject, Start(int(generator.integers(2**31)), posture, moves)) as stand:
+        flight = Flight(subject, stand, posture, list(faults.values()))
+        course = flight.fly(last + AFTER_MS // ground.period_ms)
     noise, told = subject.laboratory.machine.sensors.current_noise, flight.watch.told
-    begins = {name: _begin(course, FAULTS[name], fault, fault.shows(told, noise)) for name, fault in faults.items()}
+    begins = {name: _begin(course, ALL[name], fault, fault.shows(told, noise)) for name, fault in faults.items()}
     return _verdict(scenario, course, {name: fault.onset for name, fault in faults.items()}, begins, relaxed)
 
 
@@ -115,13 +124,13 @@ def _begin(course: Course, fault: Fault, injector: Injector, shows: Bool[np.ndar
     What stops and shows again begins anew: its time runs from the beginning of the last stretch before the stop, or of
     the first one that was long enough to find it in.
     """
-    ticks = len(shows)
+    ticks, budget = len(shows), _budget(fault) / course.period_ms
     if fault.shows_in_motion:
         shows = shows & (np.arange(ticks) >= course.moving_since.get(injector.joint, ticks))
     edges = np.flatnonzero(np.diff(shows.astype(int), prepend=0, append=0)).reshape(-1, 2)
     for begin, end in edges.tolist():
-        is_last = end == ticks or (course.stopped_tick is not None and course.stopped_tick <= end + _budget(fault))
-        if is_last or end - begin > _budget(fault):
+        is_last = end == ticks or (course.stopped_tick is not None and course.stopped_tick <= end + budget)
+        if is_last or end - begin > budget:
             return float(begin)
     return np.inf
 
@@ -141,11 +150,11 @@ def _verdict(
         pass
     elif len(onsets) == 1:
         name = scenario.faults[0]
-        found[name] = _found(course, FAULTS[name], begins[name])
-        missed = (name,) if _is_missed(course, FAULTS[name], found[name], begins[name], relaxed) else ()
+        found[name] = _found(course, ALL[name], begins[name])
+        missed = (name,) if _is_missed(course, ALL[name], found[name], begins[name], relaxed) else ()
     elif len(onsets) == 2:
         missed = scenario.faults if _is_pair_missed(course, begins) else ()
-    return Verdict(scenario, course, false_trip, found, missed, first * 0.001, relaxed)
+    return Verdict(scenario, course, false_trip, found, missed, 1e-3 * course.period_ms * first, relaxed)
 
 
 def _found(course: Course, fault: Fault, begin: float) -> float | None:
@@ -154,7 +163,7 @@ def _found(course: Course, fault: Fault, begin: float) -> float | None:
         tick = course.braked_tick
     else:
         tick = course.since.get(fault.safe_state) if course.reason in fault.reasons else None
-    return None if tick is None else max(tick - begin, 0.0)
+    return None if tick is None else course.period_ms * max(tick - begin, 0.0)
 
 
 def _is_missed(course: Course, fault: Fault, found: float | None, begin: float, relaxed: bool) -> bool:
@@ -162,7 +171,7 @@ def _is_missed(course: Course, fault: Fault, found: float | None, begin: float, 
         too_far = fault.id == "F03 spike" and relaxed and course.torque_step_Nm > SPIKE_STEP_NM
         return too_far or (fault.safe_state is SafeState.BRIDGE and course.worst > SafeState.BRIDGE)
     if found is None:
-        return begin + _budget(fault) < course.ticks
+        return begin + _budget(fault) / course.period_ms < course.ticks
     return found > _budget(fault)
 
 
@@ -171,24 +180,24 @@ def _is_pair_missed(course: Course, begins: dict[str, float]) -> bool:
 
     One of the two may hide the other, or the state for it; then what is asked for is the lesser of both.
     """
-    to_find = {name: begin for name, begin in begins.items() if not FAULTS[name].is_borne}
-    until = min(to_find.values(), default=np.inf) + sum(_budget(FAULTS[name]) for name in begins)
+    to_find = {name: begin for name, begin in begins.items() if not ALL[name].is_borne}
+    until = min(to_find.values(), default=np.inf) + sum(_budget(ALL[name]) for name in begins) / course.period_ms
     if until >= course.ticks:
         return False
-    least = min(FAULTS[name].safe_state for name in to_find)
-    if all(FAULTS[name].at_drive for name in to_find):
+    least = min(ALL[name].safe_state for name in to_find)
+    if all(ALL[name].at_drive for name in to_find):
         ticks = [course.braked_tick]
     else:
         ticks = [course.since.get(max(least, SafeState.DESCENT)), course.braked_tick]
     return min((tick for tick in ticks if tick is not None), default=np.inf) > until
 
 
-def shrunk(subject: Subject, verdict: Verdict) -> Scenario:
+def shrunk(subject: Subject, verdict: Verdict, ground: Ground = THE_TWIN) -> Scenario:
     """The same scenario with as few faults as still go wrong."""
     scenario = verdict.scenario
     for name in list(scenario.faults):
         fewer = tuple(other for other in scenario.faults if other != name)
-        if fewer and is_bad(fly(subject, replace(scenario, faults=fewer))):
+        if fewer and is_bad(fly(subject, replace(scenario, faults=fewer), ground)):
             scenario = replace(scenario, faults=fewer)
     return scenario
 

@@ -2,7 +2,6 @@
 
 import contextlib
 import queue
-import socket
 import subprocess
 import sys
 import threading
@@ -12,6 +11,7 @@ from pathlib import Path
 
 from exograv.errors import RigError
 from exograv.model.description import RigDescription
+from exograv.rig.drive_sim.address import free_port
 from exograv.session.virtual import DAMPING
 
 READY_MAX_S = 120.0
@@ -20,28 +20,33 @@ GREETING, DONE = "Simulated drives of", "done: "
 RATED_SHARE = 1.0 / 3.0  # of the greatest current, for ever: as in examples/drives
 
 
-def drives_of(description: RigDescription, port: int) -> str:
+COUNTS_PER_TURN, GEAR = 2**20, 25
+"""Of simulated CAN drives: encoders so fine that the twin's own are what is felt; their motors' turn so much faster."""
+
+
+def drives_of(description: RigDescription, port: int, bus: str = "udp") -> str:
     """A `drives.toml` of simulated drives for any machine: what its motors may give, by their data sheets."""
     most = description.per_actuator("torque_max_Nm") / description.nominal_gain
+    counts = f"counts_per_turn = {COUNTS_PER_TURN}\nmotor_counts_per_turn = {GEAR * COUNTS_PER_TURN}\n"
     drives = [
         f'[[drives]]\njoint = "{joint}"\nnode = {node}\ncurrent_rated_A = {RATED_SHARE * current:.4g}\n'
         f"current_max_A = {current:.4g}\nbrake_Nms_per_rad = {DAMPING[place]:g}\n"
+        f"{counts if bus == 'canopen' else ''}"
         for node, (joint, current, place) in enumerate(
             zip(description.joints, most, description.places, strict=True), start=1
         )
     ]
     head = (
-        "# Simulated drives, written by `exograv rig-test --simulate`.\n"
-        f'schema_version = 1\nrig = "{description.name}"\nserial = "simulated"\n\n[udp]\nport = {port}\n'
+        "# Simulated drives, written by `exograv rig-test --simulate` or `exograv faults --through`.\n"
+        f'schema_version = 1\nrig = "{description.name}"\nserial = "simulated"\n{_BUS[bus].format(port=port)}\n'
     )
     return "\n".join([head, *drives])
 
 
-def free_port() -> int:
-    """That nobody listens on now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
+_BUS = {
+    "udp": "\n[udp]\nport = {port}",
+    "canopen": 'period_ms = 2\n\n[canopen]\ninterface = "udp_multicast"\nchannel = "239.74.163.2:{port}"',
+}
 
 
 @contextlib.contextmanager
@@ -95,9 +100,9 @@ def _await(words: str, process: "subprocess.Popen[str]", said: "queue.Queue[str]
                 ) from None
 
 
-def written(folder: Path, description: RigDescription) -> Path:
+def written(folder: Path, description: RigDescription, bus: str = "udp") -> Path:
     """Such a file of this machine in a folder, with a port of its own."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "drives.toml"
-    path.write_text(drives_of(description, free_port()), encoding="utf-8")
+    path.write_text(drives_of(description, free_port(), bus), encoding="utf-8")
     return path

@@ -48,7 +48,7 @@ def are_on(bench: Any) -> list[bool]:
 
 
 def currents(bench: Any) -> list[float]:
-    """What flows in each motor [A]."""
+    """What flows in each motor, in its drive's direction [A]."""
     return [joint["current_A"] for joint in bench.report().values()]
 
 
@@ -60,11 +60,9 @@ def brakes(bench: Any, drives: Drives) -> bool:
 
 
 def watchdogs(bench: Any, drives: Drives) -> dict[str, float]:
-    """After how long each drive's watchdog ended its torque, since the last host came [ms]."""
+    """After how long each drive's watchdog ended its torque, since the bench was tidied up [ms]."""
     while True:
-        hosts = [k for k, line in enumerate(bench.seen) if "has the controller" in line]
-        matches = [match for line in bench.seen[max(hosts, default=0) :] if (match := WATCHDOG.match(line))]
-        found = {match[2]: float(match[3]) for match in matches}
+        found = {match[2]: float(match[3]) for line in bench.seen if (match := WATCHDOG.match(line))}
         if set(found) == set(drives.joints):
             return found
         bench.line(lambda line: WATCHDOG.match(line) is not None)

@@ -4,6 +4,7 @@ What happened is taken from the device's own account, in its own time: here each
 computer changes anything.
 """
 
+import re
 import threading
 from dataclasses import replace
 from typing import Any
@@ -34,7 +35,8 @@ def test_an_enabled_machine_gives_what_it_is_told_and_a_disabled_one_brakes(rig:
     state = drive(rig, 0.2, CURRENT)
     assert all(one.is_enabled and not one.fault for one in rig.status())
     assert state.faulty == ()
-    np.testing.assert_allclose(state.current, CURRENT, rtol=1e-6)
+    # CiA 402 counts in thousandths of the rated current, told and said.
+    np.testing.assert_allclose(state.current, CURRENT, atol=1e-3 * max(one.current_rated_A for one in drives.each))
     rig.disable()
     drive(rig, 0.05, CURRENT)
     assert brakes(bench, drives)
@@ -45,7 +47,7 @@ def test_a_current_beyond_the_limit_is_cut_and_counted(rig: Any, bench: Any, dri
     state = rig.read()
     rig.write(told(rig, state, -1e6))
     assert rig.counts["limited"] == 1
-    assert min(currents(bench)) >= -max(one.current_max_A for one in drives.each)
+    assert max(map(abs, currents(bench))) <= max(one.current_max_A for one in drives.each)
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])
@@ -69,7 +71,7 @@ def test_without_commands_the_drives_brake_by_themselves_and_torque_does_not_com
 ):
     rig.enable()
     drive(rig, 0.1, CURRENT)
-    for _ in range(30):
+    for _ in range(round(0.03 / rig.period_s)):
         rig.read()
     assert max(watchdogs(bench, drives).values()) <= drives.settings.watchdog_ms + LATE_MS
     assert brakes(bench, drives)
@@ -80,7 +82,7 @@ def test_without_commands_the_drives_brake_by_themselves_and_torque_does_not_com
     rig.enable()
     state = drive(rig, 0.1, CURRENT)
     assert state.faulty == ()
-    assert min(currents(bench)) > 0.0
+    assert min(map(abs, currents(bench))) > 0.0
 
 
 def test_a_drive_that_is_unplugged_is_faulty_and_stays_off_until_somebody_enables(rig: Any, bench: Any):
@@ -137,28 +139,29 @@ def test_a_drive_that_is_too_hot_says_so_and_cannot_be_switched_on(rig: Any, ben
     assert are_on(bench) == [True] * 4
 
 
-OTHER_PLATES = {
-    "rated current": ("current_rated_A", 2.5),
-    "greatest current": ("current_max_A", 12.0),
-    "brake": ("brake_Nms_per_rad", 1.0),
-}
-
-
-@pytest.mark.parametrize("what", OTHER_PLATES)
 def test_a_drive_with_another_nameplate_than_the_file_is_refused_and_left_alone(
-    what: str, bench: Any, drives: Drives, make_rig: Any
+    driver: Any, bench: Any, drives: Drives, make_rig: Any
 ):
-    key, value = OTHER_PLATES[what]
-    other = replace(drives, each=(*drives.each[:3], drives.each[3].model_copy(update={key: value})))
-    with pytest.raises(ConfigError, match=f"{what} of joint elbow_flexion .* {key} .* {value:g}"), make_rig(other):
-        pass
-    assert are_on(bench) == [False] * 4
+    for key, value in driver.plates.items():
+        other = replace(drives, each=(*drives.each[:3], drives.each[3].model_copy(update={key: value})))
+        with pytest.raises(ConfigError, match=f"elbow_flexion .*{key} .*{value:g}"), make_rig(other):
+            pass
+        assert are_on(bench) == [False] * 4
 
 
-def test_another_watchdog_than_the_file_states_is_refused(bench: Any, drives: Drives, make_rig: Any):
+def test_no_drive_watches_for_another_time_than_the_file_states(driver: Any, bench: Any, drives: Drives, make_rig: Any):
     other = replace(drives, settings=drives.settings.model_copy(update={"watchdog_ms": 30.0}))
-    with pytest.raises(ConfigError, match="watchdog"), make_rig(other):
-        pass
+    if not driver.sets_watchdogs:
+        with pytest.raises(ConfigError, match="watchdog"), make_rig(other):
+            pass
+        return
+    with make_rig(other) as rig:
+        rig.enable()
+        drive(rig, 0.1, CURRENT)
+        for _ in range(round(0.04 / rig.period_s)):
+            rig.read()
+        times = watchdogs(bench, other).values()
+    assert 30.0 - 2e3 * rig.period_s <= min(times) <= max(times) <= 30.0 + LATE_MS
 
 
 def test_a_second_host_is_refused_and_the_first_keeps_its_machine(rig: Any, bench: Any, drives: Drives, make_rig: Any):
@@ -176,6 +179,6 @@ def test_a_second_host_is_refused_and_the_first_keeps_its_machine(rig: Any, benc
     intruder.start()
     while intruder.is_alive():
         drive(rig, 0.05, CURRENT)
-    assert "another host" in str(refused[0])
+    assert re.search("another host|Somebody else", str(refused[0]))
     assert are_on(bench) == [True] * 4
     assert rig.read().faulty == ()

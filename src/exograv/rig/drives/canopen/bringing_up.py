@@ -26,7 +26,9 @@ ENABLE_S = 1.0
 """In which all drives have to be on."""
 
 
-def set_up(drives: Drives, bus: Bus, cycle: Cycle, nodes: Sequence[Node], first: bool = False) -> tuple[str, ...]:
+def set_up(
+    drives: Drives, bus: Bus, cycle: Cycle, nodes: Sequence[Node], answer_s: float, first: bool = False
+) -> tuple[str, ...]:
     """Check and configure these drives, start their frames, and see that they answer; none is enabled.
 
     Args:
@@ -34,6 +36,7 @@ def set_up(drives: Drives, bus: Bus, cycle: Cycle, nodes: Sequence[Node], first:
         bus: Nobody else reads it meanwhile.
         cycle: Of all drives.
         nodes: The ones to set up.
+        answer_s: For which a SYNC's answers are waited for at most [s].
         first: Whether we have said nothing on this bus yet, so that any other master is heard.
 
     Returns:
@@ -58,16 +61,23 @@ def set_up(drives: Drives, bus: Bus, cycle: Cycle, nodes: Sequence[Node], first:
         node.start()
     cycle.listen()
     cycle.order(Nmt.START, nodes)
-    _await_answers(cycle, nodes, drives.period_s)
+    _await_answers(cycle, nodes, answer_s)
     return notes
 
 
-def enable_all(nodes: Sequence[Node], period_s: float, read: Callable[[], object], tell: Callable[[], None]) -> None:
+def enable_all(
+    nodes: Sequence[Node],
+    period_s: float,
+    now: Callable[[], float],
+    read: Callable[[], object],
+    tell: Callable[[], None],
+) -> None:
     """Lead every drive through its states, one step a period, at zero torque.
 
     Args:
         nodes: Of all joints.
         period_s: Of the loop [s].
+        now: The rig's clock [s].
         read: A SYNC and its answers.
         tell: Sends each drive its control word and no torque.
 
@@ -76,8 +86,8 @@ def enable_all(nodes: Sequence[Node], period_s: float, read: Callable[[], object
     """
     for node in nodes:
         node.forgive()
-    begun, period = time.monotonic(), 0
-    while time.monotonic() < begun + ENABLE_S:
+    begun, period = now(), 0
+    while now() < begun + ENABLE_S:
         read()
         if all(node.state is State.OPERATION_ENABLED and node.control == ENABLE for node in nodes):
             break
@@ -85,7 +95,7 @@ def enable_all(nodes: Sequence[Node], period_s: float, read: Callable[[], object
             node.control = next_control(node.state, node.control)
         tell()
         period += 1
-        time.sleep(max(begun + period * period_s - time.monotonic(), 0.0))
+        time.sleep(max(begun + period * period_s - now(), 0.0))
     off = [node for node in nodes if node.fault or node.state is not State.OPERATION_ENABLED]
     if off:
         raise RigError(" ".join(_why_off(node) for node in off) + " Nothing is enabled.")
@@ -111,10 +121,10 @@ def _refuse_other_master(drives: Drives, bus: Bus) -> None:
             )
 
 
-def _await_answers(cycle: Cycle, nodes: Sequence[Node], period_s: float) -> None:
+def _await_answers(cycle: Cycle, nodes: Sequence[Node], answer_s: float) -> None:
     until = time.monotonic() + START_S
     while time.monotonic() < until:
-        cycle.ask(period_s)
+        cycle.ask(answer_s)
         if all(node.has_answered and not node.is_lost for node in nodes):
             return
         for node in nodes:

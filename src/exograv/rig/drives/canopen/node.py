@@ -1,5 +1,7 @@
 """What one drive has said last, and what is held against it until somebody enables the machine again."""
 
+import math
+
 from exograv.rig.drives.settings import Drive
 from exograv.rig.drives.status import DriveFault, DriveStatus
 
@@ -8,9 +10,15 @@ from .emergency import FRAME, fault_of
 from .objects import Nmt
 from .states import DISABLE_VOLTAGE, State, state_of
 
-LOST_AFTER = 3
-"""SYNCs in a row without any answer after which a drive is lost: as many as the guard bridges (docs/safety.md), so that
-it hears of the one joint before it has to take the whole machine for silent."""
+LOST_AFTER_S = 0.003
+"""Of SYNCs in a row without any answer, after which a drive is lost: as many as the guard bridges (docs/safety.md), so
+that it hears of the one joint before it has to take the whole machine for silent [s]."""
+
+
+def lost_after(period_s: float) -> int:
+    """So many SYNCs."""
+    return math.ceil(round(LOST_AFTER_S / period_s, 6))
+
 
 MEASURED, MOTOR, SLOW = at.layout(at.MEASURED), at.layout(at.MOTOR), at.layout(at.SLOW)
 
@@ -42,8 +50,9 @@ class Due:
 class Node:
     """Of one joint; handlers take a frame's data, and a frame that is too short is none."""
 
-    def __init__(self, drive: Drive, has_motor: bool):
+    def __init__(self, drive: Drive, has_motor: bool, period_s: float):
         self.drive, self._has_motor = drive, has_motor
+        self._misses_most = lost_after(period_s)
         self.state = State.NOT_READY
         self.counts = self.motor_counts = self.per_mille = 0
         self.control = DISABLE_VOLTAGE
@@ -87,7 +96,7 @@ class Node:
         """Nobody waits for this SYNC's answer any more."""
         self._measured.close()
         self._motor.close()
-        if self._misses >= LOST_AFTER and self.is_configured:
+        if self._misses >= self._misses_most and self.is_configured:
             self.hold_against(DriveFault.LOST)
 
     def hold_against(self, fault: DriveFault, code: int = 0) -> None:

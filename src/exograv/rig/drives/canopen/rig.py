@@ -1,6 +1,8 @@
 """A machine whose drives speak CiA 402: we give the clock by SYNC, and they measure, obey and watch us."""
 
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
 from types import TracebackType
 
 import numpy as np
@@ -29,18 +31,6 @@ WITHOUT_WIRE = ("udp_multicast", "virtual")
 
 BEATS_PER_WATCHDOG = 4
 """Of our heartbeat: three may be lost."""
-
-
-@dataclass
-class Counts:
-    """Of what did not go as it should, since the bus was opened."""
-
-    incomplete: int = 0
-    """SYNCs that not every drive answered in time."""
-    expired: int = 0
-    """Commands that came after their time, and were not sent."""
-    limited: int = 0
-    """Commands of which a current was cut to the drive's greatest."""
 
 
 class CanopenRig:
@@ -77,13 +67,14 @@ class CanopenRig:
         self._none = [0] * len(drives.each)
         patience_s = LOCK_STEP_S if lock_step else ANSWER_SHARE * drives.period_s
         self._answer_s, self._lock_step = patience_s if answer_s is None else answer_s, lock_step
+        self._patience_s = max(self._answer_s, drives.period_s)
         has_motor = drives.rad_per_motor_count is not None
-        self._nodes = tuple(Node(drive, has_motor) for drive in drives.each)
+        self._nodes = tuple(Node(drive, has_motor, drives.period_s) for drive in drives.each)
         self._bus: Bus | None = None
         self._cycle: Cycle | None = None
         self._clock = Clock(drives.period_s, lock_step)
         self._state: JointState | None = None
-        self.counts = Counts()
+        self._counts: Counter[str] = Counter()
         self.notes: tuple[str, ...] = ()
         """What the drives cannot that others can, in sentences."""
 
@@ -101,6 +92,11 @@ class CanopenRig:
     def t(self) -> float:
         """Since this was made, by this computer's monotonic clock [s]."""
         return self._clock.t
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """SYNCs that not every drive answered in time, commands that were too old to be sent, and that were limited."""
+        return Counter({**self._counts, "limited": self._scaling.limited})
 
     def __enter__(self) -> "CanopenRig":
         """Find the drives, check and set them up; none is enabled.
@@ -141,16 +137,16 @@ class CanopenRig:
         """What the drives measured at a SYNC of now: the same as before where not all have answered in time."""
         cycle = self._running
         t = self._clock.tick()
-        is_complete = cycle.ask(self._answer_s)
+        is_complete = cycle.ask(0.0 if self._clock.nobody_answers else self._answer_s)
         faulty = tuple(j for j, node in enumerate(self._nodes) if node.is_faulty)
         is_complete = is_complete and not all(node.is_lost for node in self._nodes)
         if is_complete or self._state is None:
             self._state = self._measurement(t, faulty)
         elif faulty != self._state.faulty:
             self._state = replace(self._state, faulty=faulty)
-        if self._lock_step and all(node.is_lost for node in self._nodes):
+        if self._lock_step and not self._clock.nobody_answers and all(node.is_lost for node in self._nodes):
             raise RigError(ENDED)
-        self.counts.incomplete += not is_complete
+        self._counts["incomplete"] += not is_complete
         return self._state
 
     def write(self, command: Command) -> None:
@@ -163,9 +159,8 @@ class CanopenRig:
         damping = np.zeros(len(self._nodes)) if command.damping is None else command.damping
         current = self._scaling.within_limits(command)
         if self.t > command.valid_until:
-            self.counts.expired += 1
+            self._counts["expired"] += 1
             return
-        self.counts.limited = self._scaling.limited
         braking = self._scaling.damping(damping).tolist()
         self._stop_what_cannot_brake(braking)
         cycle.tell(self._scaling.per_mille(current).tolist(), braking)
@@ -181,9 +176,11 @@ class CanopenRig:
         cycle.listen()  # what was said before is not to be held against the drives afterwards
         lost = [node for node in self._nodes if node.is_lost or not node.is_configured]
         if lost and self._bus is not None:
-            set_up(self._drives, self._bus, cycle, lost)
+            set_up(self._drives, self._bus, cycle, lost, self._patience_s)
         try:
-            enable_all(self._nodes, self.period_s, self.read, lambda: cycle.tell(self._none, self._none))
+            enable_all(
+                self._nodes, self.period_s, lambda: self.t, self.read, lambda: cycle.tell(self._none, self._none)
+            )
         except BaseException:
             self.disable()
             raise
@@ -198,6 +195,10 @@ class CanopenRig:
         """What each drive said last, in the order of the joints."""
         return tuple(node.status for node in self._nodes)
 
+    def expect_silence(self) -> None:
+        """For examiners in lock-step: nobody answers from now on, and time passes all the same."""
+        self._clock.nobody_answers = True
+
     @property
     def _running(self) -> Cycle:
         if self._cycle is None:
@@ -208,7 +209,7 @@ class CanopenRig:
         self._clock, self._state = Clock(self.period_s, self._lock_step), None
         beat_every = max(int(self._drives.watchdog_s / BEATS_PER_WATCHDOG / self.period_s), 1)
         cycle = Cycle(bus, self._nodes, beat_every)
-        self.notes = set_up(self._drives, bus, cycle, self._nodes, first=True)
+        self.notes = set_up(self._drives, bus, cycle, self._nodes, self._patience_s, first=True)
         self._cycle = cycle
         self._state = self._measurement(self.t, ())
 

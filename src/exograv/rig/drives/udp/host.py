@@ -124,7 +124,7 @@ class UdpRig:
         A joint that its controller does not hear is `faulty`, and stands there where it was heard last. After `LOST_S`
         without an answer all are.
         """
-        until = time.monotonic() + self._wait_s
+        until = time.monotonic() + (0.0 if self._clock.nobody_answers else self._wait_s)
         t = self._clock.tick()
         self._link.poll(self._clock.ticks, t)
         answer = self._link.collect(self._clock.ticks, until)
@@ -133,7 +133,7 @@ class UdpRig:
             self._statuses = self._statuses_of(answer)
             self._taken = answer.packet.own[0]
             self._state = self._state_of(answer)
-        elif self._clock.is_in_lock_step:
+        elif self._clock.is_in_lock_step and not self._clock.nobody_answers:
             raise RigError(ENDED)
         elif t - self._heard_at > LOST_S and len(self._state.faulty) < len(self.joints):
             self._state = replace(self._state, faulty=tuple(range(len(self.joints))))
@@ -198,6 +198,10 @@ class UdpRig:
     def status(self) -> tuple[DriveStatus, ...]:
         """What each drive said last, in the order of the joints."""
         return self._statuses
+
+    def expect_silence(self) -> None:
+        """For examiners in lock-step: nobody answers from now on, and time passes all the same."""
+        self._clock.nobody_answers = True
 
     def _begin_session(self) -> None:
         """Shake hands, and wait for a first measurement."""
