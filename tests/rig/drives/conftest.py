@@ -1,5 +1,6 @@
 """Simulated drives in another process, on each bus, with what a person at the bench can do to them."""
 
+import importlib.util
 import json
 import os
 import queue
@@ -28,6 +29,11 @@ PATIENT = 200.0
 
 BUSES: dict[str, Callable[..., Any]] = {"udp": UdpRig}
 """The driver of each bus that the battery is run on."""
+
+if importlib.util.find_spec("moteus") is not None:
+    from exograv.rig.drives.moteus import MoteusRig
+
+    BUSES["moteus"] = MoteusRig
 
 
 def free_port() -> int:
@@ -111,7 +117,11 @@ def drive_sim(bus: str, path: Path, lock_step: bool, *options: str) -> list[str]
 def drives_on(folder: Path, bus: str, *changes: tuple[str, str]) -> Path:
     """The example of a bus at a free address, with changes."""
     text = (EXAMPLES / f"{bus}.toml").read_text(encoding="utf-8")
-    for right, wrong in (("port = 47100", f"port = {free_port()}"), *changes):
+    address = {
+        "udp": ("port = 47100", f"port = {free_port()}"),
+        "moteus": ('path = "/tmp/exograv-moteus"', f'path = "{folder / "fdcanusb"}"'),
+    }
+    for right, wrong in (address[bus], *changes):
         assert right in text
         text = text.replace(right, wrong, 1)
     path = folder / f"{bus}.toml"

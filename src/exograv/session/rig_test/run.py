@@ -101,10 +101,10 @@ def _hands(options: RigTestOptions, path: Path, drives: Drives, say: Say) -> Ite
             raise ConfigError("A bring-up needs somebody at the keyboard: run it in a terminal, or with --simulate.")
         yield KeyboardHands(say)
         return
-    bus = "udp" if drives.settings.udp is not None else "canopen"
     side = ("--side", options.side) if options.side else ()
     told = ("--drives", str(path), "--rig", options.rig, *side, "--level", str(options.level))
-    with simulated_drives(bus, [*told, "--lock-step", "--seed", str(options.seed), *options.wrong]) as tell:
+    told = (*told, "--lock-step", "--seed", str(options.seed), *options.wrong)
+    with simulated_drives(drives.settings.bus, told) as tell:
         yield BenchHands(tell)
 
 

@@ -17,6 +17,10 @@ CURRENT = 0.3
 LATE_MS = 2.0
 """A watchdog is seen in the first step after it: one period of the loop, one of the device."""
 
+UNSAID = {"moteus": {"rated current"}}
+"""Of a nameplate, what drives on a bus do not say."""
+
+HOSTS = ("has the controller", "a host reads the settings")
 WATCHDOG = re.compile(r"([\d.]+) s: (\w+): WATCHDOG; told last ([\d.]+) ms before")
 
 
@@ -62,7 +66,7 @@ def brakes(bench: Any, drives: Drives) -> bool:
 def watchdogs(bench: Any, drives: Drives) -> dict[str, float]:
     """After how long each drive's watchdog ended its torque, since the last host came [ms]."""
     while True:
-        hosts = [k for k, line in enumerate(bench.seen) if "has the controller" in line]
+        hosts = [k for k, line in enumerate(bench.seen) if any(host in line for host in HOSTS)]
         matches = [match for line in bench.seen[max(hosts, default=0) :] if (match := WATCHDOG.match(line))]
         found = {match[2]: float(match[3]) for match in matches}
         if set(found) == set(drives.joints):

@@ -16,7 +16,7 @@ from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.status import DriveFault
 from exograv.rig.interface import Powered, Rig
 
-from .driving import CURRENT, LATE_MS, are_on, brakes, currents, drive, told, watchdogs
+from .driving import CURRENT, LATE_MS, UNSAID, are_on, brakes, currents, drive, told, watchdogs
 
 LOCK_STEP = True
 
@@ -80,7 +80,7 @@ def test_without_commands_the_drives_brake_by_themselves_and_torque_does_not_com
     rig.enable()
     state = drive(rig, 0.1, CURRENT)
     assert state.faulty == ()
-    assert min(currents(bench)) > 0.0
+    assert min(map(abs, currents(bench))) > 0.0  # in the drives' own directions
 
 
 def test_a_drive_that_is_unplugged_is_faulty_and_stays_off_until_somebody_enables(rig: Any, bench: Any):
@@ -149,6 +149,8 @@ def test_a_drive_with_another_nameplate_than_the_file_is_refused_and_left_alone(
     what: str, bench: Any, drives: Drives, make_rig: Any
 ):
     key, value = OTHER_PLATES[what]
+    if what in UNSAID.get(drives.settings.bus, ()):
+        pytest.skip(f"no {what} can be read on {drives.settings.bus}")
     other = replace(drives, each=(*drives.each[:3], drives.each[3].model_copy(update={key: value})))
     with pytest.raises(ConfigError, match=f"{what} of joint elbow_flexion .* {key} .* {value:g}"), make_rig(other):
         pass
