@@ -33,7 +33,7 @@ DEFAULTS = {
 }  # fmt: skip
 """Of what an order does not say."""
 
-ON_OUTPUT, FIRMWARE, MAP, VOLTS = 2, 0x010100, 5, 24.0
+ON_OUTPUT, FIRMWARE, MAP, SUPPLY_V = 2, 0x010100, 5, 24.0
 KV_Nm_PER_A = 1.5 * (30.0 / math.pi) / math.sqrt(3.0)
 """Torque constant [N·m/A] times Kv [1/min/V]: 3/2 of a phase's flux, whose line voltage Kv is of."""
 
@@ -138,10 +138,11 @@ class SimulatedMoteus:
 
     def _read(self, asked: Subframe) -> bytes:
         current = self._plant.current(self.joint)
+        supply = 0.0 if DriveFault.STOP_LINE in self._drive.fault else SUPPLY_V
         has = {
             at.MODE: self.mode, at.POSITION: self._plant.position(self.joint) / (2.0 * math.pi),
             at.VELOCITY: self._speed, at.TORQUE: current * self._per_ampere, at.CURRENT: current,
-            at.HOME: ON_OUTPUT, at.VOLTAGE: VOLTS, at.TEMPERATURE: self._drive.temperature_C, at.FAULT: self._code,
+            at.HOME: ON_OUTPUT, at.VOLTAGE: supply, at.TEMPERATURE: self._drive.temperature_C, at.FAULT: self._code,
             at.FIRMWARE: FIRMWARE, at.MAP: MAP,
         }  # fmt: skip
         registers = range(asked.first, asked.first + asked.n)

@@ -33,7 +33,7 @@ class Cycle:
         """Answers that came when their tick was over."""
 
     def ask(self, answer_s: float) -> bool:
-        """One question to each; whether every one that is not lost has answered it within so long [s]."""
+        """One question to each; whether every one that is not silent has answered it within so long [s]."""
         self.listen()
         self._tick = (self._tick + 1) % OURS
         for node in self._nodes:
@@ -70,7 +70,7 @@ class Cycle:
         return frame.source in by_number and frame.destination not in self._own
 
     def _is_complete(self) -> bool:
-        return all(node.has_answered or node.is_lost for node in self._nodes)
+        return all(node.has_answered or node.is_silent for node in self._nodes)
 
     def _hear(self, frame: Frame) -> None:
         if self.is_of_another_master(frame):

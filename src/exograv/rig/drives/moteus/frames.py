@@ -11,7 +11,6 @@ from moteus import (
     F32,
     IGNORE,
     INT8,
-    INT16,
     Controller,
     PositionResolution,
     QueryResolution,
@@ -21,20 +20,20 @@ from moteus import (
 
 from .fdcanusb import head, line
 
-FLOAT, ANSWER = struct.Struct("<f"), struct.Struct("<2sb2sf2sf2sh2sb")
+FLOAT, ANSWER = struct.Struct("<f"), struct.Struct("<2sb2sf2sf2s3b")
 REPLIES = 0x10
 """Between the first byte of a question and that of its answer."""
 
-TENTH = 0.1
-"""Of a temperature in two bytes [°C]."""
+VOLTS = 0.5
+"""Of a voltage in one byte."""
 
 TORQUE_MARK, DAMPING_MARK = 1234.5, 4321.25
 """Where the library puts these, our numbers go."""
 
 
 class _Asked(QueryResolution):
-    mode, position, q_current, temperature, fault = INT8, F32, F32, INT16, INT8
-    velocity = torque = voltage = IGNORE
+    mode, position, q_current, voltage, temperature, fault = INT8, F32, F32, INT8, INT8, INT8
+    velocity = torque = IGNORE
 
 
 class _Told(PositionResolution):
@@ -55,6 +54,7 @@ class Answer(NamedTuple):
     """Of its output."""
     current_A: float
     """Of the torque-giving axis."""
+    supply_V: float
     temperature_C: float
     """Of its board."""
     code: int
@@ -65,22 +65,24 @@ def answer(data: bytes) -> Answer | None:
     """What these bytes say; None where they are no answer to `QUESTION`, or it has no position or current."""
     said = None
     if len(data) >= ANSWER.size:
-        a, mode, b, turns, c, current, d, tenths, e, code = ANSWER.unpack_from(data)
-        if (a, b, c, d, e) == HEADS:
-            said = Answer(mode, turns, current, TENTH * tenths, code)
+        a, mode, b, turns, c, current, d, halves, celsius, code = ANSWER.unpack_from(data)
+        if (a, b, c, d) == HEADS:
+            said = Answer(mode, turns, current, VOLTS * halves, celsius, code)
     said = said or _by_library(data)
     return said if said is not None and math.isfinite(said.turns) and math.isfinite(said.current_A) else None
 
 
 def _by_library(data: bytes) -> Answer | None:
     """Of a drive that puts its registers otherwise."""
-    asked = (Register.MODE, Register.POSITION, Register.Q_CURRENT, Register.TEMPERATURE, Register.FAULT)
+    asked = (
+        Register.MODE, Register.POSITION, Register.Q_CURRENT, Register.VOLTAGE, Register.TEMPERATURE, Register.FAULT
+    )  # fmt: skip
     try:
         found = parse_registers(data).response
-        mode, turns, current, temperature, code = (found[register] for register in asked)
+        mode, turns, current, supply, temperature, code = (found[register] for register in asked)
     except (KeyError, RuntimeError, struct.error):
         return None
-    return Answer(int(mode), turns, current, temperature, int(code))
+    return Answer(int(mode), turns, current, supply, temperature, int(code))
 
 
 class Orders:

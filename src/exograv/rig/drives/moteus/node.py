@@ -20,7 +20,7 @@ class Node:
 
     def __init__(self, drive: Drive):
         self.drive = drive
-        self.said = Answer(Mode.STOPPED, math.nan, 0.0, math.nan, 0)
+        self.said = Answer(Mode.STOPPED, math.nan, 0.0, math.nan, math.nan, 0)
         self.is_wanted = False
         """Whether it shall give torque."""
         self.fault, self.code = DriveFault.NONE, 0
@@ -37,8 +37,13 @@ class Node:
         self.fault, self.code, self._misses = DriveFault.NONE, 0, 0
 
     @property
-    def is_lost(self) -> bool:
+    def is_silent(self) -> bool:
         """Whether it said nothing for so long that nobody waits for it any more."""
+        return self._misses >= LOST_AFTER
+
+    @property
+    def was_lost(self) -> bool:
+        """Whether it was silent since somebody enabled the machine."""
         return DriveFault.LOST in self.fault
 
     @property
@@ -49,7 +54,7 @@ class Node:
     @property
     def status(self) -> DriveStatus:
         """For the operator."""
-        return DriveStatus(self.is_on and not self.is_lost, self.fault, self.code, self.said.temperature_C)
+        return DriveStatus(self.is_on and not self.was_lost, self.fault, self.code, self.said.temperature_C)
 
     def ask(self) -> None:
         """A question goes out."""
@@ -59,7 +64,9 @@ class Node:
     def answer(self, said: Answer) -> None:
         """To the question of this tick."""
         self.said, self.has_answered, self._misses = said, True, 0
-        if not self._is_waking:
+        if self._is_waking:
+            self.fault &= ~DriveFault.LOST
+        else:
             self._judge()
 
     def lives(self) -> None:
@@ -68,7 +75,7 @@ class Node:
 
     def close(self) -> None:
         """Nobody waits for this question's answer any more."""
-        if self._misses >= LOST_AFTER:
+        if self.is_silent:
             self.hold_against(DriveFault.LOST)
 
     def hold_against(self, fault: DriveFault, code: int = 0) -> None:
@@ -94,7 +101,8 @@ class Node:
     @property
     def has_failed(self) -> bool:
         """Whether it cannot be switched on now."""
-        return bool(self.fault) or (self.said.mode == Mode.FAULT and not self._may_stop)
+        fault = self.fault & ~DriveFault.LOST | fault_of(self.said) & ~DriveFault.WATCHDOG
+        return bool(fault) and not (self._may_stop and self.said.mode == Mode.FAULT)
 
     def begin_waking(self) -> None:
         """Somebody enables the machine: what was held against it is forgiven, if it is over."""
@@ -118,7 +126,7 @@ class Node:
 
     def _judge(self) -> None:
         said = self.said
-        if fault := fault_of(said.mode, said.code):
+        if fault := fault_of(said):
             self.hold_against(fault, said.code if said.mode == Mode.FAULT else 0)
         if said.mode != Mode.POSITION:
             self.is_wanted = False  # it has started anew, or somebody has stopped it: never on again by itself

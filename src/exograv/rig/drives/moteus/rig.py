@@ -122,7 +122,7 @@ class MoteusRig:
         t = self._clock.tick()
         is_complete = cycle.ask(self._answer_s)
         faulty = self._faulty()
-        is_silent = all(node.is_lost for node in self._nodes)
+        is_silent = all(node.is_silent for node in self._nodes)
         if self._lock_step and is_silent:
             raise RigError(ENDED)
         if (is_complete and not is_silent) or self._state is None:
@@ -160,7 +160,7 @@ class MoteusRig:
             return
         cycle, self._is_on = self._running, False
         cycle.listen()  # what was said before is not to be held against the drives afterwards
-        if lost := [node for node in self._nodes if node.is_lost]:
+        if lost := [node for node in self._nodes if node.was_lost]:
             self.disable()  # nobody is told anything meanwhile
             self._set_up(lost)
         self._was_on = True
@@ -196,7 +196,7 @@ class MoteusRig:
         refuse_others(self._cycle)
         self._set_up(self._nodes)
         while not self._running.ask(FIRST_ANSWER_S):
-            if lost := [node for node in self._nodes if node.is_lost]:
+            if lost := [node for node in self._nodes if node.is_silent]:
                 raise RigError(" ".join(node.status.sentence(node.drive.joint) for node in lost))
         self._state = self._measurement(self.t, self._faulty())
 
