@@ -11,7 +11,7 @@ from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.status import DriveFault
 
 from . import moteus_registers as at
-from .moteus_registers import Subframe, reply, subframes, varuint
+from .moteus_registers import Number, Subframe, reply, subframes, varuint
 from .plant import Plant
 
 STOPPED, FAULT, BEGINS, POSITION, TIMEOUT, BRAKE = 0, 1, 2, 10, 11, 15
@@ -48,8 +48,8 @@ class SimulatedMoteus:
         self.joint, self.number = joint, drives.each[joint].node
         self._plant, self._drive, self._plate = plant, plant.each[joint], drives.each[joint]
         self.config = settings(drives, joint)
-        self.mode, self._code, self._begun = STOPPED, 0, 0.0
-        self._order: dict[int, float] = {}
+        self.mode, self._code, self._begun, self.home = STOPPED, 0, 0.0, ON_OUTPUT
+        self._order: dict[int, Number] = {}
         self._turns = self._speed = 0.0
         self._line = self._said = b""
         self.was_asked = False
@@ -95,7 +95,7 @@ class SimulatedMoteus:
         self.mode, self._code = FAULT, next(code for one, code in CODES if one in fault)
         self._brake(False)
 
-    def _obey(self, order: dict[int, float], now: float) -> None:
+    def _obey(self, order: dict[int, Number], now: float) -> None:
         if order[at.MODE] == STOPPED:
             self.mode, self._code = STOPPED, 0
             self._drive.disable()
@@ -124,7 +124,7 @@ class SimulatedMoteus:
         damping = order[at.KD_SCALE] * self.config["servo.pid_position.kd"] / (2.0 * math.pi)
         drive.tell(self._torque(order) / self._per_ampere, damping, now)
 
-    def _torque(self, order: dict[int, float]) -> float:
+    def _torque(self, order: dict[int, Number]) -> float:
         """At its output [N·m]; without its damping."""
         to = order[at.TO_POSITION]
         held = 0.0 if math.isnan(to) else order[at.KP_SCALE] * self.config["servo.pid_position.kp"] * (to - self._turns)
@@ -142,7 +142,7 @@ class SimulatedMoteus:
         has = {
             at.MODE: self.mode, at.POSITION: self._plant.position(self.joint) / (2.0 * math.pi),
             at.VELOCITY: self._speed, at.TORQUE: current * self._per_ampere, at.CURRENT: current,
-            at.HOME: ON_OUTPUT, at.VOLTAGE: supply, at.TEMPERATURE: self._drive.temperature_C, at.FAULT: self._code,
+            at.HOME: self.home, at.VOLTAGE: supply, at.TEMPERATURE: self._drive.temperature_C, at.FAULT: self._code,
             at.FIRMWARE: FIRMWARE, at.MAP: MAP,
         }  # fmt: skip
         registers = range(asked.first, asked.first + asked.n)
@@ -170,7 +170,7 @@ class SimulatedMoteus:
         return (f"{value}" if isinstance(value, int) else f"{value:f}").encode() + b"\r\nOK\r\n"
 
 
-def settings(drives: Drives, joint: int) -> dict[str, float]:
+def settings(drives: Drives, joint: int) -> dict[str, Number]:
     """Such as make a drive what `drives.toml` says; by the maker's names."""
     plate, kv, ratio = drives.each[joint], 90.0 + 15.0 * joint, RATIOS[joint % len(RATIOS)]
     per_ampere = KV_Nm_PER_A / kv / ratio

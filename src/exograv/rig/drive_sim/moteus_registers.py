@@ -5,9 +5,10 @@ Source: mjbots moteus, docs/protocol/can.md and registers.md; written without th
 
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+Number = float | int
 TYPES = (struct.Struct("<b"), struct.Struct("<h"), struct.Struct("<i"), struct.Struct("<f"))
 NONE = (-(2**7), -(2**15), -(2**31))
 """What whole numbers say for no number."""
@@ -39,7 +40,7 @@ class Subframe(NamedTuple):
     """Of the values: an index of `TYPES`; the channel of a stream."""
     first: int
     """Register; of a poll, how much may be answered."""
-    values: tuple[float, ...] = ()
+    values: tuple[Number, ...] = ()
     n: int = 0
     """Registers."""
     text: bytes = b""
@@ -86,7 +87,7 @@ def _next(data: bytes, k: int) -> tuple[Subframe | None, int]:
     return Subframe(WRITE, kind_of_value, first, tuple(values), count), k
 
 
-def _value(register: int, kind: int, raw: float) -> float:
+def _value(register: int, kind: int, raw: Number) -> Number:
     if kind == len(NONE) or register not in STEPS:
         return raw
     return math.nan if raw == NONE[kind] else raw * STEPS[register][kind]
@@ -110,7 +111,7 @@ def varuint(value: int) -> bytes:
     return bytes((*out, value))
 
 
-def reply(kind: int, first: int, values: list[float]) -> bytes:
+def reply(kind: int, first: int, values: Sequence[Number]) -> bytes:
     """To a read of these registers."""
     count = len(values)
     few = count if 0 < count <= 3 else 0
@@ -118,7 +119,7 @@ def reply(kind: int, first: int, values: list[float]) -> bytes:
     return head + b"".join(_bytes(first + j, kind, value) for j, value in enumerate(values))
 
 
-def _bytes(register: int, kind: int, value: float) -> bytes:
+def _bytes(register: int, kind: int, value: Number) -> bytes:
     if kind == len(NONE):
         return TYPES[kind].pack(value)
     if not math.isfinite(value):

@@ -9,7 +9,7 @@ stuffed; bits at 1 and 5 Mbit/s. Source: ISO 11898-1; mjbots moteus, docs/protoc
 FAST_BITS = 32
 """Of a frame beside its data: its size, 21 bits of check with their stuffing."""
 
-QUESTION, ANSWER, COMMAND = 12, 24, 48
+QUESTION, ANSWER, COMMAND = 8, 20, 48
 """Bytes, filled up."""
 
 
