@@ -37,6 +37,9 @@ ON_OUTPUT, FIRMWARE, MAP, SUPPLY_V = 2, 0x010100, 5, 24.0
 KV_Nm_PER_A = 1.5 * (30.0 / math.pi) / math.sqrt(3.0)
 """Torque constant [N·m/A] times Kv [1/min/V]: 3/2 of a phase's flux, whose line voltage Kv is of."""
 
+UNMEASURED_Nm_PER_A = 0.1
+"""Of a motor without Kv."""
+
 RATIOS = (0.03125, 0.025, 0.02, 0.04)
 """Of the gears, made up; numbers that six printed places hold exactly."""
 
@@ -134,7 +137,8 @@ class SimulatedMoteus:
 
     @property
     def _per_ampere(self) -> float:
-        return KV_Nm_PER_A / self.config["motor.Kv"] / self.config["motor_position.rotor_to_output_ratio"]
+        kv = self.config["motor.Kv"]
+        return (KV_Nm_PER_A / kv if kv else UNMEASURED_Nm_PER_A) / self.config["motor_position.rotor_to_output_ratio"]
 
     def _read(self, asked: Subframe) -> bytes:
         current = self._plant.current(self.joint)

@@ -114,6 +114,7 @@ def driven(drives: Drives, plant: Any, kp: float, data: bytes) -> float:
     """Torque that a simulated drive asks of its motor after this frame, as a current [A]."""
     node = SimulatedMoteus(plant, drives, 0)
     node.config["servo.pid_position.kp"] = kp
+    node.step(plant.twin.period_s, plant.now)
     node.mode = POSITION
     node.receive(data, plant.now)
     plant.step()

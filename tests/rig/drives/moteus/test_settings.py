@@ -24,7 +24,7 @@ WRONG = {
     "motor.rotation_current_cutoff_A": 5.0,
     "motor.resistance_ohm": 0.001,
     "motor.Kv": 0.0,
-    "motor_position.rotor_to_output_ratio": 0.0,
+    "motor_position.rotor_to_output_ratio": -0.02,
     "servo.pid_position.kp": 4.0,
     "servo.pid_position.ki": 1.0,
     "servo.pid_position.kd": 0.0,
