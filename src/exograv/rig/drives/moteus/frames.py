@@ -67,7 +67,7 @@ def answer(data: bytes) -> Answer | None:
     if len(data) >= ANSWER.size:
         a, mode, b, turns, c, current, d, halves, celsius, code = ANSWER.unpack_from(data)
         if (a, b, c, d) == HEADS:
-            said = Answer(mode, turns, current, VOLTS * halves, celsius, code)
+            said = Answer(mode, turns, current, VOLTS * halves, float(celsius), code)
     said = said or _by_library(data)
     return said if said is not None and math.isfinite(said.turns) and math.isfinite(said.current_A) else None
 
@@ -82,7 +82,7 @@ def _by_library(data: bytes) -> Answer | None:
         mode, turns, current, supply, temperature, code = (found[register] for register in asked)
     except (KeyError, RuntimeError, struct.error):
         return None
-    return Answer(int(mode), turns, current, supply, temperature, int(code))
+    return Answer(int(mode), turns, current, supply, float(temperature), int(code))
 
 
 class Orders:
