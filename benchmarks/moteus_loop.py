@@ -1,6 +1,7 @@
 """The loop over `exograv drive-sim moteus` in another process: what a tick costs us, and what the maker's asyncio does.
 
 python benchmarks/moteus_loop.py --seconds 20
+python benchmarks/moteus_loop.py --seconds 2 --lock-step   # on a busy computer: our own work alone means something
 """
 
 import argparse
@@ -30,13 +31,14 @@ CURRENT, LIFE_S, DEADLINE_S = 0.2, 0.02, 0.2
 
 
 @contextlib.contextmanager
-def device() -> Iterator[Path]:
+def device(is_lock_step: bool) -> Iterator[Path]:
     """One in another process, and its `drives.toml`."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drives.toml"
         text = (ROOT / "examples" / "drives" / "moteus.toml").read_text(encoding="utf-8")
         path.write_text(text.replace("/tmp/exograv-moteus", f"{folder}/fdcanusb"), encoding="utf-8")
         words = [sys.executable, "-m", "exograv.cli", "drive-sim", "moteus", "--drives", str(path)]
+        words += ["--lock-step"] if is_lock_step else []
         pipe = subprocess.PIPE
         with subprocess.Popen(words, stdin=pipe, stdout=pipe, text=True) as process:
             assert process.stdout is not None
@@ -53,14 +55,14 @@ def percentiles(seconds: list[float]) -> dict[str, float]:
     return {name: round(value, 1) for name, value in zip(("p50", "p99", "p999", "max"), values, strict=True)}
 
 
-def ours(rig: MoteusRig, seconds: float) -> dict[str, Any]:
+def ours(rig: MoteusRig, seconds: float, is_lock_step: bool) -> dict[str, Any]:
     """Read and write at absolute deadlines, for so long."""
     n, reads, writes, cpu = len(rig.joints), [], [], []
     nothing, current = np.zeros(n), np.full(n, CURRENT)
     trips, due, ticks = 0, time.monotonic(), round(seconds / rig.period_s)
     for _ in range(ticks):
         due = max(due + rig.period_s, time.monotonic() - 0.01)
-        time.sleep(max(due - time.monotonic(), 0.0))
+        time.sleep(0.0 if is_lock_step else max(due - time.monotonic(), 0.0))
         begun, worked = time.perf_counter(), time.thread_time()
         state = rig.read()
         read = time.perf_counter()
@@ -107,13 +109,14 @@ def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--lock-step", action="store_true")
     options = parser.parse_args()
-    with device() as path:
+    with device(options.lock_step) as path:
         drives = load_drives(path, load_rig("recupera_like"))
         assert drives.settings.moteus is not None
-        with MoteusRig(drives) as rig:
+        with MoteusRig(drives, lock_step=options.lock_step) as rig:
             rig.enable()
-            figures = {"ours": ours(rig, options.seconds)}
+            figures = {"ours": ours(rig, options.seconds, options.lock_step)}
         numbers = [drive.node for drive in drives.each]
         ticks = round(options.seconds / drives.period_s)
         figures["makers"] = asyncio.run(makers(drives.settings.moteus.path, numbers, ticks))
