@@ -13,7 +13,7 @@ from .common import Common
 class DriveSim(Common):
     """Simulated drives on a bus, with the twin behind them: a machine to try drivers and a bring-up on."""
 
-    bus: tyro.conf.Positional[Literal["canopen", "udp"]] = "udp"
+    bus: tyro.conf.Positional[Literal["canopen", "moteus", "udp"]] = "udp"
     """On which they are reached."""
 
     drives: Path | None = None

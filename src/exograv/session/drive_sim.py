@@ -23,9 +23,10 @@ from .held import REST_BEFORE_RAMP_S, Grip
 from .nudge import starting_posture
 from .virtual import draw_laboratory, refuse_motorless
 
-Bus = Literal["canopen", "udp"]
+Bus = Literal["canopen", "moteus", "udp"]
 FRONT_ENDS: dict[Bus, tuple[str, str]] = {
     "canopen": ("exograv.rig.drive_sim.canopen", "CanopenDevices"),
+    "moteus": ("exograv.rig.drive_sim.moteus", "MoteusDevices"),
     "udp": ("exograv.rig.drive_sim.udp", "UdpController"),
 }
 """Module and class of each bus, imported when it is asked for: each has libraries of its own."""

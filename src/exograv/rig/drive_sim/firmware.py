@@ -38,6 +38,8 @@ class SimulatedDrive:
         self.fault = DriveFault.NONE
         self.is_enabled = False
         self.temperature_C = AMBIENT_C
+        self.brake_Nms_per_rad = settings.brake_Nms_per_rad
+        """With which it brakes when it gives no torque; a kind of drive that lets go meanwhile sets 0 [N·m·s/rad]."""
         self.silence_s = math.nan
         """How long it had been told nothing when its watchdog tripped last; for examiners [s]."""
         self.told_at = -math.inf
@@ -98,7 +100,7 @@ class SimulatedDrive:
             self.fail(DriveFault.TEMPERATURE)
         if not self.is_enabled or now >= self._until:
             self._warm(0.0, dt)
-            return Output(0.0, self.settings.brake_Nms_per_rad)
+            return Output(0.0, self.brake_Nms_per_rad)
         cool = min(max((MAX_C - self.temperature_C) / (MAX_C - DERATE_FROM_C), 0.0), 1.0)
         limit = self.settings.current_max_A * cool
         current = min(max(self._current, -limit), limit)

@@ -8,7 +8,13 @@ from exograv.rig.interface import Powered, Rig
 
 from .settings import Drives
 
-DRIVERS = {"udp": ("exograv.rig.drives.udp", "UdpRig"), "canopen": ("exograv.rig.drives.canopen", "CanopenRig")}
+DRIVERS = {
+    "udp": ("exograv.rig.drives.udp", "UdpRig"),
+    "canopen": ("exograv.rig.drives.canopen", "CanopenRig"),
+    "moteus": ("exograv.rig.drives.moteus", "MoteusRig"),
+}
+EXTRAS = {"canopen": "can"}
+"""Of exograv, where it is not named as the bus."""
 
 
 @runtime_checkable
@@ -32,11 +38,12 @@ def open_drives(drives: Drives, lock_step: bool = False) -> DrivenRig:
     Raises:
         ConfigError: A package is missing.
     """
-    bus = next(name for name in DRIVERS if getattr(drives.settings, name) is not None)
+    bus = drives.settings.bus
     module, name = DRIVERS[bus]
     try:
         return getattr(importlib.import_module(module), name)(drives, lock_step=lock_step)
     except ModuleNotFoundError as error:
         raise ConfigError(
-            f"Drives on {bus} need '{error.name}', which is not installed: pip install 'exograv[can]'."
+            f"Drives on {bus} need '{error.name}', which is not installed: pip install "
+            f"'exograv[{EXTRAS.get(bus, bus)}]'."
         ) from error

@@ -16,6 +16,8 @@ from exograv.model.rig_settings import Settings
 
 NodeId = Annotated[int, Field(ge=1, le=127)]
 Port = Annotated[int, Field(ge=1, le=65535)]
+BUSES = ("udp", "canopen", "moteus")
+"""By the names of their tables."""
 
 
 class UdpBus(Settings):
@@ -36,6 +38,13 @@ class CanopenBus(Settings):
     channel: str
     bitrate: int | None = None
     """Where the adapter sets it; socketcan has it from `ip link` [bit/s]."""
+
+
+class MoteusBus(Settings):
+    """moteus controllers behind a CAN-FD adapter that speaks fdcanusb's lines."""
+
+    path: Annotated[str, Field(min_length=1)]
+    """Of its serial port, such as /dev/serial/by-id/usb-mjbots_fdcanusb_…-if00."""
 
 
 class Drive(Settings):
@@ -95,21 +104,33 @@ class DrivesSettings(Settings):
 
     udp: UdpBus | None = None
     canopen: CanopenBus | None = None
+    moteus: MoteusBus | None = None
     drives: Annotated[list[Drive], Field(min_length=1)]
 
     @model_validator(mode="after")
     def _one_bus(self) -> "DrivesSettings":
-        named = [name for name in ("udp", "canopen") if getattr(self, name) is not None]
+        named = [name for name in BUSES if getattr(self, name) is not None]
         if len(named) != 1:
-            raise ValueError(f"one bus is needed, [udp] or [canopen]; named: {' and '.join(named) or 'none'}")
+            buses = " or ".join(f"[{name}]" for name in BUSES)
+            raise ValueError(f"one bus is needed, {buses}; named: {' and '.join(named) or 'none'}")
         for kind in ("joint", "node"):
             values = [getattr(drive, kind) for drive in self.drives]
             twice = sorted({str(value) for value in values if values.count(value) > 1})
             if twice:
                 raise ValueError(f"two drives have {kind} {', '.join(twice)}")
+        if self.moteus is not None and (counting := [d.joint for d in self.drives if d.counts_per_turn is not None]):
+            raise ValueError(
+                f"counts_per_turn is set for {', '.join(counting)}: a moteus speaks in turns of the joint; set its "
+                "motor_position.rotor_to_output_ratio instead"
+            )
         if self.canopen is not None and (bare := [d.joint for d in self.drives if d.counts_per_turn is None]):
             raise ValueError(f"counts_per_turn is missing for {', '.join(bare)}: CiA 402 drives report counts")
         return self
+
+    @property
+    def bus(self) -> str:
+        """The one that is named."""
+        return next(name for name in BUSES if getattr(self, name) is not None)
 
 
 @dataclass(frozen=True)

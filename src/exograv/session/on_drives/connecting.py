@@ -88,11 +88,10 @@ def drives_with_hands(
                 raise ConfigError(f"{what} needs somebody at the keyboard: run it in a terminal, or with --simulate.")
             yield drives, KeyboardHands(say)
             return
-        bus = "udp" if drives.settings.udp is not None else "canopen"
         told = ["--drives", str(path), "--rig", str(description.folder), "--side", description.side]
         twin = ["--level", str(asked.level), "--seed", str(asked.seed)]
         clock = [] if asked.in_real_time else ["--lock-step"]
-        with simulated_drives(bus, [*told, *twin, *clock, *asked.simulation]) as tell:
+        with simulated_drives(drives.settings.bus, [*told, *twin, *clock, *asked.simulation]) as tell:
             yield drives, BenchHands(tell)
 
 

@@ -1,0 +1,67 @@
+"""Simulated moteus controllers without a twin, served by a thread; nothing here runs without the extra."""
+
+import importlib.util
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from exograv.model.description import load_rig
+from exograv.rig.drive_sim.firmware import SimulatedDrive
+from exograv.rig.drive_sim.moteus import MoteusDevices
+from exograv.rig.drive_sim.plant import Plant
+from exograv.rig.drives.settings import Drives, load_drives
+
+ROOT = Path(__file__).parents[4]
+
+if importlib.util.find_spec("moteus") is None:
+    collect_ignore_glob = ["test_*.py"]
+
+
+class StillPlant(Plant):
+    """Joints that stand, each elsewhere; a motor's current is what its drive gives."""
+
+    def __init__(self, drives: Drives):
+        self.each = tuple(SimulatedDrive(one, drives.watchdog_s) for one in drives.each)
+        twin: Any = SimpleNamespace(period_s=0.001, t=0.0)
+        self.twin = twin
+        self.step()
+
+    def step(self) -> None:
+        twin: Any = self.twin
+        self.outputs = tuple(drive.step(twin.period_s, twin.t) for drive in self.each)
+        twin.t += twin.period_s
+
+    def position(self, joint: int) -> float:
+        return 0.5 * (joint + 1)
+
+    def current(self, joint: int) -> float:
+        return self.outputs[joint].current
+
+
+@pytest.fixture
+def drives(tmp_path: Path) -> Drives:
+    text = (ROOT / "examples" / "drives" / "moteus.toml").read_text(encoding="utf-8")
+    path = tmp_path / "moteus.toml"
+    path.write_text(text.replace("/tmp/exograv-moteus", str(tmp_path / "fdcanusb")), encoding="utf-8")
+    return load_drives(path, load_rig("recupera_like"))
+
+
+@pytest.fixture
+def plant(drives: Drives) -> StillPlant:
+    return StillPlant(drives)
+
+
+@pytest.fixture
+def devices(drives: Drives, plant: Any) -> Iterator[MoteusDevices]:
+    """By the clock, as long as a test lasts."""
+    is_over = threading.Event()
+    with MoteusDevices(plant, drives, say=lambda line: None) as made:
+        thread = threading.Thread(target=made.run, args=(is_over.is_set,), daemon=True)
+        thread.start()
+        yield made
+        is_over.set()
+        thread.join()
