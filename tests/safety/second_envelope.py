@@ -199,20 +199,29 @@ class SecondEnvelope:
         self.energy = np.where(self.m.worn, after, self.energy)
 
 
+def ticks_in(ms: float, period: np.ndarray) -> np.ndarray:
+    """So many of each machine last so long, or just longer."""
+    whole = np.rint(1e-3 * ms / period)
+    return np.where(whole * period * 1e3 > ms - 1e-6, whole, whole + 1).astype(int)
+
+
 class Missed:
     """Which ticks of the last second were missed, in a ring that all machines share."""
 
-    def __init__(self, machines: int):
-        self.ring, self.at = np.zeros((1000, machines), dtype=bool), 0
-        self.row = np.zeros(machines, dtype=int)
+    def __init__(self, period: np.ndarray):
+        self.short, self.long, self.bridge = (ticks_in(ms, period) for ms in (20.0, 1000.0, 3.0))
+        self.size = int(self.long.max())
+        self.ring, self.at = np.zeros((self.size, len(period)), dtype=bool), 0
+        self.row = np.zeros(len(period), dtype=int)
 
     def add(self, is_missed: np.ndarray) -> np.ndarray:
         """Machines for which this tick is one too many."""
-        self.at = (self.at + 1) % 1000
+        self.at = (self.at + 1) % self.size
         self.ring[self.at] = is_missed
         self.row = np.where(is_missed, self.row + 1, 0)
-        in_twenty = self.ring[np.arange(self.at - 19, self.at + 1)].sum(axis=0)
-        return is_missed & ((self.row > 3) | (in_twenty > 3) | (self.ring.sum(axis=0) > 10))
+        ago = ((self.at - np.arange(self.size)) % self.size)[:, None]
+        in_short, in_long = ((self.ring & (ago < most)).sum(axis=0) for most in (self.short, self.long))
+        return is_missed & ((self.row > self.bridge) | (in_short > self.bridge) | (in_long > 10))
 
     def forget(self, where: np.ndarray) -> None:
         """As if nothing had been missed."""
@@ -222,16 +231,17 @@ class Missed:
 class SecondIngress:
     """Which measurements are used, and which joints are not believed."""
 
-    USES = 26
-    """Five of motion, then the same position and twenty times no other."""
-
     def __init__(self, machines: Machines):
         self.m = machines
         shape = machines.torque_max.shape
+        # Five milliseconds of motion, then the same position and for twenty no other.
+        self.moving, self.still = ticks_in(5.0, machines.period)[:, None], ticks_in(20.0, machines.period)[:, None]
+        self.needed = self.moving + self.still + 1
+        self.kept = int(self.needed.max())
         self.newest = np.full(shape[0], -1)
         self.dropped = np.zeros(shape[0], dtype=int)
         self.used_at = np.full(shape[0], np.nan)
-        self.history = np.full((self.USES, *shape), np.nan)
+        self.history = np.full((self.kept, *shape), np.nan)
         self.uses = np.zeros(shape, dtype=int)
         self.same = np.zeros(shape, dtype=int)
         self.far = np.zeros(shape, dtype=int)
@@ -259,20 +269,20 @@ class SecondIngress:
         dead = self._use(tick.q, used[:, None] & believed, last)
         return used, off & (self.far >= 3), dead, no_number
 
-    def _used(self, ago: int) -> np.ndarray:
+    def _used(self, ago: int | np.ndarray) -> np.ndarray:
         """The position that many uses ago, 1 for the last one."""
-        return np.take_along_axis(self.history, ((self.uses - ago) % self.USES)[None], axis=0)[0]
+        return np.take_along_axis(self.history, ((self.uses - ago) % self.kept)[None], axis=0)[0]
 
     def _use(self, q: np.ndarray, where: np.ndarray, last: np.ndarray) -> np.ndarray:
         same = np.where((self.uses > 0) & (q == last), self.same + 1, 1)
         self.same = np.where(where, same, self.same)
-        place = (self.uses % self.USES)[None]
+        place = (self.uses % self.kept)[None]
         now_there = np.take_along_axis(self.history, place, axis=0)[0]
         np.put_along_axis(self.history, place, np.where(where, q, now_there)[None], axis=0)
         self.uses = self.uses + where
-        way = np.maximum(0.2 * 5 * self.m.period[:, None], 4.0 * self.m.count)
-        moved = np.abs(q - self._used(self.USES)) >= way
-        return where & (self.uses >= self.USES) & (self.same > 20) & moved
+        way = np.maximum(0.2 * self.moving * self.m.period[:, None], 4.0 * self.m.count)
+        moved = np.abs(q - self._used(self.needed)) >= way
+        return where & (self.uses >= self.needed) & (self.same > self.still) & moved
 
 
 class SecondGuard:
@@ -282,7 +292,7 @@ class SecondGuard:
         self.m = machines
         self.envelope, self.ingress = SecondEnvelope(machines), SecondIngress(machines)
         shape = machines.torque_max.shape
-        self.silent, self.bridged = Missed(shape[0]), Missed(shape[0])
+        self.silent, self.bridged = Missed(machines.period), Missed(machines.period)
         self.refused = np.zeros(shape, dtype=int)
         self.held, self.q, self.v = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self.q_before, self.t_before = np.full(shape, np.nan), np.zeros(shape[0])

@@ -13,7 +13,8 @@ import pytest
 from exograv.recording import read_recording
 from exograv.runtime.timing import Outcome, Timing
 from exograv.safety.envelope import StopReason
-from exograv.session.live import LiveOptions, run_live, stall_ms
+from exograv.session.live import LiveOptions, run_live
+from exograv.session.live_figures import stall_ms
 from exograv.session.live_processes import Running
 
 SECONDS = 8.0
