@@ -59,6 +59,14 @@ class Carrying:
         return CARRIED
 
 
+@pytest.fixture(autouse=True)
+def heard():
+    """Ctrl-C as in a terminal: whoever begins the tests in the background has it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def interrupted(rig: Real) -> Pilot:
     envelope = Envelope(Limits(np.full(2, 20.0), np.full(2, 4.0)), DT)
     pilot = Pilot(rig, ActuatorGain(np.ones(2), np.full(2, 0.2)), envelope)
