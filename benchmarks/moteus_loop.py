@@ -36,7 +36,7 @@ def device(is_lock_step: bool) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drives.toml"
         text = (ROOT / "examples" / "drives" / "moteus.toml").read_text(encoding="utf-8")
-        path.write_text(text.replace("/tmp/exograv-moteus", f"{folder}/fdcanusb"), encoding="utf-8")
+        path.write_text(text.replace('path = "', f'path = "{folder}/'), encoding="utf-8")
         words = [sys.executable, "-m", "exograv.cli", "drive-sim", "moteus", "--drives", str(path)]
         words += ["--lock-step"] if is_lock_step else []
         pipe = subprocess.PIPE

@@ -123,7 +123,10 @@ def _on_drives(command: Live, options: "LiveOptions", progress: "Progress") -> d
     asked = DrivesAsked(command.drives, command.simulate, command.level, command.seed)
     person = Person(command.body_height, command.body_mass, command.sex, command.length)
     calibration = command.calibration or command.out / "calibration.toml"
-    say = lambda text: console.print(text, highlight=False)  # noqa: E731
+
+    def say(text: str) -> None:
+        console.print(text, highlight=False)
+
     return run_live_on_drives(options, asked, person, calibration, command.out, progress, say)
 
 

@@ -27,7 +27,7 @@ class StillPlant(Plant):
     def __init__(self, drives: Drives):
         self.each = tuple(SimulatedDrive(one, drives.watchdog_s) for one in drives.each)
         twin: Any = SimpleNamespace(period_s=0.001, t=0.0)
-        self.twin = twin
+        self.twin, self._ahead_s = twin, 0.0
         self.step()
 
     def step(self) -> None:
@@ -46,7 +46,7 @@ class StillPlant(Plant):
 def drives(tmp_path: Path) -> Drives:
     text = (ROOT / "examples" / "drives" / "moteus.toml").read_text(encoding="utf-8")
     path = tmp_path / "moteus.toml"
-    path.write_text(text.replace("/tmp/exograv-moteus", str(tmp_path / "fdcanusb")), encoding="utf-8")
+    path.write_text(text.replace('path = "', f'path = "{tmp_path}/'), encoding="utf-8")
     return load_drives(path, load_rig("recupera_like"))
 
 
