@@ -80,7 +80,7 @@ def _by_library(data: bytes) -> Answer | None:
     try:
         found = parse_registers(data).response
         mode, turns, current, supply, temperature, code = (found[register] for register in asked)
-    except (KeyError, RuntimeError, struct.error):
+    except (KeyError, RuntimeError, ValueError, struct.error):
         return None
     return Answer(int(mode), turns, current, supply, float(temperature), int(code))
 
