@@ -1,6 +1,7 @@
 """The guard's part of a replay, the same for a run in lock-step and a live one."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,6 +33,8 @@ class Guarding:
         person: PersonLimits | None = None,
         gravity_level: float = 0.0,
         levels: Sequence[tuple[float, float]] = (),
+        *,
+        is_other_run: bool = False,
     ):
         """It has seen nothing yet.
 
@@ -42,7 +45,10 @@ class Guarding:
             person: Who is in it, if anybody.
             gravity_level: What that person feels of the arm's weight at first.
             levels: Gravity levels that were asked for while it ran, each after when [s].
+            is_other_run: Whether something takes the place of what was recorded. The motors are then taken to follow
+                what they are told this time: they answered to what they were told in the run.
         """
+        self._is_other_run, self._told_more = is_other_run, np.zeros(len(description.joints))
         self._levels, self._resumes = levels, False
         self._description, self._actuators, self._period_s = description, actuators, period_s
         self._person, self._gravity_level, self._is_driven = person, gravity_level, False
@@ -106,7 +112,7 @@ class Guarding:
             self.guard.envelope.trip(StopReason.ASTRAY)
         if acts & TOLD_LEVEL:
             self._want_level(columns.now[k])
-        believed = self.guard.see(columns.state(k), columns.now[k])
+        believed = self.guard.see(self._state(k, columns), columns.now[k])
         if self._resumes and not self._is_blind:
             self._want_level(columns.now[k])  # after the tick whose level is known
         self._resumes = False
@@ -118,6 +124,7 @@ class Guarding:
         submitted = None if tau is None else Submitted(columns.sequence[k], now + COMMAND_LIFE_S, tau)
         guarded = self.guard.decide(submitted, now)
         self.safe_state = guarded.safe_state
+        self._told_more = guarded.tau - columns["tau_commanded"][k]
         again.tau_commanded[k], again.safe_state[k] = guarded.tau, guarded.safe_state + 1
         again.knows_guard[k] = not self._is_blind and columns.t[k] >= self._settles_at
         was, stop = self._stop, self.guard.envelope.stop
@@ -125,6 +132,12 @@ class Guarding:
         if stop is not None and was is None:
             again.stops.append((columns.t[k], stop.value))
         return guarded
+
+    def _state(self, k: int, columns: Columns) -> JointState:
+        state, more = columns.state(k), self._told_more
+        if not self._is_other_run:
+            return state
+        return replace(state, current=state.current + self._actuators.current(more), tau=state.tau + more)
 
     def _want_level(self, now: float) -> None:
         """Ask for the level that was asked for last."""

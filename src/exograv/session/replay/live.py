@@ -54,7 +54,10 @@ class LiveAgain:
             actuators = read_machine(live["machine"]).actuators
             asked = [(m["t"], m["gravity_level"]) for m in recorded.control if m["act"] == "level"]
             levels = asked if instead.gravity_level is None else []
-            self._guarding = Guarding(recorded.description, actuators, live["period_s"], limits, level, levels)
+            period_s, is_other = live["period_s"], instead.is_anything
+            self._guarding = Guarding(
+                recorded.description, actuators, period_s, limits, level, levels, is_other_run=is_other
+            )
         if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
             raise ConfigError(f"{path} was flown at gravity level {level}; allowed: 0 to 1.")
         self._recorded, self._instead, self._machine = recorded, instead, machine
@@ -64,7 +67,7 @@ class LiveAgain:
         if seconds := live.get("identify_s"):
             lesson = Lesson(recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest)
             self._guarding.feel(level, is_driven=True)
-        prepared, period_s = Prepared(recorded.assembly, machine, x, 0.0), live["period_s"]
+        prepared = Prepared(recorded.assembly, machine, x, 0.0)
         self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s)
         self._guarding.forget(actuators.torque(self._columns["current"][0]))
 

@@ -75,7 +75,8 @@ class _Pilot:
     ):  # fmt: skip
         self._recorded, self._instead, self._columns, self._again = recorded, instead, columns, again
         self._period_s, joints = message["period_s"], len(recorded.recording.joints)
-        self._guarding = Guarding(recorded.description, read_actuators(message["actuators"]), self._period_s)
+        actuators, is_other = read_actuators(message["actuators"]), instead.is_anything
+        self._guarding = Guarding(recorded.description, actuators, self._period_s, is_other_run=is_other)
         self._observer = Observer(joints, self._period_s)
         self._controllers: list[ExoTick | ArmController | None] = []
         self._flying: ExoTick | ArmController | None = None
