@@ -12,6 +12,8 @@ from exograv.safety import envelope, guard, ingress, modes, monitors, person, pl
     ("figure", "published"),
     [
         (envelope.WITHOUT_MODEL, 20.0 / 10.0),
+        (envelope.V_CREDIBLE_RAD_S, 1000.0),
+        (guard.GRAVITY_LEVEL_S, 5.0),
         (guard.COMMAND_LIFE_S, 0.005),
         ((guard.WINDOW_MS, guard.IN_WINDOW_MAX_MS), (20, 3)),
         ((guard.SECOND_MS, guard.IN_SECOND_MAX), (1000, 10)),
@@ -48,3 +50,12 @@ def test_the_limits_of_a_person_are_the_published_ones():
     limits = person.PersonLimits(table, one + 8.0, one - 2.0, one + 2.0)
     assert np.rad2deg([limits.wall_rad, limits.trip_rad]) == pytest.approx([10.0, 2.0])
     assert (limits.tank_start_J, limits.tank_max_J) == (0.5, 1.0)
+    assert (limits.path_W, limits.driven_W, limits.driven_J) == (0.0, 0.0, 0.0)
+    assert limits.v_trip_rad_s == math.inf
+
+
+def test_the_limits_of_a_person_may_be_small():
+    one = np.zeros(1)
+    table = plausible.PlausibleTable((plausible.Chain((0,), 1, np.zeros((1, 3)), np.zeros((1, 3))),), one, one, one)
+    limits = person.PersonLimits(table, one + 0.1, one - 2.0, one + 2.0, v_trip_rad_s=0.1, trip_rad=0.0)
+    assert limits.v_trip_rad_s == 0.1

@@ -62,6 +62,41 @@ def test_in_good_order_control_s_torque_goes_out_unchanged():
     assert not out.drive_damping.any()
 
 
+def test_what_is_believed_of_a_measurement_is_handed_on_for_control_to_answer():
+    bench = Bench()
+    measured = bench.state()
+    assert bench.guard.see(measured, 0.0) is measured
+    assert bench.guard.see(measured, 0.0) is None
+    assert bench.guard.see(None, DT) is None
+
+
+def test_before_control_has_answered_nothing_is_held():
+    outs = [Bench().tick(None), Bench().tick(lost=True)]
+    assert [out.tau.tolist() for out in outs] == [[0.0, 0.0]] * 2
+
+
+def test_a_guard_that_has_seen_nothing_is_not_reset():
+    bench = Bench()
+    bench.guard.press_stop()
+    assert not bench.guard.reset()
+
+
+def test_an_answer_is_good_until_the_end_of_its_life_and_not_after_it():
+    bench = Bench().settled()
+    bench.k += 1
+    now, measured = bench.k * DT, bench.state()
+    assert Submitted(bench.k, now, TORQUE).answers(measured, now)
+    assert not Submitted(bench.k, float(np.nextafter(now, 0.0)), TORQUE).answers(measured, now)
+
+
+@pytest.mark.parametrize(("last", "state"), [(19, SafeState.DESCENT), (20, SafeState.BRIDGE)])
+def test_misses_are_counted_over_twenty_ticks_and_no_more(last: int, state: SafeState):
+    bench = Bench().settled()
+    misses = (0, 6, 12, last)
+    outs = [bench.tick(None if k in misses else TORQUE) for k in range(last + 1)]
+    assert outs[-1].safe_state is state
+
+
 def test_three_silent_ticks_are_bridged_and_the_fourth_lets_the_arm_down():
     bench = Bench().settled()
     bridged = [bench.tick(None) for _ in range(IN_WINDOW_MAX_MS)]
@@ -284,9 +319,9 @@ def test_being_asked_for_too_much_now_and_then_is_forgotten_and_a_descent_counts
 
 def test_a_machine_that_nobody_has_tried_may_be_asked_for_anything():
     bench = Bench()
-    bench.guard = Guard.of_machine(Envelope(LIMITS, DT), DT, is_known=False)
+    bench.guard = Guard.of_machine(Envelope(LIMITS, DT), DT, [2.0, 0.5], is_known=False)
     for _ in range(1500):
-        bench.tick(np.array([80.0, 0.0]))
+        bench.tick(np.array([80.0, 0.0]))  # its motors say that they give something else
     assert bench.guard.envelope.stop is None
 
 
@@ -346,10 +381,20 @@ def test_a_stop_ends_the_way_to_a_gravity_level_where_it_is_and_none_is_taken_wh
     assert person.gravity_level == reached
 
 
+def test_the_way_to_a_gravity_level_ends_with_the_person():
+    bench, person = worn(0.5)
+    assert bench.guard.feel(1.0)
+    bench.guard.envelope.person = None
+    bench.settled()
+    bench.guard.envelope.person = person
+    bench.settled()
+    assert person.gravity_level == 0.5
+
+
 def test_no_gravity_level_is_taken_while_control_moves_the_arm_or_where_nobody_is():
     bench, person = worn(0.0)
     person.drive(True)
     assert not bench.guard.feel(0.5)
     person.drive(False)
-    assert bench.guard.feel(0.5)
+    assert all(bench.guard.feel(level) for level in (0.0, 1.0, 0.5))
     assert not Bench().guard.feel(0.5)

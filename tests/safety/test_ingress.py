@@ -77,6 +77,17 @@ def test_a_position_just_within_reach_is_no_jump_and_one_just_beyond_it_is():
     assert seen([[0.0, 0.0], [1.001 * JUMP, 0.0]])[1].state is None
 
 
+@pytest.mark.parametrize(("counts", "is_believed"), [(0.9, True), (1.1, False)])
+def test_after_a_jump_a_joint_is_believed_again_as_far_as_the_fastest_may_have_come_and_no_farther(
+    counts: float, is_believed: bool
+):
+    way, count = V_TRIP * DT, 0.1 * V_TRIP * DT
+    first, second = 1.5 * way + 1.2 * count, 2.0 * way + 0.5 * way + counts * count
+    found = seen([[0.0, 0.0], [first, 0.0], [second, 0.0]], count)
+    assert found[1].state is None
+    assert (found[2].state is not None) is is_believed
+
+
 def test_after_lost_ticks_a_joint_may_be_farther_away():
     ingress = Ingress([FINE], DT, V_TRIP)
     ingress.see(state(0, [0.0]), 0.0)
@@ -106,8 +117,9 @@ def test_whatever_comes_twice_or_late_the_outcome_is_that_of_the_newest_alone(or
     assert ingress.dropped == len(arrivals) - len(used)
 
 
-def test_an_encoder_that_stops_dead_in_motion_is_found_after_twenty_ticks_and_not_before():
-    moving = [[0.0005 * k, 0.0] for k in range(100)]
+@pytest.mark.parametrize("way", [0.0005, -0.0005])
+def test_an_encoder_that_stops_dead_in_motion_is_found_after_twenty_ticks_and_not_before(way: float):
+    moving = [[way * k, 0.0] for k in range(100)]
     stuck = [[moving[-1][0], 0.0]] * (FROZEN_MS + 5)
     found = seen(moving + stuck)
     first = next(k for k, one in enumerate(found) if one.found)

@@ -105,6 +105,7 @@ def test_the_joint_of_a_faulty_drive_is_isolated_and_the_others_come_down():
     assert step(one, 0) is SafeState.NONE
     assert step(one, 1, faulty=(1,)) is SafeState.ISOLATION
     assert one.envelope.isolated == {1}
+    assert one.envelope.powerless == set()
     assert one.envelope.stop is StopReason.DRIVE_FAULT
 
 
@@ -155,7 +156,8 @@ def test_a_torque_that_is_not_what_was_told_leaves_damping_only_and_none_through
         states.append(one.step(measured, Submitted(tick, tick * DT + 0.005, np.zeros(2)), tick * DT).safe_state)
     assert states[-1] is SafeState.ISOLATION
     assert one.envelope.without_model
-    np.testing.assert_array_equal(one.envelope.drive_damping > 0.0, [False, True])
+    assert one.envelope.powerless == {1}
+    np.testing.assert_array_equal(one.envelope.drive_damping, [0.0, 2.0 * 4.0])
     assert one.envelope.stop is StopReason.TORQUE_WRONG
 
 

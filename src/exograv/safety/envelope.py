@@ -17,7 +17,7 @@ from .person import Numbers, Person, within
 from .stops import StopReason
 
 V_CREDIBLE_RAD_S = 1e3
-"""No joint is faster; beyond, a velocity is a broken signal, whose product with the damping must still be finite."""
+"""No joint is faster; beyond, a velocity is a broken signal."""
 
 WITHOUT_MODEL = 2.0
 """Damping without a model over that of the soft descent: a falling hand then stays below 0.74 m/s (docs/safety.md)."""
@@ -107,7 +107,7 @@ class Envelope:
     @property
     def descent_is_over(self) -> bool:
         """Whether nothing of the torque at the stop is left."""
-        return self.stop is not None and self._since_stop >= self.limits.descent_s
+        return self._since_stop >= self.limits.descent_s
 
     def trip(
         self,
@@ -173,7 +173,6 @@ class Envelope:
 
     def _brake(self, joint: int, v: float) -> float:
         """Damping torque: on all motion while descending; else on what is too fast, and before a joint's stop."""
-        v = within(v, -V_CREDIBLE_RAD_S, V_CREDIBLE_RAD_S)
         if self.stop is not None:
             return (WITHOUT_MODEL if self.without_model else 1.0) * self._damping[joint] * v
         excess = max(abs(v) - self._v_damping, 0.0)

@@ -152,7 +152,6 @@ class Ingress:
     def _forget(self, joints: Collection[int]) -> None:
         """Nothing was seen: when a joint is believed again, nobody knows how it came to where it is."""
         self._ignored = joints
-        for j in joints:
-            self._jumped[j] = 0
-            for q in self._used:
+        for q in self._used:
+            for j in joints:
                 q[j] = math.nan
