@@ -41,6 +41,9 @@ class Faults(Common):
     """Our driver of this bus, before simulated drives in another process, in place of the twin; ten times as slow,
     and without strikes."""
 
+    resume: bool = False
+    """Go on with a campaign that was interrupted, by the verdicts in the folder of `--out`."""
+
 
 def run_faults_command(command: Faults) -> dict[str, Any]:
     """Run it and say what came of it."""
@@ -56,6 +59,8 @@ def run_faults_command(command: Faults) -> dict[str, Any]:
         command.strikes,
         command.replay,
         command.through,
+        command.out,
+        command.resume,
     )
     with bars() as progress:
         result = run_campaign(campaign, progress)

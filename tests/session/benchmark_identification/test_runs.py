@@ -83,7 +83,7 @@ def test_a_resumed_file_gives_the_same_runs_even_if_its_last_line_was_cut(tmp_pa
 
 def test_runs_of_another_length_are_not_resumed(tmp_path: Path):
     RunFile(tmp_path / "runs.jsonl", 60.0, resume=False)
-    with pytest.raises(RecordingError, match="another length"):
+    with pytest.raises(RecordingError, match="now seconds 120"):
         RunFile(tmp_path / "runs.jsonl", 120.0, resume=True)
 
 

@@ -1,6 +1,7 @@
 """The table of faults is whole, scenarios are their numbers, and the oracle sees what must never go out."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -156,11 +157,13 @@ def test_a_replay_line_that_means_nothing_is_refused_with_all_faults(text: str):
 
 
 @pytest.mark.slow
-def test_in_sixty_scenarios_nothing_leaves_the_envelope_and_every_budget_is_kept():
+def test_in_sixty_scenarios_nothing_leaves_the_envelope_and_every_budget_is_kept(tmp_path: Path):
     campaign = Campaign(scenarios=60, seed=7, persons=1, processes=1, strikes=0)
     result = run_campaign(campaign, lambda _text, _share: None)
     assert result["envelope_violations"] == 0
     assert result["crashed"] == []
     assert result["missed_budgets"] == 0
     assert result["false_trips"] == []
-    assert run_campaign(replace(campaign, processes=2), lambda _text, _share: None) == result
+    half = replace(campaign, scenarios=30, processes=2, out=tmp_path)
+    run_campaign(half, lambda _text, _share: None)
+    assert run_campaign(replace(half, scenarios=60, resume=True), lambda _text, _share: None) == result

@@ -1,13 +1,11 @@
 """One method on one wearer: what is kept of it, and its file, to which each finished run is added at once."""
 
-import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from exograv import __version__
-from exograv.errors import RecordingError
+from exograv.session.kept_lines import KeptLines
 
 from .cases import Case
 
@@ -79,7 +77,7 @@ class Run:
 
 
 class RunFile:
-    """Finished runs, one a line of JSON after a line that says what made them."""
+    """Finished runs, kept as they are done."""
 
     def __init__(self, path: Path, seconds: float, resume: bool):
         """Open; a file that is not resumed is kept beside as `.before`.
@@ -87,51 +85,18 @@ class RunFile:
         Raises:
             RecordingError: It cannot be written, or another version or length of motion made it.
         """
+        self._kept = KeptLines(path, {"exograv": __version__, "seconds": seconds}, resume)
         self.path = path
-        self._head = {"exograv": __version__, "seconds": seconds}
-        self.runs: list[Run] = []
-        """All that are done, those of the resumed file first."""
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            if path.exists() and resume:
-                self._read()
-            else:
-                if path.exists():
-                    path.replace(path.with_suffix(".before.jsonl"))
-                path.write_text(json.dumps(self._head) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise RecordingError(
-                f"{path} cannot be written: {error.strerror}. Give another folder with --out."
-            ) from error
+            self.runs = [_run(row) for row in self._kept.rows]
+            """All that are done, those of the resumed file first."""
+        except (KeyError, TypeError) as error:
+            raise self._kept.damaged(error) from error
 
     def add(self, run: Run) -> None:
         """Keep one more."""
+        self._kept.add(asdict(run))
         self.runs.append(run)
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(asdict(run), ensure_ascii=False) + "\n")
-
-    def _read(self) -> None:
-        head, *lines = self.path.read_text(encoding="utf-8").splitlines() or [""]
-        try:
-            if json.loads(head) != self._head:
-                raise RecordingError(
-                    f"{self.path} was made by another version of exograv or a motion of another length ({head}). "
-                    "Leave out --resume, or choose another --out."
-                )
-            whole = _whole(lines)
-            self.runs = [_run(json.loads(line)) for line in whole]
-            self.path.write_text("\n".join([head, *whole]) + "\n", encoding="utf-8")
-        except (json.JSONDecodeError, KeyError, TypeError) as error:
-            raise RecordingError(f"{self.path} is damaged ({error}). Leave out --resume; it is kept beside.") from error
-
-
-def _whole(lines: Sequence[str]) -> Sequence[str]:
-    """Without a last line that was cut off in the middle."""
-    try:
-        json.loads(lines[-1] if lines else "{}")
-    except json.JSONDecodeError:
-        return lines[:-1]
-    return lines
 
 
 def _run(row: dict[str, Any]) -> Run:

@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -21,6 +21,7 @@ from exograv.session.pilot import Progress
 
 from .driven import driven_ground
 from .figures import figures_of, told, with_strikes
+from .kept import KeptVerdicts
 from .people import make_known, subject
 from .scenario import THE_TWIN, Scenario, Verdict, fly, is_bad, names_of, shrunk
 from .stand import Ground, Subject
@@ -53,6 +54,12 @@ class Campaign:
     through: Bus | None = None
     """The bus of simulated drives in another process, with our driver before them; the twin itself if absent."""
 
+    out: Path | None = None
+    """Folder in which verdicts are kept as they are reached; they are not if absent."""
+
+    resume: bool = False
+    """Go on with the verdicts in that folder."""
+
     def __post_init__(self):
         if self.scenarios < 1:
             raise ConfigError(f"--scenarios is {self.scenarios}; allowed: 1 and above.")
@@ -82,6 +89,13 @@ class Campaign:
                 f"Faults: {', '.join(self.faults)}."
             )
         return Scenario(self.seed, int(number), names, self.told)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What a number's flight depends on."""
+        return {name: getattr(self, name) for name in ("seed", "level", "persons", "through")} | {
+            "numbered": None if self.through is None else self.scenarios
+        }
 
     @property
     def told(self) -> str:
@@ -119,7 +133,8 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         if campaign.replay is not None:
             return _replayed(campaign, Path(folder), progress)
-        verdicts, people = _flown(campaign, Path(folder), progress)
+        kept = KeptVerdicts(campaign.out or Path(folder), campaign.identity, campaign.resume)
+        verdicts, people = _flown(campaign, Path(folder), kept, progress)
         bad = [verdict for verdict in verdicts if is_bad(verdict)][:REPLAYS_MAX]
         small = []
         for k, verdict in enumerate(bad):
@@ -155,12 +170,13 @@ def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> dict[str,
     return with_strikes(_told(campaign, [verdict]), None) | {"replay": [], "course": told(verdict)}
 
 
-def _flown(campaign: Campaign, folder: Path, progress: Progress) -> tuple[list[Verdict], list[Path]]:
+def _flown(
+    campaign: Campaign, folder: Path, kept: KeptVerdicts, progress: Progress
+) -> tuple[list[Verdict], list[Path]]:
     """All verdicts in the order of their numbers, whoever flew them, and the persons' files.
 
     Ctrl-C ends it with what was flown, if anything was.
     """
-    verdicts: list[Verdict] = []
     people: list[Path] = []
     with _workers(campaign) as pool:
         try:
@@ -174,20 +190,22 @@ def _flown(campaign: Campaign, folder: Path, progress: Progress) -> tuple[list[V
                 people.append(future.result())
                 progress("Preparing persons", k / len(known))
             with keyboard_ignored():  # some of the processes begin only now
-                chunks = [pool.submit(_fly_chunk, people[k], campaign, chunk) for k, chunk in _chunks(campaign)]
+                left = _chunks(campaign, kept.verdicts)
+                chunks = [pool.submit(_fly_chunk, people[k], campaign, chunk) for k, chunk in left]
             for done, future in enumerate(as_completed(chunks), start=1):
-                verdicts.extend(future.result())
+                kept.add(future.result())
                 progress("Flying scenarios", done / len(chunks))
         except KeyboardInterrupt:
-            if not verdicts:
+            if not kept.verdicts:
                 raise
             progress("Stopped by the keyboard; what was flown is summed up", 1.0)
-    return sorted(verdicts, key=lambda verdict: verdict.scenario.number), people
+    return [kept.verdicts[number] for number in campaign.numbers if number in kept.verdicts], people
 
 
-def _chunks(campaign: Campaign) -> list[tuple[int, range]]:
+def _chunks(campaign: Campaign, done: Container[int] = ()) -> list[tuple[int, list[int]]]:
     """Person and numbers of scenarios; all of a chunk have the same person, and neighbours in time different ones."""
-    by_person = [range(k, len(campaign.numbers), campaign.persons) for k in range(campaign.persons)]
+    left = [number for number in campaign.numbers if number not in done]
+    by_person = [[number for number in left if number % campaign.persons == k] for k in range(campaign.persons)]
     chunks = [(k, numbers[i : i + CHUNK]) for k, numbers in enumerate(by_person) for i in range(0, len(numbers), CHUNK)]
     return sorted(chunks, key=lambda chunk: chunk[1][0])
 
