@@ -290,13 +290,15 @@ def test_a_model_that_control_has_lost_lets_the_arm_down():
     assert bench.guard.envelope.stop is StopReason.MODEL_LOST
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("way", [-1.0, 1.0])
 @pytest.mark.parametrize(("beyond", "speed", "is_found"), [(3.1, 0.05, True), (2.9, 0.05, False), (3.1, 0.15, False)])
 def test_a_slow_joint_that_is_asked_for_far_more_than_may_go_out_is_of_another_arm(
-    beyond: float, speed: float, is_found: bool
+    beyond: float, speed: float, is_found: bool, side: float, way: float
 ):
     bench = Bench()
-    bench.v = np.array([0.0, speed])
-    asked = np.array([0.0, LIMITS.torque_max_Nm[1] + beyond])
+    bench.v = np.array([0.0, way * speed])
+    asked = np.array([0.0, side * (LIMITS.torque_max_Nm[1] + beyond)])
     outs = [bench.tick(asked) for _ in range(700)]
     stopped = bench.guard.envelope.stop is StopReason.NOT_THIS_ARM
     assert stopped == is_found

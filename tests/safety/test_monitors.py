@@ -175,6 +175,23 @@ def test_a_torque_that_is_off_on_average_is_found_within_a_quarter_of_a_second(
     assert not is_found or results[0][0] <= 300
 
 
+def test_an_average_begins_with_nothing_and_takes_a_tenth_of_a_second():
+    off, share = 2.9, DT / (0.1 + DT)
+    states = [state(t, [0.0, 0.0], None, [0.0, off / GAIN[1]]) for t in range(200)]
+    tick = found(Monitors(2, DT, GAIN), states)[0][0]
+    averaged = int(np.ceil(np.log(1.0 - 2.0 / off) / np.log(1.0 - share)))
+    assert tick == LATELY_MS + averaged - 1
+
+
+@pytest.mark.parametrize("step", [-5.0, 5.0])
+def test_a_motor_that_answers_a_step_within_twelve_milliseconds_is_not_wrong(step: float):
+    monitors, late = Monitors(2, DT, GAIN), LATELY_MS - 1
+    for t in range(200):
+        measured = step if t >= 100 + late else 0.0
+        assert list(monitors.look(state(t, [0.0, 0.0], None, [0.0, measured / GAIN[1]]))) == []
+        monitors.told([0.0, step if t >= 100 else 0.0])
+
+
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_slow_motor_that_lags_behind_a_long_ramp_is_not_taken_for_biased(side: float):
     monitors, tau, told = Monitors(2, DT, GAIN), 0.0, 0.0

@@ -80,8 +80,6 @@ class Monitors:
 
     def is_refused(self, asked: Sequence[float], tau: Sequence[float], v: Sequence[float]) -> bool:
         """Whether a slow joint has been asked for more than went out, by far and for long [N·m], [rad/s]."""
-        if asked == tau and not any(self._refused):
-            return False
         for j, refused in enumerate(self._refused):
             is_much = abs(asked[j] - tau[j]) > REFUSED_NM and abs(v[j]) < SLOW_RAD_S
             self._refused[j] = refused + 1 if is_much else 0
