@@ -16,6 +16,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, McapRecord, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
+from .chunk_list import ChunkList
 from .schema import SCHEMA_VERSION
 
 RECORD_HEAD = struct.Struct("<BQ")
@@ -89,7 +90,7 @@ class ChunkedFile:
         self._crc = 0
         self.schemas: list[Schema] = []
         self.channels: list[Channel] = []
-        self.chunks: list[ChunkIndex] = []
+        self.chunks = ChunkList()
         self.counts: dict[int, int] = {}
         """Messages by channel."""
 
@@ -159,8 +160,8 @@ class ChunkedFile:
             channel_message_counts=self.counts,
             chunk_count=len(self.chunks),
             message_count=sum(self.counts.values()),
-            message_end_time=max((chunk.message_end_time for chunk in self.chunks), default=0),
-            message_start_time=min((chunk.message_start_time for chunk in self.chunks), default=0),
+            message_end_time=self.chunks.time_span_ns[1],
+            message_start_time=self.chunks.time_span_ns[0],
             metadata_count=0,
             schema_count=len(self.schemas),
         )

@@ -16,9 +16,10 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, ChunkIndex, Header, Schema
+from mcap.records import Channel, Chunk, Header, Schema
 from mcap.writer import MCAP0_MAGIC
 
+from .chunk_list import ChunkList
 from .container import (
     FOOTER,
     INDEX_ENTRY,
@@ -58,7 +59,7 @@ class Contents:
 
     schemas: list[Schema] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
-    chunks: list[ChunkIndex] = field(default_factory=list)
+    chunks: ChunkList = field(default_factory=ChunkList)
 
     counts: dict[int, int] = field(default_factory=dict)
     """Messages by channel, of the chunks whose index is whole too."""

@@ -43,7 +43,8 @@ calibration, a script without feedback: there the recorded one goes through the 
 filters begin anew, and half a second is not compared. A file that was cut or damaged is replayed up to its last good
 record. With an option the same ticks are decided as they would have been with another person (a file of `exograv
 identify --keep`, from the first tick on), calibration, felt weight or machine: what the arm would then have done
-differently is not simulated. Recordings before version 3 do not hold what control was given.
+differently is not simulated, and its motors are taken to follow what they are told this time. Recordings before
+version 3 do not hold what control was given.
 """
 
 
