@@ -7,11 +7,11 @@ from .task_settings import Sign
 
 
 class Pace(enum.Enum):
-    """What is to be told; the value is what the operator reads."""
+    """What is to be told; the value is the word in records."""
 
-    TOO_SHORT = "too short"
+    TOO_SHORT = "too_short"
     RIGHT = "right"
-    TOO_LONG = "too long"
+    TOO_LONG = "too_long"
 
 
 def pace(protocol: Protocol, since_touch_s: float) -> Pace:

@@ -21,17 +21,35 @@ AHEAD_MAX_S = 0.1
 
 
 class Reason(enum.Enum):
-    """Why a touch does not count; the value is what the operator reads."""
+    """Why a touch does not count; the value is the word in records."""
 
-    REPEATED = "sent again, and counted already"
-    UNTIMED = "its time is later than its arrival"
-    OUTSIDE = "outside of a window"
-    POINTER = "not a kind of pointer that this protocol takes"
-    SECOND = "a second finger"
-    PALM = "too large a contact: a palm"
-    OFF_TARGET = "far off the target"
-    BOUNCE = "too soon after the last: the same touch"
-    NO_RETURN = "the hand was not back at its resting place"
+    REPEATED = "repeated"
+    UNTIMED = "untimed"
+    OUTSIDE = "outside"
+    POINTER = "pointer"
+    SECOND = "second"
+    PALM = "palm"
+    OFF_TARGET = "off_target"
+    BOUNCE = "bounce"
+    NO_RETURN = "no_return"
+
+    @property
+    def sentence(self) -> str:
+        """For the operator."""
+        return SENTENCES[self]
+
+
+SENTENCES = {
+    Reason.REPEATED: "It was sent again, and is counted already.",
+    Reason.UNTIMED: "Its time is later than its arrival: the page's clock is not fitted.",
+    Reason.OUTSIDE: "It is outside of every window.",
+    Reason.POINTER: "This protocol does not take this kind of pointer.",
+    Reason.SECOND: "It is a second finger.",
+    Reason.PALM: "The contact is too large: a palm.",
+    Reason.OFF_TARGET: "It is too far off the target to be meant for it.",
+    Reason.BOUNCE: "It follows the last too soon to be another one.",
+    Reason.NO_RETURN: "The hand was not back at its resting place.",
+}
 
 
 class Cycle(Settings):

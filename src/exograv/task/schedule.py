@@ -11,13 +11,18 @@ from .protocol_schema import ExoMode, Protocol, level_value
 
 
 class PhaseKind(enum.Enum):
-    """What a phase is for; the value is what the operator reads."""
+    """What a phase is for; the value is the word in records."""
 
     REST = "rest"
-    RAMP = "the level changes"
-    HOLD = "the window is about to open"
+    RAMP = "ramp"
+    """The level changes."""
+
+    HOLD = "hold"
+    """It has changed, and a window is about to open."""
+
     WINDOW = "window"
-    HYPER = "hypergravity of the aircraft"
+    HYPER = "hyper"
+    """Of the aircraft: the level of a pull-up."""
 
 
 @dataclass(frozen=True)
