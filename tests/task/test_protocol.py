@@ -1,5 +1,6 @@
 """The protocols that come with exograv say what is published and mark what is not; a file that cannot be is refused."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -58,8 +59,10 @@ def test_every_value_is_either_published_or_marked_as_ours(name: str):
 
 
 def test_the_marks_are_in_the_settings_that_go_into_a_recording():
-    settings = load_protocol("training").settings
-    assert "pace.tolerance_s" in settings.model_dump(mode="json")["unpublished"]
+    recorded = load_protocol("training").recorded
+    assert "pace.tolerance_s" in recorded["unpublished"]
+    assert len(recorded["rest_lengths_s"]) == 30
+    assert json.loads(json.dumps(recorded)) == recorded
 
 
 def test_moon_and_mars_are_levels_by_name(tmp_path: Path):

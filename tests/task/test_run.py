@@ -8,11 +8,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
-from exograv.task.events import EVENT, Acknowledge, Interrupted, Pause, Resume, Start, Stop, Tick
+from exograv.task.events import (
+    EVENT,
+    Acknowledge,
+    CloseWindow,
+    Interrupted,
+    OpenWindow,
+    Pause,
+    Resume,
+    Start,
+    Stop,
+    Tick,
+)
 from exograv.task.levels import RATE_MAX_PER_S
 from exograv.task.plan import Plan
 from exograv.task.protocol import load_protocol
-from exograv.task.records import RECORD, PaceChanged, Refused, RunEnded, WindowClosed, WindowOpened, marker
+from exograv.task.records import RECORD, AlarmRaised, PaceChanged, Refused, RunEnded, WindowClosed, WindowOpened, marker
 from exograv.task.run import Run
 
 from .of_run import fed, judged, short_plan, touch
@@ -198,3 +209,64 @@ def test_a_sham_run_says_what_an_active_one_says():
 def test_a_kept_state_that_is_none_is_refused(text: str):
     with pytest.raises(ConfigError, match=r"Begin a new run|begun with"):
         Run.from_kept(PLAN, text)
+
+
+def test_a_state_of_another_protocol_is_refused():
+    run = Run(PLAN)
+    run.feed(Start(t=0.0))
+    with pytest.raises(ConfigError, match="of another protocol than 'flight'"):
+        Run.from_kept(Plan(load_protocol("flight"), "passive"), run.kept())
+
+
+FLIGHT = short_plan("flight", windows=2)
+
+
+def test_a_hand_opens_the_windows_of_a_flight_and_the_clock_closes_them():
+    records = fed(Run(FLIGHT), [Start(t=0.0), OpenWindow(t=50.0, by="hand"), Tick(t=90.0)])
+    (closed,) = of_kind(records, WindowClosed)
+    assert (closed.t, closed.by, closed.is_complete, closed.marks) == (72.0, "clock", True, ())
+
+
+def test_a_window_that_the_aircraft_never_closes_ends_after_some_overtime_and_says_so():
+    records = fed(Run(FLIGHT), [Start(t=0.0), OpenWindow(t=50.0, by="aircraft"), Tick(t=90.0)])
+    (closed,) = of_kind(records, WindowClosed)
+    assert (closed.t, closed.marks) == (77.0, ("overtime",))
+
+
+def test_a_window_that_is_closed_early_is_marked_as_short():
+    events = [Start(t=0.0), OpenWindow(t=50.0, by="hand"), CloseWindow(t=60.0, by="hand")]
+    (closed,) = of_kind(fed(Run(FLIGHT), events), WindowClosed)
+    assert closed.marks == ("short",)
+
+
+def test_the_operator_names_the_window_that_is_flown_next():
+    events = [Start(t=0.0), Pause(t=1.0), Resume(t=2.0, window=2), OpenWindow(t=50.0, by="hand"), Tick(t=80.0)]
+    run = Run(FLIGHT)
+    records = fed(run, [*events, OpenWindow(t=90.0, by="aircraft"), CloseWindow(t=112.0, by="aircraft")])
+    assert [record.window for record in of_kind(records, WindowOpened)] == [2, 1]
+    assert run.state.status == "finished"
+
+
+@pytest.mark.parametrize(
+    ("plan", "event", "why"),
+    [
+        (PLAN, OpenWindow(t=40.0, by="hand"), "the clock opens"),
+        (PLAN, CloseWindow(t=40.0, by="hand"), "the clock closes"),
+        (FLIGHT, CloseWindow(t=40.0, by="hand"), "no window is open"),
+    ],
+)
+def test_who_opens_and_closes_windows_is_the_protocols_to_say(plan: Plan, event, why: str):
+    run = Run(plan)
+    fed(run, [Start(t=0.0), Tick(t=40.0)])
+    (refusal,) = of_kind(run.feed(event), Refused)
+    assert why in refusal.why
+
+
+def test_an_announcement_that_contradicts_g_is_an_alarm_until_it_is_acknowledged():
+    run = Run(FLIGHT)
+    records = fed(run, [Start(t=0.0), OpenWindow(t=50.0, by="aircraft", confirmed=False)])
+    (alarm,) = of_kind(records, AlarmRaised)
+    assert [one.is_acknowledged for one in run.state.alarms] == [False]
+    run.feed(Acknowledge(t=51.0, alarm=alarm.alarm))
+    assert [one.is_acknowledged for one in run.state.alarms] == [True]
+    assert run.state.windows[0].marks == ("not confirmed",)

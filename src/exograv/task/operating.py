@@ -33,7 +33,8 @@ def start(plan: Plan, state: State, event: Start) -> Outcome:
         return f"the run is {state.status}; a run starts once"
     pitch = None if plan.screen is None else (plan.screen.pitch_x_mm, plan.screen.pitch_y_mm)
     record = RunBegan(t=event.t, protocol=plan.protocol.name, protocol_sha256=plan.loaded.sha256, pitch_mm=pitch)
-    begun = {"status": "running", "t": event.t, "origin": event.t, "approach": event.t, "left_at": event.t}
+    times = dict.fromkeys(("t", "origin", "approach", "left_at"), event.t)
+    begun = {"status": "running", "protocol_sha256": plan.loaded.sha256, **times}
     return state.model_copy(update=begun), (record,)
 
 
@@ -45,9 +46,10 @@ def open_next(plan: Plan, state: State, event: OpenWindow) -> Outcome:
         return "the clock opens the windows of this protocol; resume the run at a window instead"
     if state.window is not None:
         return f"window {state.window.number} is open already"
-    number = state.next_window(plan.protocol.windows.numbers)
+    number = state.next_window(plan.protocol.windows.numbers) if state.wanted is None else state.wanted
     if number is None:
         return "all windows are complete"
+    state = state.model_copy(update={"wanted": None})
     opened = WindowOpened(
         t=event.t,
         window=number,
@@ -128,6 +130,7 @@ def resume(plan: Plan, state: State, event: Resume) -> Outcome:
         "origin": approach - approach_s,
         "approach": approach,
         "phase": plan.timeline.index_at(approach_s) - 1,
+        "wanted": None if plan.is_clocked else event.window,
     }
     return state.model_copy(update=changes), (Resumed(t=event.t, window=window, approach_t=approach),)
 

@@ -5,6 +5,7 @@ import hashlib
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -27,6 +28,12 @@ class LoadedProtocol:
     path: Path
     sha256: str
     """Of the file."""
+
+    @property
+    def recorded(self) -> dict[str, Any]:
+        """As it goes into the settings of a recording: every value, every rest, and which values are our choice."""
+        rests_s = list(self.settings.rest_lengths_s)
+        return {"sha256": self.sha256, "rest_lengths_s": rests_s, **self.settings.model_dump(mode="json")}
 
 
 def protocol_names() -> list[str]:

@@ -56,11 +56,10 @@ class Run:
             raise ConfigError(
                 f"The kept state of the run cannot be used: {validation_sentences(error)} Begin a new run."
             ) from error
-        unknown = {window.number for window in state.windows} - set(plan.protocol.windows.numbers)
-        if unknown or state.phase >= len(plan.timeline.phases):
+        if state.protocol_sha256 not in ("", plan.loaded.sha256) or state.phase >= len(plan.timeline.phases):
             raise ConfigError(
-                f"The kept state is not of protocol '{plan.protocol.name}': it has windows or phases that are not "
-                "there. Give the protocol that the run was begun with."
+                f"The kept state is of another protocol than '{plan.protocol.name}', or of another version of its "
+                "file. Give the file that the run was begun with."
             )
         return cls(plan, state)
 

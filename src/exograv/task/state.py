@@ -55,6 +55,9 @@ class State(Settings):
     t: float = 0.0
     """The latest time that it was told."""
 
+    protocol_sha256: str = ""
+    """Of the protocol that was begun."""
+
     epoch: int = 0
     origin: float = 0.0
     """When the schedule's clock shows 0, while it counts."""
@@ -68,6 +71,9 @@ class State(Settings):
     left_at: float = 0.0
     left_level: float = 1.0
     """Where the machine's level was when the schedule was left; from there it goes to 1."""
+
+    wanted: int | None = None
+    """The window that an operator has asked for, where no clock opens it."""
 
     windows: tuple[WindowState, ...] = ()
     pace: Pace | None = None
