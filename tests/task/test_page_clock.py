@@ -68,3 +68,13 @@ def test_four_numbers_that_are_no_ping_change_nothing(impossible: tuple[float, f
 
 def test_nothing_is_known_before_the_first_ping():
     assert PageClock().to_server(0.0) is None
+
+
+def test_the_estimate_is_within_what_the_quickest_ping_allows():
+    clock = PageClock()
+    for k in range(20):
+        clock = clock.with_ping(ping(6.0 * k, 0.0, 0.08, 0.001))
+    quick = ping(120.0, 0.0, 0.0005, 0.0005)
+    placed = clock.with_ping(quick).to_server(120.0)
+    assert placed is not None
+    assert abs(placed.t - (120.0 + OFFSET_S)) <= quick.half_way_s + DRIFT_MAX

@@ -23,7 +23,17 @@ from exograv.task.events import (
 from exograv.task.levels import RATE_MAX_PER_S
 from exograv.task.plan import Plan
 from exograv.task.protocol import load_protocol
-from exograv.task.records import RECORD, AlarmRaised, PaceChanged, Refused, RunEnded, WindowClosed, WindowOpened, marker
+from exograv.task.records import (
+    RECORD,
+    AlarmRaised,
+    PaceChanged,
+    Refused,
+    Resumed,
+    RunEnded,
+    WindowClosed,
+    WindowOpened,
+    marker,
+)
 from exograv.task.run import Run
 
 from .of_run import fed, judged, short_plan, touch
@@ -145,7 +155,7 @@ def test_a_window_that_is_broken_off_is_run_again_after_a_notice():
     records = fed(run, [Start(t=0.0), touch(38.0, 0), Pause(t=40.0, why="a question"), Resume(t=60.0), Tick(t=1000.0)])
     opened = [(record.window, record.attempt) for record in of_kind(records, WindowOpened)]
     assert opened == [(1, 1), (1, 2), (2, 1), (3, 1)]
-    assert of_kind(records, WindowOpened)[1].t == pytest.approx(60.0 + 5.0 + 7.0)  # notice, ramp and hold
+    assert of_kind(records, WindowOpened)[1].t == pytest.approx(60.0 + 3.0 + 7.0)  # notice, ramp and hold
     assert [record.is_complete for record in of_kind(records, WindowClosed)] == [False, True, True, True]
     assert run.totals().windows == 3
 
@@ -270,3 +280,16 @@ def test_an_announcement_that_contradicts_g_is_an_alarm_until_it_is_acknowledged
     run.feed(Acknowledge(t=51.0, alarm=alarm.alarm))
     assert [one.is_acknowledged for one in run.state.alarms] == [True]
     assert run.state.windows[0].marks == ("not confirmed",)
+
+
+def test_a_resumed_run_waits_until_the_level_has_come_home():
+    run = Run(PLAN)
+    (resumed,) = of_kind(fed(run, [Start(t=0.0), Pause(t=40.0), Resume(t=40.0)]), Resumed)
+    assert resumed.approach_t == 45.0
+
+
+def test_a_touch_is_not_counted_in_a_window_of_another_clock():
+    run = Run(PLAN)
+    fed(run, [Start(t=0.0), Tick(t=50.0), Interrupted(t=40.0)])
+    (one,) = judged(run.feed(touch(39.0, 0)))
+    assert one.window is None

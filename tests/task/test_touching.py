@@ -123,7 +123,8 @@ def test_a_return_after_a_late_touch_does_not_excuse_it():
 def test_every_touch_is_counted_exactly_once_and_accepted_ones_lie_in_windows_apart(sent):
     touches = [touch(0.1 * t, k, late_s=late, is_primary=fine) for t, k, late, fine in sent]
     run = Run(PLAN)
-    records = judged(fed(run, [Start(t=0.0), *sorted(touches, key=lambda one: one.received)]))
+    arrived = sorted(touches, key=lambda one: one.received)
+    records = judged(fed(run, [Start(t=0.0), *arrived]))
     assert len(records) == len(touches)
     totals = run.totals()
     assert totals.touches == len(touches) == totals.accepted + sum(totals.rejected.values())

@@ -83,7 +83,9 @@ def _next_phase(plan: Plan, state: State, t: float) -> Step:
     state = state.model_copy(update={"phase": index, "t": max(t, state.t)})
     records = (*records, phase_record(phase, t))
     if phase.kind is PhaseKind.WINDOW:
-        state, more = open_window(plan, state, WindowOpened(**_opening(plan, state, phase, t)))
+        attempt, level = state.attempts(phase.window) + 1, phase.level_from
+        opened = WindowOpened(t=t, window=phase.window, attempt=attempt, by="clock", gravity_level=level)
+        state, more = open_window(plan, state, opened)
         records = (*records, *more)
     return state, records
 
@@ -98,11 +100,6 @@ def phase_record(phase: Phase, t: float) -> PhaseBegan:
         gravity_level=phase.level_from,
         gravity_level_end=phase.level_to,
     )
-
-
-def _opening(plan: Plan, state: State, phase: Phase, t: float) -> dict[str, object]:
-    attempt = state.attempts(phase.window) + 1
-    return {"t": t, "window": phase.window, "attempt": attempt, "by": "clock", "gravity_level": phase.level_from}
 
 
 def open_window(plan: Plan, state: State, opened: WindowOpened) -> Step:

@@ -20,7 +20,7 @@ from .plan import Plan
 from .records import AlarmRaised, Paused, Record, Resumed, RunBegan, WindowOpened
 from .state import Alarm, State
 
-RESUME_NOTICE_S = 5.0
+RESUME_NOTICE_S = 3.0
 """From the operator's word to what belongs to the window: nobody is surprised by a ramp [s]."""
 
 Outcome = Step | str

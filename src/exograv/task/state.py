@@ -79,11 +79,11 @@ class State(Settings):
     pace: Pace | None = None
     """As last told."""
 
-    seen: dict[str, tuple[tuple[int, int], ...]] = Field({})
+    seen: dict[str, tuple[tuple[int, int], ...]] = Field(default={})
     """Touches that have come, by page: runs of sequence numbers."""
 
     touches: int = 0
-    rejected: dict[Reason, int] = Field({})
+    rejected: dict[Reason, int] = Field(default={})
     is_feed_lost: bool = False
     alarms: tuple[Alarm, ...] = ()
 

@@ -93,7 +93,9 @@ class AircraftSettings(Settings):
     overtime_s: Annotated[float, Field(ge=0.0, le=60.0)] = 5.0
     """A window that nothing closes ends so long after its time."""
 
-    announcements: dict[str, Literal["level", "window", "other"]] = Field({"STEADY FLIGHT": "level"}, max_length=50)
+    announcements: dict[str, Literal["level", "window", "other"]] = Field(
+        default={"STEADY FLIGHT": "level"}, max_length=50
+    )
     """What the aircraft's texts mean; only this one is known, and a text never opens or closes anything."""
 
     @model_validator(mode="after")
