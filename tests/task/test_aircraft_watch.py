@@ -180,3 +180,11 @@ def test_silence_is_told_once_and_its_end_too():
     assert [one.kind for one in told] == ["feed_lost", "feed_back"]
     assert told[0].t == pytest.approx(99.9 + SETTINGS.silent_s)
     assert told[1].t == pytest.approx(130.0)
+
+
+def test_a_dwell_is_not_counted_across_a_gap_in_which_anything_may_have_been():
+    watch, said = Watch(SETTINGS, 0.0), []
+    for ms in (0, 700, 1400):
+        watch, events = watch.with_sample(parsed_level(0.0, ms), 1e-3 * ms)
+        said += events
+    assert said == []
