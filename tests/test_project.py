@@ -60,6 +60,19 @@ def test_the_study_tools_run_without_casadi_mujoco_and_scipy():
     assert result.returncode == 0, result.stderr
 
 
+def test_the_task_runs_without_engine_solver_and_recorder():
+    program = (
+        "import importlib, pkgutil, sys\n"
+        "missing = ['casadi', 'mujoco', 'scipy', 'mcap', 'zstandard', 'exograv.recording']\n"
+        "sys.modules.update(dict.fromkeys(missing))\n"
+        "import exograv.task\n"
+        "for module in pkgutil.walk_packages(exograv.task.__path__, 'exograv.task.'):\n"
+        "    importlib.import_module(module.name)\n"
+    )
+    result = run_python(program)
+    assert result.returncode == 0, result.stderr
+
+
 @pytest.mark.parametrize("lock", LOCKS)
 def test_a_lock_names_no_registry_address_and_no_path(lock: str):
     text = (ROOT / lock).read_text(encoding="utf-8")

@@ -11,6 +11,7 @@ import tyro
 
 from exograv.errors import ExogravError
 
+from .aircraft import Aircraft, run_aircraft_command
 from .bench import Bench, run_bench_command
 from .benchmark_identification import BenchmarkIdentification, run_benchmark_identification
 from .calibrate import Calibrate, run_calibrate_command
@@ -59,6 +60,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "streams": (Streams, run_streams),
     "sync": (Sync, run_sync),
     "faults": (Faults, run_faults_command),
+    "aircraft": (Aircraft, run_aircraft_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),
 }

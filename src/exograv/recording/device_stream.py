@@ -9,7 +9,8 @@ from xml.etree import ElementTree
 import numpy as np
 from jaxtyping import Float, Int
 
-from .clock_fit import ClockFit, fit_clock
+from exograv.clock_fit import ClockFit, fit_clock
+
 from .stream_block import StreamBlock
 
 Samples = Float[np.ndarray, " sample"]

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from exograv.clock_fit import ClockFit, fit_clock
 from exograv.errors import RecordingError
 from exograv.recording import Recording
-from exograv.recording.clock_fit import ClockFit, fit_clock
 from exograv.recording.device_stream import DeviceStream
 
 GAP_PERIODS = 2.0

@@ -1,4 +1,4 @@
-"""How another device's clock runs against ours, by what LSL has measured of it now and then."""
+"""How another clock runs against ours, by what has been measured of it now and then: a device on LSL, a web page."""
 
 from dataclasses import dataclass
 
@@ -53,10 +53,10 @@ class ClockFit:
 
 
 def fit_clock(remote: Float[np.ndarray, " asked"], offset: Float[np.ndarray, " asked"]) -> ClockFit | None:
-    """Straight line through what LSL has measured; a constant where it is too short; None where there is nothing.
+    """Straight line through what has been measured; a constant where it is too short; None where there is nothing.
 
     Args:
-        remote: Time on the device's clock of each measurement [s]; LSL repeats one until it has a newer.
+        remote: Time on the device's clock of each measurement [s]; a source (LSL) repeats one until it has a newer.
         offset: What was measured [s].
     """
     remote, first = np.unique(remote, return_index=True)

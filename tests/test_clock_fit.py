@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.recording.clock_fit import ClockFit, fit_clock, student_975
+from exograv.clock_fit import ClockFit, fit_clock, student_975
 
 OFFSET_S, DRIFT, NOISE_S = 12.5, 40e-6, 30e-6
 SEEDS = range(1000, 1200)

@@ -1,0 +1,193 @@
+"""The aircraft's data from the network, and an emulator that sends such data on the ground."""
+
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.task.aircraft_line import PORT, SIZE_MAX_BYTES, AircraftSample, parse_line
+from exograv.task.aircraft_watch import AircraftEvent, Watch
+from exograv.task.events import FeedBack, FeedLost, OpenWindow
+from exograv.task.flight_profile import FlightProfile, Network, datagrams
+from exograv.task.task_settings import AircraftSettings
+
+AT_ONCE_MAX = 64
+"""Datagrams taken at a time: whoever floods the port must not keep us from the clock."""
+
+CHECK_S = 0.02
+Say = Callable[[str], None]
+
+
+class AircraftReceiver:
+    """Hears the aircraft on its port and says when windows open and close."""
+
+    def __init__(self, settings: AircraftSettings, level: float, port: int = PORT, sender: str | None = None):
+        """Nothing is heard before `with`.
+
+        Args:
+            settings: Of the protocol.
+            level: Of the windows that are flown [-].
+            port: Where it is heard; 0 takes a free one.
+            sender: Only address that is believed; any if there is none.
+        """
+        self._watch, self._port, self._sender = Watch(settings, level), port, sender
+        self._socket: socket.socket | None = None
+        self.heard = self.refused = self.foreign = 0
+        self.why_refused = ""
+        """The latest reason."""
+
+    def __enter__(self) -> "AircraftReceiver":
+        """Listen.
+
+        Raises:
+            ConfigError: The port is not to be had.
+        """
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        # A broadcast is for all: another program on this computer may hear it too.
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._socket.setblocking(False)
+        try:
+            self._socket.bind(("", self._port))
+        except OSError as error:
+            self._socket.close()
+            raise ConfigError(
+                f"UDP port {self._port} cannot be listened to: {error.strerror}. Give another --port, or end the "
+                "program that has it."
+            ) from error
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Let go of the port."""
+        if self._socket is not None:
+            self._socket.close()
+
+    @property
+    def port(self) -> int:
+        """The one that was taken."""
+        return self._port if self._socket is None else self._socket.getsockname()[1]
+
+    @property
+    def sample(self) -> AircraftSample | None:
+        """The newest."""
+        return self._watch.last
+
+    @property
+    def is_window(self) -> bool:
+        """Whether g is that of a window."""
+        return self._watch.is_window
+
+    def receive(self, t: float) -> tuple[AircraftEvent, ...]:
+        """What has come until `t` on the caller's clock [s], and whether nothing has for too long."""
+        events = list[AircraftEvent]()
+        for _ in range(AT_ONCE_MAX):
+            datagram = self._next()
+            if datagram is None:
+                break
+            sample = parse_line(datagram)
+            if isinstance(sample, str):
+                self.refused, self.why_refused = self.refused + 1, sample
+                continue
+            self.heard += 1
+            self._watch, more = self._watch.with_sample(sample, t)
+            events += more
+        self._watch, more = self._watch.at(t)
+        return (*events, *more)
+
+    def _next(self) -> bytes | None:
+        while self._socket is not None:
+            try:
+                datagram, (address, _) = self._socket.recvfrom(SIZE_MAX_BYTES + 1)
+            except BlockingIOError:
+                return None
+            if self._sender in (None, address):
+                return datagram
+            self.foreign += 1
+        return None
+
+
+@dataclass(frozen=True)
+class Emulation:
+    """An emulated flight on the network."""
+
+    profile: FlightProfile
+    network: Network
+    host: str = "127.0.0.1"
+    """To whom it is sent; a broadcast address for a whole network."""
+    port: int = PORT
+    speed: float = 1.0
+    """Of time: 60 flies a minute in a second."""
+    seed: int = 0
+
+
+def emulate(emulation: Emulation, say: Say) -> int:
+    """Send a flight; returns how many datagrams.
+
+    Raises:
+        ConfigError: An option cannot be used, or nothing can be sent there.
+    """
+    if not 0.01 <= emulation.speed <= 1000.0:
+        raise ConfigError(f"--speed is {emulation.speed:g}; allowed: 0.01 to 1000.")
+    sent, begun = 0, time.monotonic()
+    where = (emulation.host, emulation.port)
+    minutes = emulation.profile.cycle_s * emulation.profile.parabolas / 60.0 / emulation.speed
+    say(f"Emulated flight: {emulation.profile.parabolas} parabolas to {where[0]}:{where[1]}, {minutes:.1f} min.")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        for arrives, datagram in datagrams(emulation.profile, emulation.network, emulation.seed):
+            wait_s = begun + arrives / emulation.speed - time.monotonic()
+            if wait_s > 0.0:
+                time.sleep(wait_s)
+            try:
+                sender.sendto(datagram, where)
+            except OSError as error:
+                raise ConfigError(
+                    f"Nothing can be sent to {where[0]}:{where[1]}: {error.strerror}. Give another --host or --port."
+                ) from error
+            sent += 1
+    return sent
+
+
+def listen(receiver: AircraftReceiver, seconds: float, say: Say) -> dict[str, Any]:
+    """Hear the aircraft for so long, or until Ctrl-C; returns figures.
+
+    Raises:
+        ConfigError: The port is not to be had, or the time cannot be used.
+    """
+    if not 0.0 < seconds <= 86_400.0:
+        raise ConfigError(f"--seconds is {seconds:g}; allowed: above 0, to 86400 (a day).")
+    windows, begun = 0, time.monotonic()
+    with receiver:
+        say(f"Listening on UDP port {receiver.port}; Ctrl-C ends.")
+        try:
+            while (t := time.monotonic() - begun) < seconds:
+                for event in receiver.receive(t):
+                    windows += isinstance(event, OpenWindow)
+                    say(f"{t:8.1f} s  {sentence(event)}")
+                time.sleep(CHECK_S)
+        except KeyboardInterrupt:
+            say("Ended by the keyboard.")
+    last = receiver.sample
+    return {
+        "heard": receiver.heard,
+        "refused": receiver.refused,
+        "why_refused": receiver.why_refused,
+        "from_others": receiver.foreign,
+        "windows": windows,
+        "parabola": None if last is None else last.parabola,
+        "announcement": None if last is None else last.announcement,
+    }
+
+
+def sentence(event: AircraftEvent) -> str:
+    """For a person at a terminal."""
+    if isinstance(event, OpenWindow):
+        says = {None: "announcement unknown", True: "announced too", False: "the announcement says otherwise"}
+        return f"window opens, parabola {event.parabola}, {says[event.confirmed]}"
+    if isinstance(event, FeedLost):
+        return "nothing comes any more"
+    return "it is heard again" if isinstance(event, FeedBack) else "window closes"

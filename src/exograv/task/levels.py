@@ -1,0 +1,24 @@
+"""Gravity levels by name, and how fast one may become another."""
+
+from typing import Literal
+
+LevelName = Literal["weightless", "moon", "mars", "earth", "hyper"]
+LEVELS: dict[LevelName, float] = {"weightless": 0.0, "moon": 0.16, "mars": 0.38, "earth": 1.0, "hyper": 1.8}
+"""Share of Earth weight that is felt [-]. Source: parabolas of the A310, Moon and Mars as flown there
+(Pletser, doi 10.5772/intechopen.93464)."""
+
+EARTH = LEVELS["earth"]
+
+RATE_MAX_PER_S = 0.2
+"""Of a level that a machine makes: from 1 to 0 in five seconds (docs/safety.md) [1/s]."""
+
+
+def slewed(level: float, target: float, seconds: float) -> float:
+    """The level after so many seconds on the way to `target`, as fast as is allowed."""
+    way = RATE_MAX_PER_S * max(seconds, 0.0)
+    return target if abs(target - level) <= way else level + (way if target > level else -way)
+
+
+def slewing_s(level: float, target: float) -> float:
+    """How long that takes [s]."""
+    return abs(target - level) / RATE_MAX_PER_S

@@ -1,0 +1,166 @@
+"""What operator, aircraft and program do to a run: start, pause, resume, open and close windows, stop."""
+
+from collections.abc import Callable
+from typing import Any
+
+from .clockwork import Step, close_window, end, made_level, open_window
+from .events import (
+    CloseWindow,
+    FeedBack,
+    FeedLost,
+    Interrupted,
+    OpenWindow,
+    Pause,
+    Resume,
+    Start,
+    Stop,
+)
+from .levels import EARTH, slewing_s
+from .plan import Plan
+from .records import AlarmRaised, Paused, Record, Resumed, RunBegan, WindowOpened
+from .state import Alarm, State
+
+RESUME_NOTICE_S = 3.0
+"""From the operator's word to what belongs to the window: nobody is surprised by a ramp [s]."""
+
+Outcome = Step | str
+"""What has become of it, or why it cannot be."""
+
+
+def start(plan: Plan, state: State, event: Start) -> Outcome:
+    """Begin with the first rest; its phase is due at once."""
+    if state.status != "ready":
+        return f"the run is {state.status}; a run starts once"
+    pitch = None if plan.screen is None else (plan.screen.pitch_x_mm, plan.screen.pitch_y_mm)
+    record = RunBegan(t=event.t, protocol=plan.protocol.name, protocol_sha256=plan.loaded.sha256, pitch_mm=pitch)
+    times = dict.fromkeys(("t", "origin", "approach", "left_at"), event.t)
+    begun = {"status": "running", "protocol_sha256": plan.loaded.sha256, **times}
+    return state.model_copy(update=begun), (record,)
+
+
+def open_next(plan: Plan, state: State, event: OpenWindow) -> Outcome:
+    """The next window begins now."""
+    if state.status != "running":
+        return f"the run is {state.status}; a window opens while it is running"
+    if plan.is_clocked:
+        return "the clock opens the windows of this protocol; resume the run at a window instead"
+    if state.window is not None:
+        return f"window {state.window.number} is open already"
+    number = state.next_window(plan.protocol.windows.numbers) if state.wanted is None else state.wanted
+    if number is None:
+        return "all windows are complete"
+    state = state.model_copy(update={"wanted": None})
+    opened = WindowOpened(
+        t=event.t,
+        window=number,
+        attempt=state.attempts(number) + 1,
+        by=event.by,
+        gravity_level=plan.protocol.windows.level_of(number).start,
+        since=event.since,
+        parabola=event.parabola,
+        confirmed=event.confirmed,
+    )
+    state, records = open_window(plan, state, opened)
+    if event.confirmed is False:
+        state, more = raise_alarm(state, "g has opened a window, and the aircraft announces something else.")
+        records = (*records, *more)
+    return state, records
+
+
+def close_open(plan: Plan, state: State, event: CloseWindow) -> Outcome:
+    """The open window ends now; one that the clock has closed before is not closed twice."""
+    if plan.is_clocked:
+        return "the clock closes the windows of this protocol; pause the run instead"
+    if state.window is None:
+        return (state, ()) if event.by == "aircraft" else "no window is open"
+    return close_window(plan, state, event.t, event.by)
+
+
+def lose_feed(plan: Plan, state: State, event: FeedLost) -> Outcome:
+    """An open window goes on by the clock, to its nominal end."""
+    if state.is_feed_lost:
+        return state, ()
+    state = state.model_copy(update={"is_feed_lost": True})
+    window = state.window
+    text = "The aircraft's data have stopped: open and close windows by hand."
+    if window is not None and window.by == "aircraft":
+        state = state.with_window(len(state.windows) - 1, marks=(*window.marks, "feed lost"))
+        text = f"The aircraft's data have stopped: window {window.number} ends by the clock, the next open by hand."
+    return raise_alarm(state, text)
+
+
+def hear_feed(plan: Plan, state: State, event: FeedBack) -> Outcome:
+    """It counts again."""
+    return state.model_copy(update={"is_feed_lost": False}), ()
+
+
+def pause(plan: Plan, state: State, event: Pause) -> Outcome:
+    """Break off; the level goes to 1."""
+    if state.status != "running":
+        return f"the run is {state.status}; only a running one can be paused"
+    left = {"left_at": event.t, "left_level": made_level(plan, state, event.t)}
+    state, records = close_window(plan, state, event.t, "pause")
+    return state.model_copy(update={"status": "paused", **left}), (*records, Paused(t=event.t, why=event.why))
+
+
+def interrupt(plan: Plan, state: State, event: Interrupted) -> Outcome:
+    """The time between is unknown: the open window ends where we were, and the machine carries nothing now."""
+    state, records = close_window(plan, state, state.t, "interruption")
+    new = {"t": event.t, "epoch": state.epoch + 1, "left_at": event.t, "left_level": EARTH, "is_feed_lost": False}
+    state = state.model_copy(update=new)
+    if state.status not in ("running", "paused"):
+        return state, records
+    paused = Paused(t=event.t, why="the program was interrupted")
+    return state.model_copy(update={"status": "paused"}), (*records, paused)
+
+
+def resume(plan: Plan, state: State, event: Resume) -> Outcome:
+    """Go on with a window, after a notice, and not before the level has arrived at 1."""
+    if state.status != "paused":
+        return f"the run is {state.status}; only a paused one can be resumed"
+    window = state.next_window(plan.protocol.windows.numbers) if event.window is None else event.window
+    if window is None or window not in plan.protocol.windows.numbers:
+        numbers = plan.protocol.windows.numbers
+        return f"there is no window {window} to resume at; windows are {numbers[0]} to {numbers[-1]}"
+    arrives = state.left_at + slewing_s(state.left_level, EARTH)
+    approach = max(event.t + RESUME_NOTICE_S, arrives)
+    approach_s = plan.timeline.approach_s(window)
+    changes = {
+        "status": "running",
+        "origin": approach - approach_s,
+        "approach": approach,
+        "phase": plan.timeline.index_at(approach_s) - 1,
+        "wanted": None if plan.is_clocked else event.window,
+    }
+    return state.model_copy(update=changes), (Resumed(t=event.t, window=window, approach_t=approach),)
+
+
+def stop(plan: Plan, state: State, event: Stop) -> Outcome:
+    """End it; the level goes to 1."""
+    if state.status in ("stopped", "finished"):
+        return state, ()
+    state, records = close_window(plan, state, event.t, "stop")
+    state, more = end(plan, state, event.t, event.why or "stopped")
+    return state, (*records, *more)
+
+
+def raise_alarm(state: State, text: str) -> Step:
+    """The operator has to know."""
+    number = len(state.alarms)
+    alarm = Alarm(number=number, t=state.t, text=text)
+    record: Record = AlarmRaised(t=state.t, alarm=number, text=text)
+    return state.model_copy(update={"alarms": (*state.alarms, alarm)}), (record,)
+
+
+OPERATING: dict[type, Callable[[Plan, State, Any], Outcome]] = {
+    Start: start,
+    OpenWindow: open_next,
+    CloseWindow: close_open,
+    FeedLost: lose_feed,
+    FeedBack: hear_feed,
+    Pause: pause,
+    Resume: resume,
+    Interrupted: interrupt,
+    Stop: stop,
+}
+"""What is done by whom; a tick, a touch and a return of the hand are not in it."""

@@ -1,0 +1,155 @@
+"""What each page has to show at a time: for the participant nothing but the task, for the operator how it goes."""
+
+from typing import Literal
+
+from exograv.model.rig_settings import Settings
+
+from .pace import arrow, pace
+from .plan import Plan
+from .schedule import Phase, PhaseKind
+from .state import Alarm, State, Status, WindowState
+from .task_settings import Sign, TargetSettings
+from .totals import Quartiles, Totals, quartiles, totals
+
+
+class ParticipantPicture(Settings):
+    """Of the page in front of the arm."""
+
+    screen: Literal["welcome", "rest", "task", "paused", "end"]
+    target: TargetSettings | None
+    diameter_px: float | None
+    """Of the target, on this panel."""
+
+    arrow: Sign | None
+    countdown_s: float | None
+    """To the next window's opening, or to the end of the open one; None where nobody knows."""
+
+    window: int | None
+    """The open one, or the next."""
+
+    windows: int
+
+
+class WindowPicture(Settings):
+    """One window, or one attempt at it."""
+
+    number: int
+    attempt: int
+    is_open: bool
+    is_complete: bool
+    touches: int
+    accepted: int
+    deviation_px: Quartiles | None
+    deviation_mm: Quartiles | None
+    marks: tuple[str, ...]
+
+
+class OperatorPicture(Settings):
+    """Of the page beside it; whether the machine is a sham cannot be seen here."""
+
+    status: Status
+    phase: PhaseKind
+    gravity_level: float | None
+    """As the protocol states it for now; None while the schedule stands."""
+
+    countdown_s: float | None
+    window: int | None
+    windows: tuple[WindowPicture, ...]
+    totals: Totals
+    left_s: float | None
+    """To the end of the schedule; None where an aircraft or a hand decides."""
+
+    alarms: tuple[Alarm, ...]
+    """Not acknowledged yet."""
+
+    is_feed_lost: bool
+
+
+def participant_picture(plan: Plan, state: State, t: float) -> ParticipantPicture:
+    """At a time not before the last event, and before the clock's next one."""
+    screens: dict[Status, Literal["welcome", "rest", "paused", "end"]] = {
+        "ready": "welcome",
+        "running": "rest",
+        "paused": "paused",
+        "stopped": "end",
+        "finished": "end",
+    }
+    window, target = state.window, plan.protocol.target
+    shown = None
+    diameter_px = None
+    if window is not None:
+        since = window.opened if window.cycle.last_touch is None else window.cycle.last_touch
+        shown = arrow(plan.protocol, pace(plan.protocol, t - since))
+        diameter_px = target.diameter_px if plan.screen is None else target.diameter_mm / plan.screen.pitch_x_mm
+    return ParticipantPicture(
+        screen=screens[state.status] if window is None else "task",
+        target=None if window is None else target,
+        diameter_px=diameter_px,
+        arrow=shown,
+        countdown_s=_countdown_s(plan, state, t),
+        window=_window(plan, state),
+        windows=plan.protocol.windows.count,
+    )
+
+
+def operator_picture(plan: Plan, state: State, t: float) -> OperatorPicture:
+    """At a time not before the last event, and before the clock's next one."""
+    counts = state.status == "running" and plan.is_clocked
+    phase = _phase(plan, state, t)
+    kind = PhaseKind.WINDOW if state.window is not None else PhaseKind.REST
+    return OperatorPicture(
+        status=state.status,
+        phase=kind if phase is None else phase.kind,
+        gravity_level=None if phase is None else phase.level_at(t - state.origin),
+        countdown_s=_countdown_s(plan, state, t),
+        window=_window(plan, state),
+        windows=tuple(map(_window_picture, state.windows)),
+        totals=totals(state),
+        left_s=max(state.origin + plan.timeline.duration_s - t, 0.0) if counts else None,
+        alarms=tuple(alarm for alarm in state.alarms if not alarm.is_acknowledged),
+        is_feed_lost=state.is_feed_lost,
+    )
+
+
+def _phase(plan: Plan, state: State, t: float) -> Phase | None:
+    """Of the schedule, while it counts."""
+    counts = state.status == "running" and plan.is_clocked and t >= state.approach and state.phase >= 0
+    return plan.timeline.phases[state.phase] if counts else None
+
+
+def _window(plan: Plan, state: State) -> int | None:
+    if state.window is not None:
+        return state.window.number
+    if state.status == "running" and plan.is_clocked:
+        coming = plan.timeline.phases[max(state.phase, 0) :]
+        return next((phase.window for phase in coming if phase.kind is PhaseKind.WINDOW), None)
+    return state.next_window(plan.protocol.windows.numbers)
+
+
+def _countdown_s(plan: Plan, state: State, t: float) -> float | None:
+    if state.status != "running":
+        return None
+    number = _window(plan, state)
+    if not plan.is_clocked:
+        window = state.window
+        return None if window is None else max(window.opened + plan.protocol.windows.duration_s - t, 0.0)
+    if number is None:
+        return None
+    planned = plan.timeline.windows[number]
+    until_s = planned.start_s if state.window is None else planned.end_s
+    return max(state.origin + until_s - t, 0.0)
+
+
+def _window_picture(window: WindowState) -> WindowPicture:
+    in_mm = [value for value in window.deviations_mm if value is not None]
+    return WindowPicture(
+        number=window.number,
+        attempt=window.attempt,
+        is_open=window.closed is None,
+        is_complete=window.is_complete,
+        touches=window.touches,
+        accepted=len(window.deviations_px),
+        deviation_px=quartiles(list(window.deviations_px)),
+        deviation_mm=quartiles(in_mm),
+        marks=window.marks,
+    )

@@ -1,0 +1,137 @@
+"""The pointing cycle: from rest to the target and back; which touches count, and how far off they were."""
+
+import enum
+import math
+from typing import NamedTuple
+
+from exograv.model.rig_settings import Settings
+
+from .events import Distance, Return, Touch
+from .protocol_schema import Protocol
+from .screen import ScreenCalibration
+
+RETURNS_MAX = 64
+"""Kept while touches are late; each accepted touch forgets those before it."""
+
+RETURN_EVERY_S = 0.2
+"""So often one is kept [s]."""
+
+AHEAD_MAX_S = 0.1
+"""By which a touch may be later than its arrival, by error of the fitted clock [s]."""
+
+
+class Reason(enum.Enum):
+    """Why a touch does not count; the value is the word in records."""
+
+    REPEATED = "repeated"
+    UNTIMED = "untimed"
+    OUTSIDE = "outside"
+    POINTER = "pointer"
+    SECOND = "second"
+    PALM = "palm"
+    OFF_TARGET = "off_target"
+    BOUNCE = "bounce"
+    NO_RETURN = "no_return"
+
+    @property
+    def sentence(self) -> str:
+        """For the operator."""
+        return SENTENCES[self]
+
+
+SENTENCES = {
+    Reason.REPEATED: "It was sent again, and is counted already.",
+    Reason.UNTIMED: "Its time is later than its arrival: the page's clock is not fitted.",
+    Reason.OUTSIDE: "It is outside of every window.",
+    Reason.POINTER: "This protocol does not take this kind of pointer.",
+    Reason.SECOND: "It is a second finger.",
+    Reason.PALM: "The contact is too large: a palm.",
+    Reason.OFF_TARGET: "It is too far off the target to be meant for it.",
+    Reason.BOUNCE: "It follows the last too soon to be another one.",
+    Reason.NO_RETURN: "The hand was not back at its resting place.",
+}
+
+
+class Cycle(Settings):
+    """Where the hand is in its cycle, in one window; it begins at rest."""
+
+    last_touch: float | None = None
+    """The last that counted."""
+
+    returns: tuple[float, ...] = ()
+    """When it was back since then."""
+
+
+class Deviation(NamedTuple):
+    """Contact minus target, right and down."""
+
+    x_px: float
+    y_px: float
+    x_mm: float | None
+    y_mm: float | None
+
+    @property
+    def norm_px(self) -> float:
+        """[px], of the panel."""
+        return math.hypot(self.x_px, self.y_px)
+
+    @property
+    def norm_mm(self) -> float | None:
+        """[mm]; None where the screen is not calibrated."""
+        return None if self.x_mm is None or self.y_mm is None else math.hypot(self.x_mm, self.y_mm)
+
+
+def deviation(touch: Touch, screen: ScreenCalibration | None) -> Deviation:
+    """How far off it was."""
+    dx, dy = touch.x_px - touch.target_x_px, touch.y_px - touch.target_y_px
+    return Deviation(dx, dy, *(screen.to_mm(dx, dy) if screen is not None else (None, None)))
+
+
+def unfit(protocol: Protocol, screen: ScreenCalibration | None, touch: Touch) -> Reason | None:
+    """Why this contact is no pointing at all; None if it may be one."""
+    rules = protocol.pointing
+    if touch.pointer not in rules.pointers:
+        return Reason.POINTER
+    if not touch.is_primary:
+        return Reason.SECOND
+    largest_px = rules.contact_max_px
+    if screen is not None:
+        largest_px = rules.contact_max_mm / max(screen.pitch_x_mm, screen.pitch_y_mm)
+    if touch.contact_px > largest_px:
+        return Reason.PALM
+    return Reason.OFF_TARGET if deviation(touch, screen).norm_px > rules.area_radius_px else None
+
+
+def too_soon(protocol: Protocol, cycle: Cycle, t: float) -> Reason | None:
+    """Why a touch at this time is not the next one; None if it is."""
+    if cycle.last_touch is None:
+        return None
+    since_s, rules = t - cycle.last_touch, protocol.pointing
+    if since_s < rules.bounce_s:
+        return Reason.BOUNCE
+    if rules.return_check == "time":
+        return Reason.NO_RETURN if since_s < rules.return_after_s else None
+    return None if any(cycle.last_touch < back <= t for back in cycle.returns) else Reason.NO_RETURN
+
+
+def touched(cycle: Cycle, t: float) -> Cycle:
+    """After a touch that counts."""
+    return Cycle(last_touch=t, returns=tuple(back for back in cycle.returns if back > t))
+
+
+def returned(protocol: Protocol, cycle: Cycle, event: Return | Distance) -> Cycle:
+    """After a word from sensor or machine; the same cycle if it does not say that the hand is back."""
+    rules = protocol.pointing
+    if isinstance(event, Return):
+        is_back = rules.return_check == "sensor"
+    elif rules.return_check == "fingertip":
+        is_back = event.fingertip_m is not None and 1e3 * event.fingertip_m <= rules.rest_radius_mm
+    else:
+        is_near = event.joints_rad is not None and math.degrees(event.joints_rad) <= rules.rest_radius_deg
+        is_back = rules.return_check == "joints" and is_near
+    if not is_back:
+        return cycle
+    # A hand that stays says so at every tick of the loop.
+    if cycle.returns and 0.0 <= event.t - cycle.returns[-1] < RETURN_EVERY_S:
+        return cycle
+    return cycle.model_copy(update={"returns": (*cycle.returns, event.t)[-RETURNS_MAX:]})

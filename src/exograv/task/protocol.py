@@ -1,0 +1,87 @@
+"""A protocol by its name, or from a file of the laboratory's own."""
+
+import difflib
+import hashlib
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from exograv.errors import ConfigError
+from exograv.model.description import validation_sentences
+
+from .levels import EARTH
+from .protocol_schema import Protocol
+
+FOLDER = Path(__file__).parent / "protocols"
+SIZE_MAX_BYTES = 200_000
+"""A protocol has three thousand."""
+
+
+@dataclass(frozen=True)
+class LoadedProtocol:
+    """A protocol, and which file it is."""
+
+    settings: Protocol
+    path: Path
+    sha256: str
+    """Of the file."""
+
+    @property
+    def recorded(self) -> dict[str, Any]:
+        """As it goes into the settings of a recording: every value, every rest, and which values are our choice."""
+        rests_s = list(self.settings.rest_lengths_s)
+        return {"sha256": self.sha256, "rest_lengths_s": rests_s, **self.settings.model_dump(mode="json")}
+
+
+def protocol_names() -> list[str]:
+    """Protocols that come with exograv."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+def load_protocol(protocol: str) -> LoadedProtocol:
+    """Read one by its name, or by the path of a file.
+
+    Raises:
+        ConfigError: There is none, or it holds something that cannot be used.
+    """
+    path = FOLDER / f"{protocol}.toml" if protocol in protocol_names() else Path(protocol)
+    if not path.is_file():
+        near = difflib.get_close_matches(protocol, protocol_names(), n=1)
+        hint = f" Did you mean '{near[0]}'?" if near else ""
+        raise ConfigError(
+            f"No protocol '{protocol}'.{hint} Known: {', '.join(protocol_names())}; or give the path of a file."
+        )
+    try:
+        size = path.stat().st_size
+        if size > SIZE_MAX_BYTES:
+            raise ConfigError(f"{path} has {size} bytes; a protocol has at most {SIZE_MAX_BYTES}. Give another file.")
+        content = path.read_bytes()
+        settings = Protocol.model_validate(tomllib.loads(content.decode("utf-8")))
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be read: {error.strerror}. Check its permissions.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ConfigError(f"{path} is not valid TOML: {error}. Correct it there.") from error
+    except ValidationError as error:
+        raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there.") from error
+    return LoadedProtocol(settings, path, hashlib.sha256(content).hexdigest())
+
+
+def refuse_levels(protocol: Protocol, level_max: float) -> None:
+    """What a protocol may state, this machine need not make.
+
+    Raises:
+        ConfigError: A level is above what is allowed.
+    """
+    if protocol.exo != "active":
+        return
+    for entry in protocol.windows.levels:
+        highest = max(entry.start, entry.end)
+        if highest > level_max:
+            push = " A level above 1 pushes the arm down." if highest > EARTH else ""
+            raise ConfigError(
+                f"Protocol '{protocol.name}' has gravity level {highest:g} from window {entry.window} on; this machine "
+                f"makes {level_max:g} at most.{push} Lower windows.levels, or use a passive protocol."
+            )

@@ -1,0 +1,237 @@
+"""Everything a protocol's TOML may say, checked on load."""
+
+from itertools import pairwise
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, PositiveInt, model_validator
+
+from exograv.model.rig_settings import Settings
+
+from .levels import EARTH, LEVELS, RATE_MAX_PER_S, LevelName
+from .published import refuse_unmarked
+from .task_settings import AircraftSettings, PaceSettings, PointingSettings, TargetSettings
+
+ExoMode = Literal["active", "passive", "sham"]
+"""Carries the arm; does not, and only records; or behaves as passive while nobody at the machine is told so."""
+Opening = Literal["clock", "aircraft", "hand"]
+Seconds = Annotated[float, Field(ge=0.0, le=86_400.0)]
+Duration = Annotated[float, Field(gt=0.0, le=3600.0)]
+Level = Annotated[float, Field(ge=0.0, le=2.0)] | LevelName
+
+
+def level_value(level: float | LevelName) -> float:
+    """Felt share of Earth weight [-]."""
+    return LEVELS[level] if isinstance(level, str) else level
+
+
+class LevelFrom(Settings):
+    """The gravity level of the windows from one on, until the next entry."""
+
+    window: Annotated[int, Field(ge=0)]
+    """Its number."""
+
+    level: Level
+    end_level: Level | None = None
+    """Where the level changes along a line during the window; else it stays."""
+
+    @property
+    def start(self) -> float:
+        """When a window opens [-]."""
+        return level_value(self.level)
+
+    @property
+    def end(self) -> float:
+        """When it closes [-]."""
+        return self.start if self.end_level is None else level_value(self.end_level)
+
+
+class Windows(Settings):
+    """When the participant moves."""
+
+    count: Annotated[int, Field(ge=1, le=500)]
+    duration_s: Duration
+    touches: Annotated[int, Field(ge=1, le=100)]
+    """Asked for in a window."""
+
+    first_number: Literal[0, 1] = 1
+    levels: Annotated[list[LevelFrom], Field(min_length=1)]
+
+    @property
+    def numbers(self) -> range:
+        """Of all windows."""
+        return range(self.first_number, self.first_number + self.count)
+
+    @property
+    def interval_s(self) -> float:
+        """From one touch to the next [s]."""
+        return self.duration_s / self.touches
+
+    def level_of(self, window: int) -> LevelFrom:
+        """What is felt in this window."""
+        return [entry for entry in self.levels if entry.window <= window][-1]
+
+    @model_validator(mode="after")
+    def _levels_in_order(self) -> "Windows":
+        starts = [entry.window for entry in self.levels]
+        if starts[0] != self.first_number:
+            raise ValueError(f"levels begin with window {starts[0]}; they must begin with the first, {self.numbers[0]}")
+        if any(later <= earlier for earlier, later in pairwise(starts)) or starts[-1] not in self.numbers:
+            raise ValueError(f"levels are of windows {starts}; allowed: rising, to {self.numbers[-1]} at most")
+        return self
+
+
+class LongerRest(Settings):
+    """A rest that is not like the others."""
+
+    after_window: Annotated[int, Field(ge=0)]
+    rest_s: Duration
+
+
+class RestTable(Settings):
+    """How long every rest between two windows is: one length with exceptions, or each by itself."""
+
+    rest_s: Duration | None = None
+    longer: tuple[LongerRest, ...] = ()
+    each_s: Annotated[list[Duration], Field(min_length=1)] | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> "RestTable":
+        if (self.rest_s is None) == (self.each_s is None) or (self.each_s is not None and self.longer):
+            raise ValueError("give rest_s, and longer where some differ; or each_s, one entry a rest")
+        after = [entry.after_window for entry in self.longer]
+        if len(set(after)) < len(after):
+            raise ValueError(f"longer has two rests after the same window: {after}")
+        return self
+
+    def explicit(self, numbers: range) -> tuple[float, ...]:
+        """The rest after each window but the last [s].
+
+        Raises:
+            ValueError: The table does not fit to these windows.
+        """
+        if self.each_s is not None:
+            if len(self.each_s) != len(numbers) - 1:
+                raise ValueError(f"each_s has {len(self.each_s)} rests; {len(numbers)} windows need {len(numbers) - 1}")
+            return tuple(self.each_s)
+        longer = {entry.after_window: entry.rest_s for entry in self.longer}
+        if unknown := sorted(set(longer) - set(numbers[:-1])):
+            raise ValueError(f"longer names window {unknown[0]}; a rest comes after {numbers[0]} to {numbers[-1] - 1}")
+        return tuple(longer.get(number, self.rest_s or 0.0) for number in numbers[:-1])
+
+
+class Ramps(Settings):
+    """How the machine's level changes between rest and window."""
+
+    duration_s: Duration = 5.0
+    hold_s: Annotated[float, Field(ge=0.0, le=60.0)] = 2.0
+    """From the end of the ramp to the window's opening."""
+
+
+class Hypergravity(Settings):
+    """What an aircraft does before and after each window; no machine makes it."""
+
+    level: Level
+    duration_s: Duration
+    ramp_s: Duration
+    """Into it, and out of it."""
+
+
+def _name(text: str) -> str:
+    if not text or not text.replace("_", "").replace("-", "").isalnum() or len(text) > 40:
+        raise ValueError("a name has up to 40 letters, digits, '-' and '_'")
+    return text
+
+
+class Protocol(Settings):
+    """The whole file: one kind of session."""
+
+    schema_version: Literal[1]
+    name: Annotated[str, AfterValidator(_name)]
+    title: Annotated[str, Field(min_length=1, max_length=200)]
+    kind: Literal["training", "familiarisation", "flight"]
+    """Which of the paper's it follows: what is not as there must be listed as unpublished."""
+
+    sessions: PositiveInt
+    """That one person has of it."""
+
+    exo: Literal["active", "passive"]
+    opening: Opening
+    windows: Windows
+    before_first_s: Duration
+    after_last_s: Duration
+    rests: str
+    """Name of the table in use."""
+
+    rest_tables: Annotated[dict[str, RestTable], Field(min_length=1)]
+    ramps: Ramps = Ramps()
+    hypergravity: Hypergravity | None = None
+    pace: PaceSettings
+    target: TargetSettings
+    pointing: PointingSettings
+    aircraft: AircraftSettings = AircraftSettings()
+    unpublished: tuple[str, ...] = ()
+    """Fields, or tables, whose values are our choice and nobody's publication; all others are the paper's."""
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> "Protocol":
+        if self.rests not in self.rest_tables:
+            raise ValueError(f"rests is '{self.rests}'; tables in the file: {', '.join(self.rest_tables)}")
+        for name, table in self.rest_tables.items():
+            self._refuse_short_rests(name, table.explicit(self.windows.numbers))
+        if self.pace.tolerance_s >= self.windows.interval_s:
+            raise ValueError(
+                f"pace.tolerance_s {self.pace.tolerance_s:g} must be below {self.windows.interval_s:g}, from touch to "
+                "touch"
+            )
+        self._refuse_levels()
+        refuse_unmarked(self.kind, self.leaves, self.unpublished)
+        return self
+
+    def _refuse_short_rests(self, name: str, rests: tuple[float, ...]) -> None:
+        needed = {"active": 2.0 * self.ramps.duration_s + self.ramps.hold_s, "passive": 0.0}[self.exo]
+        if self.hypergravity is not None:
+            needed = max(needed, 2.0 * (self.hypergravity.duration_s + 2.0 * self.hypergravity.ramp_s))
+        if rests and min(rests) < needed:
+            raise ValueError(f"rest_tables.{name}: a rest of {min(rests):g} s has no room for {needed:g} s of ramps")
+        if min(self.before_first_s, self.after_last_s) < 0.5 * needed:
+            raise ValueError(f"before_first_s and after_last_s need {0.5 * needed:g} s or more, for the ramps")
+
+    def _refuse_levels(self) -> None:
+        if self.exo == "active" and self.opening != "clock":
+            raise ValueError(
+                "exo 'active' needs opening 'clock': the level must have changed before a window opens, and only a "
+                "clock knows when that will be"
+            )
+        if self.exo == "active" and self.hypergravity is not None:
+            raise ValueError("[hypergravity] is what an aircraft does; an active machine makes windows.levels only")
+        for entry in self.windows.levels:
+            if self.exo == "active":
+                fastest = max(
+                    abs(EARTH - entry.start) / self.ramps.duration_s,
+                    abs(EARTH - entry.end) / self.ramps.duration_s,
+                    abs(entry.end - entry.start) / self.windows.duration_s,
+                )
+                if fastest > RATE_MAX_PER_S + 1e-9:
+                    raise ValueError(
+                        f"the level of window {entry.window} changes by {fastest:.2f} a second; allowed: "
+                        f"{RATE_MAX_PER_S:g}. Make ramps.duration_s longer"
+                    )
+            if self.opening == "aircraft" and abs(entry.start - EARTH) <= 2.0 * self.aircraft.close_beyond_g:
+                raise ValueError(f"windows at {entry.start:g} g are like level flight; use opening 'hand'")
+
+    @property
+    def rest_lengths_s(self) -> tuple[float, ...]:
+        """After each window but the last, by the table in use [s]."""
+        return self.rest_tables[self.rests].explicit(self.windows.numbers)
+
+    @property
+    def leaves(self) -> dict[str, Any]:
+        """All values that somebody has chosen, by their path in the file."""
+        free = {"schema_version", "name", "title", "kind", "unpublished"}
+        return dict(_leaves(self.model_dump(mode="json", exclude=free), ""))
+
+
+def _leaves(value: Any, path: str) -> list[tuple[str, Any]]:
+    if not isinstance(value, dict) or not value:
+        return [(path, value)]
+    return [leaf for key, inner in value.items() for leaf in _leaves(inner, f"{path}.{key}" if path else key)]

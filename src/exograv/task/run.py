@@ -1,0 +1,117 @@
+"""A run of a protocol: events in, records out. All that happens depends on state, event and the times in them."""
+
+from collections.abc import Callable
+from typing import Any
+
+from pydantic import ValidationError
+
+from exograv.errors import ConfigError
+from exograv.model.description import validation_sentences
+
+from .clockwork import Step, advanced, made_level
+from .events import Acknowledge, Distance, Event, Return, Touch
+from .operating import OPERATING
+from .plan import Plan
+from .pointing import returned
+from .records import AlarmAcknowledged, Record, Refused
+from .state import State
+from .totals import Totals, totals
+from .touching import judge
+
+
+class Run:
+    """One session of one person; its state can be kept, and a run made again from it."""
+
+    def __init__(self, plan: Plan, state: State | None = None):
+        """Begin, or go on where a state was kept (tell it `Interrupted` if the program was away)."""
+        self.plan, self.state = plan, state or State()
+
+    def feed(self, event: Event) -> tuple[Record, ...]:
+        """Tell it something, and hear what has happened until then."""
+        self.state, records = step(self.plan, self.state, event)
+        return records
+
+    def made_level(self, t: float) -> float:
+        """Gravity level that the machine is asked for at `t`, not before the last event [-]."""
+        return made_level(self.plan, self.state, t)
+
+    def totals(self) -> Totals:
+        """Of all touches so far."""
+        return totals(self.state)
+
+    def kept(self) -> str:
+        """The state as JSON."""
+        return self.state.model_dump_json()
+
+    @classmethod
+    def from_kept(cls, plan: Plan, text: str) -> "Run":
+        """Go on from a kept state.
+
+        Raises:
+            ConfigError: It is none, or of another protocol.
+        """
+        try:
+            state = State.model_validate_json(text)
+        except ValidationError as error:
+            raise ConfigError(
+                f"The kept state of the run cannot be used: {validation_sentences(error)} Begin a new run."
+            ) from error
+        if state.protocol_sha256 not in ("", plan.loaded.sha256) or state.phase >= len(plan.timeline.phases):
+            raise ConfigError(
+                f"The kept state is of another protocol than '{plan.protocol.name}', or of another version of its "
+                "file. Give the file that the run was begun with."
+            )
+        return cls(plan, state)
+
+
+def step(plan: Plan, state: State, event: Event) -> Step:
+    """The run after an event; what the clock did until then comes first."""
+    operating: Callable[[Plan, State, Any], Step | str] | None = OPERATING.get(type(event))
+    # A program that was away knows nothing of the time between, and its clock may be another.
+    if event.kind == "interrupted" and operating is not None:
+        return _taken(operating(plan, state, event), state, event)
+    t = event.received if isinstance(event, Touch) else event.t
+    state, before = advanced(plan, state, t)
+    if operating is not None and state.status != "ready":
+        event = event.model_copy(update={"t": state.t})  # a word that was overtaken counts from now
+    state, records = _respond(plan, state, event, operating)
+    state, after = advanced(plan, state, t)
+    return state, (*before, *records, *after)
+
+
+def _respond(
+    plan: Plan, state: State, event: Event, operating: Callable[[Plan, State, Any], Step | str] | None
+) -> Step:
+    if isinstance(event, Touch):
+        return judge(plan, state, event)
+    if isinstance(event, (Return, Distance)):
+        return _note_return(plan, state, event)
+    if isinstance(event, Acknowledge):
+        return _acknowledge(state, event)
+    return (state, ()) if operating is None else _taken(operating(plan, state, event), state, event)
+
+
+def _taken(outcome: Step | str, state: State, event: Event) -> Step:
+    """What has become of it; a sentence is a refusal."""
+    if isinstance(outcome, str):
+        return state, (Refused(t=state.t, event=event.kind, why=outcome),)
+    return outcome
+
+
+def _note_return(plan: Plan, state: State, event: Return | Distance) -> Step:
+    index = state.window_at(event.t)
+    if index is None:
+        return state, ()
+    return state.with_window(index, cycle=returned(plan.protocol, state.windows[index].cycle, event)), ()
+
+
+def _acknowledge(state: State, event: Acknowledge) -> Step:
+    open_ones = [alarm.number for alarm in state.alarms if not alarm.is_acknowledged]
+    if event.alarm not in open_ones:
+        return _taken(f"no alarm {event.alarm} waits to be acknowledged", state, event)
+    alarms = (
+        alarm.model_copy(update={"is_acknowledged": True}) if alarm.number == event.alarm else alarm
+        for alarm in state.alarms
+    )
+    record = AlarmAcknowledged(t=state.t, alarm=event.alarm)
+    return state.model_copy(update={"alarms": tuple(alarms)}), (record,)

@@ -1,0 +1,86 @@
+"""A touch becomes a record, exactly once, in the window in which it fell, however late it arrives."""
+
+from .clockwork import Step, tell_pace
+from .events import Touch
+from .pace import Pace, pace
+from .plan import Plan
+from .pointing import AHEAD_MAX_S, Reason, deviation, too_soon, touched, unfit
+from .records import Record, TouchJudged
+from .state import State
+
+
+def judge(plan: Plan, state: State, touch: Touch) -> Step:
+    """The run after a touch has arrived."""
+    index = state.window_at(touch.t)
+    reason = _reason(plan, state, touch, index)
+    interval_s = None if index is None else touch.t - _counted_from(state, index)
+    state = state.seeing(touch)
+    record = _record(plan, state, touch, index, reason, interval_s)
+    if reason is not None or index is None:
+        return _rejected(state, index, reason or Reason.OUTSIDE), (record,)
+    window = state.windows[index]
+    state = state.with_window(
+        index,
+        cycle=touched(window.cycle, touch.t),
+        touches=window.touches + 1,
+        deviations_px=(*window.deviations_px, record.deviation_px),
+        deviations_mm=(*window.deviations_mm, record.deviation_mm),
+    ).model_copy(update={"touches": state.touches + 1})
+    if window.closed is not None:
+        return state, (record,)
+    # A touch that was long on its way is told as what it is by now.
+    told = pace(plan.protocol, state.t - touch.t)
+    state, more = tell_pace(plan, state, state.t, told) if told is not state.pace else (state, ())
+    records: tuple[Record, ...] = (record, *more)
+    return state, records
+
+
+def _reason(plan: Plan, state: State, touch: Touch, index: int | None) -> Reason | None:
+    if state.has_seen(touch):
+        return Reason.REPEATED
+    if touch.t > touch.received + AHEAD_MAX_S:
+        return Reason.UNTIMED
+    if index is None:
+        return Reason.OUTSIDE
+    return unfit(plan.protocol, plan.screen, touch) or too_soon(plan.protocol, state.windows[index].cycle, touch.t)
+
+
+def _counted_from(state: State, index: int) -> float:
+    window = state.windows[index]
+    return window.opened if window.cycle.last_touch is None else window.cycle.last_touch
+
+
+def _rejected(state: State, index: int | None, reason: Reason) -> State:
+    if index is not None:
+        state = state.with_window(index, touches=state.windows[index].touches + 1)
+    rejected = {**state.rejected, reason: state.rejected.get(reason, 0) + 1}
+    return state.model_copy(update={"touches": state.touches + 1, "rejected": rejected})
+
+
+def _record(
+    plan: Plan, state: State, touch: Touch, index: int | None, reason: Reason | None, interval_s: float | None
+) -> TouchJudged:
+    window = None if index is None else state.windows[index]
+    off = deviation(touch, plan.screen)
+    told: Pace | None = None if interval_s is None else pace(plan.protocol, interval_s)
+    return TouchJudged(
+        t=touch.t,
+        received=touch.received,
+        page=touch.page,
+        sequence=touch.sequence,
+        window=None if window is None else window.number,
+        attempt=None if window is None else window.attempt,
+        is_accepted=reason is None,
+        reason=reason,
+        x_px=touch.x_px,
+        y_px=touch.y_px,
+        deviation_x_px=off.x_px,
+        deviation_y_px=off.y_px,
+        deviation_px=off.norm_px,
+        deviation_x_mm=off.x_mm,
+        deviation_y_mm=off.y_mm,
+        deviation_mm=off.norm_mm,
+        contact_px=touch.contact_px,
+        interval_s=interval_s,
+        pace=told,
+    )

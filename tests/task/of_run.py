@@ -1,0 +1,45 @@
+"""Short protocols, and a participant made of numbers."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from exograv.task.events import Event, Touch
+from exograv.task.plan import Plan
+from exograv.task.protocol import load_protocol
+from exograv.task.records import Record, TouchJudged
+from exograv.task.run import Run
+from exograv.task.screen import ScreenCalibration
+
+SCREEN = ScreenCalibration(pitch_x_mm=0.3, pitch_y_mm=0.3, method="card", anisotropy=0.0, relative_error=0.004)
+
+
+def short_plan(name: str = "training", screen: ScreenCalibration | None = SCREEN, windows: int = 3, **pointing) -> Plan:
+    """Few windows with rests of 20 s; the first opens at 35 s of the schedule (familiarisation and training)."""
+    loaded = load_protocol(name)
+    settings = loaded.settings
+    settings = settings.model_copy(
+        update={
+            "windows": settings.windows.model_copy(update={"count": windows}),
+            "rests": "short",
+            "rest_tables": {"short": settings.rest_tables["cycle_180"].model_copy(update={"rest_s": 20.0})},
+            "after_last_s": 10.0,
+            "pointing": settings.pointing.model_copy(update=pointing),
+        }
+    )
+    return Plan(replace(loaded, settings=settings), settings.exo, screen)
+
+
+def touch(t: float, sequence: int, late_s: float = 0.01, **changes) -> Touch:
+    """3 px right of and 4 px below the target."""
+    usual = {"x_px": 963.0, "y_px": 544.0, "target_x_px": 960.0, "target_y_px": 540.0, "page": "p"}
+    return Touch.model_validate({"t": t, "received": t + late_s, "sequence": sequence, **usual, **changes})
+
+
+def fed(run: Run, events: Iterable[Event]) -> list[Record]:
+    """All that it says."""
+    return [record for event in events for record in run.feed(event)]
+
+
+def judged(records: Iterable[Record]) -> list[TouchJudged]:
+    """The touches among them."""
+    return [record for record in records if isinstance(record, TouchJudged)]

@@ -1,0 +1,190 @@
+"""Measured g opens each of 31 windows once and closes it, through noise, loss and disorder; silence is noticed."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exograv.task.aircraft_line import DAY_MS, AircraftSample, parse_line
+from exograv.task.aircraft_watch import Watch
+from exograv.task.events import CloseWindow, FeedBack, FeedLost, OpenWindow, Start, Tick
+from exograv.task.flight_profile import FlightProfile, Network, datagrams, samples
+from exograv.task.levels import EARTH, LEVELS
+from exograv.task.plan import Plan
+from exograv.task.protocol import load_protocol
+from exograv.task.records import AlarmRaised, PhaseBegan, WindowClosed, WindowOpened
+from exograv.task.run import Run
+from exograv.task.task_settings import AircraftSettings
+
+SETTINGS = AircraftSettings()
+SHORT = FlightProfile(parabolas=2, after_s=10.0)
+LATE_S = 1.5
+"""To open or close: the crossing of 0.1 or 0.2 g on a ramp of 5 s, the dwell, and samples that were lost."""
+
+
+def watched(profile: FlightProfile, network: Network, seed: int, settings: AircraftSettings = SETTINGS) -> list:
+    """All that a watch says of a flight."""
+    watch, said = Watch(settings, profile.level), []
+    for t, datagram in datagrams(profile, network, seed):
+        sample = parse_line(datagram)
+        assert isinstance(sample, AircraftSample)
+        watch, events = watch.with_sample(sample, t)
+        said += events
+    return said
+
+
+def spans(said: list) -> list[tuple[float, float]]:
+    opened = [one.t for one in said if isinstance(one, OpenWindow)]
+    return list(zip(opened, [one.t for one in said if isinstance(one, CloseWindow)], strict=True))
+
+
+def assert_windows_are_found(profile: FlightProfile, said: list) -> None:
+    found = spans(said)
+    assert len(found) == profile.parabolas
+    for (opened, closed), (truly_opens, truly_closes) in zip(found, profile.windows_s, strict=True):
+        assert abs(opened - truly_opens) <= LATE_S
+        assert abs(closed - truly_closes) <= LATE_S
+
+
+@pytest.mark.slow
+def test_a_flight_of_31_parabolas_takes_93_minutes_and_has_31_windows():
+    profile = FlightProfile()
+    assert profile.cycle_s == 180.0
+    assert profile.cycle_s * profile.parabolas == 93 * 60
+    said = watched(profile, Network(loss=0.05, jitter_s=0.02, double=0.02), seed=1000)
+    assert_windows_are_found(profile, said)
+    assert [one.parabola for one in said if isinstance(one, OpenWindow)] == list(range(1, 32))
+
+
+@settings(max_examples=8)
+@given(
+    seed=st.integers(1000, 10**6), loss=st.floats(0.0, 0.2), double=st.floats(0.0, 0.3), jitter_s=st.floats(0.0, 0.15)
+)
+def test_loss_doubles_and_disorder_open_no_window_twice(seed: int, loss: float, double: float, jitter_s: float):
+    said = watched(SHORT, Network(loss=loss, double=double, jitter_s=jitter_s), seed)
+    if not any(isinstance(one, FeedLost) for one in said):
+        assert_windows_are_found(SHORT, said)
+
+
+@pytest.mark.parametrize("level", [LEVELS["moon"], LEVELS["mars"], 0.5])
+def test_partial_gravity_is_a_window_of_its_own_level(level: float):
+    profile = FlightProfile(parabolas=2, level=level)
+    assert_windows_are_found(profile, watched(profile, Network(), seed=1001))
+
+
+def test_midnight_in_the_middle_of_a_window_changes_nothing():
+    profile = FlightProfile(parabolas=1, start_ms=DAY_MS - 45_000)
+    times = [sample.since_midnight_ms for _, sample in samples(profile, 1000)]
+    assert min(times) == 0
+    assert_windows_are_found(profile, watched(profile, Network(), seed=1000))
+
+
+def test_the_residual_g_of_an_emulated_window_is_that_of_the_literature():
+    weightless = [
+        sample for t, sample in samples(SHORT, 1000) if any(low + 1 < t < high for low, high in SHORT.windows_s)
+    ]
+    vertical = [abs(sample.g[2]) for sample in weightless]
+    assert max(vertical) <= 0.05
+    assert 0.6 < sum(g <= 0.02 for g in vertical) / len(vertical) < 0.9
+    assert max(abs(sample.g[1]) for sample in weightless) <= 0.02
+
+
+@pytest.mark.parametrize(
+    ("meanings", "confirmed"),
+    [({}, None), ({"EMULATED PARABOLA": "window"}, True), ({"EMULATED PARABOLA": "level"}, False)],
+)
+def test_an_announcement_confirms_a_window_or_not_and_never_opens_it(meanings: dict, confirmed: bool | None):
+    said = watched(SHORT, Network(), 1000, AircraftSettings(announcements={"STEADY FLIGHT": "level", **meanings}))
+    assert [one.confirmed for one in said if isinstance(one, OpenWindow)] == [confirmed] * 2
+    assert_windows_are_found(SHORT, said)
+
+
+def test_a_single_sample_within_the_limits_opens_nothing():
+    watch, said = Watch(SETTINGS, 0.0), []
+    for k in range(30):
+        sample = parsed_level(0.0, 100 * k) if k % 4 == 0 else parsed_level(EARTH, 100 * k)
+        watch, events = watch.with_sample(sample, 0.1 * k)
+        said += events
+    assert said == []
+
+
+def parsed_level(level: float, ms: int) -> AircraftSample:
+    return AircraftSample(ms, "00:00.0", (0.0, 0.0, level), 19.0, 46.0, 944.0, 1, "")
+
+
+def test_a_sender_whose_clock_was_set_back_is_believed_after_two_seconds():
+    watch = Watch(SETTINGS, 0.0)
+    for k in range(60):
+        watch, _ = watch.with_sample(parsed_level(EARTH, 5_000_000 + 100 * k if k < 10 else 100 * k), 0.1 * k)
+    assert watch.last is not None
+    assert watch.last.since_midnight_ms == 5900
+
+
+def flown(network: Network, seed: int = 1000, until_s: float = 193.0) -> tuple[Run, list]:
+    """A run of the shipped flight beside the emulated one."""
+    loaded = load_protocol("flight")
+    run, watch = Run(Plan(loaded, "passive")), Watch(loaded.settings.aircraft, 0.0)
+    records = list(run.feed(Start(t=0.0)))
+    arrivals = iter(datagrams(SHORT, network, seed))
+    coming = next(arrivals, None)
+    for k in range(1, round(20 * until_s)):
+        t = 0.05 * k
+        while coming is not None and coming[0] <= t:
+            sample = parse_line(coming[1])
+            assert isinstance(sample, AircraftSample)
+            watch, events = watch.with_sample(sample, coming[0])
+            for event in events:
+                records += run.feed(event)
+            coming = next(arrivals, None)
+        watch, events = watch.at(t)
+        for event in (*events, Tick(t=t)):
+            records += run.feed(event)
+    return run, records
+
+
+def windows_of(records: list) -> list[WindowClosed]:
+    return [record for record in records if isinstance(record, WindowClosed)]
+
+
+def test_in_flight_the_aircraft_opens_and_closes_the_windows():
+    _, records = flown(Network())
+    assert [(one.window, one.by, one.marks) for one in windows_of(records)] == [
+        (1, "aircraft", ()),
+        (2, "aircraft", ()),
+    ]
+    assert not any(isinstance(record, (AlarmRaised, PhaseBegan)) for record in records)
+
+
+def test_a_feed_that_stops_mid_parabola_leaves_the_window_to_the_clock_marked_and_with_an_alarm():
+    opens, closes = SHORT.windows_s[0]
+    _, records = flown(Network(silent_s=((opens + 8.0, closes + 10.0),)))
+    first, second = windows_of(records)
+    opened = next(record for record in records if isinstance(record, WindowOpened))
+    assert (first.by, first.marks, first.is_complete) == ("clock", ("feed lost",), True)
+    assert first.t - opened.t == pytest.approx(22.0)
+    assert (second.by, second.marks) == ("aircraft", ())
+    alarm = next(record for record in records if isinstance(record, AlarmRaised))
+    assert "window 1 ends by the clock" in alarm.text
+    assert opened.t + 6.0 < alarm.t < opened.t + 10.0
+
+
+def test_a_feed_that_comes_back_within_the_window_closes_it_again():
+    opens, _ = SHORT.windows_s[0]
+    _, records = flown(Network(silent_s=((opens + 8.0, opens + 12.0),)), until_s=100.0)
+    (first,) = windows_of(records)
+    assert (first.by, first.marks) == ("aircraft", ("feed lost",))
+
+
+def test_silence_is_told_once_and_its_end_too():
+    said = watched(SHORT, Network(silent_s=((100.0, 130.0),)), seed=1000)
+    told = [one for one in said if isinstance(one, (FeedLost, FeedBack))]
+    assert [one.kind for one in told] == ["feed_lost", "feed_back"]
+    assert told[0].t == pytest.approx(99.9 + SETTINGS.silent_s)
+    assert told[1].t == pytest.approx(130.0)
+
+
+def test_a_dwell_is_not_counted_across_a_gap_in_which_anything_may_have_been():
+    watch, said = Watch(SETTINGS, 0.0), []
+    for ms in (0, 700, 1400):
+        watch, events = watch.with_sample(parsed_level(0.0, ms), 1e-3 * ms)
+        said += events
+    assert said == []
