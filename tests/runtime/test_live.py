@@ -9,7 +9,7 @@ import pytest
 
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drives.status import DriveStatus
-from exograv.runtime.exchange import TOLD_LEVEL, Channels, FeltLevel, answer_dtype, state_dtype
+from exograv.runtime.exchange import TOLD_LEVEL, Channels, FeltLevel, Led, answer_dtype, state_dtype
 from exograv.runtime.live import GIVEN_UP_AFTER, GuardedRig, GuardJob, _Guarding
 from exograv.runtime.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.runtime.shared import Mailbox, Ring
@@ -172,6 +172,24 @@ def test_a_guard_that_has_given_control_up_waits_in_few_ticks_only_until_it_answ
     assert table.looks > 1
 
 
+def somebody() -> PersonLimits:
+    nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
+    plausible = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
+    return PersonLimits(plausible, wide, np.full(1, -3.0), np.full(1, 3.0))
+
+
+def test_who_is_known_is_held_to_what_a_driven_arm_may_have_only_as_long_as_it_is_led_on(table: Table):
+    table.guard.envelope.person = Person(somebody(), 0.0)
+    table.guard.envelope.person.drive(True)
+    driven = []
+    for word in (Led(somebody()), somebody()):
+        table.guarding._hear(word, table.rig.t)
+        table.tick(answers=True)
+        driven.append(table.guard.envelope.person.is_driven)
+    assert driven == [True, False]
+    assert int(table.guarding._state["persons"]) == 2
+
+
 def told(table: Table, level: float) -> tuple[int, str]:
     """What is recorded when the guard is told to let this level be felt: bits of `acts`, and a note."""
     table.guarding._hear(FeltLevel(level), table.rig.t)
@@ -183,9 +201,7 @@ def told(table: Table, level: float) -> tuple[int, str]:
 def test_a_gravity_level_is_recorded_where_it_was_taken_told_to_control_and_not_taken_after_a_stop_even_a_reset_one(
     table: Table,
 ):
-    nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
-    plausible = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
-    table.guard.envelope.person = Person(PersonLimits(plausible, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
+    table.guard.envelope.person = Person(somebody(), 0.0)
     table.tick(answers=True)
     acts, note = told(table, 0.25)
     assert acts & TOLD_LEVEL

@@ -7,8 +7,9 @@ from exograv.model.assembly import Assembly
 from exograv.runtime.exchange import finding_dtype, sample_dtype
 from exograv.session.ideal_from_truth import prepared_by_truth
 from exograv.session.identify import TRAVEL, V_MOTION, identification_motion
-from exograv.session.lesson import BRIDGED_TICKS, ArmWorker, Lesson
+from exograv.session.lesson import BRIDGED_TICKS, ArmWorker, Learned, Lesson
 from exograv.session.prepare import Prepared
+from exograv.session.verify.postures import NONE, all_passes
 from exograv.session.virtual import draw_laboratory
 
 PERIOD_S, SECONDS, NOW = 0.001, 12.0, 100.0
@@ -109,9 +110,33 @@ def test_a_worker_learns_on_over_samples_that_are_missing(prepared: Prepared, ga
         row["tau"] = model.linearise(sample, prepared.x)[0]
         worker.take(row)
     x, learned = worker.finish()
+    assert isinstance(learned, Learned)
     at_rest = [np.abs(model.at_rest(q, x)[0] - model.at_rest(q, prepared.x)[0]).max() for q in path.q[::500]]
     assert max(at_rest) < 0.05
     # Where the gap is not bridged, it and the filter's transient after it are no motion.
     breaks = gap > BRIDGED_TICKS
     left_out = TRANSIENT_S * (1 + breaks) + breaks * gap * PERIOD_S
     assert learned.estimate.t == pytest.approx(SECONDS - left_out, abs=0.01)
+
+
+def test_who_is_known_is_led_past_every_posture_and_the_end_is_told_once_more(prepared: Prepared):
+    assembly, told = prepared.assembly, Told(prepared.assembly)
+    q = assembly.description.donning_posture
+    end = identification_motion(assembly, SECONDS, PERIOD_S).q[-1]
+    passes = all_passes(np.array([end + 0.1, end - 0.1]), SEED, end, PERIOD_S)
+    lesson = Lesson(assembly, SECONDS, PERIOD_S, lambda row: told.rows.append(row.copy()), lambda: None, passes)
+    told.lesson = lesson
+    assert lesson.words == 2
+    moved(told, q)
+    before, begun = len(told.rows), NOW + 60.0
+    assert {int(row["posture"]) for row in told.rows} == {NONE}
+    lesson.begin_passes(begun)
+    for k in range(len(passes.path) + 3):
+        lesson.begin_passes(now := begun + k * PERIOD_S)
+        lesson.told(now, q, np.zeros(len(q)), lesson.reference(now).q)
+    rows = told.rows[before:]
+    assert [int(row["is_last"]) for row in rows] == [0] * len(passes.path) + [1]
+    assert np.array_equal([int(row["posture"]) for row in rows[:-1]], passes.posture)
+    assert np.abs(rows[0]["q_asked"] - end).max() < 1e-6
+    assert np.array_equal(np.array([row["q_asked"] for row in rows[:-1]]), passes.path.q)
+    assert np.array_equal(np.unique(passes.posture), [NONE, 0, 1])

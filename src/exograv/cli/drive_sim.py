@@ -17,7 +17,7 @@ class DriveSim(Common):
     """On which they are reached."""
 
     drives: Path | None = None
-    """drives.toml of the machine, with this bus; the example of the bus if none is named."""
+    """drives.toml of the machine, with this bus; without, one is written into the folder drive_sim of --out."""
 
     rig: str = "recupera_like"
     """Name of a machine (see `exograv rigs`) or path of its folder."""
@@ -52,7 +52,8 @@ def run_drive_sim_command(command: DriveSim) -> dict[str, Any]:
         bus=command.bus,
         rig=command.rig,
         side=command.side,
-        drives=command.drives or Path("examples/drives") / f"{command.bus}.toml",
+        drives=command.drives,
+        folder=command.out,
         level=command.level,
         seed=command.seed,
         worn=command.worn,

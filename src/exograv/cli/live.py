@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from .common import Common, refuse_unwritable
+from .common import refuse_unwritable
+from .on_drives import WornOnDrives, say
 
 if TYPE_CHECKING:
     from exograv.runtime.ros2.bridging import Ros2
@@ -20,7 +21,7 @@ NOT_LEARNED = (
 
 
 @dataclass(frozen=True)
-class Live(Common):
+class Live(WornOnDrives):
     """Float the arm in real time: guard, control and recorder in processes of their own, the twin as the machine."""
 
     rig: str = "recupera_like"
@@ -48,26 +49,8 @@ class Live(Common):
     lsl: bool = False
     """Publish joint state, torque and markers over Lab Streaming Layer, from the recorder's process."""
 
-    drives: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """drives.toml of a real machine that has passed its self-test here today, with --identify and who is in it."""
-
-    simulate: bool = False
-    """Practise on simulated drives in another process, with a virtual person in the machine."""
-
     calibration: Path | None = None
     """On drives: calibration.toml of this machine; that in the folder of --out if none is named."""
-
-    body_height: Annotated[float | None, tyro.conf.arg(metavar="M")] = None
-    """On drives: of the person in the machine [m]."""
-
-    body_mass: Annotated[float | None, tyro.conf.arg(metavar="KG")] = None
-    """On drives: of the person in the machine [kg]."""
-
-    sex: Literal["female", "male"] | None = None
-    """On drives: which table of body segments is nearer."""
-
-    length: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="SEGMENT=M")] = ()
-    """On drives: a measured segment of the arm, to which the machine is set, such as forearm=0.26. May be repeated."""
 
     record_stream: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME")] = ()
     """Record another device's stream of this name, or all of this type, beside the run; may be repeated. See `exograv
@@ -103,10 +86,10 @@ def run_live_command(command: Live) -> dict[str, Any]:
     )
     refuse_unwritable(command.out / "live.mcap", "--out")  # found out now, not after minutes of preparation
     with bars() as progress:
-        if command.drives is None and not command.simulate:
-            result = run_live(options, command.out, progress)
-        else:
+        if command.is_on_drives:
             result = _on_drives(command, options, progress)
+        else:
+            result = run_live(options, command.out, progress)
     show_live(result)
     if command.identify and result["identified"] is None:
         print(NOT_LEARNED.format(result["findings"]))
@@ -114,20 +97,11 @@ def run_live_command(command: Live) -> dict[str, Any]:
 
 
 def _on_drives(command: Live, options: "LiveOptions", progress: "Progress") -> dict[str, Any]:
-    from rich.console import Console
+    from exograv.session.on_drives.floating import run_live_on_drives
 
-    from exograv.session.on_drives.connecting import DrivesAsked
-    from exograv.session.on_drives.floating import Person, run_live_on_drives
-
-    console = Console()
-    asked = DrivesAsked(command.drives, command.simulate, command.level, command.seed)
-    person = Person(command.body_height, command.body_mass, command.sex, command.length)
     calibration = command.calibration or command.out / "calibration.toml"
-
-    def say(text: str) -> None:
-        console.print(text, highlight=False)
-
-    return run_live_on_drives(options, asked, person, calibration, command.out, progress, say)
+    asked = command.asked(command.level)
+    return run_live_on_drives(options, asked, command.person(), calibration, command.out, progress, say)
 
 
 def wanted_bridge(command: Live) -> "Ros2 | None":

@@ -2,15 +2,20 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from .common import Common
+from .common import refuse_unwritable
+from .on_drives import WornOnDrives, say
+
+if TYPE_CHECKING:
+    from exograv.session.pilot import Progress
+    from exograv.session.verify.run import VerifyOptions
 
 
 @dataclass(frozen=True)
-class Verify(Common):
+class Verify(WornOnDrives):
     """What is left over of the arm's weight at twelve postures that nobody learned from, measured by slow passes."""
 
     rig: str = "recupera_like"
@@ -23,7 +28,8 @@ class Verify(Common):
     """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
 
     calibration: Path | None = None
-    """calibration.toml of this machine (`exograv calibrate`); without it the machine is calibrated first."""
+    """calibration.toml of this machine (`exograv calibrate`); without it the twin is calibrated first.
+    On drives the one in the folder of --out."""
 
     before: Path | None = None
     """Figures of a former verification (its --json): says what changed since, and whether by more than chance."""
@@ -40,10 +46,22 @@ def run_verify_command(command: Verify) -> dict[str, Any]:
     options = VerifyOptions(
         command.rig, command.side, command.level, command.seed, command.calibration, command.before, command.later
     )
+    if command.is_on_drives:
+        refuse_unwritable(command.out / "live.mcap", "--out")
     with bars() as progress:
-        result = run_verification(options, progress)
+        result = _on_drives(command, options, progress) if command.is_on_drives else run_verification(options, progress)
     show_verification(result)
     return result
+
+
+def _on_drives(command: Verify, options: "VerifyOptions", progress: "Progress") -> dict[str, Any]:
+    from exograv.errors import ConfigError
+    from exograv.session.on_drives.verifying import Files, run_verification_on_drives
+
+    if command.later:
+        raise ConfigError(f"--later is {command.later:g}; on drives time passes by itself. Leave it out.")
+    files = Files(command.calibration or command.out / "calibration.toml", command.out)
+    return run_verification_on_drives(options, command.asked(command.level), command.person(), files, progress, say)
 
 
 def show_verification(result: dict[str, Any]) -> None:
@@ -51,12 +69,17 @@ def show_verification(result: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=f"{result['rig']}, disturbance level {result['disturbance_level']}, seed {result['seed']}")
+    level = result["disturbance_level"]
+    drawn = "" if level is None else f", disturbance level {level}"
+    table = Table(title=f"{result['rig']}{drawn}, seed {result['seed']}")
     for heading in ("left over, N·m RMS", "found", "95 %", "target", "truth"):
         table.add_column(heading, justify="left" if heading.startswith("left") else "right")
-    columns = (result[name] for name in ("joints", "left_over_Nm", "ci95", "target_Nm", "truth_Nm"))
+    truths = result["truth_Nm"] or [None] * len(result["joints"])
+    columns = (*(result[name] for name in ("joints", "left_over_Nm", "ci95", "target_Nm")), truths)
     for joint, value, (low, high), target, truth in zip(*columns, strict=True):
-        table.add_row(joint, f"{value:.3f}", f"{low:.3f} to {high:.3f}", f"{target:.2f}", f"{truth:.3f}")
+        table.add_row(
+            joint, f"{value:.3f}", f"{low:.3f} to {high:.3f}", f"{target:.2f}", "" if truth is None else f"{truth:.3f}"
+        )
     console = Console()
     console.print(table)
     low, high = result["fingertip_ci95_mm"]

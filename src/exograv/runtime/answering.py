@@ -50,8 +50,9 @@ def control_process(job: ControlJob, parent: Connection) -> None:
     answers = Mailbox(answer_dtype(job.channels.joints), job.channels.answers)
     try:
         control = job.build()
-        parent.send("ready")
         with realtime(), contextlib.suppress(EOFError):
+            # Not before: taking these rights lasts a fifth of a second, and the guard would begin without an answer.
+            parent.send("ready")
             _answer_all(control, states, answers, job.channels.joints, parent)
     finally:
         states.close()

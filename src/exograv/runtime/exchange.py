@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from exograv.safety.person import PersonLimits
+
 from .recorder_process import Inlet
 
 RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL = 1, 2, 4, 8, 16
@@ -37,6 +39,13 @@ class FeltLevel:
     """A word to the guard: what the person is to feel of the arm's weight from now on, by a ramp."""
 
     gravity_level: float
+
+
+@dataclass(frozen=True)
+class Led:
+    """A word to the guard: who has been found to be in the machine, and is moved on."""
+
+    person: PersonLimits
 
 
 def state_dtype(joints: int) -> np.dtype:
@@ -87,12 +96,16 @@ def answer_dtype(joints: int) -> np.dtype:
 
 
 def sample_dtype(joints: int) -> np.dtype:
-    """What control tells a worker in a tick: the motion as measured and as asked for, and whether it is the last."""
+    """What control tells a worker in a tick: the motion as measured and as asked for, and whether it is the last.
+
+    `posture` is that past which a verification leads just then, -1 where there is none.
+    """
     per_joint = (joints,)
     return np.dtype(
         [
             ("now", "<f8"),
             ("is_last", "<i8"),
+            ("posture", "<i8"),
             ("q", "<f8", per_joint),
             ("tau", "<f8", per_joint),
             ("q_asked", "<f8", per_joint),

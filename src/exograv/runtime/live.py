@@ -26,6 +26,7 @@ from .exchange import (
     UNANSWERED,
     Channels,
     FeltLevel,
+    Led,
     answer_dtype,
     state_dtype,
 )
@@ -215,9 +216,12 @@ class _Guarding:
 
     def _hear(self, word: object, now: float) -> None:
         """What the parent says: who has been found to be in the machine, what is to be felt, or that it is over."""
-        if isinstance(word, PersonLimits):
-            before = self._guard.envelope.person
-            self._guard.envelope.person = Person(word, before.gravity_level if before else 0.0)
+        if isinstance(word, PersonLimits | Led):
+            before, limits = self._guard.envelope.person, word.person if isinstance(word, Led) else word
+            person = Person(limits, before.gravity_level if before else 0.0)
+            if isinstance(word, Led):
+                person.drive(True)
+            self._guard.envelope.person = person
             self._persons += 1
             self._acts |= TOLD_PERSON
             self._events.put(event(now, "note", "The guard knows the person as identified."))

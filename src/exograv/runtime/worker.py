@@ -31,7 +31,12 @@ class Working(Protocol):
         ...
 
     def finish(self) -> tuple[np.ndarray, Any]:
-        """After the last sample: what is found in the end, and what the parent is to know of it."""
+        """After the last sample of a motion: what is found in the end, and what the parent is to know of it."""
+        ...
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no other motion follows the one that was finished last."""
         ...
 
 
@@ -69,8 +74,8 @@ def worker_process(job: WorkerJob, parent: Connection) -> None:
         desk = _Desk(job, samples, findings)
         parent.send("ready")
         while not parent.poll(LOOKS_EVERY_S):
-            if desk.work():
-                parent.send(desk.told)
+            for word in desk.work():
+                parent.send(word)
     finally:
         samples.close()
         findings.close()
@@ -83,21 +88,21 @@ class _Desk:
         self._working, self._samples, self._findings = job.build(), samples, findings
         self._row = np.zeros((), finding_dtype(job.memory.parameters))
         self._is_done = False
-        self.told: Any = None
-        """What the parent is to know in the end."""
 
-    def work(self) -> bool:
-        """Take what is new; whether that was the end."""
+    def work(self) -> list[Any]:
+        """Take what is new; what the parent is to know of each motion that has come to its end with it."""
+        words = []
         for sample in () if self._is_done else self._samples.take():
             found = self._working.take(sample)
             if sample["is_last"]:
-                found, self.told = self._working.finish()
-                self._put(sample, found)
-                self._is_done = True
-                return True
+                found, word = self._working.finish()
+                words.append(word)
             if found is not None:
                 self._put(sample, found)
-        return False
+            if sample["is_last"] and self._working.is_over:
+                self._is_done = True
+                break
+        return words
 
     def _put(self, sample: np.void, found: np.ndarray) -> None:
         self._row["now"], self._row["x"] = sample["now"], found

@@ -1,6 +1,8 @@
 """`exograv drive-sim`: the twin as a machine that is only reached over its bus."""
 
+import contextlib
 import importlib
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,10 +19,12 @@ from exograv.rig.drive_sim.plant import Plant, Wiring
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.rig.twin.own_arm import OwnArm
+from exograv.runtime.realtime import realtime
 from exograv.safety.modes import RAMP_IN_S
 
 from .held import REST_BEFORE_RAMP_S, Grip
 from .nudge import starting_posture
+from .on_drives.simulated import written
 from .virtual import draw_laboratory, refuse_motorless
 
 Bus = Literal["canopen", "moteus", "udp"]
@@ -59,7 +63,10 @@ class DriveSimOptions:
     bus: Bus
     rig: str
     side: Side | None
-    drives: Path
+    drives: Path | None = None
+    """drives.toml of the machine; one is written where absent."""
+    folder: Path = Path("out")
+    """Where it is written."""
     level: int = 0
     seed: int = 0
     worn: bool = False
@@ -82,25 +89,33 @@ def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
     """
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
-    drives = load_drives(options.drives, description)
+    file = options.drives or written(options.folder / "drive_sim", description, options.bus)
+    drives = load_drives(file, description)
     wiring = _wiring(options, drives.joints)
     make = front_end(options.bus, drives)
     plant = _plant(options, description, drives, wiring)
     device: Device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = Bench(drives.joints, plant, device, say)
     bench.listen(sys.stdin)
-    say(_greeting(options, drives, device))
-    with device:
+    say(_greeting(options, drives, device, file))
+    with device, _punctual(options.lock_step):
         device.run(bench.obey)
 
 
-def _greeting(options: DriveSimOptions, drives: Drives, device: Device) -> str:
+def _punctual(lock_step: bool) -> contextlib.AbstractContextManager[object]:
+    """Real-time rights on another processor than the loop's: a real drive does not wait for other programs either."""
+    if lock_step or not sys.platform.startswith("linux"):
+        return contextlib.nullcontext()
+    return realtime((min(os.sched_getaffinity(0)),))
+
+
+def _greeting(options: DriveSimOptions, drives: Drives, device: Device, file: Path) -> str:
     who = "with its wearer" if options.worn else "empty"
     clock = "each measurement is a step" if options.lock_step else "real time"
     return (
         f"Simulated drives of {drives.settings.rig} ({', '.join(drives.joints)}), {who}, disturbance level "
         f"{options.level}, seed {options.seed}, {clock}; serial '{drives.settings.serial}'. Reached at "
-        f"{device.where}. Type help for what can be done at the bench; Ctrl-C ends."
+        f"{device.where}, as {file} says. Type help for what can be done at the bench; Ctrl-C ends."
     )
 
 

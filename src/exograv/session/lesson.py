@@ -11,6 +11,7 @@ from exograv.dynamics.parameters import Parameters
 from exograv.identification.interface import Estimate, Outcome
 from exograv.identification.prior import prior
 from exograv.model.assembly import Assembly
+from exograv.motion import Trajectory
 from exograv.runtime.exchange import sample_dtype
 from exograv.runtime.worker import WorkerMemory
 from exograv.safety.person import PersonLimits
@@ -18,6 +19,8 @@ from exograv.signals import Reference
 
 from .identify import TRAVEL, V_MOTION, identification_motion
 from .learner import Learner, table_guess
+from .verify.listening import Heard, PassListener
+from .verify.postures import NONE, Passes, Verification, all_passes
 from .worn import LimitsMaker
 
 SETTLE_S = 0.5
@@ -39,6 +42,7 @@ class Lesson:
         period_s: float,
         tell: Callable[[np.ndarray], object],
         newest: Callable[[], tuple[int, np.void] | None],
+        passes: Passes | None = None,
     ):
         """Before the arm is moved.
 
@@ -48,7 +52,9 @@ class Lesson:
             period_s: Of the loop [s].
             tell: Takes a row of `sample_dtype`.
             newest: How many findings there are, and the newest as a row of `finding_dtype`; None before the first.
+            passes: Of a verification, from the end of the motion on, when the arm is learned; absent without one.
         """
+        self._passes, self._passes_begun_at = passes, np.inf
         self._path, self._period_s = identification_motion(assembly, seconds, period_s), period_s
         self._tell, self._newest = tell, newest
         self._row, self._still = np.zeros((), sample_dtype(assembly.n)), np.zeros(assembly.n)
@@ -67,12 +73,26 @@ class Lesson:
         """The arm is moved from now on [s]."""
         self._begun_at = now
 
+    @property
+    def words(self) -> int:
+        """About the person, with the last of which all motion is over."""
+        return 1 if self._passes is None else 2
+
+    def begin_passes(self, now: float) -> None:
+        """The arm is learned and moved on from now on [s], if there are passes and they have not begun."""
+        if np.isinf(self._passes_begun_at):
+            self._passes_begun_at, self._row["is_last"] = now, 0
+
     def reference(self, now: float) -> Reference:
         """What is asked for at a time [s]; the end of the path after it."""
+        if self._passes is not None and now >= self._passes_begun_at:
+            return self._at(self._passes.path, self._tick_of_passes(now))
         tick, way, path = self._tick(now), self._way, self._path
         if tick < len(way):
             return Reference(way.q[tick], way.v[tick], way.a[tick])
-        tick -= len(way)
+        return self._at(path, tick - len(way))
+
+    def _at(self, path: Trajectory, tick: int) -> Reference:
         if tick < len(path):
             return Reference(path.q[tick], path.v[tick], path.a[tick])
         return Reference(path.q[-1], self._still, self._still)
@@ -83,15 +103,18 @@ class Lesson:
 
     def told(self, now: float, q: Joints, tau: Joints, q_asked: Joints) -> None:
         """One tick of the motion: measured position [rad] and torque [N·m], and the position asked for [rad]."""
-        tick = self._tick(now) - len(self._way)
-        if 0 <= tick < len(self._path):
-            row = self._row
+        tick, path, row = self._tick(now) - len(self._way), self._path, self._row
+        row["posture"] = NONE
+        if self._passes is not None and now >= self._passes_begun_at:
+            tick, path = self._tick_of_passes(now), self._passes.path
+            row["posture"] = self._passes.posture[min(tick, len(path) - 1)]
+        if 0 <= tick < len(path):
             row["now"], row["is_last"] = now, 0
             row["q"], row["tau"], row["q_asked"] = q, tau, q_asked
             self._tell(row)
-        elif tick >= len(self._path) and not self._row["is_last"]:
-            self._row["is_last"] = 1
-            self._tell(self._row)
+        elif tick >= len(path) and not row["is_last"]:
+            row["is_last"] = 1
+            self._tell(row)
 
     def found(self) -> Parameters | None:
         """What the worker has found since it was last asked; nothing that is older than what is known."""
@@ -107,6 +130,9 @@ class Lesson:
     def _tick(self, now: float) -> int:
         return round((now - self._begun_at) / self._period_s)
 
+    def _tick_of_passes(self, now: float) -> int:
+        return round((now - self._passes_begun_at) / self._period_s)
+
 
 @dataclass(frozen=True)
 class LessonPlan:
@@ -117,15 +143,28 @@ class LessonPlan:
     seconds: float
     period_s: float
     memory: WorkerMemory
+    verification: Verification | None = None
+    """How it is verified when it is learned."""
 
     def lesson(self) -> Lesson:
         """Control's part, on the memory that its parent has made."""
         samples, findings = self.memory.sample_ring(), self.memory.finding_ring()
-        return Lesson(self.assembly, self.seconds, self.period_s, samples.put, findings.newest)
+        passes = lesson_passes(self.assembly, self.seconds, self.period_s, self.verification)
+        return Lesson(self.assembly, self.seconds, self.period_s, samples.put, findings.newest, passes)
 
     def worker(self) -> "ArmWorker":
         """The worker's part."""
-        return ArmWorker(self.assembly, self.machine, self.period_s)
+        return ArmWorker(self.assembly, self.machine, self.period_s, self.verification is not None)
+
+
+def lesson_passes(
+    assembly: Assembly, seconds: float, period_s: float, verification: Verification | None
+) -> Passes | None:
+    """What follows a motion of so many seconds, from where that ends."""
+    if verification is None:
+        return None
+    end = identification_motion(assembly, seconds, period_s).q[-1]
+    return all_passes(verification.postures, verification.seed, end, period_s)
 
 
 @dataclass(frozen=True)
@@ -142,14 +181,33 @@ class Learned:
     restless_s: float | None
     person: PersonLimits
     """What the guard is to hold this person to."""
+    is_led: bool = False
+    """Whether the arm is moved on."""
+
+
+@dataclass(frozen=True)
+class Passed:
+    """What a worker tells after the passes of a verification."""
+
+    t: float
+    """The rig's clock at the last sample [s]."""
+    heard: tuple[Heard, ...]
+    seconds: float
+    """That they took [s]."""
+    person: PersonLimits
+    """As before."""
+    is_led: bool = False
+    """The arm is let go."""
 
 
 class ArmWorker:
-    """`Working`: learns the arm by the recursive method, and works out what may reach it."""
+    """`Working`: learns the arm by the recursive method, works out what may reach it, and listens to a verification."""
 
-    def __init__(self, assembly: Assembly, machine: CalibratedMachine, period_s: float):
+    def __init__(self, assembly: Assembly, machine: CalibratedMachine, period_s: float, is_verified: bool = False):
         """Takes seconds."""
         self._period_s, self._before = period_s, -np.inf
+        self._is_verified, self._learned, self._is_passed = is_verified, None, False
+        self._listener, self._begun_at = PassListener(assembly.n, period_s), np.inf
         self._learner = Learner(assembly, machine, "recursive", period_s)
         self._limits = LimitsMaker(assembly, machine, table_guess(assembly, machine))
 
@@ -158,9 +216,13 @@ class ArmWorker:
         now = float(sample["now"])
         ticks = 1 if np.isinf(self._before) else round((now - self._before) / self._period_s)
         self._before = now
-        if not 0 <= ticks <= BRIDGED_TICKS:
+        is_broken = not 0 <= ticks <= BRIDGED_TICKS
+        ticks = 1 if is_broken else ticks
+        if self._learned is not None:
+            self._listen(sample, ticks, is_broken)
+            return None
+        if is_broken:
             self._learner.interrupt()
-            ticks = 1
         found = None
         for _ in range(ticks):
             estimate = self._learner.take(sample["q"], sample["tau"], sample["q_asked"])
@@ -170,14 +232,37 @@ class ArmWorker:
                     self._learner.judge(estimate)
         return found
 
-    def finish(self) -> tuple[np.ndarray, Learned]:
+    def _listen(self, sample: np.void, ticks: int, is_broken: bool) -> None:
+        listener, posture = self._listener, int(sample["posture"])
+        if is_broken:
+            listener.interrupt()
+        self._begun_at = min(self._begun_at, self._before)
+        if posture != (NONE if listener.posture is None else listener.posture):
+            listener.begin(None if posture == NONE else posture)
+        for _ in range(ticks):
+            listener.take(sample["q"], sample["tau"], sample["q_asked"])
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing follows."""
+        return self._is_passed or not self._is_verified
+
+    def finish(self) -> tuple[np.ndarray, Learned | Passed]:
         """Parameters, and what the parent is to know."""
+        if self._learned is not None:
+            self._is_passed = True
+            heard, seconds = tuple(self._listener.heard), self._before - self._begun_at
+            return self._learned.estimate.x, Passed(self._before, heard, seconds, self._learned.person)
+        self._learned = self._arm()
+        return self._learned.estimate.x, self._learned
+
+    def _arm(self) -> Learned:
         estimate = self._learner.last()
         self._learner.judge(estimate)
         found = self._learner.close()
         person = self._limits.known(estimate.x)
         why = (found.outcome, found.why, found.stop_s, found.restless_s)
-        return estimate.x, Learned(self._before, estimate, *why, person)
+        return Learned(self._before, estimate, *why, person, self._is_verified)
 
 
 def unknown_person(assembly: Assembly, machine: CalibratedMachine) -> PersonLimits:

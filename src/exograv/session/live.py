@@ -28,6 +28,7 @@ from .live_processes import Flown, Parts, Running, fly
 from .person_limits import person_limits
 from .pilot import Progress
 from .prepare import Prepared, prepare, prepare_machine
+from .verify.postures import Verification
 from .virtual import VirtualLaboratory, draw_laboratory, refuse_motorless
 
 LESSON_S = (10.0, 600.0)
@@ -158,13 +159,21 @@ def _plan(
     return plan, options.loop_s
 
 
-def lesson_plan(prepared: Prepared, seconds: float, period_s: float, stack: contextlib.ExitStack) -> LessonPlan:
-    """How an arm is learned live by so much motion [s]; its memory is there as long as `stack`."""
-    size = WorkerMemory(prepared.assembly.n, len(prepared.x), round(2 * (seconds + AROUND_LESSON_S) / period_s))
+def lesson_plan(
+    prepared: Prepared,
+    seconds: float,
+    period_s: float,
+    stack: contextlib.ExitStack,
+    verification: Verification | None = None,
+    passes_s: float = 0.0,
+) -> LessonPlan:
+    """How an arm is learned by so much motion, and verified by so much [s]; its memory is there as long as `stack`."""
+    moved_s = seconds + AROUND_LESSON_S + passes_s
+    size = WorkerMemory(prepared.assembly.n, len(prepared.x), round(2 * moved_s / period_s))
     samples = stack.enter_context(contextlib.closing(size.sample_ring()))
     findings = stack.enter_context(contextlib.closing(size.finding_ring()))
     memory = replace(size, samples=samples.name, findings=findings.name)
-    return LessonPlan(prepared.assembly, prepared.machine, seconds, period_s, memory)
+    return LessonPlan(prepared.assembly, prepared.machine, seconds, period_s, memory, verification)
 
 
 def fly_plan(
@@ -217,10 +226,17 @@ def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
                 "machine": asdict(prepared.machine),
                 "x": prepared.x,
                 "person": written_person(plan.person),
-                **({} if plan.lesson is None else {"identify_s": plan.lesson.seconds}),
+                **({} if plan.lesson is None else _written_lesson(plan.lesson)),
             },
         },
     }
+
+
+def _written_lesson(lesson: LessonPlan) -> dict[str, Any]:
+    said: dict[str, Any] = {"identify_s": lesson.seconds}
+    if (asked := lesson.verification) is not None:
+        said["verification"] = {"postures": asked.postures.tolist(), "seed": asked.seed}
+    return said
 
 
 def _tested(laboratory: VirtualLaboratory, prepared: Prepared, seed: int, progress: Progress) -> str:

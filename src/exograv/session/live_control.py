@@ -204,10 +204,12 @@ class LiveControl:
         if modes.mode is Mode.FLOATING and not persons:
             modes.take(Event.MOVE)
             lesson.begin(now)
-        elif modes.mode is Mode.MOVING and persons:
+        elif modes.mode is Mode.MOVING and persons >= lesson.words:
             modes.take(Event.FLOAT)
+        elif modes.mode is Mode.MOVING and persons:
+            lesson.begin_passes(now)
         mode, step = self._controller.mode, self._period_s / SECONDS["drive"]
-        is_moved = not persons and modes.mode in WORN
+        is_moved = modes.mode in WORN if not persons else modes.mode is Mode.MOVING
         mode.drive = min(mode.drive + step, 1.0) if is_moved else max(mode.drive - step, 0.0)
         if modes.mode not in WORN:
             mode.drive = 0.0

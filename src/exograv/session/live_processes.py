@@ -13,7 +13,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from exograv.errors import RigError
 from exograv.runtime.answering import Answering, ControlJob, control_process
-from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
+from exograv.runtime.exchange import Channels, Led, answer_dtype, state_dtype
 from exograv.runtime.live import GuardedRig, GuardJob, GuardReport, guard_process
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.recorder import Recorder, Report, timing_message
@@ -25,7 +25,7 @@ from exograv.runtime.worker import WorkerJob
 
 from .account import written_person
 from .footprint import Footprint
-from .lesson import Learned
+from .lesson import Learned, Passed
 from .pilot import Progress
 from .worker_keeper import WorkerKeeper
 
@@ -78,6 +78,7 @@ class Flown:
     worker_restarts: int = 0
     findings: int = 0
     learned: Learned | None = None
+    passed: Passed | None = None
 
 
 class ControlKeeper:
@@ -215,10 +216,10 @@ def _worker(job: WorkerJob, recorder: Recorder, to_guard: Connection, stack: con
     findings = job.memory.finding_ring()
     stack.callback(findings.close)
 
-    def accept(learned: Learned) -> None:
-        to_guard.send(learned.person)
-        message = {"act": "wear", "person": written_person(learned.person), "gravity_level": 0.0, "is_driven": False}
-        recorder.write("/control", learned.t, message)
+    def accept(word: Learned | Passed) -> None:
+        to_guard.send(Led(word.person) if word.is_led else word.person)
+        message = {"person": written_person(word.person), "gravity_level": 0.0, "is_driven": word.is_led}
+        recorder.write("/control", word.t, {"act": "wear", **message})
 
     keeper = WorkerKeeper(job, findings, recorder.write, accept)
     stack.callback(keeper.close)

@@ -10,7 +10,7 @@ from exograv.runtime.shared import Ring
 from exograv.runtime.spawn import spawned
 from exograv.runtime.worker import WorkerJob, worker_process
 
-from .lesson import Learned
+from .lesson import Learned, Passed
 
 RESTARTS_MAX = 3
 """Workers that are replaced; what ends so many would end the next one too."""
@@ -21,18 +21,19 @@ Record = Callable[[str, float, Mapping[str, Any]], object]
 class WorkerKeeper:
     """One worker after another, until the arm is learned."""
 
-    def __init__(self, job: WorkerJob, findings: Ring, record: Record, accept: Callable[[Learned], object]):
+    def __init__(self, job: WorkerJob, findings: Ring, record: Record, accept: Callable[[Learned | Passed], object]):
         """Start the first.
 
         Args:
             job: What each is started with.
             findings: The parent's own, of which `job` has the name.
             record: Takes topic, time [s] and message of what control was given.
-            accept: Told what was learned in the end.
+            accept: Told what was learned in the end, and that a verification's passes have been flown.
         """
         self._job, self._findings, self._record, self._accept = job, findings, record, accept
         self.restarts = 0
         self.learned: Learned | None = None
+        self.passed: Passed | None = None
         self._start()
 
     @property
@@ -47,19 +48,20 @@ class WorkerKeeper:
 
     def figures(self) -> dict[str, Any]:
         """As `Flown` has them."""
-        return {"worker_restarts": self.restarts, "findings": self._findings.written, "learned": self.learned}
+        return {"worker_restarts": self.restarts, "findings": self._findings.written, "learned": self.learned,
+                "passed": self.passed}  # fmt: skip
 
     def check(self) -> None:
         """Pass on what is new, and start another worker if this one has died. To be called some times a second."""
         self.note()
-        if self.learned is not None:
+        if self._is_over:
             return
         try:
-            if self._connection.poll():
+            while self._connection.poll():
                 self._hear(self._connection.recv())
         except (EOFError, OSError):
             self._process.join(1.0)
-        if self.learned is None and not self._process.is_alive() and self.restarts < RESTARTS_MAX:
+        if not self._is_over and not self._process.is_alive() and self.restarts < RESTARTS_MAX:
             self._connection.close()
             self.restarts += 1
             self._start()
@@ -80,9 +82,18 @@ class WorkerKeeper:
         self._connection.close()
 
     def _hear(self, word: object) -> None:
-        if isinstance(word, Learned):
+        # One that follows on another learns all anew; the guard knows the person already.
+        if isinstance(word, Learned) and self.learned is None:
             self.learned = word
             self._accept(word)
+        elif isinstance(word, Passed) and self.passed is None:
+            self.passed = word
+            self._accept(word)
+
+    @property
+    def _is_over(self) -> bool:
+        newest = self.passed or self.learned
+        return newest is not None and not newest.is_led
 
     def _start(self) -> None:
         self._process, self._connection = spawned("worker", worker_process, self._job)

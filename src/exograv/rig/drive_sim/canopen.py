@@ -164,8 +164,9 @@ class CanopenDevices:
         if frame.cob & ~KIND:
             return  # somebody's emergency
         heard_at = time.monotonic()
-        for node in self._plugged():
-            node.on_sync(now)
+        # On a wire the lowest number goes first: what is slow does not come before another drive's measurement.
+        for cob, data in sorted(frame for node in self._plugged() for frame in node.on_sync(now)):
+            self._bus.send(cob, data)
         if self.watch is not None:
             self.watch(heard_at, time.monotonic())
         if self._lock_step:

@@ -141,17 +141,19 @@ class SimulatedNode:
         if not self._pending:
             self._obey(now)
 
-    def on_sync(self, now: float) -> None:
-        """It measures, and sends what is due."""
+    def on_sync(self, now: float) -> list[tuple[int, bytes]]:
+        """It measures; the frames that are due."""
         if not self.is_operational:
-            return
+            return []
         if self._pending:
             self._pending = False
             self._obey(now)
         self._syncs += 1
-        for frame in self.frames:
-            if 1 <= frame.kind <= 240 and self._syncs % frame.kind == 0:
-                self._send(frame.cob, frame.layout.pack(*(self._getters[one]() for one in frame.objects)))
+        return [
+            (frame.cob, frame.layout.pack(*(self._getters[one]() for one in frame.objects)))
+            for frame in self.frames
+            if 1 <= frame.kind <= 240 and self._syncs % frame.kind == 0
+        ]
 
     def on_heartbeat(self, node: int, now: float) -> None:
         """Somebody lives; it is watched from the first time on."""

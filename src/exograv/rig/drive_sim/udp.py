@@ -28,8 +28,8 @@ from .udp_session import Address, UdpSession
 STATES = 32
 """Of which a command may still answer one."""
 
-BEHIND_S = 0.1
-"""Farther behind its clock it does not try to catch up [s]."""
+STALL_S = 0.005
+"""A pause of this process from which on its clock is set anew: real drives do not pause, so their time stands still."""
 
 LOCK_STEP_HOLD_S = 2.0
 """After which a silent host has let go of a machine that waits for it."""
@@ -239,15 +239,16 @@ class UdpController:
             self._faults = faults
 
     def _run_by_clock(self, until_stopped: Callable[[], bool]) -> None:
-        period, due = self._plant.twin.period_s, time.monotonic()
+        period = self._plant.twin.period_s
+        due = time.monotonic() + period
         while not until_stopped():
-            due += period
             while (left := due - time.monotonic()) > 0.0:
                 self._wait(left)
-            if left < -BEHIND_S:
-                self._say(f"The simulation was {-left:.2f} s behind its clock, and goes on from now.")
-                due = time.monotonic()
+            if left < -STALL_S:
+                due -= left
+            self._drain()  # what was told meanwhile is heard before any time passes here
             self._step()
+            due += period
 
     def _wait(self, seconds: float) -> None:
         """Serve whoever speaks within that time; at least once."""

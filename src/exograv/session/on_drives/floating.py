@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError
+from exograv.identification.arm_model import ArmModel
 from exograv.model.anthropometry import Body, Sex
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
@@ -21,19 +22,25 @@ from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.lsl.streaming import Streaming
 from exograv.runtime.ros2.bridging import Bridging
 from exograv.session.calibration_run import take_calibration
+from exograv.session.identify import identification_motion
 from exograv.session.learner import table_guess
-from exograv.session.lesson import unknown_person
+from exograv.session.lesson import lesson_passes, unknown_person
 from exograv.session.live import LiveOptions, fly_plan, lesson_plan
 from exograv.session.live_control import Plan
 from exograv.session.live_figures import flown_figures, learned_figures
+from exograv.session.live_processes import Flown
 from exograv.session.pilot import Progress
 from exograv.session.prepare import Prepared
+from exograv.session.verify.postures import Verification, unseen_postures
 from exograv.session.virtual import Told, VirtualLaboratory, draw_laboratory, refuse_motorless
 from exograv.session.worn_lock import FILE as PASS
 from exograv.session.worn_lock import Key
 
 from .calibrating import settings_of_lengths
 from .connecting import DrivesAsked, Say, drives_with_hands
+
+SEEN_EVERY_S = 0.05
+"""Of the identification's motion, to tell postures that it has not seen [s]."""
 
 READY = (
     "The arm lies in its cuffs, supported and relaxed? Press Enter: the motors go on, carry the machine for a second, "
@@ -52,6 +59,19 @@ class Person:
     """SEGMENT=METRES of the arm, to which the machine is set."""
 
 
+@dataclass(frozen=True)
+class FlownOnDrives:
+    """A live run on drives, and what it was flown with."""
+
+    flown: Flown
+    figures: dict[str, Any]
+    """As `exograv live` writes them."""
+    prepared: Prepared
+    laboratory: VirtualLaboratory | None
+    """Absent where machine and person are real."""
+    verification: Verification | None
+
+
 def run_live_on_drives(
     options: LiveOptions,
     asked: DrivesAsked,
@@ -64,7 +84,26 @@ def run_live_on_drives(
     """Learn the arm live and let it float; the result follows the contract of `exograv live`.
 
     Raises:
+        As `fly_on_drives`.
+    """
+    return fly_on_drives(options, asked, person, calibration, folder, progress, say).figures
+
+
+def fly_on_drives(
+    options: LiveOptions,
+    asked: DrivesAsked,
+    person: Person,
+    calibration: Path,
+    folder: Path,
+    progress: Progress,
+    say: Say,
+    is_verified: bool = False,
+) -> FlownOnDrives:
+    """Learn the arm live, verify it if that is asked for, and let it float.
+
+    Raises:
         ConfigError: An option or a file cannot be used.
+        ModelError: The task workspace has no room for a verification's postures.
         RigError: The machine is locked, a drive does not answer, or a process died before the loop began.
         RecordingError: There is no room for the recording.
     """
@@ -80,26 +119,38 @@ def run_live_on_drives(
     with contextlib.ExitStack() as stack:
         worn = replace(asked, simulation=(*asked.simulation, "--worn"), in_real_time=True)
         drives, _ = stack.enter_context(drives_with_hands(worn, description, say, "A live run"))
-        serial = asked.serial(drives)
+        serial, period_s = asked.serial(drives), drives.period_s
         known = take_calibration(calibration, description, serial, datetime.now(UTC)).whole
         key = Key(folder / PASS, description, serial, known.content_sha256)
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = Prepared(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
         progress("Preparing for anybody's arm", 0.0)
-        lesson = lesson_plan(prepared, options.identify_s, drives.period_s, stack)
+        verification = _verification(prepared, options, asked.seed) if is_verified else None
+        passes = lesson_passes(assembly, options.identify_s, period_s, verification)
+        passes_s = 0.0 if passes is None else period_s * len(passes.path)
+        lesson = lesson_plan(prepared, options.identify_s, period_s, stack, verification, passes_s)
         plan = Plan(
             description, told, prepared, unknown_person(assembly, machine), 0.0, partial(open_drives, drives),
-            round(1e9 * drives.period_s), lesson, key,
+            round(1e9 * period_s), lesson, key,
         )  # fmt: skip
         lsl = _streams(options, description, drives, stack)
         if laboratory is None:
             _await_enter(say)
         said = {"settings": {"options": asdict(options), "machine": serial}}
-        flown = fly_plan(plan, options.loop_s, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
+        seconds = options.loop_s + passes_s
+        flown = fly_plan(plan, seconds, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
     streams = [] if lsl.listening is None else lsl.listening.figures()
     figures = flown_figures(options.rig, flown) | learned_figures(flown, laboratory, prepared)
-    return {**figures, "machine": serial, "self_test": f"passed: {key.file}", "streams": streams,
-            "ros2": None if lsl.ros2 is None else lsl.ros2.figures()}  # fmt: skip
+    figures |= {"machine": serial, "self_test": f"passed: {key.file}", "streams": streams,
+                "ros2": None if lsl.ros2 is None else lsl.ros2.figures()}  # fmt: skip
+    return FlownOnDrives(flown, figures, prepared, laboratory, verification)
+
+
+def _verification(prepared: Prepared, options: LiveOptions, seed: int) -> Verification:
+    """By the table's arm, because nobody knows this one yet."""
+    model = ArmModel(prepared.assembly, prepared.machine)
+    seen = identification_motion(prepared.assembly, options.identify_s, SEEN_EVERY_S).q
+    return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
 
 
 def _told(description: RigDescription, person: Person) -> Told:

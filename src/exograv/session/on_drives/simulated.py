@@ -4,6 +4,7 @@ import contextlib
 import queue
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -25,7 +26,10 @@ COUNTS_PER_TURN, GEAR = 2**20, 25
 
 
 def drives_of(description: RigDescription, port: int, bus: str = "udp") -> str:
-    """A `drives.toml` of simulated drives for any machine: what its motors may give, by their data sheets."""
+    """A `drives.toml` of simulated drives for any machine: what its motors may give, by their data sheets.
+
+    Where they are reached no other machine that is simulated on this computer is: by `port`.
+    """
     most = description.per_actuator("torque_max_Nm") / description.nominal_gain
     counts = f"counts_per_turn = {COUNTS_PER_TURN}\nmotor_counts_per_turn = {GEAR * COUNTS_PER_TURN}\n"
     drives = [
@@ -36,9 +40,10 @@ def drives_of(description: RigDescription, port: int, bus: str = "udp") -> str:
             zip(description.joints, most, description.places, strict=True), start=1
         )
     ]
+    bus_table = _BUS[bus].format(port=port, folder=tempfile.gettempdir())
     head = (
-        "# Simulated drives, written by `exograv rig-test --simulate` or `exograv faults --through`.\n"
-        f'schema_version = 1\nrig = "{description.name}"\nserial = "simulated"\n{_BUS[bus].format(port=port)}\n'
+        "# Simulated drives, written by exograv for `exograv drive-sim` and for whoever talks to it.\n"
+        f'schema_version = 1\nrig = "{description.name}"\nserial = "simulated"\n{bus_table}\n'
     )
     return "\n".join([head, *drives])
 
@@ -46,6 +51,7 @@ def drives_of(description: RigDescription, port: int, bus: str = "udp") -> str:
 _BUS = {
     "udp": "\n[udp]\nport = {port}",
     "canopen": 'period_ms = 2\n\n[canopen]\ninterface = "udp_multicast"\nchannel = "239.74.163.2:{port}"',
+    "moteus": "period_ms = 2\n\n[moteus]\npath = '{folder}/exograv_fdcanusb_{port}'",
 }
 
 

@@ -1,6 +1,7 @@
 """A live run once more: the guard sees what it saw, and control answers to the measurements that it answered to."""
 
 from collections import deque
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,12 @@ from exograv.errors import ConfigError
 from exograv.runtime.exchange import TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
 from exograv.safety.modes import Mode
 from exograv.session.account import read_machine, read_person
-from exograv.session.lesson import Lesson
+from exograv.session.lesson import Lesson, lesson_passes
 from exograv.session.live_control import MODES, LiveControl
 from exograv.session.person_limits import person_limits
 from exograv.session.pilot import CLOSURE_SLOPE_MAX, Progress
 from exograv.session.prepare import Prepared
+from exograv.session.verify.postures import Verification
 from exograv.signals import JointState
 
 from .columns import Again, Columns, each_tick
@@ -65,7 +67,8 @@ class LiveAgain:
         self._finding = np.zeros(1, finding_dtype(len(x)))[0]
         self._found, self._persons, lesson = 0, 0, None
         if seconds := live.get("identify_s"):
-            lesson = Lesson(recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest)
+            passes = lesson_passes(recorded.assembly, seconds, live["period_s"], _verification(live))
+            lesson = Lesson(recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest, passes)
             self._guarding.feel(level, is_driven=True)
         prepared = Prepared(recorded.assembly, machine, x, 0.0)
         self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s)
@@ -148,3 +151,8 @@ class LiveAgain:
         name, share = self._names[columns.phase[k]], columns.mode[k][2]
         mode = next((mode for mode in MODES if mode.name.lower() == name), Mode.FLOATING)
         self._control.forget(mode, share if np.isfinite(share) else float(mode in (Mode.FLOATING, Mode.MOVING)))
+
+
+def _verification(live: Mapping[str, Any]) -> Verification | None:
+    said = live.get("verification")
+    return None if said is None else Verification(np.array(said["postures"]), said["seed"])

@@ -13,9 +13,8 @@ from exograv.session.arm_controller import ArmController
 from exograv.session.fade import fade
 from exograv.session.pilot import Moment, Pilot
 
-from .postures import ROUNDS, SPEED_RAD_S, Postures, both_ways
+from .postures import ROUNDS, SPEED_RAD_S, TRAVEL, Joints, Postures, visits
 
-TRAVEL = 0.6  # rad/s
 SAMPLE_S = 0.25
 """That a kept sample is the mean of [s]: in a pass gears' ripple turns about once, and cancels."""
 
@@ -45,9 +44,18 @@ class PassListener:
         """What follows belongs to this posture, or to none."""
         self.posture, self._averages = posture, Averages(SAMPLE_S)
 
+    def interrupt(self) -> None:
+        """Ticks are missing: what comes next follows on nothing."""
+        self._filter.restart()
+        self.begin(self.posture)
+
     def __call__(self, moment: Moment) -> None:
         """One tick."""
-        sample = self._filter.update(moment.state.q, moment.tau_measured, moment.reference.q)
+        self.take(moment.state.q, moment.tau_measured, moment.reference.q)
+
+    def take(self, q: Joints, tau: Joints, q_asked: Joints) -> None:
+        """One tick: position [rad] and torque [N·m] as measured, position that was asked for [rad]."""
+        sample = self._filter.update(q, tau, q_asked)
         if self.posture is None or not self._filter.settled:
             return
         mean = self._averages.take(sample)
@@ -67,10 +75,7 @@ def fly_passes(pilot: Pilot, controller: ArmController, postures: Postures, seed
     fade(pilot, controller, "drive", 1.0, pilot.q.copy())
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
     listener = PassListener(postures.shape[1], dt)
-    random = np.random.default_rng([seed, 13])
-    for visit in range(ROUNDS * len(postures)):
-        k = visit % len(postures)
-        path = both_ways(postures[k], random.choice([-1.0, 1.0], size=postures.shape[1]), dt)
+    for visit, (k, path) in enumerate(visits(postures, seed, dt)):
         text = f"Verifying: pass {visit + 1} of {ROUNDS * len(postures)}"
         listener.begin(None)
         pilot.begin("move")

@@ -1,7 +1,10 @@
 """Where it is asked what is left over: postures of the task workspace that nobody has learned from."""
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from exograv import motion
 from exograv.errors import ModelError
@@ -21,9 +24,14 @@ REACH_RAD = 0.2
 SPEED_RAD_S = 0.25
 """Of a pass: slow, so that inertia and damping say nothing, and quick enough that every joint slides [rad/s]."""
 
+TRAVEL = 0.6  # rad/s, from one pass to the next
+
 ROUNDS = 2
 """Through all postures, in the same order: a minute apart the wearer's slow torque is another one, and what comes back
 at a posture is not his."""
+
+NONE = -1
+"""In no posture's pass."""
 
 Joints = Float[np.ndarray, " joint"]
 Postures = Float[np.ndarray, "posture joint"]
@@ -55,6 +63,43 @@ def unseen_postures(model: ArmModel, x: Parameters, seen: Float[np.ndarray, "tic
 def both_ways(q: Joints, towards: Joints, dt: float) -> Trajectory:
     """Past `q` [rad] along a line and back; `towards` is ±1 for each joint."""
     return motion.there_and_back(q - REACH_RAD * towards, q + REACH_RAD * towards, SPEED_RAD_S, dt)
+
+
+def visits(postures: Postures, seed: int, dt: float) -> Iterator[tuple[int, Trajectory]]:
+    """The passes in their order, each with the posture that it is past."""
+    random = np.random.default_rng([seed, 13])
+    for visit in range(ROUNDS * len(postures)):
+        k = visit % len(postures)
+        yield k, both_ways(postures[k], random.choice([-1.0, 1.0], size=postures.shape[1]), dt)
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Where it is asked, and in which directions."""
+
+    postures: Postures
+    """[rad]"""
+    seed: int
+
+
+@dataclass(frozen=True)
+class Passes:
+    """All of them, one after the other."""
+
+    path: Trajectory
+    posture: Int[np.ndarray, " tick"]
+    """In whose pass a tick is; `NONE` on the way to one."""
+
+
+def all_passes(postures: Postures, seed: int, start: Joints, dt: float) -> Passes:
+    """From `start` [rad] to each posture and past it in both directions."""
+    parts, of, here = [], [], start
+    for k, path in visits(postures, seed, dt):
+        way = motion.go_to(here, path.q[0], TRAVEL, dt)
+        parts += [way, path]
+        of += [np.full(len(way), NONE), np.full(len(path), k)]
+        here = path.q[-1]
+    return Passes(motion.joined(parts), np.concatenate(of))
 
 
 def _spread(description: RigDescription, seed: int) -> Postures:

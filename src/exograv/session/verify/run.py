@@ -101,16 +101,24 @@ def _later(
 def _figures(
     options: VerifyOptions, laboratory: VirtualLaboratory, found: Identification, verified: Verified
 ) -> dict[str, Any]:
-    joints = laboratory.description.joints
-    median, low, high = verified.rms
     # On the twin the machine's clock stands for the wall's.
     at = datetime.now(UTC) + timedelta(minutes=options.later_min)
     return {
         "rig": laboratory.description.name,
         "disturbance_level": options.level,
         "seed": options.seed,
-        "joints": list(joints),
         "at_utc": at.isoformat(timespec="seconds"),
+        **verified_figures(verified, laboratory.description.joints),
+        "identification": {"motion_s": round(found.last.t, 3), "outcome": found.outcome.value},
+        "self_test": NOT_NEEDED,
+    }
+
+
+def verified_figures(verified: Verified, joints: tuple[str, ...]) -> dict[str, Any]:
+    """What the passes tell."""
+    median, low, high = verified.rms
+    return {
+        "joints": list(joints),
         "left_over_Nm": rounded(median),
         "ci95": [rounded(np.array(ends)) for ends in zip(low, high, strict=True)],
         "target_Nm": rounded(verified.targets),
@@ -121,9 +129,7 @@ def _figures(
         "noise_scale": round(verified.left_over.noise_scale, 3),
         "rejected_share": round(verified.left_over.rejected_share, 4),
         "why": verified.why(joints),
-        "identification": {"motion_s": round(found.last.t, 3), "outcome": found.outcome.value},
         "motion_s": round(verified.motion_s, 1),
-        "self_test": NOT_NEEDED,
     }
 
 

@@ -1,5 +1,6 @@
 """One verification on a worn machine, real or virtual: fly the passes, and say what is left over."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,13 +11,13 @@ from exograv.identification.interface import Estimate
 from exograv.identification.left_over import REJECTED_MAX, RESTLESS
 from exograv.identification.prior import prior
 from exograv.session.arm_controller import ArmController
-from exograv.session.pilot import Pilot
+from exograv.session.pilot import Pilot, Progress
 from exograv.session.worn import Worn
 from exograv.study.targets import TARGET_NM
 
 from .estimate import ENDS, LeftOver, LeftOverEstimator
 from .fingertip import Fingertip
-from .listening import fly_passes
+from .listening import Heard, fly_passes
 from .postures import Postures, unseen_postures
 
 RESTLESS_TEXT = "The person does not relax: what is left over cannot be told from muscles. Ask to let go, then repeat."
@@ -90,9 +91,24 @@ def verify_arm(
         pilot.worn.know(arm.x)
     start = pilot.rig.t
     heard = fly_passes(pilot, controller, postures, seed)
-    seconds = pilot.rig.t - start
-    pilot.progress("Telling what is left over from what muscles do", 0.0)
-    found = LeftOverEstimator(model, arm, postures).estimate(heard, pilot.progress)
+    return judged(model, arm, postures, heard, pilot.rig.t - start, pilot.progress)
+
+
+def judged(
+    model: ArmModel, arm: Estimate, postures: Postures, heard: Sequence[Heard], seconds: float, progress: Progress
+) -> Verified:
+    """What is left over by passes that have been flown.
+
+    Args:
+        model: Of this arm in the machine as calibrated.
+        arm: As identified, and as carried.
+        postures: That were passed [rad].
+        heard: In the passes.
+        seconds: That they took [s].
+        progress: Told now and then.
+    """
+    progress("Telling what is left over from what muscles do", 0.0)
+    found = LeftOverEstimator(model, arm, postures).estimate(heard, progress)
     moved_mm = Fingertip(model, arm.x, postures).moved_mm(found.draws)
     targets = np.array([TARGET_NM[place] for place in model.assembly.description.places])
     return Verified(

@@ -1,0 +1,114 @@
+"""Who is learned live is led past unseen postures before the arm floats, and what is left over holds the truth."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from exograv.identification.arm_model import ArmModel
+from exograv.runtime.exchange import answer_dtype, finding_dtype, state_dtype
+from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
+from exograv.safety.modes import Mode
+from exograv.safety.person import Person
+from exograv.session.examine import Examination
+from exograv.session.ideal_from_truth import prepared_by_truth
+from exograv.session.identify import identification_motion
+from exograv.session.learner import table_guess
+from exograv.session.lesson import ArmWorker, Learned, Lesson, Passed, lesson_passes, unknown_person
+from exograv.session.live_control import LiveControl, Plan, guarded_rig
+from exograv.session.prepare import Prepared
+from exograv.session.verify.postures import Verification, unseen_postures
+from exograv.session.verify.verification import judged
+from exograv.session.virtual import VirtualLaboratory, draw_laboratory
+from exograv.signals import Command
+
+SEED, LEVEL = 1004, 1
+PERIOD_S, MOTION_S, POSTURES = 0.001, 10.0, 2
+MOST_S = 120.0
+RESIDUAL_NM, RESIDUAL_S = 0.1, 0.1  # of a machine that is known as well as stage 0 can
+INSIDE = 3  # of four joints: one person proves no coverage
+
+
+@dataclass
+class Course:
+    """Guard, control and worker in one process, on the twin's clock."""
+
+    modes: list[Mode] = field(default_factory=list)
+    words: list[Learned | Passed] = field(default_factory=list)
+    driven: list[bool] = field(default_factory=list)
+    stops: list[str] = field(default_factory=list)
+
+
+def known_machine(laboratory: VirtualLaboratory) -> Prepared:
+    """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
+    prepared = prepared_by_truth(laboratory, 0.0)
+    assembly = laboratory.assembly()
+    joints = np.ones(assembly.n)
+    machine = replace(prepared.machine, residual_sd=RESIDUAL_NM * joints, correlation_s=RESIDUAL_S * joints)
+    return replace(prepared, assembly=assembly, machine=machine, x=table_guess(assembly, machine))
+
+
+def flown(laboratory: VirtualLaboratory, prepared: Prepared, asked: Verification) -> Course:
+    assembly, machine, course = prepared.assembly, prepared.machine, Course()
+    made = guarded_rig(Plan.of_twin(laboratory, prepared, unknown_person(assembly, machine), SEED, 0.0))
+    guard, rig = made.guard, made.rig
+    worker = ArmWorker(assembly, machine, PERIOD_S, is_verified=True)
+    found, newest = 0, np.zeros(1, finding_dtype(len(prepared.x)))[0]
+    persons = 0
+
+    def tell(sample: np.ndarray) -> None:
+        nonlocal found, persons
+        x = worker.take(sample[()])  # pyright: ignore[reportArgumentType] - a row without dimension
+        if sample["is_last"]:
+            x, word = worker.finish()
+            course.words.append(word)
+            person = Person(word.person, 0.0)
+            person.drive(word.is_led)
+            guard.envelope.person, persons = person, persons + 1
+        if x is not None:
+            found, newest["now"], newest["x"] = found + 1, sample["now"], x
+
+    passes = lesson_passes(assembly, MOTION_S, PERIOD_S, asked)
+    lesson = Lesson(assembly, MOTION_S, PERIOD_S, tell, lambda: (found, newest) if found else None, passes)
+    assert guard.envelope.person is not None
+    guard.envelope.person.drive(True)
+    control = LiveControl(prepared, 0.0, lesson=lesson, period_s=PERIOD_S)
+    state, row = np.zeros(1, state_dtype(assembly.n))[0], np.zeros((), answer_dtype(assembly.n))
+    safe_state, floats = SafeState.NONE, 0
+    while rig.t < MOST_S and floats < 1.0 / PERIOD_S and guard.envelope.stop is None:
+        now, measured = rig.t, rig.read()
+        believed = guard.see(measured, now)
+        assert believed is not None
+        state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
+        state["q"], state["current"], state["persons"] = believed.q, believed.current, persons
+        control.answer(state, row)
+        guarded = guard.decide(Submitted(believed.sequence, now + COMMAND_LIFE_S, row["tau"].copy()), now)
+        tau, safe_state = guarded.tau, guarded.safe_state
+        rig.write(Command(now, measured.sequence, now + COMMAND_LIFE_S, tau, tau / made.gain, guarded.drive_damping))
+        course.modes.append(control.mode)
+        course.driven.append(bool(row["drive"] > 0.0))
+        floats += control.mode is Mode.FLOATING and persons > 1
+    course.stops = [] if guard.envelope.stop is None else [guard.envelope.stop.value]
+    return course
+
+
+@pytest.mark.slow
+def test_who_is_learned_is_led_past_every_posture_and_what_is_left_over_holds_the_truth():
+    laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
+    prepared = known_machine(laboratory)
+    model = ArmModel(prepared.assembly, prepared.machine)
+    seen = identification_motion(prepared.assembly, MOTION_S, 0.05).q
+    asked = Verification(unseen_postures(model.again(), prepared.x, seen, SEED)[:POSTURES], SEED)
+    course = flown(laboratory, prepared, asked)
+    assert not course.stops
+    learned, passed = course.words
+    assert isinstance(learned, Learned)
+    assert isinstance(passed, Passed)
+    assert {one.posture for one in passed.heard} == set(range(POSTURES))
+    assert course.modes[-1] is Mode.FLOATING
+    assert not course.driven[-1]
+    verified = judged(model, learned.estimate, asked.postures, passed.heard, passed.seconds, lambda _text, _share: None)
+    truth = Examination(laboratory, prepared.assembly, prepared.machine, asked.postures)
+    total = truth.score(learned.estimate.x).total
+    _, low, high = verified.rms
+    assert ((low <= total) & (total <= high)).sum() >= INSIDE
