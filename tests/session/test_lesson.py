@@ -88,9 +88,9 @@ def test_a_lesson_waits_for_an_arm_that_is_held_and_gives_up_when_it_never_comes
     while not lesson.gives_up:
         asked, k = lesson.reference(NOW + k * PERIOD_S, q).q, k + 1
     kp = prepared.assembly.description.per_actuator("weak_kp_Nm_per_rad")
-    assert (kp * np.abs(asked - q)).max() < 2.0 * STANDS_NM
+    assert (kp * np.abs(asked - q)).max() <= STANDS_NM * (1.0 + 1e-9)
     assert not lesson.is_over
-    assert k * PERIOD_S < PATIENCE_S + 5.0
+    assert k * PERIOD_S < PATIENCE_S + 10.0
 
 
 def test_a_pause_that_nobody_saw_does_not_move_the_path_far(prepared: Prepared):

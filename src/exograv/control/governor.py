@@ -14,19 +14,20 @@ from exograv.signals import Reference
 
 Joints = Float[np.ndarray, " joint"]
 
-SLOWS_NM, STANDS_NM = 4.0, 7.0
+SLOWS_NM, STANDS_NM = 2.5, 4.5
 """Of torque that any joint's feedback asks for its position's sake: up to the first time runs as it should, from the
 second on it stands [N·m]. The guard lets 3 N·m beyond 1.3 times the plausible torque pass, and takes 3 N·m that it
-refuses a joint at rest for another arm; what waits should stay within the two."""
+refuses a joint at rest for another arm; what waits has to stay within the two. With 4 and 7 N·m wearers of level 4
+were still stopped for it (docs/safety.md)."""
 
 LAG_S, RISE_S = 0.05, 0.3
 """Of the two lags through which the rate follows: twice `LAG_S` down, `RISE_S` and `LAG_S` up [s]. It is never steeper
 than 1 / (e LAG_S), so that a motion of 1.2 rad/s slows down with no more than 8.8 rad/s². Up it takes longer, for an
 arm that has just come is soon off again, and the guard's tank fills meanwhile."""
 
-PATIENCE_S, PATIENCE_SHARE = 10.0, 0.5
+PATIENCE_S, PATIENCE_SHARE = 30.0, 0.5
 """So long a path waits at most [s], and half a second longer for every second in which it went on [-]. A wearer of
-level 4 holds on for a second or three."""
+level 4 holds on for more than ten."""
 
 
 class Governor:

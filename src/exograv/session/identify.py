@@ -118,7 +118,7 @@ def identify_arm(
     rest_first(pilot, controller, identifier.result.method)
     approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, dt), motion.hold(path.q[0], 0.5, dt)]
     pilot.begin("move")
-    pilot.run(controller, motion.joined(approach), "Moving to the start", governor=Governor(kp, dt))
+    pilot.run(controller, motion.joined(approach), "Moving to the start")
     pilot.begin("identify")
     for part in chain([path], parts):
         text = f"Identifying the arm by '{identifier.result.method.name}'"
