@@ -84,7 +84,7 @@ def test_a_lesson_waits_for_an_arm_that_is_held_and_gives_up_when_it_never_comes
     lesson, q = told.lesson, prepared.assembly.description.donning_posture
     lesson.prepare(q)
     lesson.begin(NOW)
-    k = 0
+    k, asked = 0, q
     while not lesson.gives_up:
         asked, k = lesson.reference(NOW + k * PERIOD_S, q).q, k + 1
     kp = prepared.assembly.description.per_actuator("weak_kp_Nm_per_rad")
