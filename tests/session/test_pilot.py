@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from exograv import motion
-from exograv.control import governor
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.errors import RigError
 from exograv.recording import RecordingWriter, read_recording
 from exograv.safety.envelope import Envelope, Limits
 from exograv.safety.guard import SafeState
@@ -77,13 +75,3 @@ def test_a_measurement_that_is_not_believed_reaches_no_listener_and_moves_no_tor
     np.testing.assert_array_equal(bridged, [BAD_TICK])
     assert np.isnan(ticks["tau_desired"][BAD_TICK]).all()
     np.testing.assert_array_equal(ticks["sequence"], np.arange(len(rig.commands)))
-
-
-def test_a_path_that_waits_for_an_arm_in_vain_ends_with_a_reason(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(governor, "PATIENCE_S", 0.2)
-    limits = Limits(np.array([30.0, 20.0]), np.array([10.0, 4.0]), descent_s=0.1)
-    gain = ActuatorGain(np.ones(2), np.full(2, 0.001))
-    pilot = Pilot(Standing(0.6), gain, Envelope(limits, DT))
-    away = motion.go_to(np.array([0.3, 0.6]), np.array([1.3, 0.6]), 1.0, DT)
-    with pytest.raises(RigError, match="did not follow where it was led"):
-        pilot.run(Carrying(), away, "", governor=governor.Governor(np.array([80.0, 40.0]), DT))

@@ -72,8 +72,7 @@ def state_dtype(joints: int) -> np.dtype:
 def answer_dtype(joints: int) -> np.dtype:
     """What control answers.
 
-    `findings` counts those of a worker that it knows; `q_reference` is NaN where nothing drives; `astray` is 1 where
-    the arm does not come to where it is led.
+    `findings` counts those of a worker that it knows; `q_reference` is NaN where nothing drives.
     """
     per_joint = (joints,)
     return np.dtype(
@@ -82,7 +81,6 @@ def answer_dtype(joints: int) -> np.dtype:
             ("valid_until", "<f8"),
             ("mode", "<i8"),
             ("findings", "<i8"),
-            ("astray", "<i8"),
             ("slope", "<f8"),
             ("drive", "<f8"),
             ("gravity_level", "<f8"),

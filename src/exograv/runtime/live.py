@@ -15,12 +15,10 @@ from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
 from exograv.safety.person import Person, PersonLimits
-from exograv.safety.stops import StopReason
 from exograv.signals import Command, JointState
 
 from .answering import POLL_S
 from .exchange import (
-    ASTRAY,
     RESET,
     STOP_PRESSED,
     TOLD_LEVEL,
@@ -284,7 +282,4 @@ class _Guarding:
             row["tau_feedforward"], row["closure_slope"] = answer["tau_feedforward"], answer["slope"]
             if not answer["slope"] < self._slope_max:
                 self._guard.lose_model()
-            if answer["astray"] and self._guard.envelope.stop is None:
-                self._acts |= ASTRAY
-                self._guard.envelope.trip(StopReason.ASTRAY)
         self._ticks.put(row)

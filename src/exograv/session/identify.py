@@ -6,7 +6,6 @@ from itertools import chain
 import numpy as np
 
 from exograv import motion
-from exograv.control.governor import Governor
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.interface import Estimate, Outcome, Sample
 from exograv.model.assembly import Assembly
@@ -100,7 +99,7 @@ def identify_arm(
     seconds: float,
     parts: Iterator[Trajectory] | None = None,
 ) -> Identification:
-    """Drive the relaxed arm through the motion for `seconds`, longer where the path has to wait for it, and learn it.
+    """Drive the relaxed arm through the motion for `seconds` and learn it.
 
     `parts` of `session.motions` take the place of the machine's own motion, each asked for when the last one is over.
 
@@ -108,7 +107,6 @@ def identify_arm(
         RigError: The envelope stopped the run.
     """
     dt, assembly = pilot.rig.period_s, controller.assembly
-    kp = assembly.description.per_actuator("weak_kp_Nm_per_rad")
     parts = parts or iter([identification_motion(assembly, seconds, dt)])
     path = next(parts)
     found = identifier.result
@@ -121,8 +119,7 @@ def identify_arm(
     pilot.run(controller, motion.joined(approach), "Moving to the start")
     pilot.begin("identify")
     for part in chain([path], parts):
-        text = f"Identifying the arm by '{identifier.result.method.name}'"
-        pilot.run(controller, part, text, identifier, Governor(kp, dt))
+        pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
     result = identifier.finish(pilot.rig.read().t)
     controller.publish(result.last.x, pilot.q)
     worn.know(result.last.x)

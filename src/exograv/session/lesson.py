@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from exograv import motion
-from exograv.control.governor import Governor
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
 from exograv.identification.interface import Estimate, Outcome
@@ -60,9 +59,7 @@ class Lesson:
         self._tell, self._newest = tell, newest
         self._row, self._still = np.zeros((), sample_dtype(assembly.n)), np.zeros(assembly.n)
         self._way = motion.hold(self._path.q[0], 0.0, period_s)
-        self._kp = assembly.description.per_actuator("weak_kp_Nm_per_rad")
-        self._governor = Governor(self._kp, period_s)
-        self._now = 0.0
+        self._begun_at = 0.0
         self._found_at = -np.inf
         self.findings = 0
         """How many of the worker's are known."""
@@ -74,7 +71,7 @@ class Lesson:
 
     def begin(self, now: float) -> None:
         """The arm is moved from now on [s]."""
-        self._governor, self._now = Governor(self._kp, self._period_s), now
+        self._begun_at = now
 
     @property
     def words(self) -> int:
@@ -86,37 +83,27 @@ class Lesson:
         if np.isinf(self._passes_begun_at):
             self._passes_begun_at, self._row["is_last"] = now, 0
 
-    def reference(self, now: float, q: Joints) -> Reference:
-        """What is asked for at a time [s] of an arm that is at `q` [rad]; the end of the path after it."""
+    def reference(self, now: float) -> Reference:
+        """What is asked for at a time [s]; the end of the path after it."""
         if self._passes is not None and now >= self._passes_begun_at:
             return self._at(self._passes.path, self._tick_of_passes(now))
-        self._governor.step(min(round((now - self._now) / self._period_s), BRIDGED_TICKS))
-        self._now, k = now, int(self._governor.at)
-        if k < len(self._way):
-            # By the clock: while nobody learns, what keeps an arm off its path stays, and would keep it off for ever.
-            return self._at(self._way, k)
-        if self.is_over:
-            return self._at(self._path, len(self._path))
-        return self._governor.reference(self._path, q, len(self._way))
+        tick, way, path = self._tick(now), self._way, self._path
+        if tick < len(way):
+            return Reference(way.q[tick], way.v[tick], way.a[tick])
+        return self._at(path, tick - len(way))
 
     def _at(self, path: Trajectory, tick: int) -> Reference:
         if tick < len(path):
             return Reference(path.q[tick], path.v[tick], path.a[tick])
         return Reference(path.q[-1], self._still, self._still)
 
-    @property
-    def is_over(self) -> bool:
+    def is_over(self, now: float) -> bool:
         """Whether the motion has come to its end."""
-        return self._tick() >= len(self._path)
-
-    @property
-    def gives_up(self) -> bool:
-        """Whether the arm does not come along."""
-        return self._governor.gives_up and not self.is_over
+        return self._tick(now) >= len(self._way) + len(self._path)
 
     def told(self, now: float, q: Joints, tau: Joints, q_asked: Joints) -> None:
         """One tick of the motion: measured position [rad] and torque [N·m], and the position asked for [rad]."""
-        tick, path, row = self._tick(), self._path, self._row
+        tick, path, row = self._tick(now) - len(self._way), self._path, self._row
         row["posture"] = NONE
         if self._passes is not None and now >= self._passes_begun_at:
             tick, path = self._tick_of_passes(now), self._passes.path
@@ -140,9 +127,8 @@ class Lesson:
         self._found_at = float(row["now"])
         return row["x"]
 
-    def _tick(self) -> float:
-        """Where on the path the arm should be; below 0 on the way to it [ticks]."""
-        return self._governor.at - len(self._way)
+    def _tick(self, now: float) -> int:
+        return round((now - self._begun_at) / self._period_s)
 
     def _tick_of_passes(self, now: float) -> int:
         return round((now - self._passes_begun_at) / self._period_s)

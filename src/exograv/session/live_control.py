@@ -155,7 +155,6 @@ class LiveControl:
         row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self.mode)
         row["findings"] = 0 if self._lesson is None else self._lesson.findings
         row["drive"], row["gravity_level"], row["arm_share"] = astuple(self._controller.mode)
-        row["astray"] = self._lesson is not None and self.mode is Mode.MOVING and self._lesson.gives_up
         if self._lesson is not None and self.mode is Mode.MOVING:
             self._lesson.told(now, state["q"], self._actuators.torque(state["current"]), reference.q)
 
@@ -171,7 +170,7 @@ class LiveControl:
     def _reference(self, now: float, q: np.ndarray) -> Reference:
         if not self._controller.mode.drive or self._lesson is None:
             return self._hold(q)
-        return self._hold(self._q_ramp) if self.mode is Mode.RAMP_IN else self._lesson.reference(now, q)
+        return self._hold(self._q_ramp) if self.mode is Mode.RAMP_IN else self._lesson.reference(now)
 
     def _follow(self, safe_state: SafeState, q: np.ndarray, v: np.ndarray) -> None:
         """What the guard says decides; the arm is taken by a ramp, at first and after each reset."""

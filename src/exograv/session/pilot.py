@@ -1,15 +1,13 @@
 """The loop of a session: read, observe, decide, limit, command, record; the same for every phase and controller."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from itertools import starmap
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv.control.governor import Governor
 from exograv.control.observer import Observer
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import RigError
@@ -21,7 +19,6 @@ from exograv.runtime.exchange import ASTRAY
 from exograv.runtime.pace import Pace
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Submitted
-from exograv.safety.stops import StopReason
 from exograv.signals import Command, JointState, Reference
 
 from .account import Account, mode_fields
@@ -127,17 +124,8 @@ class Pilot:
         trajectory: Trajectory,
         text: str,
         listener: Callable[[Moment], None] | None = None,
-        governor: Governor | None = None,
     ) -> None:
         """Follow a trajectory to its end.
-
-        Args:
-            controller: Decides the torque.
-            trajectory: At the loop's period.
-            text: What is being done, for the operator.
-            listener: Told of every tick.
-            governor: Lets the path wait for an arm that is far off it, and gives up where the arm never comes; absent,
-                time runs by the clock.
 
         Raises:
             RigError: The envelope stopped the run, and the arm has come down softly; or it is an arm's controller, and
@@ -149,8 +137,8 @@ class Pilot:
         if isinstance(self.rig, Powered) and self.envelope.stop is None:
             self._switch_on(self.rig)
         with HeldInterrupt(may_be_worn(self.rig)) as interrupt:
-            references = self._waiting(trajectory, governor) if governor else _by_the_clock(trajectory)
-            for tick, (k, reference) in enumerate(references):
+            for k in range(len(trajectory)):
+                reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
                 moment = self._tick(controller, reference)
                 if listener is not None and moment is not None:
                     listener(moment)
@@ -158,17 +146,9 @@ class Pilot:
                     self.guard.press_stop()
                 if self.envelope.stop is not None:
                     self._come_down(controller, reference, interrupt.has_come)
-                if tick % PROGRESS_TICKS == 0:
+                if k % PROGRESS_TICKS == 0:
                     self.progress(text, k / len(trajectory))
         self.progress(text, 1.0)
-
-    def _waiting(self, path: Trajectory, governor: Governor) -> Iterator[tuple[float, Reference]]:
-        """Where on the path the arm should be, tick by tick, and what is asked for there."""
-        while governor.at <= len(path) - 1:
-            yield governor.at, governor.reference(path, self.q)
-            governor.step()
-            if governor.gives_up:
-                self.envelope.trip(StopReason.ASTRAY)
 
     def _switch_on(self, rig: Powered) -> None:
         """Drives that are off, because nobody has flown them yet or because they heard nothing for a while."""
@@ -266,8 +246,3 @@ class Pilot:
         if is_interrupted:
             raise KeyboardInterrupt
         raise RigError(told)
-
-
-def _by_the_clock(path: Trajectory) -> Iterator[tuple[float, Reference]]:
-    """The ticks of a path, and what is asked for in each."""
-    return enumerate(starmap(Reference, zip(path.q, path.v, path.a, strict=True)))
