@@ -39,10 +39,11 @@ def test_encoders_that_agree_but_for_gear_noise_and_a_constant_are_left_alone():
     assert found(Monitors(2, DT, GAIN), states) == []
 
 
-def test_an_encoder_that_slips_beyond_two_degrees_is_found_after_ten_ticks():
-    slipped = [state(t, [AGREE_RAD * 1.1 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(70)]
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_an_encoder_that_slips_beyond_two_degrees_is_found_after_ten_ticks(side: float):
+    slipped = [state(t, [side * AGREE_RAD * 1.1 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(70)]
     assert found(Monitors(2, DT, GAIN), slipped)[0] == (50 + IN_A_ROW_MS - 1, StopReason.ENCODERS_PART, 0)
-    within = [state(t, [AGREE_RAD * 0.9 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(200)]
+    within = [state(t, [side * AGREE_RAD * 0.9 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(200)]
     assert found(Monitors(2, DT, GAIN), within) == []
 
 
@@ -59,8 +60,11 @@ def test_an_encoder_that_counts_the_other_way_is_found_within_20_ms(speed: float
     assert tick - flip <= 20
 
 
-def test_an_encoder_that_stands_still_while_its_motor_turns_is_found_and_a_coarse_one_of_a_slow_joint_is_not():
-    dead = [state(t, [0.2 * min(t, 50) * DT, 0.0], [0.2 * t * DT, 0.0], [0.0, 0.0]) for t in range(100)]
+@pytest.mark.parametrize("way", [-0.2, 0.2])
+def test_an_encoder_that_stands_still_while_its_motor_turns_is_found_and_a_coarse_one_of_a_slow_joint_is_not(
+    way: float,
+):
+    dead = [state(t, [way * min(t, 50) * DT, 0.0], [way * t * DT, 0.0], [0.0, 0.0]) for t in range(100)]
     tick, reason, joint = found(Monitors(2, DT, GAIN), dead)[0]
     assert (reason, joint) == (StopReason.ENCODERS_PART, 0)
     assert 20 <= tick - 50 <= 22

@@ -66,6 +66,13 @@ wild = arrays(float, 2, elements=st.one_of(st.floats(-1e3, 1e3), st.floats(allow
 levels = st.floats(0.0, 1.8)
 
 
+def test_a_person_of_whom_nothing_else_is_said_is_weightless_free_and_in_no_wall():
+    person = Person(LIMITS)
+    assert (person.gravity_level, person.is_driven, person.energy_J) == (0.0, False, LIMITS.tank_start_J)
+    person.look([0.0, 0.0], [0.0, 0.0])
+    assert not person.is_in_a_wall
+
+
 @given(inside, wild, levels)
 def test_no_torque_stays_outside_what_is_plausible_for_the_person(q: np.ndarray, tau: np.ndarray, level: float):
     out = held(tau, q, STILL, level)
