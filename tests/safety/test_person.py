@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -71,6 +71,25 @@ def test_a_person_of_whom_nothing_else_is_said_is_weightless_free_and_in_no_wall
     assert (person.gravity_level, person.is_driven, person.energy_J) == (0.0, False, LIMITS.tank_start_J)
     person.look([0.0, 0.0], [0.0, 0.0])
     assert not person.is_in_a_wall
+
+
+WALLS = np.array([LIMITS.q_lower + LIMITS.wall_rad, LIMITS.q_upper - LIMITS.wall_rad])
+
+
+@given(arrays(float, 2, elements=st.floats(-2.2, 2.2)), arrays(float, 2, elements=st.floats(-5.0, 5.0)))
+@example(WALLS[0], np.zeros(2))
+@example(WALLS[1], np.zeros(2))
+@example(np.nextafter(WALLS[0], -9.0), np.zeros(2))
+@example(np.nextafter(WALLS[1], 9.0), np.zeros(2))
+@example(WALLS[0] - 0.01, np.ones(2))
+@example(WALLS[1] + 0.01, -np.ones(2))
+def test_whoever_is_before_a_stop_or_will_be_in_a_tenth_of_a_second_is_in_a_wall_and_nobody_else(
+    q: np.ndarray, v: np.ndarray
+):
+    person = Person(LIMITS)
+    person.look(q.tolist(), v.tolist())
+    near = [(at < WALLS[0]) | (at > WALLS[1]) for at in (q, q + 0.1 * v)]
+    assert person.is_in_a_wall == bool(np.any(near))
 
 
 @given(inside, wild, levels)

@@ -86,9 +86,7 @@ class Envelope:
             allowed = person.afford(allowed, known, self._rate)
         tau, step, bounds = list(allowed), self._step, self._bounds
         for j, last in enumerate(self._tau):
-            one, bound = tau[j], bounds[j]
-            if not (-bound <= one <= bound and last - step <= one <= last + step):
-                tau[j] = within(within(one, -bound, bound), last - step, last + step)
+            tau[j] = within(within(tau[j], -bounds[j], bounds[j]), last - step, last + step)
         if person is not None:
             person.pay(tau, known, self._dt)
         if self.stop is None and tau != wanted:

@@ -99,11 +99,7 @@ class Person:
     def bounded(self, tau: Numbers) -> Numbers:
         """Torques [N·m] within what each joint may be told; what pushes on in a wall fades to carrying."""
         lows, highs = self._in_walls() if self.is_in_a_wall else (self._low, self._high)
-        found = list(tau)
-        for j in self._joints:
-            if not lows[j] <= found[j] <= highs[j]:
-                found[j] = within(found[j], lows[j], highs[j])
-        return found
+        return [within(tau[j], lows[j], highs[j]) for j in self._joints]
 
     def braked(self, tau: Numbers, brakes: Numbers) -> Numbers:
         """Bounded torques less what brakes [N·m]: within the same rows, but no wall takes from what brakes."""
