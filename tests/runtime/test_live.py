@@ -10,7 +10,7 @@ import pytest
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drives.status import DriveStatus
 from exograv.runtime.exchange import TOLD_LEVEL, Channels, FeltLevel, Led, answer_dtype, state_dtype
-from exograv.runtime.live import GIVEN_UP_AFTER, GuardedRig, GuardJob, _Guarding
+from exograv.runtime.live import GIVEN_UP_AFTER, GuardedRig, GuardJob, _Guarding, answer_by_ns
 from exograv.runtime.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.runtime.shared import Mailbox, Ring
 from exograv.safety.envelope import Envelope, Limits, StopReason
@@ -170,6 +170,11 @@ def test_a_guard_that_has_given_control_up_waits_in_few_ticks_only_until_it_answ
     table.tick(answers=True)
     table.tick(answers=False)
     assert table.looks > 1
+
+
+@pytest.mark.parametrize(("period_us", "by_us"), [(500, 325), (1000, 650), (2000, 1650), (4000, 3650)])
+def test_control_has_of_a_period_what_a_guard_does_not_need_to_write(period_us: int, by_us: int):
+    assert answer_by_ns(1000 * period_us) == 1000 * by_us
 
 
 def somebody() -> PersonLimits:

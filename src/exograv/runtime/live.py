@@ -36,8 +36,8 @@ from .recorder_process import PHASE, event
 from .shared import Mailbox
 from .timing import PERIOD_NS, Timing
 
-ANSWER_BY = 0.65
-"""Share of the period in which control has to have answered: the rest is the guard's own, and the machine's."""
+LIMITS_NS, LIMITS_SHARE = 350_000, 0.35
+"""What the guard keeps of a period, to limit a torque and to write it [ns], and at most so much of it."""
 
 GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
 """Ticks in a row without an answer, after which the guard waits in every eighth tick only: it has let the arm down, and
@@ -105,6 +105,11 @@ class GuardReport:
     """Every mode in its turn, and when it began, since the loop's start [s]."""
 
 
+def answer_by_ns(period_ns: int) -> int:
+    """After the start of a period, when control has to have answered."""
+    return period_ns - round(min(LIMITS_NS, LIMITS_SHARE * period_ns))
+
+
 def guard_process(job: GuardJob, parent: Connection) -> None:
     """Be the guard process: build, say so, wait for the word, run, report."""
     guarding = _Guarding(job, parent)
@@ -143,7 +148,7 @@ class _Guarding:
         self._acts = self._persons = 0
         # A latch of a real machine ends the run: its self-test, and somebody who looks at it, come before the next.
         self._resets = not may_be_worn(self.rig)
-        self._answer_by_ns = round(ANSWER_BY * job.period_ns)
+        self._answer_by_ns = answer_by_ns(job.period_ns)
 
     def begin(self) -> None:
         """Switch the motors on, and begin from the torque that they give.
