@@ -144,7 +144,7 @@ def broken(what: str, topic: str, message: dict[str, Any]) -> dict[str, Any]:
     if topic == "/settings" and what == "escape":
         message["settings"]["rig_files"] = {"x/../../rig.toml": "name = 'x'"}
     if topic == "/settings" and what == "absolute":
-        message["settings"]["rig_files"] = {"/tmp/rig.toml": "name = 'x'"}
+        message["settings"]["rig_files"] = {"/rig.toml": "name = 'x'"}
     if topic == "/settings" and what == "no rig":
         message["settings"]["rig_files"] = {}
     if topic == "/settings" and what == "body":
