@@ -87,6 +87,17 @@ def test_a_joint_that_is_not_believed_any_more_stays_where_it_was_for_the_oracle
         assert bool(oracle.judge().wrong) == is_wrong
 
 
+def test_a_joint_that_says_no_number_any_more_leaves_the_others_where_they_are_for_the_oracle():
+    weight = np.zeros((2, Features(2, 2).count))
+    weight[0, 1] = 20.0  # times cos(q of joint 0)
+    table = PlausibleTable((Chain((0, 1), 2, np.zeros_like(weight), weight),), *[np.zeros(2)] * 3)
+    oracle = Oracle(LIMITS, PersonLimits(table, np.array([8.0, 4.0]), np.full(2, -2.0), np.full(2, 2.0)), DT)
+    oracle.note(np.array([20.0, 0.0]), np.zeros(2), frozenset(), 0.0)
+    for _ in range(2):
+        oracle.note(np.array([20.0, 0.0]), np.array([1.5, np.nan]), frozenset({1}), 0.0)
+    assert list(oracle.judge().wrong) == [1, 2]
+
+
 def test_every_fault_has_a_sentence_and_one_that_is_to_be_found_has_a_budget_and_a_safe_state():
     assert len({fault.id.split()[0] for fault in FAULTS.values()} - {"control"}) >= 20
     for fault in FAULTS.values():

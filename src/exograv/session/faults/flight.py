@@ -80,11 +80,13 @@ class Flight:
         for fault in active:
             state = fault.measured(state, tick)
         believed = self._guard.see(state, now)
+        # Who is found too fast by what goes out is isolated after this posture was believed, and stays where it was.
+        isolated = self._envelope.isolated
         submitted = self._answer(believed, now)
         for fault in active:
             submitted = fault.answered(submitted, tick)
         guarded = self._guard.decide(submitted, now)
-        self._note(tick, believed, guarded)
+        self._note(tick, believed, isolated, guarded)
         tau, until = guarded.tau, now + COMMAND_LIFE_S
         command = Command(now, sequence, until, tau, self._gain.current(tau), guarded.drive_damping)
         for fault in active:
@@ -103,7 +105,7 @@ class Flight:
             self._guard.lose_model()
         return Submitted(believed.sequence, now + COMMAND_LIFE_S, tau.copy())
 
-    def _note(self, tick: int, believed: JointState | None, guarded: Guarded) -> None:
+    def _note(self, tick: int, believed: JointState | None, isolated: frozenset[int], guarded: Guarded) -> None:
         envelope, q = self._envelope, None if believed is None else believed.q
-        self._oracle.note(guarded.tau, q, envelope.isolated, self._person.gravity_level)
+        self._oracle.note(guarded.tau, q, isolated, self._person.gravity_level)
         self.watch.commanded(tick, guarded.tau, guarded.safe_state, envelope.stop)

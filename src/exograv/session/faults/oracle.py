@@ -57,12 +57,13 @@ class Oracle:
     def note(self, tau: Joints, q: Joints | None, isolated: frozenset[int], gravity_level: float) -> None:
         """One tick: what went out, and what the guard believed of the posture; None where nothing came."""
         before = self._q[-1] if self._q else self._unknown
-        if q is None or not np.isfinite(q).all():
-            q = before
-        elif isolated and self._q:
+        if q is not None and isolated:
+            # First: what a joint says that nobody believes any more makes no other joint's position worse.
             kept = list(isolated)
             q = q.copy()
             q[kept] = before[kept]
+        if q is None or not np.isfinite(q).all():
+            q = before
         self._tau.append(tau)
         self._q.append(q)
         self._level.append(gravity_level)
