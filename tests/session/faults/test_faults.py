@@ -75,23 +75,24 @@ def test_the_oracle_reads_the_same_table_as_the_guard_without_its_code():
     assert carrying(table, q, level) == pytest.approx(np.array(of_guard), abs=1e-12)
 
 
-def test_a_joint_that_is_not_believed_any_more_stays_where_it_was_for_the_oracle():
+def heavy_at_zero() -> PersonLimits:
+    """Joint 0 carries 20 N·m times the cosine of its position."""
     weight = np.zeros((2, Features(2, 2).count))
-    weight[0, 1] = 20.0  # times cos(q of joint 0)
+    weight[0, 1] = 20.0
     table = PlausibleTable((Chain((0, 1), 2, np.zeros_like(weight), weight),), *[np.zeros(2)] * 3)
-    of_person = PersonLimits(table, np.array([8.0, 4.0]), np.full(2, -2.0), np.full(2, 2.0))
+    return PersonLimits(table, np.array([8.0, 4.0]), np.full(2, -2.0), np.full(2, 2.0))
+
+
+def test_a_joint_that_is_not_believed_any_more_stays_where_it_was_for_the_oracle():
     for isolated, is_wrong in ((frozenset({0}), False), (frozenset[int](), True)):
-        oracle = Oracle(LIMITS, of_person, DT)
+        oracle = Oracle(LIMITS, heavy_at_zero(), DT)
         for q in (0.0, 1.5, 1.5):
             oracle.note(np.array([20.0, 0.0]), np.array([q, 0.0]), isolated, 0.0)
         assert bool(oracle.judge().wrong) == is_wrong
 
 
 def test_a_joint_that_says_no_number_any_more_leaves_the_others_where_they_are_for_the_oracle():
-    weight = np.zeros((2, Features(2, 2).count))
-    weight[0, 1] = 20.0  # times cos(q of joint 0)
-    table = PlausibleTable((Chain((0, 1), 2, np.zeros_like(weight), weight),), *[np.zeros(2)] * 3)
-    oracle = Oracle(LIMITS, PersonLimits(table, np.array([8.0, 4.0]), np.full(2, -2.0), np.full(2, 2.0)), DT)
+    oracle = Oracle(LIMITS, heavy_at_zero(), DT)
     oracle.note(np.array([20.0, 0.0]), np.zeros(2), frozenset(), 0.0)
     for _ in range(2):
         oracle.note(np.array([20.0, 0.0]), np.array([1.5, np.nan]), frozenset({1}), 0.0)
