@@ -23,7 +23,6 @@ def verdicts() -> list[Verdict]:
         stopped_tick=420,
         reason=StopReason.TOO_FAST,
         since={SafeState.DESCENT: 420, SafeState.ISOLATION: 424},
-        moving_since={0: 410, 3: 412},
         hand_m_s=0.3,
     )
     one = Verdict(Scenario(3, 0, ("F01",)), stopped, False, {"F01": 3.0}, ("F01",), 0.4, True)

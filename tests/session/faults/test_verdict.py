@@ -36,7 +36,7 @@ def told(*stretches: tuple[int, float]) -> np.ndarray:
 
 def weak_begin(course: Course, torque: np.ndarray) -> float:
     fault = weak_motor()
-    return _begin(course, FAULTS["F11"], fault, fault.shows(torque, NOISE_NM))
+    return _begin(course, FAULTS["F11"], fault.shows(torque, NOISE_NM))
 
 
 def test_a_weak_motors_time_begins_when_it_is_told_more_than_noise_can_hide():
@@ -103,6 +103,31 @@ def test_the_hand_of_one_who_pushes_is_told_apart():
     sights = [Sight(still, still, speed, are_braking=False) for speed in speeds]
     course = watch.finish(Judgement({}, np.zeros(len(sights))), sights)
     assert (course.hand_m_s, course.pushed_hand_m_s) == (0.4, 3.0)
+
+
+def flown(speeds: list[float]) -> Watch:
+    """A joint's speed in each tick, beside one that stands still; the first fault is there from the first tick on."""
+    watch = Watch(0)
+    for tick in range(len(speeds)):
+        watch.pushed(False)
+        watch.commanded(tick, np.zeros(2), SafeState.NONE, None)
+        watch.course.ticks += 1
+    sights = [Sight(np.zeros(2), np.array([0.0, speed]), 0.0, are_braking=False) for speed in speeds]
+    watch.finish(Judgement({}, np.zeros(len(sights))), sights)
+    return watch
+
+
+def test_what_shows_in_motion_is_not_asked_for_where_the_joint_has_come_to_rest_again():
+    none = stopped(None, StopReason.ENCODERS_PART)
+    for speeds, begin in (
+        ([0.3] * 20 + [0.0] * 480, np.inf),
+        ([0.3] * 20 + [0.0] * 200 + [-0.3] * 280, 220.0),
+        ([0.3] * 40 + [0.0] * 460, 0.0),
+        ([0.19] * 500, np.inf),
+    ):
+        moves = flown(speeds).moves
+        assert not moves[:, 0].any()
+        assert _begin(none, FAULTS["F02"], moves[:, 1]) == begin
 
 
 def test_a_push_ends():

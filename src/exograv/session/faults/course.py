@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
@@ -40,9 +40,6 @@ class Course:
     braked_tick: int | None = None
     """From the first onset on: at the beginning of which all drives were braking by themselves."""
 
-    moving_since: dict[int, int] = field(default_factory=dict)
-    """Tick from the first onset on in which each joint was first clearly moving."""
-
     extra_speed: float = 0.0
     """By which a joint grew faster between the first onset and the safe state [rad/s]."""
 
@@ -74,6 +71,8 @@ class Watch:
         self._onset = onset
         self._told: list[Joints] = []
         self._pushed: list[bool] = []
+        self.moves: Bool[np.ndarray, "tick joint"] = np.zeros((0, 0), bool)
+        """Joints that clearly move in each tick from the first onset on; known when it is over."""
 
     @property
     def told(self) -> Float[np.ndarray, "tick joint"]:
@@ -98,6 +97,7 @@ class Watch:
         course, onset = self.course, self._onset
         course.violated_ticks = len(judgement.wrong)
         course.violations = [f"tick {tick}: {what}" for tick, what in list(judgement.wrong.items())[:3]]
+        self.moves = np.zeros(self.told.shape, bool)
         if onset is None:
             return course
         braking = (tick for tick, sight in enumerate(sights) if tick > onset and sight.are_braking)
@@ -109,8 +109,7 @@ class Watch:
         return course
 
     def _sum_up_motion(self, onset: int, q: np.ndarray, v: np.ndarray) -> None:
-        course, moving = self.course, np.abs(v) > MOVING_RAD_S
-        course.moving_since = {int(j): onset + int(np.argmax(moving[:, j])) for j in np.flatnonzero(moving.any(axis=0))}
+        course, self.moves[onset : onset + len(v)] = self.course, np.abs(v) > MOVING_RAD_S
         until = len(q) if course.stopped_tick is None else max(course.stopped_tick - onset, 0)
         if until:
             course.extra_speed = float(np.abs(v[:until] - v[0]).max())

@@ -68,7 +68,6 @@ def verdict_of(row: dict[str, Any]) -> Verdict:
     reason = course["reason"]
     course["reason"] = None if reason is None else StopReason[reason]
     course["since"] = {SafeState[name]: tick for name, tick in course["since"].items()}
-    course["moving_since"] = {int(joint): tick for joint, tick in course["moving_since"].items()}
     scenario["faults"] = tuple(scenario["faults"])
     return Verdict(
         **{**row, "course": Course(**course), "scenario": Scenario(**scenario), "missed": tuple(row["missed"])}

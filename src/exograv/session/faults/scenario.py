@@ -11,7 +11,6 @@ from exograv.safety.guard import SafeState
 
 from .course import Course
 from .flight import Flight
-from .injector import Injector
 from .stand import Ground, Start, Subject, TwinGround
 from .table import FAULTS, Fault
 from .through import ALL, ONLY_DRIVES, injector_of
@@ -113,20 +112,23 @@ def fly(subject: Subject, scenario: Scenario, ground: Ground = THE_TWIN) -> Verd
     with ground.stand(subject, Start(int(generator.integers(2**31)), posture, moves)) as stand:
         flight = Flight(subject, stand, posture, list(faults.values()))
         course = flight.fly(last + AFTER_MS // ground.period_ms)
-    noise, told = subject.laboratory.machine.sensors.current_noise, flight.watch.told
-    begins = {name: _begin(course, ALL[name], fault, fault.shows(told, noise)) for name, fault in faults.items()}
+    noise, watch = subject.laboratory.machine.sensors.current_noise, flight.watch
+    begins: dict[str, float] = {}
+    for name, injector in faults.items():
+        shows = injector.shows(watch.told, noise)
+        if ALL[name].shows_in_motion:
+            shows = shows & watch.moves[:, injector.joint]
+        begins[name] = _begin(course, ALL[name], shows)
     return _verdict(scenario, course, {name: fault.onset for name, fault in faults.items()}, begins, relaxed)
 
 
-def _begin(course: Course, fault: Fault, injector: Injector, shows: Bool[np.ndarray, " tick"]) -> float:
+def _begin(course: Course, fault: Fault, shows: Bool[np.ndarray, " tick"]) -> float:
     """Tick from which on the time runs to find a fault; infinite where it never showed for long enough.
 
     What stops and shows again begins anew: its time runs from the beginning of the last stretch before the stop, or of
     the first one that was long enough to find it in.
     """
     ticks, budget = len(shows), _budget(fault) / course.period_ms
-    if fault.shows_in_motion:
-        shows = shows & (np.arange(ticks) >= course.moving_since.get(injector.joint, ticks))
     edges = np.flatnonzero(np.diff(shows.astype(int), prepend=0, append=0)).reshape(-1, 2)
     for begin, end in edges.tolist():
         is_last = end == ticks or (course.stopped_tick is not None and course.stopped_tick <= end + budget)
