@@ -18,6 +18,7 @@ import pytest
 from exograv.model.description import load_rig
 from exograv.rig.drive_sim.address import free_port
 from exograv.rig.drives.canopen import CanopenRig
+from exograv.rig.drives.moteus import MoteusRig
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.drives.udp import UdpRig
 
@@ -37,7 +38,7 @@ class Driver:
     """Its options where simulated drives wait for us as we for them, however busy this computer is."""
 
     address: tuple[str, str]
-    """Text of the example, and the same at a free port."""
+    """Text of the example, and the same at a free port or path."""
 
     turned: tuple[str, str]
     """Text of the example, and the same with the elbow's drive turned round."""
@@ -66,6 +67,14 @@ BUSES = {
         ("node = 4\nsign = -1\n", "node = 4\n"),
         {"current_rated_A": 2.5},
         sets_watchdogs=True,
+    ),
+    "moteus": Driver(
+        MoteusRig,
+        {"lock_step": True},
+        ('path = "fdcanusb"', 'path = "{folder}/fdcanusb"'),
+        ("node = 4\n", "node = 4\nsign = -1\n"),
+        {"current_max_A": 12.0, "brake_Nms_per_rad": 1.0},
+        sets_watchdogs=False,
     ),
 }
 """The battery is run on each."""
@@ -147,7 +156,7 @@ def drives_on(folder: Path, bus: str, *changes: tuple[str, str]) -> Path:
     """The example of a bus at a free address, with changes."""
     text = (EXAMPLES / f"{bus}.toml").read_text(encoding="utf-8")
     old, new = BUSES[bus].address
-    for right, wrong in ((old, new.format(port=free_port())), *changes):
+    for right, wrong in ((old, new.format(port=free_port(), folder=folder)), *changes):
         assert right in text
         text = text.replace(right, wrong, 1)
     path = folder / f"{bus}.toml"

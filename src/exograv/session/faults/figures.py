@@ -39,7 +39,7 @@ def _of_fault(name: str, verdicts: Sequence[Verdict]) -> dict[str, Any]:
     alone = [v for v in verdicts if v.scenario.faults == (name,) and not v.false_trip]
     times = [t for v in alone if (t := v.found.get(name)) is not None]
     p50, p99, most = np.percentile(times, [50, 99, 100]).round(2).tolist() if times else (None, None, None)
-    fault, hands = ALL[name], [v.course.hand_m_s for v in alone if v.relaxed]
+    fault, hands = ALL[name], [v.course.hand_m_s for v in alone if v.relaxed and _is_stopped(v)]
     pushed = max((v.course.pushed_hand_m_s for v in alone), default=0.0)
     return {
         "what": fault.what,
@@ -62,7 +62,7 @@ def _of_fault(name: str, verdicts: Sequence[Verdict]) -> dict[str, Any]:
 def _hand(verdicts: Sequence[Verdict]) -> dict[str, Any]:
     """Of relaxed arms after one fault that stopped the run, while nobody pushes."""
     single = [v for v in verdicts if v.relaxed and len(v.scenario.faults) == 1]
-    found = [v for v in single if v.course.stopped_tick is not None or v.course.braked_tick is not None]
+    found = [v for v in single if _is_stopped(v)]
     speeds = [v.course.hand_m_s for v in found]
     return {
         "runs": len(speeds),
@@ -73,6 +73,11 @@ def _hand(verdicts: Sequence[Verdict]) -> dict[str, Any]:
             f"{v.scenario.command}: {v.course.hand_m_s:.2f} m/s" for v in found if v.course.hand_m_s > HAND_MAX_M_S
         ],
     }
+
+
+def _is_stopped(verdict: Verdict) -> bool:
+    """By the guard or by the drives; the hand of nobody else has been watched."""
+    return verdict.course.stopped_tick is not None or verdict.course.braked_tick is not None
 
 
 def told(verdict: Verdict) -> dict[str, Any]:
