@@ -1,5 +1,7 @@
 """Faults that simulated drives have themselves, beyond a driver, in place of what the same rows do to the twin."""
 
+import numpy as np
+
 from exograv.rig.drive_sim.firmware import MAX_C
 from exograv.session.arm_controller import ArmController
 
@@ -51,6 +53,10 @@ class Overheated(Injector):
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         if tick == self.onset:
             world.at_bench("heat", self.joint, MAX_C + 10.0)
+
+    def shows(self, told: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
+        """From its status on: that a winding is too hot the drive itself notices in its next step only."""
+        return np.arange(len(told)) > self.onset
 
 
 class CableOut(Injector):
