@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from exograv import __version__
 from exograv.cli import was_keyboard
 from exograv.cli.faults import show_faults
 from exograv.recording import read_recording
@@ -68,6 +69,8 @@ REFUSED = {
     "a new machine over an old one": (("new-rig", str(URDF), "--out", "file"), "file exists already; nothing is over"),
     "a check of nothing": (("check-rig", "nobody"), "No machine 'nobody'"),
     "a giant in a machine": (("check-rig", "recupera_like", "--height-m", "175"), "height is 175.0 m; allowed: 1.2 to"),
+    "an aircraft that nobody can be": (("aircraft", "listen", "--sender", "cabin"), "--sender is 'cabin'; give the IPv4"),
+    "an aircraft on no port": (("aircraft", "listen", "--port", "99999"), "--port is 99999; allowed: 1 to 65535"),
     "a table of payloads": (
         (*LOG, "--gains", "1,2,3,4", "--method", "anthropometric"),
         "is for arms: a payload has no table",
@@ -92,6 +95,10 @@ def test_words_that_mean_nothing_are_answered_with_the_way_to_help(words: tuple[
     assert result.returncode == 2
     assert "--help" in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_it_says_which_version_it_is(tmp_path: Path):
+    assert exograv("--version", folder=tmp_path).stdout == f"exograv {__version__}\n"
 
 
 def test_a_missing_log_is_named(tmp_path: Path):

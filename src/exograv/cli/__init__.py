@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import tyro
 
+from exograv import __version__
 from exograv.errors import ExogravError
 
 from .aircraft import Aircraft, run_aircraft_command
@@ -85,6 +86,9 @@ def main() -> None:
 
 
 def _run_as_asked() -> None:
+    if sys.argv[1:] == ["--version"]:
+        print(f"exograv {__version__}")
+        return
     options = (Annotated[kind, tyro.conf.subcommand(name)] for name, (kind, _) in COMMANDS.items())
     union: Any = reduce(or_, options)
     command: Common = tyro.cli(

@@ -4,6 +4,7 @@ import socket
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from ipaddress import IPv4Address
 from types import TracebackType
 from typing import Any
 
@@ -32,7 +33,18 @@ class AircraftReceiver:
             level: Of the windows that are flown [-].
             port: Where it is heard; 0 takes a free one.
             sender: Only address that is believed; any if there is none.
+
+        Raises:
+            ConfigError: The sender is no IPv4 address, so that nobody would ever be believed.
         """
+        if sender is not None:
+            try:
+                sender = str(IPv4Address(sender))
+            except ValueError as error:
+                raise ConfigError(
+                    f"--sender is '{sender}'; give the IPv4 address from which the aircraft's data come, such as "
+                    "192.168.1.20, or leave it out."
+                ) from error
         self._watch, self._port, self._sender = Watch(settings, level), port, sender
         self._socket: socket.socket | None = None
         self.heard = self.refused = self.foreign = 0

@@ -43,7 +43,7 @@ class Step:
 def within(name: str, measured: float, limit: float, unit: str, what_to_do: str) -> Step:
     """A figure that must not be larger than its limit; one that is no number is too large."""
     passed = bool(abs(measured) <= limit)
-    shown = round(float(measured), 4) if np.isfinite(measured) else str(measured)
+    shown = round(float(measured), 4) + 0.0 if np.isfinite(measured) else str(measured)  # 0 has no sign
     return Step(name, passed, shown, limit, unit, "" if passed else what_to_do)
 
 
