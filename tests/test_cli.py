@@ -69,7 +69,10 @@ REFUSED = {
     "a new machine over an old one": (("new-rig", str(URDF), "--out", "file"), "file exists already; nothing is over"),
     "a check of nothing": (("check-rig", "nobody"), "No machine 'nobody'"),
     "a giant in a machine": (("check-rig", "recupera_like", "--height-m", "175"), "height is 175.0 m; allowed: 1.2 to"),
-    "an aircraft that nobody can be": (("aircraft", "listen", "--sender", "cabin"), "--sender is 'cabin'; give the IPv4"),
+    "an aircraft that nobody can be": (
+        ("aircraft", "listen", "--sender", "cabin"),
+        "--sender is 'cabin'; give the IPv4",
+    ),
     "an aircraft on no port": (("aircraft", "listen", "--port", "99999"), "--port is 99999; allowed: 1 to 65535"),
     "a table of payloads": (
         (*LOG, "--gains", "1,2,3,4", "--method", "anthropometric"),
