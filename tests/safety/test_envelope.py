@@ -158,6 +158,12 @@ def test_at_the_very_limit_of_speed_nothing_trips():
     assert envelope.stop is None
 
 
+def test_a_joint_at_the_very_limit_of_speed_keeps_its_motor_and_a_faster_one_is_left_to_its_drive():
+    envelope, trip = Envelope(LIMITS, DT), LIMITS.v_trip_rad_s
+    envelope.limit(STILL, STILL, np.array([trip, 1.001 * trip, -trip, -1.001 * trip]))
+    assert envelope.powerless == {1, 3}
+
+
 def test_the_descent_is_over_when_its_time_is_and_before_any_fault_it_is_not():
     dt, ticks = 2.0**-10, 128  # without rounding
     envelope = Envelope(replace(LIMITS, descent_s=ticks * dt), dt)

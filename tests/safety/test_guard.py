@@ -363,7 +363,7 @@ def test_another_gravity_level_is_felt_by_a_ramp_no_steeper_than_the_operator_s_
 @pytest.mark.parametrize("level", [np.nan, np.inf, -0.001, 1.001])
 def test_what_is_no_gravity_level_changes_nothing(level: float):
     bench, person = worn(0.5)
-    assert not bench.guard.feel(level)
+    assert bench.guard.feel(level) is False
     bench.settled()
     assert person.gravity_level == 0.5
 

@@ -6,7 +6,18 @@ import pytest
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.safety.guard import Guard, SafeState, Submitted
 from exograv.safety.ingress import Ingress
-from exograv.safety.monitors import AGREE_RAD, IN_A_ROW_MS, LATELY_MS, TORQUE_OFF_NM, Monitors
+from exograv.safety.monitors import (
+    AGREE_RAD,
+    IN_A_ROW_MS,
+    LATELY_MS,
+    REFUSED_NM,
+    REFUSED_S,
+    SLOW_RAD_S,
+    STILL_MS,
+    STILL_WAY_RAD,
+    TORQUE_OFF_NM,
+    Monitors,
+)
 from exograv.signals import JointState, TorqueSource
 
 DT = 0.001
@@ -43,8 +54,9 @@ def test_encoders_that_agree_but_for_gear_noise_and_a_constant_are_left_alone():
 def test_an_encoder_that_slips_beyond_two_degrees_is_found_after_ten_ticks(side: float):
     slipped = [state(t, [side * AGREE_RAD * 1.1 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(70)]
     assert found(Monitors(2, DT, GAIN), slipped)[0] == (50 + IN_A_ROW_MS - 1, StopReason.ENCODERS_PART, 0)
-    within = [state(t, [side * AGREE_RAD * 0.9 * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(200)]
-    assert found(Monitors(2, DT, GAIN), within) == []
+    for share in (0.9, 1.0):
+        within = [state(t, [side * AGREE_RAD * share * (t >= 50), 0.0], [0.0, 0.0], [0.0, 0.0]) for t in range(200)]
+        assert found(Monitors(2, DT, GAIN), within) == []
 
 
 @pytest.mark.parametrize("speed", [0.3, 1.0, -2.0])
@@ -73,6 +85,15 @@ def test_an_encoder_that_stands_still_while_its_motor_turns_is_found_and_a_coars
         state(t, [np.floor(0.01 * t * DT / count) * count, 0.0], [0.01 * t * DT, 0.0], [0.0, 0.0]) for t in range(900)
     ]
     assert found(Monitors(2, DT, GAIN), slow) == []
+
+
+@pytest.mark.parametrize(("way", "tick"), [(STILL_WAY_RAD, None), (1.001 * STILL_WAY_RAD, STILL_MS)])
+def test_an_encoder_is_dead_after_twenty_ticks_of_the_same_and_more_than_eight_counts_of_its_motor(
+    way: float, tick: int | None
+):
+    stuck = [state(t, [0.0, 0.0], [way * (t > 0), 0.0], [0.0, 0.0]) for t in range(60)]
+    results = found(Monitors(2, DT, GAIN), stuck)
+    assert results[:1] == ([] if tick is None else [(tick, StopReason.ENCODERS_PART, 0)])
 
 
 def test_a_motor_that_does_not_give_its_torque_is_found_and_one_that_is_late_is_not():
@@ -133,7 +154,7 @@ def test_encoders_that_part_slowly_may_be_noise_and_faster_ones_are_not(speed: f
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-@pytest.mark.parametrize(("off", "is_found"), [(0.99, False), (1.01, True)])
+@pytest.mark.parametrize(("off", "is_found"), [(0.99, False), (1.0, False), (1.01, True)])
 def test_where_torque_has_a_sensor_it_is_the_sensor_that_is_asked(side: float, off: float, is_found: bool):
     tau, none = np.array([5.0, 5.0 + side * off * TORQUE_OFF_NM]), np.full(2, np.nan)
     sensor = TorqueSource.JOINT_SENSOR
@@ -206,11 +227,44 @@ def test_a_slow_motor_that_lags_behind_a_long_ramp_is_not_taken_for_biased(side:
         tau += (1.0 - np.exp(-DT / 0.02)) * (told - tau)  # 8 Hz
 
 
-def test_a_joint_whose_current_was_no_number_for_a_while_is_watched_again():
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_joint_whose_current_was_no_number_for_a_while_is_watched_again(bad: float):
     monitors = Monitors(2, DT, GAIN)
-    broken = [state(t, [0.0, 0.0], None, [np.nan, 0.0]) for t in range(50)]
+    broken = [state(t, [0.0, 0.0], None, [bad, 0.0]) for t in range(50)]
     for one in broken:
         assert monitors.look(one, {0}) == []
         monitors.told([0.0, 0.0])
     biased = [state(t, [0.0, 0.0], None, [1.4, 0.0]) for t in range(300)]
     assert found(monitors, biased)
+
+
+def test_a_motor_that_misses_a_step_is_found_as_soon_as_one_that_never_gave_anything():
+    monitors, steps_at = Monitors(2, DT, GAIN), 50
+    for t in range(steps_at + LATELY_MS + IN_A_ROW_MS - 1):
+        assert monitors.look(state(t, [0.0, 0.0], None, [0.0, 0.0])) == []
+        monitors.told([10.0 if t >= steps_at else 0.0, 0.0])
+    last = state(steps_at + LATELY_MS + IN_A_ROW_MS - 1, [0.0, 0.0], None, [0.0, 0.0])
+    assert monitors.look(last) == [(StopReason.TORQUE_WRONG, 0)]
+
+
+def test_a_torque_that_is_off_to_both_sides_by_turns_is_not_off_on_average():
+    to_and_fro = [state(t, [0.0, 0.0], None, [0.0, (-1) ** t * 2.5 / GAIN[1]]) for t in range(600)]
+    assert found(Monitors(2, DT, GAIN), to_and_fro) == []
+
+
+def refusals(asked: float, v: float, ticks: int, before: int = 0) -> bool:
+    """What is said of a joint in the last of so many ticks, after some in which it was asked for nothing."""
+    monitors = Monitors(2, DT, GAIN)
+    for _ in range(before):
+        monitors.is_refused([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
+    return [monitors.is_refused([0.0, asked], [0.0, 0.0], [0.0, v]) for _ in range(ticks)][-1]
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_at_its_very_limits_nothing_is_refused_and_just_beyond_all_of_them_it_is(sign: float):
+    enough = round(REFUSED_S / DT)
+    assert refusals(sign * 1.001 * REFUSED_NM, sign * 0.999 * SLOW_RAD_S, enough + 1)
+    assert refusals(sign * 1.001 * REFUSED_NM, 0.0, enough + 1, before=1)
+    assert not refusals(sign * 1.001 * REFUSED_NM, 0.0, enough, before=1)
+    assert not refusals(sign * REFUSED_NM, 0.0, 2 * enough)
+    assert not refusals(sign * 1.001 * REFUSED_NM, sign * SLOW_RAD_S, 2 * enough)
