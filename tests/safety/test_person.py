@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from exograv.errors import ConfigError
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import V_CREDIBLE_RAD_S, Envelope, Limits, StopReason
 from exograv.safety.person import MARGIN_NM, SHARE_MAX, WALL_AHEAD_S, Person, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 
@@ -347,3 +347,21 @@ def test_a_joint_that_is_thrown_at_a_stop_is_caught_before_the_trip_even_while_c
         v = v + np.array([0.0, DT * (tau[1] - friction) / inertia])
         q = q + DT * v
         assert envelope.stop is None
+
+
+def test_before_the_first_tick_a_person_is_bounded_as_at_zero_and_at_rest():
+    at_zero = Person(LIMITS)
+    at_zero.look([0.0, 0.0], [0.0, 0.0])
+    assert Person(LIMITS).bounded([60.0, -60.0]) == at_zero.bounded([60.0, -60.0])
+    assert not Person(LIMITS).is_past_a_stop
+    assert not Person(LIMITS).is_driven
+
+
+def test_the_friction_of_a_joint_counts_up_to_the_greatest_credible_speed_and_not_beyond_it():
+    far = replace(LIMITS, q_lower=np.full(2, -1e4), q_upper=np.full(2, 1e4))
+    for speed, counts in ((V_CREDIBLE_RAD_S, True), (1.001 * V_CREDIBLE_RAD_S, False)):
+        envelope = worn(limits=far)
+        envelope.limit(np.zeros(2), STILL, np.array([speed, 0.0]))
+        assert envelope.person is not None
+        most = envelope.person.bounded([1e6, 0.0])[0]
+        assert most == pytest.approx(bounds(STILL, np.array([speed * counts, 0.0]))[1][0])

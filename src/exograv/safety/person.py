@@ -53,7 +53,8 @@ class Person:
         self._rows = list(zip(*(row.tolist() for row in rows), strict=True))
         """What a tick asks of each joint, in this order."""
         self._friction, self._low, self._high = ([0.0] * len(self._rows) for _ in range(3))
-        self.look(self._low, self._low)
+        nowhere = [0.0] * len(self._rows)
+        self.look(nowhere, nowhere)
 
     def look(self, q: Sequence[float], v: Sequence[float]) -> None:
         """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture.
