@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator
+from dataclasses import replace
 from multiprocessing import Pipe
 
 import numpy as np
@@ -137,6 +138,18 @@ def test_an_arm_is_not_given_to_a_control_that_does_not_answer(table: Table):
     assert table.guard.envelope.stop is None
     assert table.guarding._safe_state is SafeState.NONE
     assert len(table.guarding._latches) == 1
+
+
+def test_the_guard_begins_from_the_torque_of_the_tick_that_is_recorded_first(
+    table: Table, monkeypatch: pytest.MonkeyPatch
+):
+    currents = iter([5.0, -5.0, -5.0])
+    read = table.rig.read
+    monkeypatch.setattr(table.rig, "read", lambda: replace(read(), current=np.array([next(currents)])))
+    table.guarding.begin()
+    steps = [(table.tick(answers=True), float(table.rig.commands[-1].tau[0]))[1] for _ in range(2)]
+    step = LIMITS.torque_rate_max_Nm_per_s * PERIOD_S
+    assert steps == pytest.approx([5.0 - step, 5.0 - 2 * step])
 
 
 @pytest.mark.parametrize("table", [False], indirect=True)

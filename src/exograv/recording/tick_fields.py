@@ -73,7 +73,7 @@ TICK = Channel(
             "sequence",
             "uint32",
             "-",
-            "number of the measurement; a gap is a tick that was lost; 0 throughout where nobody counted",
+            "number of the measurement; a gap is a tick that was lost, or, where `/timing` says that none was, a measurement that a bus lost; 0 throughout where nobody counted",
             since=2,
             default=0.0,
         ),

@@ -144,27 +144,29 @@ class _Guarding:
         self._latches: list[Latch] = []
         self._modes: list[tuple[str, float]] = []
         self._unanswered = self._silent = self._started_ns = 0
-        self._was_stopped = self._is_asked_to_end = False
+        self._has_begun = self._was_stopped = self._is_asked_to_end = False
         self._acts = self._persons = 0
         # A latch of a real machine ends the run: its self-test, and somebody who looks at it, come before the next.
         self._resets = not may_be_worn(self.rig)
         self._answer_by_ns = answer_by_ns(job.period_ns)
 
     def begin(self) -> None:
-        """Switch the motors on, and begin from the torque that they give.
+        """Switch the motors on.
 
         Raises:
             RigError: A drive stays off.
         """
         if isinstance(self.rig, Powered):
             self.rig.enable()
-        self._guard.envelope.begin(self._gain * self.rig.read().current)
 
     def tick(self, period: int) -> bool:
         """Look, ask, decide, command, record; whether it is over before its time."""
         woken = time.monotonic_ns()
-        self._started_ns = self._started_ns or woken
         state, now = self.rig.read(), self.rig.t
+        if not self._has_begun:
+            # From the torque that the motors give, and as it is recorded, so that a replay begins there too.
+            self._guard.envelope.begin(self._gain * state.current)
+            self._has_begun, self._started_ns = True, woken
         self._row["monotonic"] = 1e-9 * time.monotonic_ns()  # beside `now`: the two clocks are compared in every tick
         believed = self._guard.see(state, now)
         answer = None if believed is None else self._asked(believed, now, woken)

@@ -25,6 +25,7 @@ from exograv.session.live import settings_of
 from exograv.session.live_control import LiveControl, Plan, guarded_rig
 from exograv.session.prepare import Prepared
 from exograv.session.replay.instead import Instead
+from exograv.session.replay.recorded import gaps
 from exograv.session.replay.run import ReplayOptions, run_replay
 from exograv.session.virtual import VirtualLaboratory
 from exograv.signals import JointState
@@ -187,3 +188,10 @@ def test_another_gravity_level_is_flown_by_control_and_guard(lived: Path):
 @pytest.mark.parametrize(("passed", "after"), [(1, 0b1011), (2, 0b10101), (63, (0b101 << 63 | 1) % 2**64), (64, 1)])
 def test_what_control_has_answered_to_is_remembered_by_its_distance(passed: int, after: int):
     assert answered_to(0b101, passed) == after
+
+
+@pytest.mark.parametrize(("timing", "lost"), [([{"ticks_lost": 0}], 0), ([{"ticks_lost": 3}], 4), ([{}], 4), ([], 4)])
+def test_where_no_tick_was_lost_a_missing_number_is_of_a_measurement_that_the_guard_did_not_see_either(
+    timing: list[dict[str, int]], lost: int
+):
+    assert gaps(np.array([7, 8, 13, 13], np.uint32), timing).tolist() == [0, 0, lost, 0]

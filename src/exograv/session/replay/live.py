@@ -22,7 +22,7 @@ from exograv.signals import JointState
 from .columns import Again, Columns, each_tick
 from .guarding import SETTLED_S, Guarding
 from .instead import Instead
-from .recorded import Recorded, gaps, readable
+from .recorded import Recorded, readable
 
 REACH = 32
 """Measurements back to which `seen` in a tick tells whether control has answered."""
@@ -40,7 +40,7 @@ class LiveAgain:
         """
         path, joints = recorded.recording.path, len(recorded.recording.joints)
         self._columns, self._names = Columns(recorded.recording.ticks), recorded.phase_names
-        self._lost = gaps(recorded.recording.ticks["sequence"]).tolist()
+        self._lost = recorded.gaps.tolist()
         self._again = Again.of(len(self._columns), joints)
         self._state, self._row = np.zeros(1, state_dtype(joints)), np.zeros((), answer_dtype(joints))
         self._waiting: deque[np.void] = deque(maxlen=REACH)

@@ -17,7 +17,7 @@ from exograv.signals import Reference
 from .columns import Again, Columns, each_tick
 from .guarding import SETTLED_S, Guarding
 from .instead import Instead
-from .recorded import Recorded, gaps, readable
+from .recorded import Recorded, readable
 
 
 class Lockstep:
@@ -26,7 +26,7 @@ class Lockstep:
     def __init__(self, recorded: Recorded, instead: Instead):
         self._recorded, self._instead = recorded, instead
         self._columns = Columns(recorded.recording.ticks)
-        self._lost = gaps(recorded.recording.ticks["sequence"]).tolist()
+        self._lost = recorded.gaps.tolist()
         self._again = Again.of(len(self._columns), len(recorded.recording.joints))
         self._told = 0
         self._pilot: _Pilot | None = None

@@ -2,7 +2,7 @@
 
 import contextlib
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -32,6 +32,11 @@ class Recorded:
     recording: Recording
     description: RigDescription
     """The machine by the files that the recording holds, or by those that take their place."""
+
+    @property
+    def gaps(self) -> np.ndarray:
+        """Ticks that were flown before each of these, and not recorded (tick,)."""
+        return gaps(self.recording.ticks["sequence"], self.recording.messages("/timing"))
 
     @property
     def live(self) -> Mapping[str, Any] | None:
@@ -145,8 +150,13 @@ def _unpack(path: Path, files: Mapping[str, str], folder: Path) -> Path:
     return machine
 
 
-def gaps(sequence: np.ndarray) -> np.ndarray:
-    """Ticks lost before each of these that count on, by their numbers (tick,)."""
-    lost = np.zeros(len(sequence), dtype=np.int64)
-    lost[1:] = np.diff(sequence.astype(np.int64)) - 1
-    return np.maximum(lost, 0)
+def gaps(sequence: np.ndarray, timing: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    """Ticks that were flown and not recorded before each of these, by the numbers of their measurements (tick,).
+
+    A recording that was completed says how many its ring did not take. Where that is none, numbers that are missing
+    are of measurements that a bus has lost or of periods that passed: the guard did not see them either.
+    """
+    sequence = sequence.astype(np.int64)
+    if timing and timing[-1].get("ticks_lost") == 0:
+        return np.zeros(len(sequence), dtype=np.int64)
+    return np.maximum(np.diff(sequence, prepend=sequence[:1] - 1) - 1, 0)
