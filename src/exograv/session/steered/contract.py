@@ -71,8 +71,7 @@ class MakeReady(_Seen):
 
 
 class TakeArm(_Seen):
-    """Step two: the machine takes over the arm's weight by a ramp. Only soon after step one, and an arm that is
-    known."""
+    """Step two: the machine takes over the weight of an arm that is known, by a ramp. Only soon after step one."""
 
     kind: Literal["take_arm"] = "take_arm"
 
@@ -153,8 +152,10 @@ class Answer(Settings):
 
 @runtime_checkable
 class Desk(Protocol):
-    """A steered session, as the server sees it. Every method may be called from any thread, and returns soon: `act`
-    within `LATE_S`, the others at once."""
+    """A steered session, as the server sees it.
+
+    Every method may be called from any thread, and returns soon: `act` within `LATE_S`, the others at once.
+    """
 
     def now(self) -> float:
         """The session's monotonic clock [s]: of `made_at_s`, alarms, and `write`."""
@@ -185,8 +186,10 @@ class Desk(Protocol):
         ...
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Have a message of this time of `now` [s] recorded; `task`'s markers on `/task`. Lost while nothing is
-        recorded."""
+        """Have a message of this time of `now` [s] recorded; `task`'s markers on `/task`.
+
+        It is lost while nothing is recorded.
+        """
         ...
 
     def close(self) -> None:

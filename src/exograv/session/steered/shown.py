@@ -93,7 +93,7 @@ class Shown(Settings):
     """One moment; per-joint values in the order of `joints`."""
 
     version: int
-    """Another one whenever mode, safe state, readiness or person has changed."""
+    """Another one whenever mode, latch, readiness or person has changed."""
     t: float
     """The desk's clock [s]."""
 
