@@ -76,6 +76,10 @@ class Steering:
         self._window_until_ns = -1 if word.window_until_ns is None else word.window_until_ns
         self._on_loss = word.on_loss
 
+    def why_nobody(self, now_ns: int) -> str:
+        """Why nobody may ask for anything; empty while somebody steers."""
+        return "Nobody steers: the operator's page was silent for too long." if now_ns > self._lease_until_ns else ""
+
     def ask(self, event: Event, mode: Mode, *, is_latched: bool, now_ns: int) -> str:
         """Why it may not happen; empty where control will be told.
 
@@ -85,8 +89,8 @@ class Steering:
             is_latched: Whether the guard has stopped and was not reset. A reset comes here after the guard's own.
             now_ns: On CLOCK_MONOTONIC [ns].
         """
-        if now_ns > self._lease_until_ns:
-            return "Nobody steers: the operator's page was silent for too long."
+        if why := self.why_nobody(now_ns):
+            return why
         if event not in ASKABLE or event is Event.PASSED:
             return "Nobody may ask for this from a page."
         if is_latched:
