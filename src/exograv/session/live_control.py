@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
 from functools import partial
 from types import MappingProxyType
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -45,6 +46,15 @@ MODES = tuple(Mode)
 def notes(is_tested: bool) -> dict[str, str]:
     """What to record when a mode begins."""
     return {} if is_tested else {Mode.SELF_TEST.name.lower(): SKIPPED_TEXT}
+
+
+@runtime_checkable
+class Hearer(Protocol):
+    """A machine in which somebody hears what it begins."""
+
+    def hear(self, mode_name: str) -> None:
+        """A mode has begun, by its name in lower case."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -106,7 +116,8 @@ def guarded_rig(plan: Plan) -> GuardedRig:
     envelope.person = Person(plan.person, plan.gravity_level)
     envelope.person.drive(plan.lesson is not None)
     guard = Guard.of_machine(envelope, rig.period_s, gain.gain.tolist())
-    return GuardedRig(rig, guard, gain.gain, CLOSURE_SLOPE_MAX)
+    announce = rig.hear if isinstance(rig, Hearer) else lambda _mode: None
+    return GuardedRig(rig, guard, gain.gain, CLOSURE_SLOPE_MAX, announce)
 
 
 class LiveControl:
