@@ -12,9 +12,7 @@ from .flight import Flight, Moment
 from .reception import EVENTS, KINDS, Reception, Standing, why_not
 from .shown import ModeName, Shown, Skeleton, Trace
 
-STARTING = "Guard and control are starting."
-
-RECORD_TOPIC = "/control"
+RECORD_TOPIC = "/act"
 """Of what was asked for, by whom, and what became of it."""
 
 
@@ -44,7 +42,7 @@ class SteeredDesk:
                 "version": s.version,
                 "t": now,
                 "mode": mode,
-                "mode_text": moment.failure or (STARTING if moment.mode is None else moment.mode.value),
+                "mode_text": moment.failure or (moment.doing if moment.mode is None else moment.mode.value),
                 "take_within_s": _left(self._ready_until_s, now),
                 "possible": tuple(kind for kind in KINDS if not why_not(kind, s)),
                 "lease_left_s": _left(self._lease_until_s, now),
@@ -71,7 +69,7 @@ class SteeredDesk:
             why = self._reception.refusal(act, now, s) or self._done(act, by, now)
             answer = self._reception.remember(act, Answer(id=act.id, taken=not why, why=why))
             said = act.model_dump(mode="json") | {"by": by, "taken": answer.taken, "why": why}
-            self._flight.write(RECORD_TOPIC, now, {"act": "page", **said})
+            self._flight.write(RECORD_TOPIC, now, said)
             return answer
 
     def keep(self, window_left_s: float | None = None) -> None:
@@ -113,7 +111,14 @@ class SteeredDesk:
             self._key, self._version = key, self._version + 1
         self._look_for_alarms(moment, now, is_lost=self._lease_until_s is not None and not is_leased)
         return Standing(
-            self._version, moment.mode, moment.latch, moment.is_known, is_ready, is_leased, moment.participants
+            self._version,
+            moment.mode,
+            moment.latch,
+            moment.is_known,
+            is_ready,
+            is_leased,
+            moment.participants,
+            moment.failure,
         )
 
     def _look_for_alarms(self, moment: Moment, now: float, *, is_lost: bool) -> None:
@@ -126,7 +131,7 @@ class SteeredDesk:
             causes["Nobody steers any more: the operator's page is silent."] = "medium"
         if moment.recorded is not None and not moment.recorded.is_ok:
             causes[moment.recorded.why] = "medium"
-        self._alarms.look(causes, now)
+        self._alarms.look(causes | dict.fromkeys(moment.warnings, "medium"), now)
 
 
 def _left(until: float | None, now: float) -> float | None:

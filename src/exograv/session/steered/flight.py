@@ -41,6 +41,10 @@ class Moment:
     learning: Learning | None = None
     failure: str = ""
     """Why there is no guard any more, and what to do; empty while all is well."""
+    warnings: tuple[str, ...] = ()
+    """What somebody should know, while it lasts."""
+    doing: str = ""
+    """What goes on while no guard runs yet."""
 
 
 @runtime_checkable

@@ -47,6 +47,8 @@ class Standing:
     """Step one was done not too long ago."""
     is_leased: bool
     participants: tuple[str, ...]
+    failure: str = ""
+    """Why no guard runs any more; then somebody can only be put in anew."""
 
 
 def why_not(kind: ActKind, s: Standing) -> str:
@@ -57,6 +59,8 @@ def why_not(kind: ActKind, s: Standing) -> str:
         return "The session has not begun yet. Wait until the machine is off."
     if not s.is_leased:
         return f"Nobody steers: the operator's page was silent for {LEASE_S:g} s. Open it again."
+    if s.failure:
+        return "" if kind == "don" else s.failure
     if kind == "reset":
         return "" if s.latch is not None or s.mode is Mode.SAFE else "Nothing was stopped."
     if s.latch is not None:

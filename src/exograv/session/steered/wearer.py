@@ -33,9 +33,12 @@ class AttentiveTwin:
         mode = Mode[mode_name.upper()]
         if mode is Mode.SAFE and self._given:
             self._ramp, self._given, self._grip = mode, 1.0, 0.0  # relaxed, and let down
+        if mode is Mode.EXO_ONLY and not self._grip:
+            self._ramp, self._given = mode, 0.0  # it begins anew
+            self._hold()
         if mode is Mode.RAMP_OUT:
             self._hold()
-        if mode is Mode.RAMP_OUT or (mode is Mode.RAMP_IN and self._grip):
+        if mode in (Mode.RAMP_IN, Mode.RAMP_OUT):
             self._ramp, self._since_s, self._given_before = mode, self._twin.t, self._given
 
     @property
