@@ -123,6 +123,8 @@ class SteeredDesk:
 
     def _look_for_alarms(self, moment: Moment, now: float, *, is_lost: bool) -> None:
         causes: dict[str, Priority] = {}
+        for text in moment.warnings:
+            causes[text] = "medium"
         if moment.failure:
             causes[moment.failure] = "high"
         if moment.latch is not None:
@@ -131,7 +133,7 @@ class SteeredDesk:
             causes["Nobody steers any more: the operator's page is silent."] = "medium"
         if moment.recorded is not None and not moment.recorded.is_ok:
             causes[moment.recorded.why] = "medium"
-        self._alarms.look(causes | dict.fromkeys(moment.warnings, "medium"), now)
+        self._alarms.look(causes, now)
 
 
 def _left(until: float | None, now: float) -> float | None:
