@@ -16,7 +16,7 @@ from .shown import LearnedParameter, Learning, Point, Skeleton, Trace
 
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
 PLOT_HZ, PLOTTED_S = 50, 10.0
-STEP_S = 0.01
+STEP_S = 0.05
 DESCENT_S = 3.0
 UPPER_ARM_M, FOREARM_M = 0.3, 0.26
 PARAMETERS = (("upper_arm.mass", "kg", 2.0, 0.4), ("forearm.mass", "kg", 1.6, 0.3))
