@@ -201,7 +201,7 @@ def test_who_is_known_is_held_to_what_a_driven_arm_may_have_only_as_long_as_it_i
     table.guard.envelope.person.drive(True)
     driven = []
     for word in (Led(somebody()), somebody()):
-        table.guarding._hear(word, table.rig.t)
+        table.guarding.hearing.hear(word, table.rig.t)
         table.tick(answers=True)
         driven.append(table.guard.envelope.person.is_driven)
     assert driven == [True, False]
@@ -210,7 +210,7 @@ def test_who_is_known_is_held_to_what_a_driven_arm_may_have_only_as_long_as_it_i
 
 def told(table: Table, level: float) -> tuple[int, str]:
     """What is recorded when the guard is told to let this level be felt: bits of `acts`, and a note."""
-    table.guarding._hear(FeltLevel(level), table.rig.t)
+    table.guarding.hearing.hear(FeltLevel(level), table.rig.t)
     table.tick(answers=True)
     (row,), (*_, note) = table.guarding._ticks.take()[-1:], table.guarding._events.take()
     return int(row["acts"]), note["text"].decode()

@@ -210,6 +210,7 @@ CONTROL = Channel(
         Field("mass_kg", "number", "kg", "the known weight that is carried from now on", optional=True),
         Field("person", "object", "SI", "limits of who is in the machine", optional=True),
         Field("gravity_level", "number", "-", "share of the arm's weight that is to be felt", optional=True),
+        Field("ramp_s", "number", "s", "in which it comes, at least", optional=True),
         Field("is_driven", "boolean", "-", "whether that person is moved along a path", optional=True),
         Field("taken", "boolean", "-", "whether the controller accepted it", optional=True),
     ),
@@ -254,6 +255,23 @@ CORRECTION = Channel(
     ),
 )
 
+PAGE = Channel(
+    "/page",
+    "json",
+    "when it happens, runs that are steered from pages only",
+    "What was asked for at a page, and what a page told.",
+    (
+        T,
+        Field(
+            "topic",
+            "string",
+            "-",
+            "`/act`: what was asked for, `by` whose page, if it was `taken`, and `why` not; others are the console's",
+        ),
+        Field("message", "object", "-", "what it holds"),
+    ),
+)
+
 CHANNELS = {
     channel.topic: channel
     for channel in (
@@ -269,5 +287,6 @@ CHANNELS = {
         CONTROL,
         STREAM,
         CORRECTION,
+        PAGE,
     )
 }

@@ -73,7 +73,7 @@ TICK = Channel(
             "sequence",
             "uint32",
             "-",
-            "number of the measurement; a gap is a tick that was lost, or, where `/timing` says that none was, a measurement that a bus lost; 0 throughout where nobody counted",
+            "number of the measurement; a gap: lost ticks, or (`/timing`) measurements lost on a bus; 0 where nobody counted",
             since=2,
             default=0.0,
         ),
@@ -108,7 +108,8 @@ TICK = Channel(
             "-",
             "what was done to the guard since the last tick: 1 its latch was reset, 2 Stop was pressed, 4 a joint had "
             "gone astray, 8 it was told whose arm has been learned (the next `wear` of `/control`), 16 it was told "
-            "what the person is to feel (the latest `level` of `/control`)",
+            "what the person is to feel (the latest `level` of `/control`); from bit 8 on one more than the number of "
+            "the event that control was told, of self-test, passed, take the arm, give it back, switch off, reset",
             since=3,
             default=0.0,
         ),

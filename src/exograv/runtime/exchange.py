@@ -11,6 +11,9 @@ from .recorder_process import Inlet
 RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL = 1, 2, 4, 8, 16
 """Bits of `acts` in a recorded tick, in the order in which they come between two ticks."""
 
+EVENT_SHIFT = 8
+"""From this bit on `acts` holds the event that control was told in this tick: its place in `steering.ASKABLE` and 1."""
+
 UNANSWERED = (
     "v",
     "q_reference",
@@ -32,6 +35,8 @@ class Channels:
     states: str
     answers: str
     inlet: Inlet
+    bell: str | None = None
+    """What the guard's parent rings; absent where nobody does."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,10 @@ class FeltLevel:
     """A word to the guard: what the person is to feel of the arm's weight from now on, by a ramp."""
 
     gravity_level: float
+    ramp_s: float = 0.0
+    """In which, at least [s]."""
+    number: int | None = None
+    """By which somebody who steers is answered; absent for a word that came by another way."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +61,8 @@ def state_dtype(joints: int) -> np.dtype:
     """What the guard tells control in a tick.
 
     `persons` counts how often the guard was told who is in the machine; `gravity_level` is the one in force, to which
-    the guard holds control.
+    the guard holds control. `asked` counts what an operator asked for, of which `event` is the last: its place in
+    `steering.ASKABLE`.
     """
     per_joint = (joints,)
     return np.dtype(
@@ -61,6 +71,8 @@ def state_dtype(joints: int) -> np.dtype:
             ("now", "<f8"),
             ("safe_state", "<i8"),
             ("persons", "<i8"),
+            ("asked", "<i8"),
+            ("event", "<i8"),
             ("gravity_level", "<f8"),
             ("q", "<f8", per_joint),
             ("current", "<f8", per_joint),

@@ -4,6 +4,7 @@ They share two mailboxes: what the guard believes of the machine, and what contr
 answer for a part of the period, never longer; that it comes too late, or never again, is its everyday business.
 """
 
+import contextlib
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -14,22 +15,17 @@ import numpy as np
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.modes import Mode
 from exograv.signals import Command, JointState
 
 from .answering import POLL_S
 from .exchange import (
-    RESET,
-    STOP_PRESSED,
-    TOLD_LEVEL,
-    TOLD_PERSON,
     UNANSWERED,
     Channels,
-    FeltLevel,
-    Led,
     answer_dtype,
     state_dtype,
 )
+from .hearing import BELL, Hearing
 from .loop import run_loop
 from .realtime import Rights, realtime
 from .recorder_process import PHASE, event
@@ -43,9 +39,6 @@ GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
 """Ticks in a row without an answer, after which the guard waits in every eighth tick only: it has let the arm down, and
 a loop that waits in all of them may be left without rest and broken off (`runtime.loop`)."""
 
-ASK_PARENT_EVERY = 200
-"""Ticks between two questions whether the parent has said something."""
-
 
 @dataclass(frozen=True)
 class GuardedRig:
@@ -58,6 +51,9 @@ class GuardedRig:
 
     slope_max: float
     """Beyond which control's own model of the loops does not fit any more [N·m]."""
+
+    announce: Callable[[str], object] = lambda _name: None
+    """Told the mode that begins, by its name: what somebody in the machine hears of it."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +69,9 @@ class GuardJob:
 
     period_ns: int = PERIOD_NS
     """Of the machine [ns]."""
+
+    is_steered: bool = False
+    """Whether an operator resets the latch; a virtual one does it by itself."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +120,8 @@ def guard_process(job: GuardJob, parent: Connection) -> None:
                 guarding.begin()
                 timing = run_loop(guarding.tick, job.periods, job.period_ns)
             report = guarding.report(timing, rights)
-        parent.send(report)
+        with contextlib.suppress(OSError):  # nobody is there any more
+            parent.send(report)
     finally:
         guarding.close()
 
@@ -132,10 +132,13 @@ class _Guarding:
     def __init__(self, job: GuardJob, parent: Connection):
         self._job, self._parent, made = job, parent, job.build()
         self.rig, self._guard, self._gain, self._slope_max = made.rig, made.guard, made.gain, made.slope_max
-        channels = job.channels
+        channels, self._announce = job.channels, made.announce
         self._states = Mailbox(state_dtype(channels.joints), channels.states)
         self._answers = Mailbox(answer_dtype(channels.joints), channels.answers)
         self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
+        self._bell = None if channels.bell is None else Mailbox(BELL, channels.bell)
+        self.hearing = Hearing(self._guard, parent, self._bell, self._note)
+        self._known_modes = [Mode.__members__.get(name.upper()) for name in job.mode_names]
         self._state, self._row = np.zeros((), state_dtype(channels.joints)), np.zeros((), tick_dtype(channels.joints))
         self._row["cdr_header"] = (0, 1, 0, 0)
         for name in ("q_reference", "v_reference", "a_reference"):
@@ -144,10 +147,10 @@ class _Guarding:
         self._latches: list[Latch] = []
         self._modes: list[tuple[str, float]] = []
         self._unanswered = self._silent = self._started_ns = 0
-        self._has_begun = self._was_stopped = self._is_asked_to_end = False
-        self._acts = self._persons = 0
+        self._has_begun = self._was_stopped = False
         # A latch of a real machine ends the run: its self-test, and somebody who looks at it, come before the next.
-        self._resets = not may_be_worn(self.rig)
+        self._ends_stopped = may_be_worn(self.rig)
+        self._resets = not (self._ends_stopped or job.is_steered)
         self._answer_by_ns = answer_by_ns(job.period_ns)
 
     def begin(self) -> None:
@@ -178,16 +181,14 @@ class _Guarding:
         tau, current = guarded.tau, guarded.tau / self._gain
         self.rig.write(Command(now, state.sequence, now + COMMAND_LIFE_S, tau, current, guarded.drive_damping))
         self._safe_state = guarded.safe_state
-        self._note(period, now)
+        self._look_for_stops(period, now)
         self._record(period, now, state, tau, answer, woken)
         # Nobody hands an arm to a control that is not there: it has to answer first.
-        may_reset = self._was_stopped and self._resets and not self._is_asked_to_end and answer is not None
-        if may_reset and self._guard.reset():
-            self._acts |= RESET
-            self._events.put(event(now, "note", "The virtual operator has reset the latch."))
-        if period % ASK_PARENT_EVERY == 0 and self._parent.poll():
-            self._hear(self._parent.recv(), now)
-        is_over = self._is_asked_to_end or (self._was_stopped and not self._resets)
+        if self._was_stopped and self._resets and not self.hearing.is_asked_to_end and answer is not None:
+            self.hearing.reset(now, "The virtual operator has reset the latch.")
+        mode = self._known_modes[self._mode] if self._mode >= 0 else None
+        self.hearing.listen(period, now, mode, is_answered=answer is not None)
+        is_over = self.hearing.is_asked_to_end or (self._was_stopped and self._ends_stopped)
         return is_over and self._guard.envelope.descent_is_over
 
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
@@ -197,14 +198,16 @@ class _Guarding:
 
     def close(self) -> None:
         """Let go of the memory."""
-        for memory in (self._states, self._answers, self._ticks, self._events):
-            memory.close()
+        for memory in (self._states, self._answers, self._ticks, self._events, self._bell):
+            if memory is not None:
+                memory.close()
 
     def _asked(self, believed: JointState, now: float, woken: int) -> np.void | None:
         """Tell control, and wait for its answer as long as there is time."""
         state = self._state
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, self._safe_state
-        state["q"], state["current"], state["persons"] = believed.q, believed.current, self._persons
+        state["q"], state["current"] = believed.q, believed.current
+        self.hearing.tell(state)
         person = self._guard.envelope.person
         state["gravity_level"] = 0.0 if person is None else person.gravity_level
         self._states.write(state)
@@ -214,6 +217,7 @@ class _Guarding:
             got = self._answers.read()
             if got is not None and int(got[1]["sequence"]) == believed.sequence:
                 self._silent = 0
+                self.hearing.delivered()
                 return got[1]
             if time.monotonic_ns() >= until:
                 self._unanswered += 1
@@ -221,55 +225,32 @@ class _Guarding:
                 return None
             time.sleep(POLL_S)
 
-    def _hear(self, word: object, now: float) -> None:
-        """What the parent says: who has been found to be in the machine, what is to be felt, or that it is over."""
-        if isinstance(word, PersonLimits | Led):
-            before, limits = self._guard.envelope.person, word.person if isinstance(word, Led) else word
-            person = Person(limits, before.gravity_level if before else 0.0)
-            if isinstance(word, Led):
-                person.drive(True)
-            self._guard.envelope.person = person
-            self._persons += 1
-            self._acts |= TOLD_PERSON
-            self._events.put(event(now, "note", "The guard knows the person as identified."))
-            return
-        if isinstance(word, FeltLevel):
-            self._feel(word.gravity_level, now)
-            return
-        self._is_asked_to_end = True
-        self._acts |= STOP_PRESSED
-        self._guard.press_stop()
-
-    def _feel(self, level: float, now: float) -> None:
-        """Whoever is not at the machine has nothing to say any more when it has stopped once in this run."""
-        if not self._latches and self._guard.feel(level):
-            self._acts |= TOLD_LEVEL
-            text = f"{level:g} of the arm's weight is to be felt from here on, by a ramp."
-        else:
-            text = f"A gravity level of {level:g} was refused: the run was stopped before, or the arm is being moved."
-        self._events.put(event(now, "note", text))
-
     def _enter(self, mode: int, now: float) -> None:
         if mode != self._mode:
             self._mode, self._phase, name = mode, self._phase + 1, self._job.mode_names[mode]
             self._modes.append((name, 1e-9 * (time.monotonic_ns() - self._started_ns)))
             self._events.put(event(now, PHASE, name))
+            self._announce(name)
             if text := self._job.notes.get(name):
-                self._events.put(event(now, "note", text))
+                self._note(now, text)
 
-    def _note(self, period: int, now: float) -> None:
+    def _note(self, now: float, text: str) -> None:
+        self._events.put(event(now, "note", text))
+
+    def _look_for_stops(self, period: int, now: float) -> None:
         """Each stop once, when it comes."""
         stop, was_stopped = self._guard.envelope.stop, self._was_stopped
         self._was_stopped = stop is not None
         if stop is not None and not was_stopped:
             self._latches.append(Latch(stop.value, period, 1e-9 * (time.monotonic_ns() - self._started_ns)))
             self._events.put(event(now, "stop", stop.value))
+            self.hearing.latched()
 
     def _record(
         self, period: int, now: float, state: JointState, tau: np.ndarray, answer: np.void | None, woken: int
     ) -> None:
         row = self._row
-        row["now"], row["acts"], self._acts = now, self._acts, 0
+        row["now"], row["acts"], self.hearing.acts = now, self.hearing.acts, 0
         row["faulty"] = sum(1 << joint for joint in state.faulty)
         row["q_motor"] = np.nan if state.q_motor is None else state.q_motor
         row["t"], row["phase"], row["sequence"] = state.t, self._phase, state.sequence & 0xFFFFFFFF

@@ -8,6 +8,7 @@ file, from what that file holds. If the disk fails it stops for good, and says s
 import contextlib
 import dataclasses
 import signal
+import threading
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -130,6 +131,7 @@ class Recorder:
         )
         self._failure, self._fruitless, self._safe_at_start = "", 0, 0
         self._messages: list[tuple[str, float, dict[str, Any]]] = []
+        self._one_at_a_time = threading.RLock()
         self._start()
         self._await_start()
 
@@ -156,9 +158,13 @@ class Recorder:
         return self._report()
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Have a message of the time `t` [s] recorded that comes now and then; whichever recorder is in charge does."""
-        self._messages.append((topic, t, dict(message)))
-        self._pass_on(self._messages[-1])
+        """Have a message of the time `t` [s] recorded that comes now and then; whichever recorder is in charge does.
+
+        For any thread.
+        """
+        with self._one_at_a_time:
+            self._messages.append((topic, t, dict(message)))
+            self._pass_on(self._messages[-1])
 
     def finish(self, timing: Mapping[str, Any] | None = None) -> Report:
         """Complete the file when control has put its last tick.
@@ -198,9 +204,10 @@ class Recorder:
     def _start(self) -> None:
         self._job = dataclasses.replace(self._job, start=self._job.start + 1)
         self._safe_at_start = self._ticks.acknowledged
-        self._process, self._parent_end = spawned("recorder", record, self._job)
-        for message in self._messages:  # it leaves out those that its file holds already
-            self._pass_on(message)
+        with self._one_at_a_time:
+            self._process, self._parent_end = spawned("recorder", record, self._job)
+            for message in self._messages:  # it leaves out those that its file holds already
+                self._pass_on(message)
 
     def _pass_on(self, message: tuple[str, float, dict[str, Any]]) -> None:
         with contextlib.suppress(OSError):  # it has died; its successor is told

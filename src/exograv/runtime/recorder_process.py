@@ -35,7 +35,7 @@ EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
 PHASE = "phase"
 """Kind of event that begins a phase, whose name is its text: it goes to `/phase`, the others to `/event`."""
 
-TOLD = ("/control", "/stream")
+TOLD = ("/control", "/stream", "/page")
 """Topics of which the parent has messages recorded."""
 
 PUBLISH_EVERY_S = 0.01

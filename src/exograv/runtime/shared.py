@@ -73,9 +73,14 @@ class Mailbox:
         """By which another process opens it."""
         return self._block.memory.name
 
-    def write(self, value: np.void | np.ndarray) -> None:
+    @property
+    def count(self) -> int:
+        """How many values there have been."""
+        return int(self._block.head["written"][0])
+
+    def write(self, value: np.void | np.ndarray | np.generic) -> None:
         """Put a value in; the one before is gone."""
-        count = int(self._block.head["written"][0]) + 1
+        count = self.count + 1
         slot = self._block.rows[count % SLOTS : count % SLOTS + 1]
         slot["begun"] = count
         slot["value"] = value
@@ -85,7 +90,7 @@ class Mailbox:
     def read(self) -> tuple[int, np.void] | None:
         """How many values there have been, and a copy of the newest; None before the first one."""
         for _ in range(RETRIES):
-            count = int(self._block.head["written"][0])
+            count = self.count
             if count == 0:
                 return None
             slot = self._block.rows[count % SLOTS]

@@ -40,6 +40,15 @@ class Working(Protocol):
         ...
 
 
+@runtime_checkable
+class Telling(Protocol):
+    """A worker that tells its parent how far it is."""
+
+    def news(self) -> list[Any]:
+        """What the parent may show, since this was last asked."""
+        ...
+
+
 @dataclass(frozen=True)
 class WorkerMemory:
     """The two rings of a worker, by name where another process has made them."""
@@ -102,7 +111,7 @@ class _Desk:
             if sample["is_last"] and self._working.is_over:
                 self._is_done = True
                 break
-        return words
+        return [*self._working.news(), *words] if isinstance(self._working, Telling) else words
 
     def _put(self, sample: np.void, found: np.ndarray) -> None:
         self._row["now"], self._row["x"] = sample["now"], found

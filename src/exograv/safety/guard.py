@@ -110,6 +110,7 @@ class Guard:
         self._monitors, self._compares = Monitors(len(self._everywhere), period_s, gain), compares
         self._seen = Seen(None)
         self._level_wanted: float | None = None
+        self._level_step = period_s / GRAVITY_LEVEL_S
         self._q = self._v = [0.0] * len(self._everywhere)
         self._begin()
 
@@ -179,16 +180,21 @@ class Guard:
         """Somebody wants it to end: a soft descent, as for a fault."""
         self.envelope.trip(StopReason.STOP_PRESSED)
 
-    def feel(self, gravity_level: float) -> bool:
+    def feel(self, gravity_level: float, ramp_s: float = 0.0) -> bool:
         """Let the person feel this share of the arm's weight, by a ramp from the next tick on; whether that may be now.
 
-        Not above 1, nor while control moves the arm along a path, nor after a stop.
+        Not above 1, nor while control moves the arm along a path, nor after a stop. The ramp takes `ramp_s`, or longer
+        where that would be steeper than allowed.
         """
         person = self.envelope.person
-        is_free = person is not None and not person.is_driven and self.envelope.stop is None
-        if not (is_free and 0.0 <= gravity_level <= 1.0):
+        if person is None or person.is_driven or self.envelope.stop is not None:
             return False
-        self._level_wanted = gravity_level
+        if not (0.0 <= gravity_level <= 1.0 and 0.0 <= ramp_s < math.inf):
+            return False
+        self._level_wanted, self._level_step = gravity_level, self._period_s / GRAVITY_LEVEL_S
+        if ramp_s > 0.0:
+            way = abs(gravity_level - person.gravity_level)
+            self._level_step = min(self._level_step, way * self._period_s / ramp_s)
         return True
 
     def reset(self) -> bool:
@@ -214,7 +220,7 @@ class Guard:
         if wanted is None or person is None or self.envelope.stop is not None:
             self._level_wanted = None
             return
-        step, left = self._period_s / GRAVITY_LEVEL_S, wanted - person.gravity_level
+        step, left = self._level_step, wanted - person.gravity_level
         if abs(left) <= step:
             person.gravity_level, self._level_wanted = wanted, None
         else:

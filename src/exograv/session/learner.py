@@ -128,6 +128,8 @@ class Learner:
         self._is_offline = getattr(method, "offline", False)
         self.result = Identification(method, method.estimate().x, covariance)
         self._left_over = LeftOverPrediction(self.model, mean)
+        self.before = mean, np.sqrt(np.diag(covariance)), self._left_over.rms(covariance)
+        """What was believed before any motion: parameters, their standard deviations, and the left over by both."""
         self._rule = StopRule(assembly.description.places)
         self._filter = SampleFilter(assembly.n, period_s)
         self._published = self._noted = 0.0

@@ -168,6 +168,21 @@ def lesson_passes(
 
 
 @dataclass(frozen=True)
+class Judged:
+    """What a worker tells once a second: how much is known by now, and how much was before anything moved."""
+
+    motion_s: float
+    x: Parameters
+    sd: Parameters
+    """Of each parameter."""
+    left_over: Joints
+    """That is predicted, per joint over the workspace, RMS [N·m]."""
+    prior: Parameters
+    prior_sd: Parameters
+    left_over_prior: Joints
+
+
+@dataclass(frozen=True)
 class Learned:
     """What a worker tells in the end."""
 
@@ -210,6 +225,12 @@ class ArmWorker:
         self._listener, self._begun_at = PassListener(assembly.n, period_s), np.inf
         self._learner = Learner(assembly, machine, "recursive", period_s)
         self._limits = LimitsMaker(assembly, machine, table_guess(assembly, machine))
+        self._news: list[Judged] = []
+
+    def news(self) -> list[Judged]:
+        """As it was judged since this was last asked."""
+        news, self._news = self._news, []
+        return news
 
     def take(self, sample: np.void) -> np.ndarray | None:
         """One sample; what may be published, if it is time."""
@@ -229,7 +250,7 @@ class ArmWorker:
             if estimate is not None:
                 found = estimate.x
                 if self._learner.is_to_note:
-                    self._learner.judge(estimate)
+                    self._judge(estimate)
         return found
 
     def _listen(self, sample: np.void, ticks: int, is_broken: bool) -> None:
@@ -256,9 +277,14 @@ class ArmWorker:
         self._learned = self._arm()
         return self._learned.estimate.x, self._learned
 
+    def _judge(self, estimate: Estimate) -> None:
+        left_over = self._learner.judge(estimate)
+        if left_over is not None:
+            self._news.append(Judged(estimate.t, estimate.x, estimate.sd, left_over, *self._learner.before))
+
     def _arm(self) -> Learned:
         estimate = self._learner.last()
-        self._learner.judge(estimate)
+        self._judge(estimate)
         found = self._learner.close()
         person = self._limits.known(estimate.x)
         why = (found.outcome, found.why, found.stop_s, found.restless_s)

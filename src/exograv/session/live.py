@@ -187,10 +187,19 @@ def fly_plan(
     lsl: Streaming = NO_STREAMING,
 ) -> Flown:
     """Float the arm live, who is known already; as `run_live`."""
-    lesson = plan.lesson
-    period_s = 1e-9 * plan.period_ns
-    control = partial(LiveControl, plan.prepared, plan.gravity_level, lesson=lesson, period_s=period_s)
-    parts = Parts(
+    path, joints = folder / "live.mcap", plan.description.joints
+    settings = settings_of(plan, said)
+    with Recorder(path, joints, settings, seconds, outlets=lsl.outlets, devices=lsl.devices) as recorder:
+        return fly(parts_of(plan, is_tested), seconds, recorder, progress, started, lsl.listening, lsl.ros2)
+
+
+def parts_of(plan: Plan, is_tested: bool) -> Parts:
+    """What the processes of a flight build in themselves."""
+    lesson, period_s = plan.lesson, 1e-9 * plan.period_ns
+    control = partial(
+        LiveControl, plan.prepared, plan.gravity_level, lesson=lesson, period_s=period_s, is_steered=plan.is_steered
+    )
+    return Parts(
         partial(guarded_rig, plan),
         control,
         partial(control, is_first=False),
@@ -198,11 +207,8 @@ def fly_plan(
         notes(is_tested),
         None if lesson is None else WorkerJob(lesson.worker, lesson.memory),
         plan.period_ns,
+        plan.is_steered,
     )
-    path, joints = folder / "live.mcap", plan.description.joints
-    settings = settings_of(plan, said)
-    with Recorder(path, joints, settings, seconds, outlets=lsl.outlets, devices=lsl.devices) as recorder:
-        return fly(parts, seconds, recorder, progress, started, lsl.listening, lsl.ros2)
 
 
 def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
@@ -226,6 +232,7 @@ def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
                 "machine": asdict(prepared.machine),
                 "x": prepared.x,
                 "person": written_person(plan.person),
+                **({"is_steered": True} if plan.is_steered else {}),
                 **({} if plan.lesson is None else _written_lesson(plan.lesson)),
             },
         },

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
 from functools import partial
 from types import MappingProxyType
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from exograv.rig import Rig
 from exograv.rig.twin import Twin
 from exograv.rig.twin.own_arm import OwnArm
 from exograv.runtime.live import GuardedRig
+from exograv.runtime.steering import ASKABLE
 from exograv.runtime.timing import PERIOD_NS
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
@@ -46,6 +48,15 @@ def notes(is_tested: bool) -> dict[str, str]:
     return {} if is_tested else {Mode.SELF_TEST.name.lower(): SKIPPED_TEXT}
 
 
+@runtime_checkable
+class Hearer(Protocol):
+    """A machine in which somebody hears what it begins."""
+
+    def hear(self, mode_name: str) -> None:
+        """A mode has begun, by its name in lower case."""
+        ...
+
+
 @dataclass(frozen=True)
 class Plan:
     """What each process builds its part from."""
@@ -66,6 +77,9 @@ class Plan:
 
     key: Key | None = None
     """What unlocks a real machine."""
+
+    is_steered: bool = False
+    """Whether somebody at a page asks for each step."""
 
     @classmethod
     def of_twin(
@@ -102,7 +116,8 @@ def guarded_rig(plan: Plan) -> GuardedRig:
     envelope.person = Person(plan.person, plan.gravity_level)
     envelope.person.drive(plan.lesson is not None)
     guard = Guard.of_machine(envelope, rig.period_s, gain.gain.tolist())
-    return GuardedRig(rig, guard, gain.gain, CLOSURE_SLOPE_MAX)
+    announce = rig.hear if isinstance(rig, Hearer) else lambda _mode: None
+    return GuardedRig(rig, guard, gain.gain, CLOSURE_SLOPE_MAX, announce)
 
 
 class LiveControl:
@@ -117,8 +132,10 @@ class LiveControl:
         is_first: bool = True,
         lesson: Lesson | LessonPlan | None = None,
         period_s: float = 1e-9 * PERIOD_NS,
+        is_steered: bool = False,
     ):
         """The machine is off; a control that comes later finds it in a safe state."""
+        self._is_steered, self._obeyed = is_steered, 0 if is_first else None
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._controller.mode.gravity_level = gravity_level
         self._observer = Observer(prepared.assembly.n, period_s)
@@ -143,7 +160,7 @@ class LiveControl:
         """One tick."""
         self._observer.update(state["q"])
         q, v, now = self._observer.q, self._observer.v, float(state["now"])
-        self._follow(SafeState(int(state["safe_state"])), q, v)
+        self._follow(state, q, v)
         self._learn(now, int(state["persons"]), q)
         reference = self._reference(now, q)
         self._controller.mode.arm_share = self._modes.arm_share
@@ -172,10 +189,10 @@ class LiveControl:
             return self._hold(q)
         return self._hold(self._q_ramp) if self.mode is Mode.RAMP_IN else self._lesson.reference(now)
 
-    def _follow(self, safe_state: SafeState, q: np.ndarray, v: np.ndarray) -> None:
+    def _follow(self, state: np.void, q: np.ndarray, v: np.ndarray) -> None:
         """What the guard says decides; the arm is taken by a ramp, at first and after each reset."""
-        modes = self._modes
-        if safe_state >= SafeState.DESCENT:
+        modes, event = self._modes, self._asked(state)
+        if int(state["safe_state"]) >= SafeState.DESCENT:
             if modes.take(Event.FAULT):
                 # Its posture may be what went wrong, and would be carried on past every reset.
                 self._controller.forget()
@@ -183,16 +200,22 @@ class LiveControl:
             return
         if not self._has_begun:
             self._has_begun = True  # a tick switched off, for the recording to begin with
-        elif (event := OPERATOR.get(modes.mode)) is not None:
-            modes.take(event)
-        elif modes.mode is Mode.EXO_ONLY:
-            self._rested_s += self._period_s
-            if self._rested_s >= REST_BEFORE_RAMP_S:
-                self._rested_s, self._q_ramp = 0.0, q.copy()
-                modes.take(Event.TAKE_ARM)
-                if self._lesson is not None:
-                    self._lesson.prepare(self._q_ramp)
+        elif event is not None and modes.take(event) and event is Event.TAKE_ARM:
+            self._rested_s, self._q_ramp = 0.0, q.copy()
+            if self._lesson is not None:
+                self._lesson.prepare(self._q_ramp)
         modes.step(self._period_s, float(np.abs(q - self._q_ramp).max()), float(np.abs(v).max()))
+
+    def _asked(self, state: np.void) -> Event | None:
+        """What an operator wants now: at a page, as the guard passes it on once; or the virtual one."""
+        if self._is_steered:
+            before, self._obeyed = self._obeyed, int(state["asked"])
+            return None if before is None or before == self._obeyed else ASKABLE[int(state["event"])]
+        if self._modes.mode is not Mode.EXO_ONLY:
+            return OPERATOR.get(self._modes.mode)
+        if int(state["safe_state"]) < SafeState.DESCENT:
+            self._rested_s += self._period_s
+        return Event.TAKE_ARM if self._rested_s >= REST_BEFORE_RAMP_S else None
 
     def _learn(self, now: float, persons: int, q: np.ndarray) -> None:
         """An arm that is not known yet is moved as soon as it is taken, and let go when the guard knows it."""
@@ -209,7 +232,8 @@ class LiveControl:
         elif modes.mode is Mode.MOVING and persons:
             lesson.begin_passes(now)
         mode, step = self._controller.mode, self._period_s / SECONDS["drive"]
-        is_moved = modes.mode in WORN if not persons else modes.mode is Mode.MOVING
+        is_led = modes.mode in WORN and modes.mode is not Mode.RAMP_OUT
+        is_moved = is_led if not persons else modes.mode is Mode.MOVING
         mode.drive = min(mode.drive + step, 1.0) if is_moved else max(mode.drive - step, 0.0)
         if modes.mode not in WORN:
             mode.drive = 0.0

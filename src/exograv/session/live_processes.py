@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from exograv.errors import RigError
-from exograv.runtime.answering import Answering, ControlJob, control_process
+from exograv.runtime.answering import Answering
 from exograv.runtime.exchange import Channels, Led, answer_dtype, state_dtype
+from exograv.runtime.hearing import BELL, ENDS, Line
 from exograv.runtime.live import GuardedRig, GuardJob, GuardReport, guard_process
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.recorder import Recorder, Report, timing_message
@@ -24,22 +25,13 @@ from exograv.runtime.timing import PERIOD_NS
 from exograv.runtime.worker import WorkerJob
 
 from .account import written_person
+from .control_keeper import ControlKeeper, await_word
 from .footprint import Footprint
 from .lesson import Learned, Passed
 from .pilot import Progress
 from .worker_keeper import WorkerKeeper
 
-READY_MAX_S = 120.0
-"""For a process to build what it needs, kernels compiled in it."""
-
 CHECK_S = 0.25
-
-HANGS_TICKS = 2000
-"""In which the guard asked and nobody answered, after which a control that is alive is ended and replaced; the arm has
-long been coming down. Not a time: a guard whose machine says nothing does not ask."""
-
-FRUITLESS_MAX = 3
-"""Controls in a row that ended without one answer; what ends them would end the next one too."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +55,9 @@ class Parts:
     period_ns: int = PERIOD_NS
     """Of the machine [ns]."""
 
+    is_steered: bool = False
+    """Whether somebody at a page asks for each step; a virtual operator does by itself."""
+
 
 @dataclass(frozen=True)
 class Flown:
@@ -81,66 +76,6 @@ class Flown:
     passed: Passed | None = None
 
 
-class ControlKeeper:
-    """Control's process, and the next one when it has died or hangs; none of them can leave the guard's latch."""
-
-    def __init__(self, parts: Parts, channels: Channels, states: Mailbox, answers: Mailbox):
-        self._parts, self._channels, self._states, self._answers = parts, channels, states, answers
-        self.restarts = 0
-        self._fruitless = self._seen = self._asked = 0
-        self._start(parts.control)
-
-    @property
-    def pid(self) -> int:
-        """Of the control in charge."""
-        return self._process.pid or 0
-
-    def await_ready(self) -> None:
-        """Wait until it has built what it needs.
-
-        Raises:
-            RigError: It has died.
-        """
-        await_word(self._process, self._connection)
-
-    def check(self) -> None:
-        """Replace it if it has died, or does not answer any more. To be called some times a second."""
-        answered, asked = _count(self._answers), _count(self._states)
-        if answered != self._seen:
-            self._seen, self._asked, self._fruitless = answered, asked, 0
-        hangs = answered != self._at_start and asked - self._asked > HANGS_TICKS
-        if (self._process.is_alive() and not hangs) or self._fruitless >= FRUITLESS_MAX:
-            return
-        self._end(0.0)
-        self.restarts += 1
-        self._fruitless += 1
-        self._asked = asked
-        self._start(self._parts.control_again)
-
-    def close(self) -> None:
-        """Say that it is over."""
-        self._end(2.0)
-
-    def _start(self, build: Callable[[], Answering]) -> None:
-        job = ControlJob(build, self._channels)
-        self._process, self._connection = spawned("control", control_process, job)
-        self._at_start = _count(self._answers)
-
-    def _end(self, patience_s: float) -> None:
-        with contextlib.suppress(OSError):
-            self._connection.send("over")
-        self._process.join(patience_s)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join(1.0)
-        self._connection.close()
-
-
-def _count(mailbox: Mailbox) -> int:
-    newest = mailbox.read()
-    return 0 if newest is None else newest[0]
-
-
 @dataclass(frozen=True)
 class Running:
     """What runs, for whoever wants to disturb it."""
@@ -154,10 +89,14 @@ class Running:
     answers: Mailbox
     """What control answers: among it how much of the arm is carried."""
 
-    stop: Callable[[], None]
-    """Press Stop: the arm comes down, then all ends."""
+    line: Line
+    """To the guard."""
 
     worker: WorkerKeeper | None = None
+
+    def stop(self) -> None:
+        """Press Stop: the arm comes down, then all ends."""
+        self.line.send(ENDS)
 
 
 def fly(
@@ -168,28 +107,33 @@ def fly(
     started: Callable[[Running], object] = lambda *_: None,
     listening: Listening | None = None,
     ros2: Bridging | None = None,
+    hears: Callable[[object], object] = lambda _: None,
 ) -> Flown:
     """Guard and control in processes of their own beside the recorder, which is completed.
 
-    Streams of other devices, if there are some, are recorded from when guard and control are ready.
+    Streams of other devices, if there are some, are recorded from when guard and control are ready. What the guard
+    says while the loop runs, `hears` is told.
 
     Raises:
         RigError: A process died before the loop began, or the guard in it.
     """
     joints = recorder.inlet.n_joints
-    with _memory(joints) as (states, answers), contextlib.ExitStack() as stack:
-        channels = Channels(joints, states.name, answers.name, recorder.inlet)
-        periods = round(seconds * 1e9 / parts.period_ns)
-        job = GuardJob(parts.guard, channels, periods, parts.mode_names, notes=parts.notes, period_ns=parts.period_ns)
+    with _memory(joints) as (states, answers, bell), contextlib.ExitStack() as stack:
+        channels = Channels(joints, states.name, answers.name, recorder.inlet, bell.name)
+        job = GuardJob(
+            parts.guard, channels, round(seconds * 1e9 / parts.period_ns), parts.mode_names, notes=parts.notes,
+            period_ns=parts.period_ns, is_steered=parts.is_steered
+        )  # fmt: skip
         guard, to_guard = spawned("guard", guard_process, job)
         stack.callback(_end, guard)
-        control = ControlKeeper(parts, channels, states, answers)
+        line = Line(to_guard, bell)
+        control = ControlKeeper(parts.control, parts.control_again, channels, states, answers)
         stack.callback(control.close)
-        worker = None if parts.worker is None else _worker(parts.worker, recorder, to_guard, stack)
+        worker = None if parts.worker is None else _worker(parts.worker, recorder, line, stack)
         progress("Starting guard and control", 0.0)
         if ros2 is not None:
             stack.callback(ros2.close)
-            ros2.begin(recorder, states, to_guard.send)
+            ros2.begin(recorder, states, line.send)
         control.await_ready()
         await_word(guard, to_guard)
         if worker is not None:
@@ -198,10 +142,11 @@ def fly(
             listening.begin(recorder.write)
         to_guard.send("go")
         begun = time.monotonic()
-        started(Running(guard, control, recorder, states, answers, lambda: to_guard.send("stop"), worker))
+        started(Running(guard, control, recorder, states, answers, line, worker))
         pids = {"guard": guard, "control": control, "recorder": recorder}
         footprint = Footprint({"session": os.getpid} | {name: partial(_pid, one) for name, one in pids.items()})
-        report = _watched(guard, to_guard, (recorder, control, worker, footprint, listening, ros2), progress, seconds)
+        others = (recorder, control, worker, footprint, listening, ros2)
+        report = _watched(guard, to_guard, line, others, progress, seconds, hears)
         wall_s = time.monotonic() - begun
         if worker is not None:
             worker.note()
@@ -212,12 +157,12 @@ def fly(
         return flown if worker is None else replace(flown, **worker.figures())
 
 
-def _worker(job: WorkerJob, recorder: Recorder, to_guard: Connection, stack: contextlib.ExitStack) -> WorkerKeeper:
+def _worker(job: WorkerJob, recorder: Recorder, line: Line, stack: contextlib.ExitStack) -> WorkerKeeper:
     findings = job.memory.finding_ring()
     stack.callback(findings.close)
 
     def accept(word: Learned | Passed) -> None:
-        to_guard.send(Led(word.person) if word.is_led else word.person)
+        line.send(Led(word.person) if word.is_led else word.person)
         message = {"person": written_person(word.person), "gravity_level": 0.0, "is_driven": word.is_led}
         recorder.write("/control", word.t, {"act": "wear", **message})
 
@@ -237,31 +182,13 @@ def _end(guard: BaseProcess) -> None:
 
 
 @contextlib.contextmanager
-def _memory(joints: int) -> Iterator[tuple[Mailbox, Mailbox]]:
-    states, answers = Mailbox(state_dtype(joints)), Mailbox(answer_dtype(joints))
+def _memory(joints: int) -> Iterator[tuple[Mailbox, Mailbox, Mailbox]]:
+    made = Mailbox(state_dtype(joints)), Mailbox(answer_dtype(joints)), Mailbox(BELL)
     try:
-        yield states, answers
+        yield made
     finally:
-        states.close()
-        answers.close()
-
-
-def await_word(process: BaseProcess, connection: Connection) -> Any:
-    """What a process says when it is ready.
-
-    Raises:
-        RigError: It has died, or takes too long.
-    """
-    try:
-        if connection.poll(READY_MAX_S):
-            return connection.recv()
-    except EOFError:
-        pass
-    process.join(1.0)
-    raise RigError(
-        f"The process '{process.name}' was not ready (exit status {process.exitcode}). What it wrote above says why; "
-        "then repeat."
-    )
+        for mailbox in made:
+            mailbox.close()
 
 
 @runtime_checkable
@@ -276,22 +203,28 @@ class Watched(Protocol):
 def _watched(
     guard: BaseProcess,
     connection: Connection,
+    line: Line,
     others: Sequence[Watched | None],
     progress: Progress,
     seconds: float,
+    hears: Callable[[object], object],
 ) -> GuardReport:
     """The parent's part while the loop runs; Ctrl-C presses Stop, and the arm comes down before all ends."""
     begun = time.monotonic()
     while True:
         try:
             if connection.poll(CHECK_S):
-                return connection.recv()
+                word = connection.recv()
+                if isinstance(word, GuardReport):
+                    return word
+                hears(word)
+                continue
             for other in others:
                 if other is not None:
                     other.check()
             progress("Floating live", min((time.monotonic() - begun) / seconds, 1.0))
         except KeyboardInterrupt:
-            connection.send("stop")
+            line.send(ENDS)
         except EOFError:
             guard.join(1.0)
             raise RigError(

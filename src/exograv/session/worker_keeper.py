@@ -10,7 +10,7 @@ from exograv.runtime.shared import Ring
 from exograv.runtime.spawn import spawned
 from exograv.runtime.worker import WorkerJob, worker_process
 
-from .lesson import Learned, Passed
+from .lesson import Judged, Learned, Passed
 
 RESTARTS_MAX = 3
 """Workers that are replaced; what ends so many would end the next one too."""
@@ -34,6 +34,8 @@ class WorkerKeeper:
         self.restarts = 0
         self.learned: Learned | None = None
         self.passed: Passed | None = None
+        self.judged: Judged | None = None
+        """How far it is."""
         self._start()
 
     @property
@@ -83,7 +85,9 @@ class WorkerKeeper:
 
     def _hear(self, word: object) -> None:
         # One that follows on another learns all anew; the guard knows the person already.
-        if isinstance(word, Learned) and self.learned is None:
+        if isinstance(word, Judged):
+            self.judged = word
+        elif isinstance(word, Learned) and self.learned is None:
             self.learned = word
             self._accept(word)
         elif isinstance(word, Passed) and self.passed is None:

@@ -113,10 +113,11 @@ def write(
     ticks: Ring,
     events: Ring,
     told: list[tuple[float, float]],
+    ramp_s: float = 0.0,
 ) -> None:
     with RecordingWriter(path, joints, settings) as recording:
         for t, level in told:
-            recording.write("/control", t, {"act": "level", "gravity_level": level})
+            recording.write("/control", t, {"act": "level", "gravity_level": level, "ramp_s": ramp_s})
         for row in events.take():
             kind, text = row["kind"].decode(), row["text"].decode()
             if kind == PHASE:

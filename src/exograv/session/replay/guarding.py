@@ -32,7 +32,7 @@ class Guarding:
         period_s: float,
         person: PersonLimits | None = None,
         gravity_level: float = 0.0,
-        levels: Sequence[tuple[float, float]] = (),
+        levels: Sequence[tuple[float, float, float]] = (),
         *,
         is_other_run: bool = False,
     ):
@@ -44,7 +44,7 @@ class Guarding:
             period_s: Between two ticks [s].
             person: Who is in it, if anybody.
             gravity_level: What that person feels of the arm's weight at first.
-            levels: Gravity levels that were asked for while it ran, each after when [s].
+            levels: Gravity levels that were asked for while it ran: each after when [s], and by a ramp of how long [s].
             is_other_run: Whether something takes the place of what was recorded. The motors are then taken to follow
                 what they are told this time: they answered to what they were told in the run.
         """
@@ -141,5 +141,5 @@ class Guarding:
 
     def _want_level(self, now: float) -> None:
         """Ask for the level that was asked for last."""
-        if asked := [level for t, level in self._levels if t <= now]:
-            self.guard.feel(asked[-1])
+        if asked := [(level, ramp_s) for t, level, ramp_s in self._levels if t <= now]:
+            self.guard.feel(*asked[-1])

@@ -8,7 +8,7 @@ import numpy as np
 
 from exograv.dynamics.parameters import Parameters
 from exograv.errors import ConfigError
-from exograv.runtime.exchange import TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
+from exograv.runtime.exchange import EVENT_SHIFT, TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
 from exograv.safety.modes import Mode
 from exograv.session.account import read_machine, read_person
 from exograv.session.lesson import Lesson, lesson_passes
@@ -54,7 +54,9 @@ class LiveAgain:
             if instead.arm_is_other:
                 limits = person_limits(recorded.assembly, machine, x)
             actuators = read_machine(live["machine"]).actuators
-            asked = [(m["t"], m["gravity_level"]) for m in recorded.control if m["act"] == "level"]
+            asked = [
+                (m["t"], m["gravity_level"], m.get("ramp_s", 0.0)) for m in recorded.control if m["act"] == "level"
+            ]
             levels = asked if instead.gravity_level is None else []
             period_s, is_other = live["period_s"], instead.is_anything
             self._guarding = Guarding(
@@ -71,7 +73,8 @@ class LiveAgain:
             lesson = Lesson(recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest, passes)
             self._guarding.feel(level, is_driven=True)
         prepared = Prepared(recorded.assembly, machine, x, 0.0)
-        self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s)
+        is_steered = bool(live.get("is_steered"))
+        self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered)
         self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
     def fly(self, progress: Progress) -> Again:
@@ -86,6 +89,8 @@ class LiveAgain:
         columns, again, guarding = self._columns, self._again, self._guarding
         if columns.acts[k] & TOLD_PERSON:
             self._wear()
+        if event := columns.acts[k] >> EVENT_SHIFT:
+            self._state["asked"], self._state["event"] = self._state["asked"] + 1, event - 1
         before = guarding.safe_state
         believed, tau = guarding.see(k, columns), None
         if believed is not None:

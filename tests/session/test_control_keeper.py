@@ -14,7 +14,7 @@ from exograv.runtime.answering import ControlJob
 from exograv.runtime.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.recorder_process import Inlet
 from exograv.runtime.shared import Mailbox
-from exograv.session.live_processes import FRUITLESS_MAX, HANGS_TICKS, ControlKeeper, Parts
+from exograv.session.control_keeper import FRUITLESS_MAX, HANGS_TICKS, ControlKeeper
 
 FIRST, LATER = 1, 2
 SOON_S = 30.0  # for a slow computer; nothing that is tested waits so long
@@ -61,8 +61,7 @@ class Desk:
     def __init__(self, again=later):
         self.states, self.answers = Mailbox(state_dtype(1)), Mailbox(answer_dtype(1))
         channels = Channels(1, self.states.name, self.answers.name, Inlet(1, "", ""))
-        parts = Parts(lambda: None, first, again, ())  # pyright: ignore[reportArgumentType] - never built here
-        self.keeper = ControlKeeper(parts, channels, self.states, self.answers)
+        self.keeper = ControlKeeper(first, again, channels, self.states, self.answers)  # pyright: ignore[reportArgumentType]
 
     def ask(self, times: int = 1) -> None:
         for _ in range(times):
@@ -82,7 +81,7 @@ class Desk:
 
 @pytest.fixture
 def make_desk(monkeypatch: pytest.MonkeyPatch) -> Iterator:
-    monkeypatch.setattr("exograv.session.live_processes.control_process", answer_at_once)
+    monkeypatch.setattr("exograv.session.control_keeper.control_process", answer_at_once)
     desks: list[Desk] = []
 
     def make(again=later) -> Desk:

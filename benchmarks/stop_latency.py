@@ -1,0 +1,64 @@
+"""How soon Stop at a desk is a torque that comes down: from the call to the end of the tick that gives it.
+
+    python benchmarks/stop_latency.py --calibration out/calibration.toml --presses 3000
+
+Guard, control and recorder run as in a steered session, on the twin, at 1 kHz; the machine is off, and Stop is pressed
+at random moments, which the guard hears every time. What lies between a page and the desk is not in it.
+"""
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from exograv.recording import read_recording
+from exograv.runtime.exchange import STOP_PRESSED
+from exograv.session.steered.contract import Stop
+from exograv.session.steered.desk import SteeredDesk
+from exograv.session.steered.live_flight import LiveFlight
+from exograv.session.steered.options import SteeredOptions
+
+APART_S = (0.004, 0.012)
+START_MAX_S = 120.0
+
+
+def presses(desk: SteeredDesk, count: int) -> np.ndarray:
+    """Press so often; when, on CLOCK_MONOTONIC [s]."""
+    rng, pressed = np.random.default_rng(0), np.empty(count)
+    for k in range(count):
+        time.sleep(rng.uniform(*APART_S))
+        pressed[k] = time.monotonic()
+        desk.act(Stop(id=f"stop-{k:06d}", made_at_s=pressed[k]), "operator")
+    return pressed
+
+
+def main() -> None:
+    """Fly, press, read what was recorded."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--calibration", type=Path, help="of the twin, level 2, seed 1001; calibrated first without")
+    parser.add_argument("--presses", type=int, default=3000)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        desk = SteeredDesk(LiveFlight(SteeredOptions(seed=1001, calibration=arguments.calibration), Path(folder)))
+        until = time.monotonic() + START_MAX_S
+        while desk.shown().mode != "off" and time.monotonic() < until:
+            time.sleep(0.1)
+        time.sleep(1.0)
+        pressed = presses(desk, arguments.presses)
+        time.sleep(1.0)
+        desk.close()
+        ticks = read_recording(Path(folder) / "steered-1.mcap").ticks
+    # The last one is that of the end. A word is heard in a tick's end, and gives the torque of the next one.
+    heard = ticks[(ticks["acts"] & STOP_PRESSED) > 0]
+    done = (heard["monotonic"] + 1e-6 * heard["tick_us"])[: len(pressed)]
+    ms = 1e3 * (done - pressed[: len(done)])
+    late = ticks["lateness_us"]
+    print(f"{len(ms)} presses: p50 {np.percentile(ms, 50):.2f}, p99 {np.percentile(ms, 99):.2f}, "
+          f"p99.9 {np.percentile(ms, 99.9):.2f}, most {ms.max():.2f} ms")  # fmt: skip
+    print(f"{len(ticks)} ticks: late p99 {np.percentile(late, 99):.0f}, p99.9 {np.percentile(late, 99.9):.0f} µs")
+
+
+if __name__ == "__main__":
+    main()
