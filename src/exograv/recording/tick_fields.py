@@ -73,7 +73,7 @@ TICK = Channel(
             "sequence",
             "uint32",
             "-",
-            "number of the measurement; a gap: lost ticks, or (`/timing`) measurements lost on a bus; 0 where nobody counted",
+            "number of the measurement; a gap: ticks lost, or (`/timing`) measurements lost on a bus; 0: not counted",
             since=2,
             default=0.0,
         ),
