@@ -1,0 +1,179 @@
+"""The windows of a run in lock-step: what the participant does becomes touches, what the run says becomes levels."""
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from exograv import motion
+from exograv.rig.twin import Twin
+from exograv.session.arm_controller import ArmController
+from exograv.session.identify import SKELETON_TICKS, record_skeleton
+from exograv.session.pilot import Controller, Moment, Pilot
+from exograv.task.events import Distance, Event, Tick, Touch
+from exograv.task.picture import participant_picture
+from exograv.task.records import Record, marker
+from exograv.task.run import Run
+
+from .participant import Participant
+from .room import SimulatedRoom
+
+TASK_TICKS = 20
+"""Ticks between two at which the run is told the time and the participant looks at the page."""
+
+LEVEL_TICKS = 10
+"""Between two at which the level follows; a hundredth of a second of a ramp moves no arm by what can be felt."""
+
+CHUNK_S = 1.0
+LIFT_M = 0.002
+"""Less than that off the glass a finger still counts as on it."""
+
+LIFT_S = 0.05
+"""So long a finger must be away before its next contact is another touch: what touch panels do against bouncing."""
+
+Told = Callable[[float, Record], None]
+
+
+@dataclass(frozen=True)
+class Feed:
+    """What comes from outside: events in the order of their arrival, each with what is done when it comes."""
+
+    events: Callable[[float], Iterable[Event]]
+    """What has come until then [s]."""
+
+
+def silence(_t: float) -> Iterable[Event]:
+    """On the ground nothing comes."""
+    return ()
+
+
+class Course:
+    """Flies a run from where it is to its end."""
+
+    def __init__(
+        self,
+        run: Run,
+        pilot: Pilot,
+        twin: Twin,
+        controller: Controller,
+        participant: Participant,
+        room: SimulatedRoom,
+        told: Told,
+        page: str,
+        seed: int,
+        feed: Callable[[float], Iterable[Event]] = silence,
+    ):  # fmt: skip
+        self._run, self._pilot, self._twin, self._controller = run, pilot, twin, controller
+        self._participant, self._room, self._told, self._page, self._feed = participant, room, told, page, feed
+        self._random = np.random.default_rng([seed, 32])
+        self._target_px = room.target_px(run.plan.protocol.target)
+        self._target = room.on_panel(*self._target_px)
+        self._arriving: deque[Touch] = deque()
+        self._touches, self._last_contact, self._ticks = 0, -np.inf, 0
+        self._q_rest = pilot.q.copy()
+
+    def fly(self) -> None:
+        """Until the run has ended.
+
+        Raises:
+            RigError: The envelope stopped the machine.
+            KeyboardInterrupt: Ctrl-C.
+        """
+        run, pilot = self._run, self._pilot
+        still = motion.hold(pilot.q, CHUNK_S, self._twin.period_s)
+        self._told_phase = ""
+        while run.state.status in ("running", "paused") or self._level_is_changing():
+            pilot.run(self._controller, still, self._where(), self._listen)
+
+    def feed(self, event: Event) -> None:
+        """Tell the run something and pass on what it says."""
+        for record in self._run.feed(event):
+            self._told(record.t, record)
+
+    def _level_is_changing(self) -> bool:
+        """An arm that is still carried at the end must not be dropped."""
+        return isinstance(self._controller, ArmController) and self._controller.mode.gravity_level < 1.0
+
+    def _where(self) -> str:
+        run = self._run
+        complete, count = len(run.state.complete), run.plan.protocol.windows.count
+        return f"Window {complete + 1 if complete < count else count} of {count}"
+
+    def _listen(self, moment: Moment) -> None:
+        twin, t = self._twin, moment.state.t
+        self._ticks += 1
+        self._feel_screen(t)
+        if self._ticks % TASK_TICKS == 0:
+            self._tell(t, moment)
+        if self._ticks % LEVEL_TICKS == 0:
+            self._follow_level(t)
+        truth = twin.truth
+        twin.tau_voluntary[:] = self._participant.act(twin.t, truth.q_arm, truth.v_arm)
+        if self._ticks % SKELETON_TICKS == 0 and isinstance(self._controller, ArmController):
+            record_skeleton(self._pilot, self._controller, moment)
+
+    def _feel_screen(self, t: float) -> None:
+        """A finger that comes down is a touch; the page's report of it is late."""
+        finger = self._twin.finger_on_screen()
+        if finger is None:
+            return
+        is_new = t - self._last_contact > LIFT_S
+        self._last_contact = t
+        if not is_new:
+            return
+        self._participant.touched(t, finger - self._target)
+        pixel, room = self._room.pixel_of(finger), self._room
+        if pixel is None:
+            return
+        at = t + max(room.touch_lag_s + room.touch_lag_sd_s * float(self._random.standard_normal()), 0.0)
+        x_px, y_px = pixel
+        self._arriving.append(
+            Touch(
+                t=at,
+                received=at + room.delivery_s,
+                page=self._page,
+                sequence=self._touches,
+                x_px=x_px,
+                y_px=y_px,
+                target_x_px=self._target_px[0],
+                target_y_px=self._target_px[1],
+                contact_px=room.contact_mm / room.pitch_mm,
+            )
+        )
+        self._touches += 1
+
+    def _tell(self, t: float, moment: Moment) -> None:
+        while self._arriving and self._arriving[0].received <= t:
+            self.feed(self._arriving.popleft())
+        for event in self._feed(t):
+            self.feed(event)
+        if self._run.plan.protocol.pointing.return_check in ("joints", "fingertip"):
+            self._tell_distance(t, moment)
+        self.feed(Tick(t=t))
+        self._participant.see(t, participant_picture(self._run.plan, self._run.state, t))
+
+    def _tell_distance(self, t: float, moment: Moment) -> None:
+        joints = float(np.abs(moment.state.q - self._q_rest).max())
+        fingertip = None
+        if isinstance(self._controller, ArmController):
+            tip, rest = (np.array(self._controller.skeleton(q)[1][-1]) for q in (moment.q, self._q_rest))
+            fingertip = float(np.linalg.norm(tip - rest))
+        self.feed(Distance(t=t, fingertip_m=fingertip, joints_rad=min(joints, 10.0)))
+
+    def _follow_level(self, t: float) -> None:
+        """Control and guard go along the same ramp."""
+        controller, person = self._controller, self._pilot.envelope.person
+        if not isinstance(controller, ArmController):
+            return
+        level = self._run.made_level(t)
+        controller.mode.gravity_level = level
+        if person is not None:
+            person.gravity_level = level
+
+
+def task_message(record: Record) -> dict[str, object]:
+    """As it goes into the recording."""
+    import json
+
+    return {"kind": record.kind, "record": json.loads(marker(record))}
