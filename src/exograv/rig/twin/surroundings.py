@@ -101,8 +101,12 @@ class TouchedScreen:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, surroundings: Surroundings):
         """In a compiled world that has one."""
-        self._data, self._screen = data, model.geom(SCREEN).id
+        self._model, self._data, self._screen = model, data, model.geom(SCREEN).id
         self._centre, self._axes = surroundings.screen_centre, surroundings.screen_axes
+
+    def put(self, is_there: bool) -> None:
+        """Bring screen and support, or take them out of the way."""
+        self._model.geom_conaffinity[[self._screen, self._model.geom(SUPPORT).id]] = MEETS if is_there else 0
 
     def finger(self) -> Float[np.ndarray, " 2"] | None:
         """Where a finger is on it: right and up of its centre as the person sees it [m]; None without one."""

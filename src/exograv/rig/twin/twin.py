@@ -229,6 +229,11 @@ class Twin:
             self._wrenches = self._steps, wrenches
         return wrenches
 
+    def put_surroundings(self, is_there: bool) -> None:
+        """Bring what the hand can touch, or take it out of the way of a motion; it is there at first."""
+        if self._screen is not None:
+            self._screen.put(is_there)
+
     def finger_on_screen(self) -> Float[np.ndarray, " 2"] | None:
         """Where the wearer's finger is on a screen: right and up of its centre [m]; None without finger or screen."""
         return None if self._screen is None else self._screen.finger()

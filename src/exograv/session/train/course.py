@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from exograv.rig.twin import Twin
 from exograv.session.arm_controller import ArmController
 from exograv.session.identify import SKELETON_TICKS, record_skeleton
 from exograv.session.pilot import Controller, Moment, Pilot
-from exograv.task.events import Distance, Event, Tick, Touch
+from exograv.task.events import Distance, Event, Stop, Tick, Touch
 from exograv.task.picture import participant_picture
 from exograv.task.records import Record, marker
 from exograv.task.run import Run
@@ -26,21 +25,13 @@ LEVEL_TICKS = 10
 """Between two at which the level follows; a hundredth of a second of a ramp moves no arm by what can be felt."""
 
 CHUNK_S = 1.0
-LIFT_M = 0.002
-"""Less than that off the glass a finger still counts as on it."""
-
 LIFT_S = 0.05
 """So long a finger must be away before its next contact is another touch: what touch panels do against bouncing."""
 
+KEPT_EVERY_S = 10.0
+"""At least, whatever happens."""
+
 Told = Callable[[float, Record], None]
-
-
-@dataclass(frozen=True)
-class Feed:
-    """What comes from outside: events in the order of their arrival, each with what is done when it comes."""
-
-    events: Callable[[float], Iterable[Event]]
-    """What has come until then [s]."""
 
 
 def silence(_t: float) -> Iterable[Event]:
@@ -60,12 +51,14 @@ class Course:
         participant: Participant,
         room: SimulatedRoom,
         told: Told,
+        keep: Callable[[float], None],
         page: str,
         seed: int,
         feed: Callable[[float], Iterable[Event]] = silence,
     ):  # fmt: skip
         self._run, self._pilot, self._twin, self._controller = run, pilot, twin, controller
-        self._participant, self._room, self._told, self._page, self._feed = participant, room, told, page, feed
+        self._participant, self._room, self._told, self._keep = participant, room, told, keep
+        self._page, self._feed, self._kept_at = page, feed, -np.inf
         self._random = np.random.default_rng([seed, 32])
         self._target_px = room.target_px(run.plan.protocol.target)
         self._target = room.on_panel(*self._target_px)
@@ -82,14 +75,21 @@ class Course:
         """
         run, pilot = self._run, self._pilot
         still = motion.hold(pilot.q, CHUNK_S, self._twin.period_s)
-        self._told_phase = ""
         while run.state.status in ("running", "paused") or self._level_is_changing():
             pilot.run(self._controller, still, self._where(), self._listen)
+            if not run.plan.is_clocked and run.state.complete >= set(run.plan.protocol.windows.numbers):
+                # No clock ends such a run.
+                self.feed(Stop(t=self._twin.t, why="all windows are complete"))
 
     def feed(self, event: Event) -> None:
         """Tell the run something and pass on what it says."""
-        for record in self._run.feed(event):
+        records = self._run.feed(event)
+        for record in records:
             self._told(record.t, record)
+        t = self._twin.t
+        if records or t - self._kept_at > KEPT_EVERY_S:
+            self._kept_at = t
+            self._keep(t)
 
     def _level_is_changing(self) -> bool:
         """An arm that is still carried at the end must not be dropped."""
