@@ -74,6 +74,10 @@ class Habits:
     hurries: float = 0.1
     """Share of the interval by which an arrow changes the own pace."""
 
+    tension: float = 2.0
+    """Stiffness over that of a usual reach, of antagonists that are tensed together for a small target [-]. With it a
+    shoulder has 40 N·m/rad, between the 20 and 60 of docs/train.md."""
+
     reaction_s: float = 0.35
     touch_s: float = 0.2
     """For which the finger stays on the screen."""
@@ -132,6 +136,7 @@ class PointingPerson:
         )
         self._body: Physiology = usual_physiology(freedoms)
         self._muscles = ActingWearer(self._body, period_s)
+        self._muscles.tension = np.full(freedoms, self.habits.tension)
         self._random = np.random.default_rng([seed, 31])
         self._bias = np.deg2rad(self.habits.bias_sd_deg) * self._random.standard_normal(freedoms)
         self._felt, self._noise = np.zeros(freedoms), np.zeros(freedoms)
@@ -144,21 +149,23 @@ class PointingPerson:
         self._began, self._takes_s = 0.0, REACH_S
         self._contact: float | None = None
         self._arrow: str | None = None
-        self._is_task = False
+        self._is_task, self._is_first = False, True
         self._wants = self._q_felt = self._rest
-        self._is_awaited = False
+        self._is_awaited, self._left_s = False, np.inf
 
     def see(self, t: float, picture: ParticipantPicture) -> None:
         """Begin when the target appears, get ready shortly before, rest when it has gone."""
         is_task = picture.screen == "task"
         self._arrow = None if picture.arrow is None else picture.arrow.shape
         if is_task and not self._is_task:
+            self._is_first = True  # nobody waits for the pace before the first touch
             self._begins = t + self.habits.reaction_s + (FULL_S if self.doing is Doing.LYING else 0.0)
         self._is_task = is_task
         comes = picture.screen == "rest" and picture.countdown_s is not None and picture.countdown_s < READY_S
         self._is_awaited = is_task or comes
         if not is_task:
             self._begins = np.inf
+        self._left_s = picture.countdown_s if is_task and picture.countdown_s is not None else np.inf
 
     def touched(self, t: float, off: OnScreen) -> None:
         """Learn from what was seen and what was held against; the next touch is timed from this one."""
@@ -173,9 +180,10 @@ class PointingPerson:
         learned = habits.learns_gravity * missed
         self.gravity_expected += learned
         self._muscles.hold = self._muscles.hold - learned * weight
-        if self._arrow is not None:
+        if self._arrow is not None and not self._is_first:
             slower = 1.0 if self._arrow == self._too_short else -1.0
             self._interval_s *= 1.0 + habits.hurries * slower
+        self._is_first = False
         missed_by = 1.0 + habits.interval_sd * float(self._random.standard_normal())
         self._takes_s += 0.5 * (t - self._began - self._takes_s)
         self._begins = t + max(self._interval_s * missed_by - self._takes_s, 0.0)
@@ -204,7 +212,7 @@ class PointingPerson:
             self._muscles.hold = np.zeros_like(self._muscles.hold)
             felt = q_arm + self._bias + self._felt
             self._want(t, Doing.READY, motion.go_to(felt, self._rest, 0.6, self._dt))
-        elif doing is Doing.READY and t >= self._begins:
+        elif doing is Doing.READY and t >= self._begins and self._left_s > self._takes_s:
             self._begins, self._began, self._contact = np.inf, t, None
             self._want(t, Doing.REACHING, self._way(self._posture_at(self._target + self._aim_off)))
             self._ends = t + REACH_S + 2.0 * self.habits.touch_s

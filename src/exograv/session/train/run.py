@@ -206,7 +206,9 @@ class _Training:
         options, asked = self._options, self._asked
         whole = laboratory_settings(self._laboratory)
         whole["settings"] |= {
-            "options": asdict(options) | {"calibration": None, "person_file": None, "allocation": None, "resume": False},
+            # A file's place changes nothing; which files were read stands in the hashes.
+            "options": asdict(options)
+            | {"rig": asked.rig, "calibration": None, "person_file": None, "allocation": None, "resume": False},
             "protocol": asked.loaded.recorded,
             "room": self._room.model_dump(),
             "surroundings": {
