@@ -77,8 +77,7 @@ class Course:
         still = motion.hold(pilot.q, CHUNK_S, self._twin.period_s)
         while run.state.status in ("running", "paused") or self._level_is_changing():
             pilot.run(self._controller, still, self._where(), self._listen)
-            if not run.plan.is_clocked and run.state.complete >= set(run.plan.protocol.windows.numbers):
-                # No clock ends such a run.
+            if self._is_over():
                 self.feed(Stop(t=self._twin.t, why="all windows are complete"))
 
     def feed(self, event: Event) -> None:
@@ -90,6 +89,14 @@ class Course:
         if records or t - self._kept_at > KEPT_EVERY_S:
             self._kept_at = t
             self._keep(t)
+
+    def _is_over(self) -> bool:
+        """Whether a run that no clock ends has nothing to come."""
+        run = self._run
+        if run.plan.is_clocked or not run.state.complete >= set(run.plan.protocol.windows.numbers):
+            return False
+        closed = run.state.windows[-1].closed
+        return closed is not None and self._twin.t >= closed + run.plan.protocol.after_last_s
 
     def _level_is_changing(self) -> bool:
         """An arm that is still carried at the end must not be dropped."""

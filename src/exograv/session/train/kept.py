@@ -107,5 +107,6 @@ def refuse_kept(path: Path) -> None:
     """
     if path.exists():
         raise ConfigError(
-            f"{path} holds a run of this session. Go on with it by --resume, or give another --session or --out."
+            f"{path} holds a run of this session. Go on with it by --resume if it was broken off; else give another --session "
+            "or --out."
         )
