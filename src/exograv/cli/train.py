@@ -55,6 +55,9 @@ class Train(Common):
     verify_every: Annotated[int, tyro.conf.arg(metavar="N")] = 0
     """Verify after so many windows what is left over, 138 s of motion each time; 0 never."""
 
+    lsl: bool = False
+    """Push every record as a marker into Lab Streaming Layer, stamped with the moment and not with the twin's clock."""
+
     resume: bool = False
     """Go on with a run that was broken off, at the next window."""
 
@@ -82,6 +85,7 @@ def run_train_command(command: Train) -> dict[str, Any]:
         windows=command.windows,
         verify_every=command.verify_every,
         resume=command.resume,
+        lsl=command.lsl,
     )
     try:
         with bars() as progress:

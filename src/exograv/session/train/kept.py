@@ -25,11 +25,13 @@ class Person(Settings):
 
     machine: dict[str, Any]
     x: list[float]
+    covariance: list[list[float]]
 
     @classmethod
-    def of(cls, machine: CalibratedMachine, x: np.ndarray) -> "Person":
+    def of(cls, machine: CalibratedMachine, x: np.ndarray, covariance: np.ndarray) -> "Person":
         """As JSON."""
-        return cls(machine=json.loads(json.dumps(asdict(machine), default=np.ndarray.tolist)), x=x.tolist())
+        plain = json.loads(json.dumps(asdict(machine), default=np.ndarray.tolist))
+        return cls(machine=plain, x=x.tolist(), covariance=covariance.tolist())
 
 
 class KeptSession(Settings):
@@ -107,6 +109,6 @@ def refuse_kept(path: Path) -> None:
     """
     if path.exists():
         raise ConfigError(
-            f"{path} holds a run of this session. Go on with it by --resume if it was broken off; else give another --session "
-            "or --out."
+            f"{path} holds a run of this session. Go on with it by --resume if it was broken off; else give another "
+            "--session or --out."
         )

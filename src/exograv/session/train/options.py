@@ -45,6 +45,8 @@ class TrainOptions:
     verify_every: int = 0
     """Windows between two verifications; 0 for none."""
     resume: bool = False
+    lsl: bool = False
+    """Whether every record goes out as a marker too."""
 
     def __post_init__(self):
         if re.fullmatch(r"[0-9A-Za-z+-]{3,16}", self.participant) is None or not any(

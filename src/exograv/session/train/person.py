@@ -275,9 +275,7 @@ class PointingPerson:
         return q
 
 
-def _wander(
-    value: PerFreedom, sd: float, lasts_s: float, dt: float, random: np.random.Generator
-) -> None:
+def _wander(value: PerFreedom, sd: float, lasts_s: float, dt: float, random: np.random.Generator) -> None:
     """One step of an Ornstein–Uhlenbeck process, in place."""
     keeps = np.exp(-dt / lasts_s)
     value *= keeps

@@ -55,7 +55,6 @@ class Ready:
     controller: Controller
     person: Person | None = None
     figures: dict[str, Any] = field(default_factory=dict)
-    estimate: Estimate | None = None
     model: ArmModel | None = None
 
 
@@ -136,7 +135,11 @@ def known_arm(
     written = person.keep(found, machine, "designed", "")
     lay_down(pilot, controller, twin)
     figures |= {
-        "arm_check": {"arm_mass_kg": round(check.arm_mass, 3), "why": check.why, "probability": round(check.probability, 4)},
+        "arm_check": {
+            "arm_mass_kg": round(check.arm_mass, 3),
+            "why": check.why,
+            "probability": round(check.probability, 4),
+        },
         "identification": {
             "motion_s": round(found.last.t, 3),
             "outcome": found.outcome.value,
@@ -145,7 +148,7 @@ def known_arm(
         },
         "person_kept": None if written is None else written["file"],
     }  # fmt: skip
-    return Ready(pilot, twin, controller, Person.of(machine, found.last.x), figures, found.last, identifier.model)
+    return Ready(pilot, twin, controller, _kept(machine, found.last), figures, identifier.model)
 
 
 def known_again(
@@ -184,6 +187,12 @@ def lay_down(pilot: Pilot, controller: ArmController, twin: Twin) -> None:
     twin.put_surroundings(True)
     fade(pilot, controller, "drive", 0.0, posture)
     fade(pilot, controller, "gravity_level", 1.0, posture)
+
+
+def _kept(machine: CalibratedMachine, found: Estimate) -> Person:
+    """What a run that is broken off goes on with."""
+    covariance = np.zeros((0, 0)) if found.covariance is None else found.covariance
+    return Person.of(machine, found.x, covariance)
 
 
 def _person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: Any) -> ParticipantRun:

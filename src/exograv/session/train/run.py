@@ -11,6 +11,7 @@ from exograv.recording import RecordingWriter
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.twin import Twin, day_seed
 from exograv.rig.twin.own_arm import OwnArm, worn_inertia
+from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
 from exograv.session.pilot import Pilot, Progress
 from exograv.session.provenance import laboratory_settings
@@ -18,7 +19,7 @@ from exograv.session.virtual import VirtualLaboratory, draw_laboratory, limits
 from exograv.task.aircraft_line import AircraftSample
 from exograv.task.events import Interrupted, Resume, Start
 from exograv.task.plan import Plan
-from exograv.task.records import Record
+from exograv.task.records import Record, marker
 from exograv.task.run import Run
 
 from .aircraft_feed import AircraftFeed
@@ -29,6 +30,7 @@ from .participant import Participant
 from .person import Habits, PointingPerson
 from .preparing import Ready, empty_machine, known_again, known_arm, recording_only
 from .room import SimulatedRoom
+from .verifying import verify_between
 
 PREPARING_S = 420.0
 """Of the machine's time, at most, before the first window: calibration, self-test, identification."""
@@ -103,7 +105,8 @@ class _Training:
             "participant": self._options.participant,
             "session": self._options.session,
             **figures,
-            "is_complete": run.state.status == "finished" or run.state.complete >= set(self._plan.protocol.windows.numbers),
+            "is_complete": run.state.status == "finished"
+            or run.state.complete >= set(self._plan.protocol.windows.numbers),
             "is_whole_protocol": self._options.windows is None,
             "attempts": len(run.state.windows),
             **ready.figures,
@@ -144,7 +147,9 @@ class _Training:
 
         laboratory, surroundings, before = self._laboratory, self._surroundings, self._before
         if self._records_only:
-            ready = recording_only(laboratory, surroundings, self._day, pilot_of, 0.0 if before is None else before.t + AWAY_S)
+            ready = recording_only(
+                laboratory, surroundings, self._day, pilot_of, 0.0 if before is None else before.t + AWAY_S
+            )
         elif before is not None and before.person is not None:
             ready = known_again(laboratory, surroundings, before.person, before.t + AWAY_S, self._day, pilot_of)
         else:
@@ -179,19 +184,29 @@ class _Training:
                 ),
             )  # fmt: skip
 
+        outlet = self._outlet()
+
         def told(t: float, record: Record) -> None:
             recording.write("/task", t, task_message(record))
+            if outlet is not None:
+                outlet.push_sample([marker(record)])
+
+        def verify() -> None:
+            after = len(run.state.complete)
+            found = {"after_windows": after, **verify_between(ready, self._day + after)}
+            ready.figures["verified"] = [*ready.figures.get("verified", []), found]
 
         def heard(t: float, sample: AircraftSample) -> None:
             message = {"g": list(sample.g), "parabola": sample.parabola, "announcement": sample.announcement}
             recording.write("/aircraft", t, message)
 
         flies = self._plan.protocol.opening == "aircraft"
-        feed = AircraftFeed(self._plan.protocol, twin, self._day, heard) if flies else silence
-        page = f"simulated-{run.state.epoch + (self._before is not None)}"
         course = Course(
-            run, ready.pilot, twin, ready.controller, self._participant(twin), self._room, told, keep, page, self._day,
-            feed,
+            run, ready.pilot, twin, ready.controller, self._participant(twin), self._room, told, keep, self._day,
+            page=f"simulated-{run.state.epoch + (self._before is not None)}",
+            feed_from=AircraftFeed(self._plan.protocol, twin, self._day, heard) if flies else silence,
+            verify=verify,
+            verify_every=self._options.verify_every,
         )  # fmt: skip
         ready.pilot.begin("task")
         if self._before is None:
@@ -202,13 +217,29 @@ class _Training:
         course.fly()
         keep(twin.t)
 
+    def _outlet(self):
+        """The stream of markers; None where nobody asked."""
+        if not self._options.lsl:
+            return None
+        from exograv.runtime.lsl.outlets import OutletsJob, marker_outlet  # starts threads
+
+        description = self._laboratory.description
+        return marker_outlet(OutletsJob(description.name, description.joints, PERIOD))
+
     def _settings(self) -> dict[str, Any]:
         options, asked = self._options, self._asked
         whole = laboratory_settings(self._laboratory)
         whole["settings"] |= {
             # A file's place changes nothing; which files were read stands in the hashes.
             "options": asdict(options)
-            | {"rig": asked.rig, "calibration": None, "person_file": None, "allocation": None, "resume": False},
+            | {
+                "rig": asked.rig,
+                "calibration": None,
+                "person_file": None,
+                "allocation": None,
+                "resume": False,
+                "lsl": False,
+            },
             "protocol": asked.loaded.recorded,
             "room": self._room.model_dump(),
             "surroundings": {
@@ -236,4 +267,3 @@ def how_to_go_on(options: TrainOptions, folder: Path) -> str | None:
         f"Nothing of the run is lost. Go on with the same command and --resume: window by window it is kept in "
         f"{folder / (options.name + '.run.json')}."
     )
-

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from matplotlib.ticker import MaxNLocator
 
 from exograv.recording import Recording
 from exograv.study.drawing import BLUE, GREY, INK, ORANGE, PALE
@@ -28,9 +29,9 @@ def explain(recording: Recording) -> str:
     touches, refused = counted(recording), len(_touches(recording)) - len(counted(recording))
     deviation = np.median([touch["deviation_px"] for touch in touches])
     return (
-        f"Each point is a touch that counts, right and up of the target's centre as the participant sees it; the arm "
-        f"itself is not seen. Half of the {len(touches)} are within {deviation:.0f} px. Earlier windows are pale. On the "
-        f"right the deviations of each window, and their median. {refused} touches do not count."
+        f"Each point is a touch that counts, right and up of the target's centre as the participant sees it; earlier "
+        f"ones are pale. Half of the {len(touches)} are within {deviation:.0f} px. On the right the deviations of each "
+        f"window, and their median. {refused} touches do not count."
     )
 
 
@@ -66,6 +67,7 @@ def _by_window(ax: Axes, touches: list[dict[str, Any]]) -> None:
         ax.plot([k] * len(values[k]), values[k], "o", color=BLUE, markersize=3, alpha=0.5)
     ax.plot(windows, [np.median(values[k]) for k in windows], color=ORANGE, label="median")
     ax.set_ylim(0.0, None)
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set_xlabel("window")
     ax.set_ylabel("deviation [px]")
     ax.legend(loc="upper right")
