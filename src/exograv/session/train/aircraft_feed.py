@@ -21,12 +21,15 @@ class AircraftFeed:
     def __init__(self, protocol: Protocol, twin: Twin, seed: int, heard: Callable[[float, AircraftSample], None]):
         """The flight begins now; `heard` is told every sample that arrives, and when."""
         level, high = protocol.windows.level_of(protocol.windows.first_number).start, protocol.hypergravity
-        shape = {} if high is None else {
-            "hyper_level": level_value(high.level), "hyper_s": high.duration_s, "ramp_s": high.ramp_s
-        }  # fmt: skip
-        self.profile = FlightProfile(
-            parabolas=protocol.windows.count, level=level, window_s=protocol.windows.duration_s, **shape
-        )
+        profile = FlightProfile(
+            parabolas=protocol.windows.count, level=level, window_s=protocol.windows.duration_s
+        )  # fmt: skip
+        if high is not None:
+            changes = {
+                "hyper_level": level_value(high.level), "hyper_s": high.duration_s, "ramp_s": high.ramp_s
+            }  # fmt: skip
+            profile = profile.model_copy(update=changes)
+        self.profile = profile
         self._twin, self._heard, self._begun = twin, heard, twin.t
         self._watch = Watch(protocol.aircraft, level)
         self._flown: Iterator[tuple[float, AircraftSample]] = samples(self.profile, seed)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
@@ -52,7 +53,7 @@ def _on_target(ax: Axes, recording: Recording, touches: list[dict[str, Any]]) ->
     if diameter is not None:
         ax.add_patch(Circle((0.0, 0.0), 0.5 * diameter, facecolor=PALE, edgecolor=GREY))
     order = np.arange(len(touches)) / max(len(touches) - 1, 1)
-    ax.scatter(x, -y, s=14, color=BLUE, alpha=0.25 + 0.75 * order, linewidths=0)
+    ax.scatter(x, -y, s=14, color=[to_rgba(BLUE, 0.25 + 0.75 * share) for share in order], linewidths=0)
     ax.plot([0.0], [0.0], "+", color=INK)
     reach = 1.1 * float(np.abs([x, y]).max(initial=0.6 * (diameter or 1.0)))
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
