@@ -145,7 +145,8 @@ class Course:
             self._follow_level(t)
         truth = twin.truth
         twin.tau_voluntary[:] = self.participant.act(twin.t, truth.q_arm, truth.v_arm)
-        if self._ticks % SKELETON_TICKS == 0 and isinstance(self.controller, ArmController):
+        is_drawn = self._ticks % SKELETON_TICKS == 0 and self.run.state.window is not None
+        if is_drawn and isinstance(self.controller, ArmController):
             record_skeleton(self.pilot, self.controller, moment)
 
     def _feel_screen(self, t: float) -> None:
