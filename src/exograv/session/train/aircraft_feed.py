@@ -1,10 +1,12 @@
 """An emulated flight in lock-step: the room is accelerated, and what the network lets through opens windows."""
 
 from collections.abc import Callable, Iterator
+from typing import Protocol as Interface
+from typing import runtime_checkable
 
 import numpy as np
+from jaxtyping import Float
 
-from exograv.rig.twin import Twin
 from exograv.task.aircraft_line import AircraftSample, parse_line
 from exograv.task.aircraft_watch import Watch
 from exograv.task.events import Event
@@ -15,10 +17,24 @@ NETWORK = Network(loss=0.01, jitter_s=0.01)
 """Of a cabin; assumed."""
 
 
+@runtime_checkable
+class Flown(Interface):
+    """A room that can be accelerated, and its clock."""
+
+    @property
+    def t(self) -> float:
+        """Its clock [s]."""
+        ...
+
+    def fly(self, g: Float[np.ndarray, " 3"]) -> None:
+        """As `Twin.fly`."""
+        ...
+
+
 class AircraftFeed:
     """Flies the twin's room and hears the aircraft."""
 
-    def __init__(self, protocol: Protocol, twin: Twin, seed: int, heard: Callable[[float, AircraftSample], None]):
+    def __init__(self, protocol: Protocol, twin: Flown, seed: int, heard: Callable[[float, AircraftSample], None]):
         """The flight begins now; `heard` is told every sample that arrives, and when."""
         level, high = protocol.windows.level_of(protocol.windows.first_number).start, protocol.hypergravity
         profile = FlightProfile(

@@ -68,7 +68,7 @@ class SimulatedRoom(Settings):
         tip = _place(assembly, "finger_tip", TARGET_DEG)
         tilt = float(np.deg2rad(self.tilt_deg))
         axes = Surroundings(np.zeros(3), tilt, 0.0).screen_axes
-        off = np.append(self.on_panel(*self.target_px(target)), -FINGER_RADIUS)
+        off = np.append(self.on_panel(*self.target_px(target)), FINGER_RADIUS)
         return Surroundings(tip - axes @ off, tilt, float(_place(assembly, "hand", REST_DEG)[2]) - HAND_RADIUS)
 
 
