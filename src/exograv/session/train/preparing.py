@@ -146,7 +146,7 @@ def known_arm(
             "from_file": person.before is not None,
             "predicted_left_over_Nm": None if found.predicted[-1] is None else rounded(found.predicted[-1]),
         },
-        "person_kept": None if written is None else written["file"],
+        "person_kept": written is not None and written["file"] is not None,
     }  # fmt: skip
     return Ready(pilot, twin, controller, _kept(machine, found.last), figures, identifier.model)
 
