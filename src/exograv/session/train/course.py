@@ -83,7 +83,8 @@ class Course:
             RigError: The envelope stopped the machine.
             KeyboardInterrupt: Ctrl-C.
         """
-        run, pilot = self.run, self.pilot
+        run, pilot, tell = self.run, self.pilot, self.pilot.progress
+        pilot.progress = lambda text, _share: tell(text, self._share())
         still = motion.hold(pilot.q, CHUNK_S, self.twin.period_s)
         while run.state.status in ("running", "paused") or self._level_is_changing():
             pilot.run(self.controller, still, self._where(), self._listen)
@@ -129,6 +130,13 @@ class Course:
     def _level_is_changing(self) -> bool:
         """An arm that is still carried at the end must not be dropped."""
         return isinstance(self.controller, ArmController) and self.controller.mode.gravity_level < 1.0
+
+    def _share(self) -> float:
+        """Of the run that is done [-]."""
+        run = self.run
+        if run.plan.is_clocked:
+            return min(max((self.twin.t - run.state.origin) / run.plan.timeline.duration_s, 0.0), 1.0)
+        return len(run.state.complete) / run.plan.protocol.windows.count
 
     def _where(self) -> str:
         run = self.run

@@ -92,6 +92,8 @@ class Asked:
     exo: ExoMode
     rig: str
     allocation_sha256: str | None
+    is_whole: bool
+    """Whether all windows of the file are run."""
 
 
 def asked_for(options: TrainOptions) -> Asked:
@@ -107,9 +109,8 @@ def asked_for(options: TrainOptions) -> Asked:
         allocation, sha256 = read_allocation(options.allocation)
         exo = exo_for(loaded.settings, group_of(allocation, options.participant))
     rig = options.rig or (PASSIVE_RIG if loaded.settings.opening == "aircraft" else ACTIVE_RIG)
-    if options.windows is not None:
-        loaded = first_windows(loaded, options.windows)
-    return Asked(loaded, exo, rig, sha256)
+    run = loaded if options.windows is None else first_windows(loaded, options.windows)
+    return Asked(run, exo, rig, sha256, is_whole=run is loaded)
 
 
 def read_allocation(path: Path) -> tuple[AllocationList, str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, RigError
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.twin import Twin, day_seed
@@ -35,8 +35,8 @@ from .verifying import verify_between
 PREPARING_S = 420.0
 """Of the machine's time, at most, before the first window: calibration, self-test, identification."""
 
-AWAY_S = 60.0
-"""From the last moment that was kept to the one at which a run goes on: more than is kept late [s]."""
+AWAY_S = 300.0
+"""From the last moment that was kept to the one at which a run goes on: more than a verification takes [s]."""
 
 
 def run_training(options: TrainOptions, folder: Path, progress: Progress) -> dict[str, Any]:
@@ -74,7 +74,6 @@ class _Training:
         self._plan = Plan(self._asked.loaded, self._asked.exo, self._room.calibration)
         self._assembly = self._laboratory.assembly()
         self._surroundings = self._room.around(self._assembly, protocol.target)
-        self._t = 0.0
 
     def run(self) -> dict[str, Any]:
         before, joints = self._before, self._laboratory.description.joints
@@ -107,7 +106,7 @@ class _Training:
             **figures,
             "is_complete": run.state.status == "finished"
             or run.state.complete >= set(self._plan.protocol.windows.numbers),
-            "is_whole_protocol": self._options.windows is None,
+            "is_whole_protocol": self._asked.is_whole,
             "attempts": len(run.state.windows),
             **ready.figures,
             "rig": self._asked.rig,
@@ -145,16 +144,18 @@ class _Training:
         def pilot_of(twin: Twin, actuators: ActuatorGain) -> Pilot:
             return self._pilot_of(recording, twin, actuators)
 
-        laboratory, surroundings, before = self._laboratory, self._surroundings, self._before
+        laboratory, surroundings, before, seed = self._laboratory, self._surroundings, self._before, self._day
+        t = 0.0 if before is None else before.t + AWAY_S
+        if before is not None:
+            # Muscles and noise do not repeat themselves.
+            seed += round(t)
         if self._records_only:
-            ready = recording_only(
-                laboratory, surroundings, self._day, pilot_of, 0.0 if before is None else before.t + AWAY_S
-            )
+            ready = recording_only(laboratory, surroundings, seed, pilot_of, t)
         elif before is not None and before.person is not None:
-            ready = known_again(laboratory, surroundings, before.person, before.t + AWAY_S, self._day, pilot_of)
+            ready = known_again(laboratory, surroundings, before.person, t, seed, pilot_of)
         else:
             empty = empty_machine(self._options, laboratory, self._progress)
-            ready = known_arm(self._options, laboratory, surroundings, empty, self._day, pilot_of)
+            ready = known_arm(self._options, laboratory, surroundings, empty, seed, pilot_of)
         if before is not None:
             ready.figures = before.before
         return ready
@@ -214,7 +215,10 @@ class _Training:
         else:
             course.feed(Interrupted(t=twin.t))
             course.feed(Resume(t=twin.t))
-        course.fly()
+        try:
+            course.fly()
+        except RigError as error:
+            raise RigError(f"{error} {how_to_go_on(self._options, self._folder) or ''}") from error
         keep(twin.t)
 
     def _outlet(self):
@@ -264,6 +268,6 @@ def how_to_go_on(options: TrainOptions, folder: Path) -> str | None:
     if not (folder / f"{options.name}.run.json").exists():
         return None
     return (
-        f"Nothing of the run is lost. Go on with the same command and --resume: window by window it is kept in "
+        "No complete window is lost. Go on with the same command and --resume: the run is kept in "
         f"{folder / (options.name + '.run.json')}."
     )
