@@ -60,6 +60,24 @@ REFUSED = {
     "transparency of no machine": (("transparency", "--machines", "0"), "--machines is 0; allowed: 1 to 100"),
     "transparency without motors": (("transparency", "--rig", "recupera_like_passive"), "nothing can be compensated"),
     "transparency of two arms": (("transparency", "--rig", "recupera_like_dual"), "effort is measured on one"),
+    "a session of nobody": (("train", "--simulate"), "--participant is ''; it must have 3 to 16"),
+    "a session in a real machine": (("train", "--participant", "P-01"), "Give --simulate"),
+    "a session to go on with that never began": (
+        ("train", "--simulate", "--participant", "P-01", "--resume"),
+        "There is no run to go on with",
+    ),
+    "a training without motors": (
+        ("train", "--simulate", "--participant", "P-01", "--rig", "recupera_like_passive"),
+        "wants an active machine",
+    ),
+    "a session for two arms": (
+        ("train", "--simulate", "--participant", "P-01", "--rig", "recupera_like_dual"),
+        "is for both arms",
+    ),
+    "a protocol that is none": (
+        ("train", "--simulate", "--participant", "P-01", "--protocol", "file"),
+        "file: ",
+    ),
     "a missing recording": (("report", "none.mcap"), "No recording 'none.mcap'"),
     "a file that is no recording": (("report", "file"), "is no MCAP file"),
     "gains that are no numbers": ((*LOG, "--gains", "1,x"), "--gains is '1,x'; give numbers separated by commas"),

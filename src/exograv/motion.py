@@ -145,8 +145,9 @@ def eased_in(trajectory: Trajectory, seconds: float) -> Trajectory:
 def eased_out(trajectory: Trajectory, seconds: float) -> Trajectory:
     """The same path with its end slowed down to rest, over `seconds`; that takes half of them longer."""
     lead = hold(trajectory.q[0], seconds / 2, trajectory.dt)  # easing reads as much less of a path as it takes longer
-    return _backwards(eased_in(_backwards(joined([lead, trajectory])), seconds))
+    return backwards(eased_in(backwards(joined([lead, trajectory])), seconds))
 
 
-def _backwards(trajectory: Trajectory) -> Trajectory:
+def backwards(trajectory: Trajectory) -> Trajectory:
+    """The same path from its end to its start."""
     return Trajectory(trajectory.q[::-1], -trajectory.v[::-1], trajectory.a[::-1], trajectory.dt)

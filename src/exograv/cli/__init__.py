@@ -34,6 +34,7 @@ from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
 from .streams import Streams, run_streams
 from .sync import Sync, run_sync
+from .train import Train, run_train_command
 from .transparency import Transparency, run_transparency_command
 from .verify import Verify, run_verify_command
 from .weigh import Weigh, run_weigh_command
@@ -43,6 +44,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "identify": (Identify, run_demo_command),
     "calibrate": (Calibrate, run_calibrate_command),
     "weigh": (Weigh, run_weigh_command),
+    "train": (Train, run_train_command),
     "verify": (Verify, run_verify_command),
     "transparency": (Transparency, run_transparency_command),
     "identify-log": (IdentifyLog, run_identify_log),

@@ -1,6 +1,7 @@
 """The recording format in one table: writer, reader and docs/recording_format.md are made from it."""
 
 from .fields import JOINT, LIST, POINTS, Channel, Field, T
+from .task_channels import AIRCRAFT, TASK
 from .tick_fields import TICK as TICK
 
 SCHEMA_VERSION = 4
@@ -147,6 +148,7 @@ RESULT = Channel(
         Field("float", "object", "-", "gravity_level, drift_deg per joint, window_s", optional=True),
         Field("calibration", "object", "-", "empty machine", LIST, optional=True, fields=CALIBRATION_FIELDS),
         Field("calibration_used", "object", "-", "stored (hash, measured_utc, warning) or of this run", optional=True),
+        Field("task", "object", "-", "windows, touches and deviations of a session", optional=True),
         Field("simulated_s", "number", "s", "simulated time", optional=True),
         Field("rig", "string", "-", "name of the machine", optional=True),
         Field("method", "string", "-", "identification method", optional=True),
@@ -288,5 +290,7 @@ CHANNELS = {
         STREAM,
         CORRECTION,
         PAGE,
+        TASK,
+        AIRCRAFT,
     )
 }

@@ -74,11 +74,18 @@ def machine_of(
         ConfigError: The file is damaged, foreign or stale.
         ExogravError: The machine or the run was refused.
     """
+    calibration, t = calibration_of(laboratory, level, seed, file, progress)
+    return calibration.machine, t
+
+
+def calibration_of(
+    laboratory: VirtualLaboratory, level: int, seed: int, file: Path | None, progress: Progress
+) -> tuple[Calibration, float]:
+    """The same with all that a calibration says."""
     if file is None:
-        calibration, t = _calibrated(laboratory, seed, progress)
-        return calibration.machine, t
+        return _calibrated(laboratory, seed, progress)
     taken = take_calibration(file, laboratory.description, twin_identity(level, seed), datetime.now(UTC))
-    return taken.whole.calibration().machine, 0.0
+    return taken.whole.calibration(), 0.0
 
 
 def pilot_of(twin: Twin, actuators: ActuatorGain, laboratory: VirtualLaboratory, progress: Progress) -> Pilot:

@@ -27,6 +27,9 @@ DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
 """Of the soft descent [N·m·s/rad] (docs/safety.md, SS1); the wrist's is assumed, by the elbow's and their moments of
 inertia."""
 
+WITHOUT_MOTOR_NM = 1e-3
+"""That a joint without motor may be asked for: nothing, but an envelope is no envelope at zero."""
+
 
 @dataclass(frozen=True)
 class Told:
@@ -112,4 +115,5 @@ def refuse_motorless(description: RigDescription) -> None:
 def limits(description: RigDescription) -> Limits:
     """The envelope of this machine."""
     damping = np.array([DAMPING[place] for place in description.places])
-    return Limits(description.per_actuator("torque_max_Nm"), damping)
+    torque_max_Nm = description.per_actuator("torque_max_Nm")
+    return Limits(np.where(np.isnan(torque_max_Nm), WITHOUT_MOTOR_NM, torque_max_Nm), damping)

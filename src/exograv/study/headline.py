@@ -56,6 +56,8 @@ def headline(recording: Recording) -> str:
     result = recording.last("/result")
     if not result:
         return "The run was not completed; this report shows what was recorded."
+    if (task := result.get("task") or {}).get("touches"):
+        return _of_task(task)
     identification = result.get("identification") or {}
     seconds = identification.get("time_to_target_s")
     parts = _left_over_of_parts(recording)
@@ -66,6 +68,12 @@ def headline(recording: Recording) -> str:
         return f"After {seconds:.0f} s of motion the arm was weightless: {left} are left over."
     motion = identification.get("motion_s")
     return f"After {motion:.0f} s of motion {left} are left over." if motion is not None else f"Left over: {left}."
+
+
+def _of_task(task: dict) -> str:
+    median = task["deviation_px"]["median"]
+    text = f"{task['windows']} windows, {task['accepted']} touches that count"
+    return f"{text}." if median is None else f"{text}: half of them within {median:.0f} px of the target's centre."
 
 
 def tiles(recording: Recording) -> list[Tile]:

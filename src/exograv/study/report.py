@@ -12,7 +12,7 @@ from exograv.errors import RecordingError
 from exograv.recording import Recording, read_recording
 
 from .drawing import house_style, inline_svg, joint_label
-from .figures import floating, left_over, parameters, postures, progress, sync, timing, torque, weight
+from .figures import floating, left_over, parameters, postures, progress, sync, timing, torque, touches, weight
 from .headline import headline, run_facts, tiles
 from .tables import calibration_table, event_table, parameter_table, settings_table
 
@@ -31,6 +31,7 @@ class Chapter:
 
 
 CHAPTERS = (
+    Chapter("touches", "Where the finger landed", touches.draw, touches.explain),
     Chapter("postures", "The arm in the machine", postures.draw, postures.explain),
     Chapter("left_over", "How much weight is left", left_over.draw, left_over.explain),
     Chapter("progress", "How quickly it was learned", progress.draw, progress.explain),

@@ -10,10 +10,12 @@ from jaxtyping import Float
 from exograv.model.description import RigDescription
 from exograv.motion import Trajectory
 
+from .arm_bodies import body_name
 from .machine import Machine
 from .passive import elastic_torque, follower_paths
 from .scene import build_scene
 from .statics import Statics
+from .surroundings import fingertip_of
 from .wearer import Cuffs, Wearer
 
 DIFFERENCE = 1e-3
@@ -52,6 +54,17 @@ class OwnArm:
         """The same along a movement of the arm's freedoms."""
         rows = zip(movement.q, movement.v, movement.a, strict=True)
         return np.array([self.torque(q, v, a, gravity_level) for q, v, a in rows])
+
+    def fingertip(self, q: PerFreedom) -> Float[np.ndarray, " 3"]:
+        """Where the first arm's fingertip is in the base frame with the freedoms at `q` [m]."""
+        scene, data = self._scene, self._scene.data
+        skeleton = scene.arms[0].skeleton
+        data.qpos[scene.arm] = q
+        data.qpos[scene.followers] = np.asarray(self._at_posture(q)[0]).ravel()
+        mujoco.mj_kinematics(scene.model, data)
+        bone, place = fingertip_of(skeleton)
+        body = data.body(body_name(skeleton, bone))
+        return body.xpos + body.xmat.reshape(3, 3) @ place
 
     def inertia(self, q: PerFreedom) -> Float[np.ndarray, "arm arm"]:
         """Inertia matrix about the arm's freedoms [kg·m²]."""

@@ -18,6 +18,7 @@ from .machine_bodies import TIMESTEP as TIMESTEP
 from .machine_bodies import machine_spec, weight_body
 from .passive import follower_paths
 from .posture import lying_like
+from .surroundings import Surroundings, add_surroundings
 from .wearer import Wearer
 
 
@@ -96,6 +97,7 @@ def build_scene(
     machine: Machine,
     wearer: Wearer | None,
     lengths: Mapping[str, float] | None = None,
+    surroundings: Surroundings | None = None,
 ) -> Scene:
     """The world of one machine and one wearer.
 
@@ -105,12 +107,15 @@ def build_scene(
         wearer: Who is in it; `None` leaves it empty.
         lengths: What the machine's adjustable lengths are set to, by segment [m]; where absent, those
             measured on the wearer.
+        surroundings: What the wearer's hand can touch; an empty room where absent.
     """
     spec = machine_spec(description, machine, lengths or (wearer.lengths_given if wearer else {}))
     if wearer is not None:
         centres = _shoulder_centres(spec, description)
         for arm in wearer.arms:
             add_arm(spec, arm.skeleton, centres[arm.side] + arm.donning_offset)
+    if surroundings is not None:
+        add_surroundings(spec, surroundings, [arm.skeleton for arm in wearer.arms] if wearer else [])
     model = spec.compile()
     # MuJoCo would otherwise put a diverged world back to its beginning and carry on.
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET

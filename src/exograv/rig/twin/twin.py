@@ -23,6 +23,7 @@ from .muscles import Muscles
 from .scene import TIMESTEP, build_scene
 from .sensors import Sensors
 from .statics import Statics
+from .surroundings import Surroundings, TouchedScreen
 from .wearer import Wearer
 
 SUBSTEPS = 2
@@ -75,6 +76,7 @@ class Twin:
         start_posture: Joints | None = None,
         t0: float = 0.0,
         lengths: Mapping[str, float] | None = None,
+        surroundings: Surroundings | None = None,
     ) -> None:
         """Begin at rest, as if held: the arm in balance in its cuffs, the motors carrying what they must.
 
@@ -86,9 +88,11 @@ class Twin:
             start_posture: Of the machine's joints, as they truly are [rad]; the donning posture where absent.
             t0: Time on the rig's clock, which starts when a cold machine is switched on [s].
             lengths: Adjustable lengths by segment [m]; those measured on the wearer, or nominal, where absent.
+            surroundings: What the wearer's hand can touch; an empty room where absent.
         """
         self._description, self._machine, self._wearer, self._seed = description, machine, wearer, seed
-        self._scene = build_scene(description, machine, wearer, lengths)
+        self._scene = build_scene(description, machine, wearer, lengths, surroundings)
+        self._screen = surroundings and TouchedScreen(self._scene.model, self._scene.data, surroundings)
         self._forces = step_forces(self._scene, machine, wearer)
         self._memory = self._forces.inputs
         arms = () if wearer is None else wearer.arms
@@ -195,6 +199,18 @@ class Twin:
         """
         self._scene.hang(mount, mass_kg)
 
+    def fly(self, g: Float[np.ndarray, " 3"]) -> None:
+        """From now on the room is accelerated as in an aircraft: what a scale in it would show, over that on Earth.
+
+        Args:
+            g: Along the base's axes as if it stood level [-]; (0, 0, 1) on the ground, zero on a parabola.
+        """
+        down = self._machine.gravity / np.linalg.norm(self._machine.gravity)
+        # A base that leans, leans in the aircraft too.
+        lean = np.array([0.0, 0.0, -1.0]) - down
+        size = float(np.linalg.norm(self._machine.gravity))
+        self._scene.model.opt.gravity = size * (-np.asarray(g) - g[2] * lean)
+
     def turn_motor(self, joint: int, factor: float) -> None:
         """A motor gives `factor` times the torque that it gives, and that is on its way: for examiners.
 
@@ -212,6 +228,15 @@ class Twin:
             wrenches = self._cuff_sensors.measure()
             self._wrenches = self._steps, wrenches
         return wrenches
+
+    def put_surroundings(self, is_there: bool) -> None:
+        """Bring what the hand can touch, or take it out of the way of a motion; it is there at first."""
+        if self._screen is not None:
+            self._screen.put(is_there)
+
+    def finger_on_screen(self) -> Float[np.ndarray, " 2"] | None:
+        """Where the wearer's finger is on a screen: right and up of its centre [m]; None without finger or screen."""
+        return None if self._screen is None else self._screen.finger()
 
     @cached_property
     def _cuff_sensors(self) -> CuffSensors:

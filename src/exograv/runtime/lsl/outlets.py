@@ -60,9 +60,7 @@ class Outlets:
         """
         self._job, self._waiting = job, list[np.void]()
         self._numbers = [_numbers(job, columns) for columns in STREAMS]
-        info = lsl().StreamInfo(MARKERS, "Markers", 1, 0.0, "string", f"exograv-{job.token}-markers")
-        _describe(info, job, [("marker", "text")])
-        self._markers = lsl().StreamOutlet(info, 0, KEPT_S)
+        self._markers = marker_outlet(job)
 
     def publish(self, ticks: np.ndarray, events: Sequence[np.void] | np.ndarray) -> None:
         """Push what is new: ticks (tick,) of `recording.encoding.tick_dtype`, and events of `recorder_process.EVENT`.
@@ -86,6 +84,17 @@ class Outlets:
             row, tick = self._waiting.pop(0), ticks[later]
             kind, text = (bytes(row[name]).decode(errors="replace") for name in ("kind", "text"))
             self._markers.push_sample([f"{kind}: {text}"], float(tick["monotonic"] + (row["t"] - tick["now"])))
+
+
+def marker_outlet(job: OutletsJob):
+    """A stream of texts, pushed by whoever has something to say.
+
+    Raises:
+        ConfigError: LSL is not installed.
+    """
+    info = lsl().StreamInfo(MARKERS, "Markers", 1, 0.0, "string", f"exograv-{job.token}-markers")
+    _describe(info, job, [("marker", "text")])
+    return lsl().StreamOutlet(info, 0, KEPT_S)
 
 
 def samples(ticks: np.ndarray, fields: tuple[tuple[str, str], ...]) -> Float[np.ndarray, "tick channel"]:

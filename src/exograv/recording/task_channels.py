@@ -1,0 +1,28 @@
+"""Channels of a session with a participant's task."""
+
+from .fields import Channel, Field, T
+
+TASK = Channel(
+    "/task",
+    "json",
+    "when it happens, sessions with a participant's task only",
+    "What the run of a protocol says: phases, windows, touches, pace, pauses, alarms; also what went out as a marker.",
+    (
+        T,
+        Field("kind", "string", "-", "`run_began`, `phase_began`, `window_opened`, `touch`, `pace_changed` …"),
+        Field("record", "object", "-", "the whole record (docs/task.md), times on the rig's clock"),
+    ),
+)
+
+AIRCRAFT = Channel(
+    "/aircraft",
+    "json",
+    "about 10 Hz, flights only",
+    "What the aircraft's own feed said.",
+    (
+        T,
+        Field("g", "number", "-", "acceleration over that on Earth along the aircraft's axes", (3,)),
+        Field("parabola", "integer", "-", "as the aircraft counts"),
+        Field("announcement", "string", "-", "its text"),
+    ),
+)

@@ -1,0 +1,73 @@
+"""An emulated flight in lock-step: the room is accelerated, and what the network lets through opens windows."""
+
+from collections.abc import Callable, Iterator
+from typing import Protocol as Interface
+from typing import runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.task.aircraft_line import AircraftSample, parse_line
+from exograv.task.aircraft_watch import Watch
+from exograv.task.events import Event
+from exograv.task.flight_profile import FlightProfile, Network, datagrams, samples
+from exograv.task.protocol_schema import Protocol, level_value
+
+NETWORK = Network(loss=0.01, jitter_s=0.01)
+"""Of a cabin; assumed."""
+
+
+@runtime_checkable
+class Flown(Interface):
+    """A room that can be accelerated, and its clock."""
+
+    @property
+    def t(self) -> float:
+        """Its clock [s]."""
+        ...
+
+    def fly(self, g: Float[np.ndarray, " 3"]) -> None:
+        """As `Twin.fly`."""
+        ...
+
+
+class AircraftFeed:
+    """Flies the twin's room and hears the aircraft."""
+
+    def __init__(self, protocol: Protocol, twin: Flown, seed: int, heard: Callable[[float, AircraftSample], None]):
+        """The flight begins now; `heard` is told every sample that arrives, and when."""
+        level, high = protocol.windows.level_of(protocol.windows.first_number).start, protocol.hypergravity
+        profile = FlightProfile(
+            parabolas=protocol.windows.count, level=level, window_s=protocol.windows.duration_s
+        )  # fmt: skip
+        if high is not None:
+            changes = {
+                "hyper_level": level_value(high.level), "hyper_s": high.duration_s, "ramp_s": high.ramp_s
+            }  # fmt: skip
+            profile = profile.model_copy(update=changes)
+        self.profile = profile
+        self._twin, self._heard, self._begun = twin, heard, twin.t
+        self._watch = Watch(protocol.aircraft, level)
+        self._flown: Iterator[tuple[float, AircraftSample]] = samples(self.profile, seed)
+        self._sent = datagrams(self.profile, NETWORK, seed)
+        self._next_flown, self._next_sent = next(self._flown, None), next(self._sent, None)
+        tilt = np.deg2rad(self.profile.pitch_deg)
+        self._level_axes = np.array(
+            [[np.cos(tilt), 0.0, -np.sin(tilt)], [0.0, 1.0, 0.0], [np.sin(tilt), 0.0, np.cos(tilt)]]
+        )
+
+    def __call__(self, t: float) -> tuple[Event, ...]:
+        """Accelerate the room as it is at `t` [s], and say what has been heard until then."""
+        while self._next_flown is not None and self._begun + self._next_flown[0] <= t:
+            self._twin.fly(self._level_axes @ np.array(self._next_flown[1].g))
+            self._next_flown = next(self._flown, None)
+        events = list[Event]()
+        while self._next_sent is not None and self._begun + self._next_sent[0] <= t:
+            sample = parse_line(self._next_sent[1])
+            if not isinstance(sample, str):
+                self._heard(t, sample)
+                self._watch, more = self._watch.with_sample(sample, t)
+                events += more
+            self._next_sent = next(self._sent, None)
+        self._watch, more = self._watch.at(t)
+        return (*events, *more)

@@ -1,0 +1,282 @@
+"""A virtual participant: reaches from the lap to where the target is believed to be, and comes back.
+
+Where the finger lands follows from muscles, from what is felt of the own arm, and from what the machine leaves over;
+no deviation is put in. All constants are assumed, but where a source is named. It shows that the software works and is
+no evidence about people.
+"""
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv import motion
+from exograv.motion import Trajectory
+from exograv.rig.twin.acting import ActingWearer, Physiology, usual_physiology
+from exograv.rig.twin.own_arm import OwnArm
+from exograv.rig.twin.surroundings import Surroundings
+from exograv.session.movements import REACH_S, REST_DEG, TARGET_DEG
+from exograv.task.picture import ParticipantPicture
+
+PerFreedom = Float[np.ndarray, " arm"]
+OnScreen = Float[np.ndarray, " 2"]
+Place = Float[np.ndarray, " 3"]
+
+PLANNED_HZ = 50.0
+"""Of a way to the screen; muscles follow 4."""
+
+APPROACH_M = 0.12
+"""Before the glass, where the way bends towards it."""
+
+TABLE_EVERY = 20
+"""Ticks between two at which it is worked out what a movement needs."""
+
+POSTURE_WEIGHT = 0.03
+"""Of an unusual posture [1/rad] against a finger that is off [1/m]: 10° for 2 mm."""
+
+
+@dataclass(frozen=True)
+class Habits:
+    """What makes one participant."""
+
+    bias_sd_deg: float = 0.8
+    """Of the personal map, joint by joint: where an unseen arm is felt. Source: 0.6–1.1°, van Beers et al. (1998);
+    personal maps are stable (docs/train.md)."""
+
+    felt_sd_deg: float = 0.4
+    """The same from reach to reach."""
+
+    felt_s: float = 2.0
+    """How long such an error lasts."""
+
+    motor_noise: float = 0.03
+    """Share of a muscle's torque, standard deviation."""
+
+    motor_noise_s: float = 0.2
+    """How long it lasts."""
+
+    learns_gravity: float = 0.25
+    """Share by which one touch corrects what weight of the own arm is expected in a window."""
+
+    learns_aim: float = 0.2
+    """Share of a deviation seen at the touch that is aimed away next time."""
+
+    seen_sd_m: float = 0.002
+    """How exactly it is seen: the finger appears only just before contact."""
+
+    interval_s: float = 2.75
+    """From touch to touch, as instructed."""
+
+    interval_sd: float = 0.04
+    """Share by which an interval is missed."""
+
+    hurries: float = 0.1
+    """Share of the interval by which an arrow changes the own pace."""
+
+    tension: float = 2.0
+    """Stiffness over that of a usual reach, of antagonists that are tensed together for a small target [-]. With it a
+    shoulder has 40 N·m/rad, between the 20 and 60 of docs/train.md."""
+
+    reaction_s: float = 0.35
+    touch_s: float = 0.2
+    """For which the finger stays on the screen."""
+
+    depth_m: float = 0.02
+    """Beyond the glass to where the reach is aimed; farther after a reach that met nothing."""
+
+
+class Doing(enum.Enum):
+    """What the participant does."""
+
+    LYING = "the arm lies on its support, relaxed"
+    READY = "the arm is held above it"
+    REACHING = "on the way to the target"
+    RETURNING = "on the way back"
+
+
+FULL_S = 1.0
+"""From relaxed to tense, and back."""
+
+READY_S = 2.5
+"""Before a window from when on the arm is held."""
+
+
+class PointingPerson:
+    """`Participant` with the twin's own arm, muscles that are late and noisy, and a map that is a little wrong."""
+
+    def __init__(
+        self,
+        own: OwnArm,
+        worn_inertia: Float[np.ndarray, "arm arm"],
+        surroundings: Surroundings,
+        target: OnScreen,
+        too_short: str,
+        seed: int,
+        period_s: float,
+        habits: Habits | None = None,
+    ):
+        """Lying, and knowing nothing of weightlessness yet.
+
+        Args:
+            own: What the participant knows of the own arm.
+            worn_inertia: Of the machine, to which the participant is used [kg·m²].
+            surroundings: Where the screen is seen.
+            target: Its place there, right and up of the screen's centre [m].
+            too_short: Shape of the arrow that means a touch too soon, as instructed.
+            seed: Draws the personal map and all noise.
+            period_s: Between two acts [s].
+            habits: What makes this one.
+        """
+        self.habits, self._own, self._worn_inertia = habits or Habits(), own, worn_inertia
+        self._surroundings, self._target, self._too_short, self._dt = surroundings, target, too_short, period_s
+        freedoms = len(worn_inertia)
+        self._rest, self._usual = (
+            np.deg2rad([*angles, *[0.0] * (freedoms - len(angles))]) for angles in (REST_DEG, TARGET_DEG)
+        )
+        self._body: Physiology = usual_physiology(freedoms)
+        self._muscles = ActingWearer(self._body, period_s)
+        self._muscles.tension = np.full(freedoms, self.habits.tension)
+        self._random = np.random.default_rng([seed, 31])
+        self._bias = np.deg2rad(self.habits.bias_sd_deg) * self._random.standard_normal(freedoms)
+        self._felt, self._noise = np.zeros(freedoms), np.zeros(freedoms)
+        self._relaxed = np.zeros(freedoms)
+        self.doing, self._tension = Doing.LYING, 0.0
+        self.gravity_expected = 1.0
+        """Share of its weight that the arm is expected to have in a window [-]."""
+        self._aim_off, self._depth = np.zeros(2), self.habits.depth_m
+        self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
+        self._began, self._takes_s = 0.0, REACH_S
+        self._contact: float | None = None
+        self._arrow: str | None = None
+        self._is_task, self._is_first = False, True
+        self._wants = self._q_felt = self._rest
+        self._is_awaited, self._left_s = False, np.inf
+
+    def see(self, t: float, picture: ParticipantPicture) -> None:
+        """Begin when the target appears, get ready shortly before, rest when it has gone."""
+        is_task = picture.screen == "task"
+        self._arrow = None if picture.arrow is None else picture.arrow.shape
+        if is_task and not self._is_task:
+            self._is_first = True  # nobody waits for the pace before the first touch
+            self._begins = t + self.habits.reaction_s + (FULL_S if self.doing is Doing.LYING else 0.0)
+        self._is_task = is_task
+        comes = picture.screen == "rest" and picture.countdown_s is not None and picture.countdown_s < READY_S
+        self._is_awaited = is_task or comes
+        if not is_task:
+            self._begins = np.inf
+        self._left_s = picture.countdown_s if is_task and picture.countdown_s is not None else np.inf
+
+    def touched(self, t: float, off: OnScreen) -> None:
+        """Learn from what was seen and what was held against; the next touch is timed from this one."""
+        if self.doing is not Doing.REACHING or self._contact is not None:
+            return
+        habits = self.habits
+        self._contact = t
+        seen = off + habits.seen_sd_m * self._random.standard_normal(2)
+        self._aim_off = self._aim_off - habits.learns_aim * seen
+        weight = self._weight(self._wants)
+        missed = float(self._muscles.hold @ weight / (weight @ weight))
+        learned = habits.learns_gravity * missed
+        self.gravity_expected += learned
+        self._muscles.hold = self._muscles.hold - learned * weight
+        if self._arrow is not None and not self._is_first:
+            slower = 1.0 if self._arrow == self._too_short else -1.0
+            self._interval_s *= 1.0 + habits.hurries * slower
+        self._is_first = False
+        missed_by = 1.0 + habits.interval_sd * float(self._random.standard_normal())
+        self._takes_s += 0.5 * (t - self._began - self._takes_s)
+        self._begins = t + max(self._interval_s * missed_by - self._takes_s, 0.0)
+        # What pushes now goes on pushing: a finger that gave way at once would bounce.
+        self._want(t, Doing.REACHING, motion.hold(self._q_felt + self._muscles.error, habits.touch_s, self._dt))
+        self._ends = t + habits.touch_s
+
+    def act(self, t: float, q_arm: PerFreedom, v_arm: PerFreedom) -> PerFreedom:
+        """Muscle torque (arm,) [N·m]."""
+        self._decide(t, q_arm)
+        is_tense = self.doing is not Doing.LYING
+        change = self._dt / FULL_S
+        self._tension = min(self._tension + change, 1.0) if is_tense else max(self._tension - change, 0.0)
+        if self._tension == 0.0:
+            return self._relaxed
+        habits = self.habits
+        _wander(self._felt, np.deg2rad(habits.felt_sd_deg), habits.felt_s, self._dt, self._random)
+        _wander(self._noise, habits.motor_noise, habits.motor_noise_s, self._dt, self._random)
+        self._q_felt = q_arm + self._bias + self._felt
+        tau = self._muscles.step(t, self._q_felt, v_arm)
+        return self._tension * (1.0 + self._noise) * tau
+
+    def _decide(self, t: float, q_arm: PerFreedom) -> None:
+        doing = self.doing
+        if doing is Doing.LYING and self._is_awaited:
+            self._muscles.hold = np.zeros_like(self._muscles.hold)
+            felt = q_arm + self._bias + self._felt
+            self._want(t, Doing.READY, motion.go_to(felt, self._rest, 0.6, self._dt))
+        elif doing is Doing.READY and t >= self._begins and self._left_s > self._takes_s:
+            self._begins, self._began, self._contact = np.inf, t, None
+            self._want(t, Doing.REACHING, self._way(self._posture_at(self._target + self._aim_off)))
+            self._ends = t + REACH_S + 2.0 * self.habits.touch_s
+        elif doing is Doing.REACHING and t >= self._ends:
+            if self._contact is None:
+                self._depth, self._begins = self._depth + 0.01, t + REACH_S
+            self._want(t, Doing.RETURNING, motion.backwards(self._way(self._wants)))
+            self._ends = t + REACH_S
+        elif doing is Doing.RETURNING and t >= self._ends:
+            self.doing = Doing.READY
+        elif doing is Doing.READY and not self._is_awaited:
+            self.doing = Doing.LYING
+
+    def _want(self, t: float, doing: Doing, path: Trajectory) -> None:
+        self.doing, self._wants = doing, path.q[-1]
+        rows = np.unique([*range(0, len(path), TABLE_EVERY), len(path) - 1])
+        known = [self._needed(path.q[k], path.v[k], path.a[k]) for k in rows]
+        ticks = np.arange(len(path))
+        table = np.column_stack([np.interp(ticks, rows, column) for column in np.array(known).T])
+        self._muscles.want(path, table, t)
+
+    def _needed(self, q: PerFreedom, v: PerFreedom, a: PerFreedom) -> PerFreedom:
+        return self._own.torque(q, v, a, self.gravity_expected) + self._worn_inertia @ a
+
+    def _weight(self, q: PerFreedom) -> PerFreedom:
+        """What the arm's whole weight takes at a posture [N·m]."""
+        still = np.zeros_like(q)
+        return self._own.torque(q, still, still, 1.0) - self._own.torque(q, still, still, 0.0)
+
+    def _way(self, q_screen: PerFreedom) -> Trajectory:
+        """From rest to a posture at the screen: the finger comes from before it, not along it."""
+        ticks, n = round(REACH_S / self._dt), round(REACH_S * PLANNED_HZ)
+        shares = motion.minimum_jerk(np.zeros(1), np.ones(1), REACH_S, REACH_S / n).q[:, 0]
+        tips = self._own.fingertip(self._rest), self._own.fingertip(q_screen)
+        before = tips[1] + APPROACH_M * self._surroundings.screen_axes[:, 2]
+        q, rows = self._rest, [self._rest]
+        for s in shares.tolist():
+            place = (1 - s) ** 2 * tips[0] + 2 * s * (1 - s) * before + s**2 * tips[1]
+            q = self._reached(place, self._rest + s * (q_screen - self._rest), q, 2)
+            rows.append(q)
+        from scipy.interpolate import CubicSpline  # 0.1 s that only a participant has to wait for
+
+        spline = CubicSpline(np.arange(n + 1) * REACH_S / n, np.array(rows), bc_type="clamped")
+        t = np.arange(1, ticks + 1) * self._dt
+        return Trajectory(spline(t), spline(t, 1), spline(t, 2), self._dt)
+
+    def _posture_at(self, place: OnScreen) -> PerFreedom:
+        """The usual posture, changed so that the finger would be there, a little behind the glass."""
+        surroundings = self._surroundings
+        wanted = surroundings.screen_centre + surroundings.screen_axes @ np.append(place, -self._depth)
+        return self._reached(wanted, self._usual, self._usual, 8)
+
+    def _reached(self, wanted: Place, usual: PerFreedom, q: PerFreedom, steps: int) -> PerFreedom:
+        """The posture nearest to a usual one in which the finger is at a place [m], in so many steps from `q`."""
+        for _ in range(steps):
+            tip = self._own.fingertip(q)
+            J = np.column_stack([(self._own.fingertip(q + row) - tip) / 1e-5 for row in 1e-5 * np.eye(len(q))])
+            H = J.T @ J + POSTURE_WEIGHT**2 * np.eye(len(q))
+            q = q + np.linalg.solve(H, J.T @ (wanted - tip) + POSTURE_WEIGHT**2 * (usual - q))
+        return q
+
+
+def _wander(value: PerFreedom, sd: float, lasts_s: float, dt: float, random: np.random.Generator) -> None:
+    """One step of an Ornstein–Uhlenbeck process, in place."""
+    keeps = np.exp(-dt / lasts_s)
+    value *= keeps
+    value += sd * np.sqrt(1.0 - keeps**2) * random.standard_normal(len(value))
