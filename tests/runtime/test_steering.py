@@ -32,7 +32,7 @@ def test_a_lease_is_never_longer_than_allowed():
     assert "Nobody steers" in ask(steered(), Event.TEST, Mode.OFF, LEASE_MAX_NS + 1)
 
 
-@pytest.mark.parametrize("event", set(Event) - set(ASKABLE) | {Event.PASSED})
+@pytest.mark.parametrize("event", [event for event in Event if event not in ASKABLE or event is Event.PASSED])
 @pytest.mark.parametrize("mode", Mode)
 def test_what_is_not_an_operators_cannot_be_asked_for(event: Event, mode: Mode):
     assert ask(steered(), event, mode)
@@ -73,7 +73,7 @@ def test_a_stop_takes_back_step_one_and_all_that_waits():
     assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY)
 
 
-@pytest.mark.parametrize("mode", sorted(WORN - {Mode.RAMP_OUT}, key=lambda mode: mode.name))
+@pytest.mark.parametrize("mode", [mode for mode in Mode if mode in WORN and mode is not Mode.RAMP_OUT])
 def test_an_arm_that_nobody_steers_any_more_is_given_back_once(mode: Mode):
     steering = steered()
     assert steering.watch(mode, LEASE_MAX_NS) == ""
@@ -84,7 +84,7 @@ def test_an_arm_that_nobody_steers_any_more_is_given_back_once(mode: Mode):
     assert steering.next() is None
 
 
-@pytest.mark.parametrize("mode", sorted(set(Mode) - WORN, key=lambda mode: mode.name))
+@pytest.mark.parametrize("mode", [mode for mode in Mode if mode not in WORN])
 def test_where_no_arm_is_carried_a_lost_lease_only_takes_back_step_one(mode: Mode):
     steering = steered()
     ask(steering, Event.TEST, Mode.EXO_ONLY)
