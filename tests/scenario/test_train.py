@@ -139,7 +139,9 @@ def _touches_in_the_second_window(kept: Path, process: subprocess.Popen[str]) ->
     """Of the whole run, as soon as one has come there."""
     until = time.monotonic() + WAIT_S
     while time.monotonic() < until and process.poll() is None:
-        state = json.loads(json.loads(kept.read_text())["run"]) if kept.exists() else {"windows": []}
+        state: dict[str, Any] = {"windows": []}
+        if kept.exists():
+            state = json.loads(json.loads(kept.read_text())["run"])
         if len(state["windows"]) == 2 and state["windows"][1]["touches"]:
             return state["touches"]
         time.sleep(0.02)
