@@ -1,0 +1,61 @@
+"""A console in this process, on the fake desk: with a real server in a thread, or for starlette's test client."""
+
+import asyncio
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import uvicorn
+
+from exograv.console.diary import Diary
+from exograv.console.hub import Hub
+from exograv.console.keys import Role
+from exograv.console.page_clocks import PageClocks
+from exograv.console.serve import Address, bound, settings_of
+from exograv.console.trial import Trial
+from exograv.task.plan import Plan
+
+from .fake_desk import FakeDesk
+
+
+def hub_on(desk: FakeDesk, folder: Path, plan: Plan | None, origin: str = "http://127.0.0.1:8088") -> Hub:
+    """Everything but the server."""
+    clocks = PageClocks()
+    diary = Diary(folder / "console.jsonl", desk.write)
+    return Hub(desk, None if plan is None else Trial(plan, clocks, diary), clocks, diary, origin)
+
+
+@dataclass
+class Served:
+    """A running server."""
+
+    hub: Hub
+    desk: FakeDesk
+    origin: str
+    server: uvicorn.Server
+
+    def link(self, role: Role) -> str:
+        """For one person."""
+        return f"{self.origin}/#{self.hub.keys.token(role)}"
+
+
+@contextmanager
+def served(folder: Path, plan: Plan | None, desk: FakeDesk | None = None) -> Iterator[Served]:
+    """A server in a thread; ended at the end."""
+    desk, address = desk or FakeDesk(), Address(port=0)
+    with bound(address) as (listening, host):
+        hub = hub_on(desk, folder, plan, f"http://{host}")
+        server = uvicorn.Server(settings_of(hub, address, host))
+        thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[listening])))
+        thread.start()
+        try:
+            while not server.started and thread.is_alive():
+                time.sleep(0.005)
+            yield Served(hub, desk, hub.origin, server)
+        finally:
+            server.should_exit = True
+            thread.join(10.0)
+            hub.diary.close()
