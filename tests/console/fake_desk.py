@@ -10,9 +10,9 @@ from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.session.steered.contract import LATE_S, Act, Answer, Who
 from exograv.session.steered.shown import (
     Alarm,
+    Lateness,
     LearnedParameter,
     Learning,
-    Lateness,
     Recorded,
     Shown,
     Skeleton,
@@ -149,7 +149,7 @@ class FakeDesk:
     def _q(self, t: float) -> tuple[float, ...]:
         swing = 0.4 if self.machine.mode in WORN else 0.05
         since = t - self.began
-        return tuple(offset + swing * math.sin(since * (0.6 + 0.2 * i)) for i, offset in enumerate((0.3, 0.0, 0.8, 1.2)))
+        return tuple(at + swing * math.sin(since * (0.6 + 0.2 * i)) for i, at in enumerate((0.3, 0.0, 0.8, 1.2)))
 
     def _step(self) -> None:
         dt = self.now() - self._stepped
@@ -193,7 +193,8 @@ class FakeDesk:
         elif act.kind == "identify":
             self._learning_since = self.now()
         elif act.kind == "acknowledge":
-            self.alarms = [a.model_copy(update={"acknowledged_by": by}) if a.number == act.alarm else a for a in self.alarms]
+            seen = {"acknowledged_by": by}
+            self.alarms = [a.model_copy(update=seen) if a.number == act.alarm else a for a in self.alarms]
 
     def _learning(self, t: float) -> Learning | None:
         if self._learning_since is None:

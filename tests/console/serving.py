@@ -21,11 +21,17 @@ from exograv.task.plan import Plan
 from .fake_desk import FakeDesk
 
 
-def hub_on(desk: FakeDesk, folder: Path, plan: Plan | None, origin: str = "http://127.0.0.1:8088") -> Hub:
+@contextmanager
+def hub_on(desk: FakeDesk, folder: Path, plan: Plan | None, origin: str = "http://127.0.0.1:8088") -> Iterator[Hub]:
     """Everything but the server."""
     clocks = PageClocks()
     diary = Diary(folder / "console.jsonl", desk.write)
-    return Hub(desk, None if plan is None else Trial(plan, clocks, diary), clocks, diary, origin)
+    hub = Hub(desk, None if plan is None else Trial(plan, clocks, diary), clocks, diary, origin)
+    try:
+        yield hub
+    finally:
+        hub.close_down()
+        diary.close()
 
 
 @dataclass
@@ -46,8 +52,7 @@ class Served:
 def served(folder: Path, plan: Plan | None, desk: FakeDesk | None = None) -> Iterator[Served]:
     """A server in a thread; ended at the end."""
     desk, address = desk or FakeDesk(), Address(port=0)
-    with bound(address) as (listening, host):
-        hub = hub_on(desk, folder, plan, f"http://{host}")
+    with bound(address) as (listening, host), hub_on(desk, folder, plan, f"http://{host}") as hub:
         server = uvicorn.Server(settings_of(hub, address, host))
         thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[listening])))
         thread.start()
@@ -58,4 +63,3 @@ def served(folder: Path, plan: Plan | None, desk: FakeDesk | None = None) -> Ite
         finally:
             server.should_exit = True
             thread.join(10.0)
-            hub.diary.close()

@@ -68,7 +68,7 @@ async def _until_it_ends(hub: Hub, socket: WebSocket, line: Line) -> None:
     finally:
         for task in tasks:
             task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.wait(tasks)
     for task in done:
         task.result()
 

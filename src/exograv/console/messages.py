@@ -162,15 +162,15 @@ class Calibrate(Settings):
     kind: Literal["calibrate"] = "calibrate"
     id: Identifier
     card_px: tuple[Pixels, Pixels] | None = None
-    spans: Annotated[list[Span], Field(max_length=4)] = []
+    spans: tuple[Span, ...] = Field(default=(), max_length=4)
 
 
 class Latency(Settings):
-    """What the latency page found: touch after the beat or flash it was meant for."""
+    """What the latency page found: touch after the flash it was meant for."""
 
     kind: Literal["latency"] = "latency"
     id: Identifier
-    method: Literal["flash", "beat"]
+    method: Literal["flash"]
     delays_ms: Annotated[list[Annotated[float, Field(ge=-2000.0, le=5000.0)]], Field(min_length=3, max_length=60)]
 
 

@@ -128,11 +128,16 @@ class News:
             "lines": [{"line": line.number, "role": line.role.value} for line in hub.lines.values()],
             "alarms": [alarm.model_dump(mode="json") for alarm in hub.alarms.open],
             "run": None,
+            "run_sets_level": False,
         }
         if hub.diary.why:
             hub.alarms.sound(hub.diary.why, t, "high")
         if hub.trial is not None:
-            fields |= {"run": hub.trial.operator(t).model_dump(mode="json"), "protocol": _protocol(hub)}
+            fields |= {
+                "run": hub.trial.operator(t).model_dump(mode="json"),
+                "run_sets_level": hub.trial.level(t) is not None,
+                "protocol": _protocol(hub),
+            }
         hub.show(STEERED, "state", fields)
 
 

@@ -1,11 +1,11 @@
-"""A protocol that is run under the pages: their touches and the operator's words in, pictures and gravity levels out."""
+"""A protocol that is run under the pages: touches and the operator's words in, pictures and gravity levels out."""
 
 from dataclasses import replace
 
 from exograv.errors import ConfigError
 from exograv.session.steered.shown import Shown
-from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
 from exograv.task.events import Acknowledge as AcknowledgeAlarm
+from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
 from exograv.task.plan import Plan
 from exograv.task.records import Record, Refused, TouchJudged
@@ -86,7 +86,6 @@ class Trial:
         """Pause it if it runs."""
         if self.run.state.status == "running":
             self.feed(Pause(t=t, why=why))
-
 
     def touch(self, raw: PageTouch, received: float) -> TouchJudged | None:
         """One touch of the page, as often as it sends it; kept raw whatever becomes of it."""

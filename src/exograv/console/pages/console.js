@@ -83,7 +83,9 @@ function showButtons(shown, run) {
   document.querySelector("[data-act=take_arm]").hidden = !shown.is_known;
   document.querySelector("[data-act=identify]").hidden = shown.is_known && !shown.possible.includes("identify");
   at("don").disabled = !isSteering() || !shown.possible.includes("don");
-  at("set-level").disabled = !isSteering() || !shown.possible.includes("set_level");
+  // While a protocol sets the level nobody else does.
+  const isSet = state.run_sets_level || !shown.possible.includes("set_level");
+  at("set-level").disabled = at("level").disabled = !isSteering() || isSet;
   for (const button of document.querySelectorAll("[data-level]")) button.disabled = at("set-level").disabled;
   const status = run?.status;
   const clocked = state.protocol?.opening === "clock";
@@ -186,6 +188,8 @@ function draw() {
   legend();
   // The right border runs with our own clock, so that lines glide between messages.
   const latest = line.offset === null ? (position.times.at(-1) ?? 0) : now() + line.offset - 0.06;
+  position.title = say("console.position");
+  torque.title = say("console.torque");
   position.draw(latest);
   torque.draw(latest);
   scene.draw();

@@ -5,7 +5,7 @@ const KEPT_S = 12;
 export class Plot {
   // styles: names of the series of a sample, each with { dash, alpha, width }.
   constructor(canvas, styles, seconds = 10) {
-    Object.assign(this, { canvas, styles, seconds });
+    Object.assign(this, { canvas, styles, seconds, title: "" });
     this.times = [];
     this.rows = Object.fromEntries(Object.keys(styles).map((name) => [name, []]));
     this.hidden = new Set();
@@ -71,6 +71,8 @@ export class Plot {
       context.stroke();
       context.fillText(String(Math.round(value * 100) / 100), left - 4, y(value));
     }
+    context.textAlign = "left";
+    context.fillText(this.title, left + 6, 10);
     context.textAlign = "center";
     for (let s = 0; s <= this.seconds; s += 2) {
       const at = left + (1 - s / this.seconds) * (width - left);
