@@ -4,7 +4,7 @@
 class SetClock:
     """Stands until it is moved."""
 
-    def __init__(self, t: float = 100.0):
+    def __init__(self, t: float = 1000.0):
         self.t = t
 
     def __call__(self) -> float:
