@@ -13,6 +13,7 @@ import uvicorn
 from exograv.console.diary import Diary
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
+from exograv.console.limits import Close
 from exograv.console.page_clocks import PageClocks
 from exograv.console.serve import Address, bound, settings_of
 from exograv.console.trial import Trial
@@ -40,12 +41,23 @@ class Served:
 
     hub: Hub
     desk: FakeDesk
-    origin: str
     server: uvicorn.Server
+    loop: asyncio.AbstractEventLoop
 
     def link(self, role: Role) -> str:
         """For one person."""
-        return f"{self.origin}/#{self.hub.keys.token(role)}"
+        return f"{self.hub.origin}/#{self.hub.keys.token(role)}"
+
+    def cut_off(self, role: Role) -> None:
+        """End the lines of these pages, as a network would."""
+
+        def end() -> None:
+            for line in self.hub.lines.values():
+                if line.role is role:
+                    line.end = Close.GOING_AWAY
+                    line.outbox.say("{}")
+
+        self.loop.call_soon_threadsafe(end)
 
 
 @contextmanager
@@ -54,12 +66,14 @@ def served(folder: Path, plan: Plan | None, desk: FakeDesk | None = None) -> Ite
     desk, address = desk or FakeDesk(), Address(port=0)
     with bound(address) as (listening, host), hub_on(desk, folder, plan, f"http://{host}") as hub:
         server = uvicorn.Server(settings_of(hub, address, host))
-        thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[listening])))
+        loop = asyncio.new_event_loop()
+        thread = threading.Thread(target=lambda: loop.run_until_complete(server.serve(sockets=[listening])))
         thread.start()
         try:
             while not server.started and thread.is_alive():
                 time.sleep(0.005)
-            yield Served(hub, desk, hub.origin, server)
+            yield Served(hub, desk, server, loop)
         finally:
             server.should_exit = True
             thread.join(10.0)
+            loop.close()
