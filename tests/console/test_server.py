@@ -218,6 +218,16 @@ def test_a_line_that_says_nothing_is_closed_with_4401(client: TestClient, hub: H
         assert closed_with(socket) == Close.UNAUTHORISED
 
 
+def test_a_page_that_is_loaded_again_and_again_before_it_says_anything_locks_nobody_out(client: TestClient, hub: Hub):
+    enter(client, hub, Role.VIEWER)
+    for _ in range(8):
+        with client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS):
+            pass
+    with client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS) as socket:
+        socket.send_text(hello(client, Role.VIEWER))
+        assert socket.receive_json()["kind"] == "welcome"
+
+
 def test_a_ticket_opens_one_line(client: TestClient, hub: Hub):
     enter(client, hub, Role.VIEWER)
     first = hello(client, Role.VIEWER)

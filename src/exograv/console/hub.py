@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable, Collection
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from exograv.session.steered.contract import Act, Answer, Desk
 
@@ -18,6 +18,7 @@ from .outbox import Outbox
 from .page_clocks import PageClocks
 from .trial import Trial
 
+Result = TypeVar("Result")
 UNMANNED = ("off", "starting")
 """Modes in which nobody has to steer."""
 
@@ -86,7 +87,7 @@ class Hub:
         # Stop never waits for another act: it has threads of its own.
         self._threads = ThreadPoolExecutor(2, "acts")
         self._stops = ThreadPoolExecutor(2, "stop")
-        self._looks = ThreadPoolExecutor(1, "look")
+        self._looks = ThreadPoolExecutor(3, "look")
 
     def open(self, session: Session, page: str) -> Line:
         """Somebody is there; an operator steers if nobody does."""
@@ -139,7 +140,11 @@ class Hub:
 
     async def look(self) -> None:
         """Ask the desk how things are."""
-        self.shown = await asyncio.get_running_loop().run_in_executor(self._looks, self.desk.shown)
+        self.shown = await self.ask_desk(self.desk.shown)
+
+    async def ask_desk(self, question: Callable[..., Result], *values: Any) -> Result:
+        """What may have to wait, in a thread that may."""
+        return await asyncio.get_running_loop().run_in_executor(self._looks, question, *values)
 
     def show(self, roles: Collection[Role], kind: str, fields: dict[str, Any]) -> None:
         """News for everybody in these roles."""

@@ -26,11 +26,10 @@ async def serve_line(hub: Hub, socket: WebSocket, role: Role, cookie: str | None
     hub.coming += 1
     try:
         await socket.accept()
-        hello = await _hello(hub, socket, session)
+        hello = await _hello(hub, socket, session, address)
     finally:
         hub.coming -= 1
     if hello is None:
-        hub.keys.note_failure(address)
         hub.count(Close.UNAUTHORISED)
         await _close(socket, Close.UNAUTHORISED)
         return
@@ -43,14 +42,16 @@ async def serve_line(hub: Hub, socket: WebSocket, role: Role, cookie: str | None
         await _close(socket, line.end or Close.GOING_AWAY)
 
 
-async def _hello(hub: Hub, socket: WebSocket, session: Session) -> Hello | None:
-    """Its first words, if they come in time and hold a ticket."""
+async def _hello(hub: Hub, socket: WebSocket, session: Session, address: str) -> Hello | None:
+    """Its first words, if they come in time and hold a ticket; whoever says something else may be guessing."""
     try:
         message = read_message(await asyncio.wait_for(_receive(socket), HELLO_S))
     except (TimeoutError, WebSocketDisconnect):
         return None
-    is_known = isinstance(message, Hello) and hub.keys.redeem(session, message.ticket)
-    return message if isinstance(message, Hello) and is_known else None
+    if isinstance(message, Hello) and hub.keys.redeem(session, message.ticket):
+        return message
+    hub.keys.note_failure(address)
+    return None
 
 
 async def _receive(socket: WebSocket) -> str | bytes:
@@ -93,7 +94,8 @@ async def _hear_all(hub: Hub, socket: WebSocket, line: Line) -> None:
 
 
 async def _tell_all(socket: WebSocket, line: Line) -> None:
-    with contextlib.suppress(WebSocketDisconnect):
+    # A runtime error: the server below has closed by itself, for a frame that was too long.
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):
         while line.end is None and not line.outbox.is_full:
             await socket.send_text(await line.outbox.next())
     line.end = line.end or (Close.POLICY if line.outbox.is_full else None)

@@ -2,6 +2,7 @@
 
 import asyncio
 import secrets
+from collections.abc import Coroutine
 from typing import Any
 
 from exograv.session.steered.contract import SetLevel
@@ -12,7 +13,10 @@ from .lease import ALARM_AFTER_S
 
 TICK_S = 0.015
 PLOTS_EVERY = 2
-"""Ticks between messages with samples to plot and lines to draw: 33 a second."""
+"""Ticks between messages with samples to plot: 33 a second."""
+
+LINES_EVERY = 4
+"""And between those with lines to draw, for each of which a closed posture is computed."""
 
 SHOWN_EVERY = 7
 PARTICIPANT_EVERY = 7
@@ -25,6 +29,22 @@ MACHINE = frozenset({Role.OPERATOR, Role.VIEWER})
 STEERED = MACHINE | {Role.THERAPIST}
 
 
+class _Errand:
+    """Something that takes a while, one at a time; what fails in it fails the whole."""
+
+    def __init__(self) -> None:
+        self._task: asyncio.Task[None] | None = None
+
+    def is_over(self) -> bool:
+        if self._task is not None and self._task.done():
+            self._task.result()
+            return True
+        return self._task is None
+
+    def begin(self, errand: Coroutine[Any, Any, None]) -> None:
+        self._task = asyncio.create_task(errand)
+
+
 class News:
     """Goes round for as long as the console runs."""
 
@@ -33,8 +53,7 @@ class News:
         self._hub, self._count, self._since = hub, 0, 0
         self._picture: dict[str, Any] = {}
         self._level: float | None = None
-        self._asking: asyncio.Task[None] | None = None
-        self._looking: asyncio.Task[None] | None = None
+        self._asking, self._looking, self._drawing = _Errand(), _Errand(), _Errand()
 
     async def go_round(self) -> None:
         """Until it is cancelled; what fails in here fails for good."""
@@ -53,19 +72,13 @@ class News:
         self._watch_lease(t)
         if hub.trial is not None:
             self._show_trial(t)
-        if self._count % PLOTS_EVERY == 0:
-            self._show_plots()
+        if self._count % PLOTS_EVERY == 0 and self._drawing.is_over():
+            self._drawing.begin(self._show_plots())
         if self._count % SHOWN_EVERY == 0:
-            self._look()
+            # For the next time: a desk that decides about an act keeps nobody else waiting.
+            if self._looking.is_over():
+                self._looking.begin(hub.look())
             self._show_state(t)
-
-    def _look(self) -> None:
-        """For the next time; a desk that decides about an act keeps nobody else waiting."""
-        if self._looking is not None and not self._looking.done():
-            return
-        if self._looking is not None:
-            self._looking.result()
-        self._looking = asyncio.create_task(self._hub.look())
 
     def _watch_lease(self, t: float) -> None:
         hub = self._hub
@@ -94,29 +107,30 @@ class News:
 
     def _ask_level(self, level: float | None) -> None:
         """The guard follows by its own ramp; one question at a time."""
-        if level is None or (self._asking is not None and not self._asking.done()):
+        if level is None or not self._asking.is_over():
             return
         # An end of a ramp is reached exactly.
         least = 0.0 if level in (0.0, 1.0) else LEVEL_STEP
         if self._level is None or abs(level - self._level) > least:
-            self._asking = asyncio.create_task(self._ask(level))
+            self._asking.begin(self._ask(level))
 
     async def _ask(self, level: float) -> None:
         hub = self._hub
         act = SetLevel(id=secrets.token_urlsafe(12), made_at_s=hub.desk.now(), gravity_level=level)
-        loop = asyncio.get_running_loop()
-        answer = await loop.run_in_executor(None, hub.desk.act, act, "operator")
+        answer = await hub.ask_desk(hub.desk.act, act, "operator")
         self._level = level if answer.taken else None
 
-    def _show_plots(self) -> None:
+    async def _show_plots(self) -> None:
         hub = self._hub
         if not any(line.role in MACHINE for line in hub.lines.values()):
             return
-        trace = hub.desk.trace(self._since)
+        trace = await hub.ask_desk(hub.desk.trace, self._since)
         self._since = trace.next
         if trace.t:
             hub.show(MACHINE, "trace", {"trace": trace.model_dump(mode="json")})
-        hub.show(MACHINE, "skeleton", {"skeleton": hub.desk.skeleton().model_dump(mode="json")})
+        if self._count % LINES_EVERY == 0:
+            skeleton = await hub.ask_desk(hub.desk.skeleton)
+            hub.show(MACHINE, "skeleton", {"skeleton": skeleton.model_dump(mode="json")})
 
     def _show_state(self, t: float) -> None:
         hub = self._hub

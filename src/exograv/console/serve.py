@@ -20,6 +20,7 @@ from .limits import MESSAGE_MAX_BYTES
 from .server import application
 
 LOOPBACK = "127.0.0.1"
+WAITING = 64
 END_S = 3
 """In which pages have to let go when the server ends [s]."""
 
@@ -93,6 +94,8 @@ def bound(address: Address) -> Iterator[tuple[socket.socket, str]]:
         try:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listening.bind(place)
+            # Now, so that a browser which is quicker than the server waits instead of being refused.
+            listening.listen(WAITING)
         except OSError as error:
             raise ConfigError(
                 f"Port {address.port} of {host} cannot be had: {error.strerror}. Give another --port, or end the "
