@@ -53,6 +53,7 @@ class News:
         self._hub, self._count, self._since = hub, 0, 0
         self._picture: dict[str, Any] = {}
         self._level: float | None = None
+        self._is_silent = False
         self._asking, self._looking, self._drawing = _Errand(), _Errand(), _Errand()
 
     async def go_round(self) -> None:
@@ -83,7 +84,8 @@ class News:
     def _watch_lease(self, t: float) -> None:
         hub = self._hub
         holder, silent_s = hub.lease.holder, hub.lease.silent_s(t)
-        if holder is not None and silent_s > ALARM_AFTER_S and hub.shown.mode not in UNMANNED:
+        was_silent, self._is_silent = self._is_silent, silent_s > ALARM_AFTER_S
+        if self._is_silent and not was_silent and hub.shown.mode not in UNMANNED:
             hub.alarms.sound(f"The page that steers (line {holder}) is silent.", t, "high")
         hub.lease.held_by(t)
 

@@ -128,7 +128,7 @@ function showRun({ run, protocol }) {
     return;
   }
   const parts = [say(`status.${run.status}`)];
-  if (run.status === "running") parts.push(say(`phase.${run.phase}`, {}, run.phase));
+  if (run.status === "running" && run.phase !== "window") parts.push(say(`phase.${run.phase}`, {}, run.phase));
   if (run.window !== null) parts.push(say("console.window_of", { window: run.window, windows: protocol.windows }));
   if (run.countdown_s !== null) parts.push(clockText(run.countdown_s));
   if (run.left_s !== null) parts.push(say("console.left", { left: clockText(run.left_s) }));
@@ -192,6 +192,8 @@ function draw() {
   torque.title = say("console.torque");
   position.draw(latest);
   torque.draw(latest);
+  // What changes slowly is drawn every fourth time: a computer without a graphics card has other things to do.
+  if (position.drawn % 4 !== 0) return;
   scene.draw();
   if (state.run !== null) {
     const { target, screen } = state.protocol;
