@@ -18,11 +18,11 @@ from tests.browser.conftest import ARGUMENTS, CHROMIUM
 from tests.browser.of_browser import RETURN_S, Visitor, quick_plan
 from tests.console.serving import Served, served
 
-from exograv.console import lease
+from exograv.console import lease, news
 from exograv.console.keys import Role
 from exograv.task.screen import ScreenCalibration
 
-COLOURS = 48
+COLOURS = 160
 OFF_PX = ((14, -9), (-22, 5), (6, 17), (-8, -26), (31, 12), (2, -4), (-15, 20))
 SCREEN = ScreenCalibration(pitch_x_mm=0.27, pitch_y_mm=0.27, method="card", anisotropy=0.0, relative_error=0.004)
 
@@ -65,6 +65,7 @@ def pictures(browser: Browser, house: Served, folder: Path) -> None:
     operator.sees("body[data-mode=safe]")
     time.sleep(0.5)
     snap(operator, folder / "console_stopped.png")
+    operator.press("[data-run=end]")
     operator.press("[data-act=reset]")
     operator.sees("body[data-mode=off]")
     operator.close()
@@ -95,7 +96,7 @@ def main() -> None:
     folder = parser.parse_args().out
     folder.mkdir(parents=True, exist_ok=True)
     # Several pages drawn by one busy computer; nobody is in this machine.
-    lease.LEASE_S = 30.0
+    lease.LEASE_S = news.ALARM_AFTER_S = 30.0
     with (
         tempfile.TemporaryDirectory() as diary,
         served(Path(diary), quick_plan(SCREEN)) as house,

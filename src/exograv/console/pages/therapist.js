@@ -45,7 +45,7 @@ function take(message) {
   at("now").textContent = say("therapist.now", { now: number(100 * (1 - shown.gravity_level)) });
   if (!isTurned) at("knob").value = 100 * (1 - shown.gravity_level_asked);
   at("knob-value").textContent = `${at("knob").value} %`;
-  at("knob").disabled = !isSteering() || !shown.possible.includes("set_level");
+  at("knob").disabled = !isSteering() || message.run_sets_level || !shown.possible.includes("set_level");
   persons(shown);
   const step = next();
   at("next").textContent = say(step?.[1] ?? "therapist.wait");
