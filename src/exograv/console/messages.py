@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from exograv.model.rig_settings import Settings
 from exograv.session.steered.contract import Identifier
@@ -177,7 +177,10 @@ class Latency(Settings):
 Message = (
     Hello | Ping | Beat | Steer | Do | RunWord | Seen | Invite | Touches | Trail | Calibrate | Latency
 )  # fmt: skip
-MESSAGE: TypeAdapter[Message] = TypeAdapter(Annotated[Message, Field(discriminator="kind")])
+# Names are made for one message each: kept for the next one they only fill the memory.
+MESSAGE: TypeAdapter[Message] = TypeAdapter(
+    Annotated[Message, Field(discriminator="kind")], config=ConfigDict(cache_strings="keys")
+)
 
 
 def read_message(text: str | bytes) -> Message | Close:
