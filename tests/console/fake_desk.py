@@ -4,11 +4,12 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, get_args
 
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.session.steered.contract import LATE_S, Act, Answer, Who
 from exograv.session.steered.shown import (
+    ActKind,
     Alarm,
     Lateness,
     LearnedParameter,
@@ -68,7 +69,7 @@ class FakeDesk:
             safe_state="descent" if mode is Mode.SAFE else "none",
             latch=self.latch,
             take_within_s=30.0 if mode is Mode.EXO_ONLY else None,
-            possible=tuple(kind for kind in POSSIBLE if self._why_not(kind) is None),
+            possible=tuple(kind for kind in get_args(ActKind) if self._why_not(kind) is None),
             lease_left_s=1.2 if self.kept else None,
             joints=JOINTS,
             q_rad=q,

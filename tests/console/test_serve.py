@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
 
 from exograv.console.keys import Entry, Role
 from exograv.console.limits import MESSAGE_MAX_BYTES, Close
@@ -26,17 +27,19 @@ OPEN_S = 5.0
 
 
 @contextmanager
-def line(house: Served, role: Role = Role.VIEWER, **options) -> Iterator[ClientConnection]:
+def line(house: Served, role: Role = Role.VIEWER, compression: str | None = None) -> Iterator[ClientConnection]:
     """A line of somebody who is in, up to its welcome."""
     keys = house.hub.keys
     entered = keys.enter(keys.token(role), "127.0.0.1")
     assert not isinstance(entered, Entry)
     session = keys.session(role, entered[1])
     assert session is not None
-    origin = house.hub.origin
+    origin = Origin(house.hub.origin)
     cookie = f"exograv-{role.value}-{origin.rpartition(':')[2]}={entered[1]}"
     url = f"ws://{origin.removeprefix('http://')}/{role.value}/line"
-    with connect(url, origin=origin, additional_headers={"Cookie": cookie}, open_timeout=OPEN_S, **options) as opened:
+    with connect(
+        url, origin=origin, additional_headers={"Cookie": cookie}, open_timeout=OPEN_S, compression=compression
+    ) as opened:
         opened.send(json.dumps({"kind": "hello", "ticket": keys.ticket(session), "page": "page-of-a-test"}))
         assert json.loads(opened.recv(OPEN_S))["kind"] == "welcome"
         yield opened
@@ -74,17 +77,20 @@ def test_compression_is_not_agreed_to(house: Served):
         assert "sec-websocket-extensions" not in opened.response.headers  # pyright: ignore[reportOptionalMemberAccess]
 
 
-@pytest.mark.parametrize("origin", [None, "http://evil.example"])
-def test_no_upgrade_without_our_own_origin(house: Served, origin: str | None):
+@pytest.mark.parametrize("origin", [None, Origin("http://evil.example")])
+def test_no_upgrade_without_our_own_origin(house: Served, origin: Origin | None):
     url = house.hub.origin.replace("http", "ws") + "/viewer/line"
-    with pytest.raises(InvalidStatus) as refused, connect(url, origin=origin, open_timeout=OPEN_S):
+    with (
+        pytest.raises(InvalidStatus) as refused,
+        connect(url, origin=origin),
+    ):
         pass
     assert refused.value.response.status_code == 403
 
 
 def test_no_upgrade_without_a_cookie(house: Served):
     url = house.hub.origin.replace("http", "ws") + "/viewer/line"
-    with pytest.raises(InvalidStatus) as refused, connect(url, origin=house.hub.origin):
+    with pytest.raises(InvalidStatus) as refused, connect(url, origin=Origin(house.hub.origin)):
         pass
     assert refused.value.response.status_code == 403
 

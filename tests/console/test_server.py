@@ -1,64 +1,15 @@
 """Nothing but our own pages, asked for by our own name, by somebody who was let in, reaches a handler (F35)."""
 
-import contextlib
-import json
 import re
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from starlette.websockets import WebSocketDisconnect
 
-from exograv.console import line as line_module
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
-from exograv.console.limits import CLIENTS_MAX, MESSAGES_PER_S, Close
 from exograv.console.server import PAGES, application
 
-from .client import TestClient
-from .fake_desk import FakeDesk
-from .serving import hub_on
-
-HOST = "127.0.0.1:8088"
-ORIGIN = f"http://{HOST}"
-OURS = {"origin": ORIGIN, "x-exograv": "1"}
-PAGE = "page-of-a-test"
-
-
-@pytest.fixture
-def hub(tmp_path: Path) -> Iterator[Hub]:
-    with hub_on(FakeDesk(), tmp_path, None) as hub:
-        yield hub
-
-
-@pytest.fixture
-def client(hub: Hub) -> Iterator[TestClient]:
-    with TestClient(application(hub, "http", [HOST, "localhost:8088"]), base_url=ORIGIN) as client:
-        yield client
-
-
-def enter(client: TestClient, hub: Hub, role: Role) -> None:
-    """Come in; the client keeps the cookie."""
-    response = client.post("/enter", json={"token": hub.keys.token(role)}, headers=OURS)
-    assert response.json() == {"role": role.value}
-
-
-def ticket(client: TestClient, role: Role) -> str:
-    return client.post(f"/{role.value}/ticket", headers=OURS).json()["ticket"]
-
-
-def hello(client: TestClient, role: Role) -> str:
-    return json.dumps({"kind": "hello", "ticket": ticket(client, role), "page": PAGE})
-
-
-def closed_with(socket) -> int:
-    """Read until the server ends the line."""
-    while True:
-        try:
-            socket.receive_json()
-        except WebSocketDisconnect as end:
-            return end.code
-
+from .client import HOST, ORIGIN, OURS, TestClient, enter
 
 HOSTS = [
     "evil.example",
@@ -191,98 +142,6 @@ def test_what_is_posted_too_long_or_not_as_agreed_is_a_wrong_link(client: TestCl
     # Those were five.
     assert client.post("/enter", json={"token": hub.keys.token(Role.VIEWER)}, headers=OURS).status_code == 429
     assert any("wrong link" in alarm.text for alarm in hub.alarms.open)
-
-
-@pytest.mark.parametrize(
-    "first",
-    [
-        '{"kind":"beat"}',
-        "{",
-        '{"kind":"hello","ticket":"wrong","page":"page-of-a-test"}',
-        '{"kind":"do","id":"12345678","made":1,"act":{"kind":"stop"}}',
-    ],
-)
-def test_a_line_whose_first_words_hold_no_ticket_is_closed_with_4401(client: TestClient, hub: Hub, first: str):
-    enter(client, hub, Role.OPERATOR)
-    with client.websocket_connect(f"ws://{HOST}/operator/line", headers=OURS) as socket:
-        socket.send_text(first)
-        assert closed_with(socket) == Close.UNAUTHORISED
-    assert hub.lines == {}
-
-
-def test_a_line_that_says_nothing_is_closed_with_4401(client: TestClient, hub: Hub, monkeypatch: pytest.MonkeyPatch):
-    assert line_module.HELLO_S == 2.0
-    monkeypatch.setattr(line_module, "HELLO_S", 0.05)
-    enter(client, hub, Role.OPERATOR)
-    with client.websocket_connect(f"ws://{HOST}/operator/line", headers=OURS) as socket:
-        assert closed_with(socket) == Close.UNAUTHORISED
-
-
-def test_a_page_that_is_loaded_again_and_again_before_it_says_anything_locks_nobody_out(client: TestClient, hub: Hub):
-    enter(client, hub, Role.VIEWER)
-    for _ in range(8):
-        with client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS):
-            pass
-    with client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS) as socket:
-        socket.send_text(hello(client, Role.VIEWER))
-        assert socket.receive_json()["kind"] == "welcome"
-
-
-def test_a_ticket_opens_one_line(client: TestClient, hub: Hub):
-    enter(client, hub, Role.VIEWER)
-    first = hello(client, Role.VIEWER)
-    with client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS) as socket:
-        socket.send_text(first)
-        assert socket.receive_json()["kind"] == "welcome"
-    with client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS) as socket:
-        socket.send_text(first)
-        assert closed_with(socket) == Close.UNAUTHORISED
-
-
-def test_there_are_eight_lines_and_no_ninth(client: TestClient, hub: Hub):
-    enter(client, hub, Role.VIEWER)
-    with contextlib.ExitStack() as stack:
-        for _ in range(CLIENTS_MAX):
-            socket = stack.enter_context(client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS))
-            socket.send_text(hello(client, Role.VIEWER))
-            assert socket.receive_json()["kind"] == "welcome"
-        with (
-            pytest.raises(WebSocketDisconnect),
-            client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS),
-        ):
-            pass
-
-
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
-        ("{", Close.PROTOCOL),
-        (b"\x00\x01", Close.PROTOCOL),
-        ('{"kind":"beat","more":1}', Close.POLICY),
-        ('{"kind":"hello","ticket":"x","page":"page-of-a-test"}', Close.POLICY),
-        ('{"kind":"do","id":"12345678","made":1,"act":{"kind":"engage"}}', Close.POLICY),
-        ('{"kind":"do","id":"12345678","made":1,"act":{"kind":"stop","more":1}}', Close.POLICY),
-        ('{"kind":"beat","x":"' + "a" * 20_000 + '"}', Close.TOO_BIG),
-    ],
-)
-def test_a_line_that_is_misused_is_closed_with_its_code_and_counted(
-    client: TestClient, hub: Hub, text: str | bytes, why: Close
-):
-    enter(client, hub, Role.OPERATOR)
-    with client.websocket_connect(f"ws://{HOST}/operator/line", headers=OURS) as socket:
-        socket.send_text(hello(client, Role.OPERATOR))
-        socket.send_bytes(text) if isinstance(text, bytes) else socket.send_text(text)
-        assert closed_with(socket) == why
-    assert hub.counts == {why.name: 1}
-
-
-def test_more_than_fifty_messages_in_a_second_close_the_line(client: TestClient, hub: Hub):
-    enter(client, hub, Role.VIEWER)
-    with client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS) as socket:
-        socket.send_text(hello(client, Role.VIEWER))
-        for number in range(MESSAGES_PER_S + 1):
-            socket.send_text(json.dumps({"kind": "ping", "asked": float(number)}))
-        assert closed_with(socket) == Close.POLICY
 
 
 def test_a_rebound_name_of_this_computer_is_refused_even_with_a_cookie(client: TestClient, hub: Hub):

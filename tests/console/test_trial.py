@@ -1,6 +1,7 @@
 """Touches of a page become records, once and at their own time; a machine that lets go pauses the run."""
 
 import json
+from typing import Any
 
 import pytest
 
@@ -99,7 +100,7 @@ def test_touches_of_a_page_before_its_reload_keep_their_own_clock(house: Hub, de
     ],
 )
 def test_palm_second_finger_and_mouse_are_kept_with_their_reason(
-    house: Hub, desk: FakeDesk, clock: SetClock, changes: dict[str, object], reason: str
+    house: Hub, desk: FakeDesk, clock: SetClock, changes: dict[str, Any], reason: str
 ):
     line = in_window(house, desk, clock)
     (word,) = told(house, line, sent(touch(clock, 0, line.page, **changes)))

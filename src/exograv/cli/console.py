@@ -101,7 +101,7 @@ def run_console_command(command: Console) -> dict[str, Any]:
     address.check()
     plan = plan_of(command.protocol)
     desk = SteeredDesk(_flight(command))
-    options = ConsoleOptions(address, command.out, command.protocol, command.browser)
+    options = ConsoleOptions(address, command.out, command.browser)
     result = run_console(options, desk, plan, say)
     say(f"Ended. What the pages did: {result['diary']}")
     return result

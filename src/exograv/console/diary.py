@@ -4,7 +4,7 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from exograv.errors import RecordingError
 
@@ -30,7 +30,8 @@ class Diary:
 
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file: TextIO = path.open("x", encoding="utf-8")
+            # Without a buffer: what a full disk refused is not tried again at the end.
+            self._file = path.open("xb", buffering=0)
         except OSError as error:
             raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another --out.") from error
 
@@ -39,8 +40,7 @@ class Diary:
         self._also(topic, t, message)
         line = json.dumps({"topic": topic, "t": t, "message": dict(message)}, ensure_ascii=False)
         try:
-            self._file.write(line + "\n")
-            self._file.flush()
+            self._file.write(line.encode() + b"\n")
         except OSError as error:
             self.why = f"{self.path} cannot be written: {error.strerror}. Make room on the disk."
         else:
@@ -49,8 +49,8 @@ class Diary:
     def close(self) -> None:
         """To the disk, and done."""
         try:
-            self._file.flush()
             os.fsync(self._file.fileno())
-            self._file.close()
         except OSError as error:
             self.why = f"{self.path} cannot be written to its end: {error.strerror}."
+        finally:
+            self._file.close()

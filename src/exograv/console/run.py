@@ -25,14 +25,11 @@ class ConsoleOptions:
     out: Path
     """Folder of the diary."""
 
-    protocol: str | None = None
-    """Name, or path of a file; without one the machine is only steered."""
-
     opens_browser: bool = True
 
 
 def plan_of(protocol: str | None) -> Plan | None:
-    """What is to be run.
+    """What is to be run: a protocol by its name or the path of a file; without one the machine is only steered.
 
     Raises:
         ConfigError: There is no such protocol, or the machine cannot make its levels.

@@ -121,7 +121,7 @@ ELSEWHERE = (
         "a message is malformed, huge, deep or binary (a hundred thousand: `python benchmarks/console_fuzz.py`)",
         (
             "tests/console/test_messages.py::test_anything_is_read_without_an_exception",
-            "tests/console/test_server.py::test_a_line_that_is_misused_is_closed_with_its_code_and_counted",
+            "tests/console/test_line.py::test_a_line_that_is_misused_is_closed_with_its_code_and_counted",
             "tests/console/test_serve.py::test_a_frame_beyond_16_kib_is_not_even_read_to_its_end",
         ),
     ),
@@ -131,7 +131,7 @@ ELSEWHERE = (
         (
             "tests/console/test_server.py::test_under_another_name_nothing_is_there",
             "tests/console/test_server.py::test_no_line_is_opened_from_another_origin",
-            "tests/console/test_server.py::test_a_line_whose_first_words_hold_no_ticket_is_closed_with_4401",
+            "tests/console/test_line.py::test_a_line_whose_first_words_hold_no_ticket_is_closed_with_4401",
         ),
     ),
     Proved(
