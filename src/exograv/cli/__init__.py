@@ -18,6 +18,7 @@ from .benchmark_identification import BenchmarkIdentification, run_benchmark_ide
 from .calibrate import Calibrate, run_calibrate_command
 from .check_rig import CheckRig, run_check_rig
 from .common import Common, refuse_unwritable, write_json
+from .console import Console, run_console_command
 from .demo import Demo, Identify, run_demo_command
 from .design_motion import DesignMotion, run_design_motion
 from .doctor import Doctor, run_doctor
@@ -58,6 +59,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "doctor": (Doctor, run_doctor),
     "self-test": (SelfTest, run_self_test_command),
     "live": (Live, run_live_command),
+    "console": (Console, run_console_command),
     "drive-sim": (DriveSim, run_drive_sim_command),
     "rig-test": (RigTest, run_rig_test_command),
     "streams": (Streams, run_streams),

@@ -98,6 +98,15 @@ ELSEWHERE = (
         ),
     ),
     Proved(
+        "F32",
+        "two operators: one lease, the second watches",
+        (
+            "tests/console/test_lease.py::test_in_no_history_do_two_write",
+            "tests/console/test_may.py::test_what_steers_is_taken_from_the_page_that_holds_the_lease_only",
+            "tests/browser/test_roles.py::test_the_second_operator_watches_until_the_first_is_gone",
+        ),
+    ),
+    Proved(
         "F33",
         "a command comes twice, late, or was made for something that has changed",
         (
@@ -105,6 +114,32 @@ ELSEWHERE = (
             "tests/session/steered/test_desk.py::test_in_no_history_is_an_arm_carried_that_nobody_made_ready_and_took",
             "tests/session/steered/test_reception.py::test_what_comes_late_or_from_the_future_is_refused_and_stop_is_not",
             "tests/session/steered/test_reception.py::test_what_was_asked_for_something_that_has_changed_since_is_refused",
+        ),
+    ),
+    Proved(
+        "F34",
+        "a message is malformed, huge, deep or binary (a hundred thousand: `python benchmarks/console_fuzz.py`)",
+        (
+            "tests/console/test_messages.py::test_anything_is_read_without_an_exception",
+            "tests/console/test_line.py::test_a_line_that_is_misused_is_closed_with_its_code_and_counted",
+            "tests/console/test_serve.py::test_a_frame_beyond_16_kib_is_not_even_read_to_its_end",
+        ),
+    ),
+    Proved(
+        "F35",
+        "a client is unauthorised, of another origin, or comes by a name that was bound anew",
+        (
+            "tests/console/test_server.py::test_under_another_name_nothing_is_there",
+            "tests/console/test_server.py::test_no_line_is_opened_from_another_origin",
+            "tests/console/test_line.py::test_a_line_whose_first_words_hold_no_ticket_is_closed_with_4401",
+        ),
+    ),
+    Proved(
+        "F36",
+        "a role asks for what it may not",
+        (
+            "tests/console/test_may.py::test_what_a_role_may_not_say_reaches_nobody_and_is_an_alarm",
+            "tests/browser/test_roles.py::test_a_participant_page_that_sends_start_is_refused_and_the_operator_is_told",
         ),
     ),
     Proved(
@@ -116,11 +151,8 @@ ELSEWHERE = (
     ),
 )
 
-_CONSOLE = "issue 8: the console has no row and no tests here yet"
-
 NOT_YET: Mapping[str, str] = MappingProxyType(
     {
-        **dict.fromkeys(("F32", "F34", "F35", "F36"), _CONSOLE),
         "F37": "leaks: `exograv live --seconds 3600` says how memory grew (docs/realtime.md); no test runs so long",
     }
 )

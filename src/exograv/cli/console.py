@@ -1,0 +1,107 @@
+"""`exograv console`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from .common import Common
+
+if TYPE_CHECKING:
+    from exograv.session.steered.flight import Flight
+
+
+@dataclass(frozen=True)
+class Console(Common):
+    """Pages for operator, therapist, participant and viewers of a live machine; prints one link, to be opened once."""
+
+    rig: str = "recupera_like"
+    """Name of a machine (see `exograv rigs`) or path of its folder."""
+
+    side: Literal["right", "left", "both"] | None = None
+    """Arm; the machine's first if none is named."""
+
+    level: int = 2
+    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
+
+    calibration: Path | None = None
+    """calibration.toml of this machine; it is calibrated at the beginning where none is named, which takes a minute."""
+
+    participants: Path | None = None
+    """Folder of files that `exograv identify --keep` has written; who is in it need not be identified again."""
+
+    participant: str | None = None
+    """Code of whoever is in the machine at the beginning."""
+
+    identify: Annotated[float, tyro.conf.arg(metavar="S")] = 60.0
+    """Of motion, for somebody who is not known."""
+
+    donning: int = 0
+    """Number of the day on which the virtual person is in the machine."""
+
+    on_loss: Literal["finish", "stop"] = "finish"
+    """What becomes of an open window when nobody steers any more."""
+
+    protocol: str | None = None
+    """What the participant does: training, familiarisation, flight, or the path of a file. Without one the machine is
+    only steered."""
+
+    port: int = 8088
+    """TCP port on this computer; 0 takes a free one."""
+
+    browser: bool = True
+    """Open the link in this computer's browser."""
+
+    rehearse: bool = False
+    """No machine at all, not even the twin: to show and try the pages."""
+
+    lan: Annotated[str | None, tyro.conf.arg(metavar="ADDRESS")] = None
+    """Serve tablets too: the address or name by which they reach this computer. Needs a certificate."""
+
+    certificate: Path | None = None
+    """Of TLS, as PEM, with `--lan`."""
+
+    key: Path | None = None
+    """Its private key."""
+
+
+def _flight(command: Console) -> "Flight":
+    from exograv.session.steered.live_flight import LiveFlight
+    from exograv.session.steered.options import SteeredOptions
+    from exograv.session.steered.rehearsed import RehearsedFlight
+
+    if command.rehearse:
+        return RehearsedFlight()
+    options = SteeredOptions(
+        rig=command.rig,
+        side=command.side,
+        level=command.level,
+        seed=command.seed,
+        donning=command.donning,
+        calibration=command.calibration,
+        participants=command.participants,
+        participant=command.participant,
+        identify_s=command.identify,
+        on_loss=command.on_loss,
+    )
+    return LiveFlight(options, command.out)
+
+
+def run_console_command(command: Console) -> dict[str, Any]:
+    """Serve until Ctrl-C."""
+    from exograv.console.run import ConsoleOptions, plan_of, run_console
+    from exograv.console.serve import Address
+    from exograv.session.steered.desk import SteeredDesk
+
+    def say(line: str) -> None:
+        print(line, flush=True)
+
+    address = Address(command.port, command.lan, command.certificate, command.key)
+    address.check()
+    plan = plan_of(command.protocol)
+    desk = SteeredDesk(_flight(command))
+    options = ConsoleOptions(address, command.out, command.browser)
+    result = run_console(options, desk, plan, say)
+    say(f"Ended. What the pages did: {result['diary']}")
+    return result

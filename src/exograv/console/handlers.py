@@ -1,0 +1,169 @@
+"""What happens to each message: form, role and lease are asked first, in one place, for all of them."""
+
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from pydantic import ValidationError
+
+from exograv.errors import ConfigError
+from exograv.session.steered.contract import ACT, LATE_S, Answer
+
+from .hub import NOT_STEERING, Hub, Line
+from .keys import Role
+from .limits import Close
+from .may import ACTS, WITHOUT_LEASE, may_say, word
+from .messages import (
+    Beat,
+    Calibrate,
+    Do,
+    Hello,
+    Invite,
+    Latency,
+    Message,
+    Ping,
+    RunWord,
+    Seen,
+    Steer,
+    Touches,
+    Trail,
+    read_message,
+)
+
+CLOCK_UNKNOWN = "The page's clock is not known yet. Press again."
+
+
+async def hear(hub: Hub, line: Line, text: str | bytes) -> None:
+    """One message of a page; a line that has to end for it says so in `end`."""
+    t = hub.desk.now()
+    message = Close.POLICY if not line.rate.allows(t) else read_message(text)
+    # A second hello is one that came to the wrong place; so is an act that does not exist.
+    if isinstance(message, Hello) or (isinstance(message, Do) and message.act.get("kind") not in ACTS):
+        message = Close.POLICY
+    if isinstance(message, Close):
+        line.end = message
+    elif not may_say(line.role, message):
+        hub.alarms.sound(f"A {line.role.value} page asked for '{word(message)}', and was refused.", t, "medium")
+        hub.note("role refused", line, word=word(message))
+        _answer(line, message, "This page may not do that.")
+    elif word(message) not in WITHOUT_LEASE and not hub.steers(line):
+        _answer(line, message, NOT_STEERING)
+    else:
+        handle: Callable[[Hub, Line, Any, float], Awaitable[None]] = HANDLERS[type(message)]
+        await handle(hub, line, message, t)
+
+
+def _answer(line: Line, message: Message, why: str, taken: bool = False, **fields: Any) -> None:
+    name = getattr(message, "id", None)
+    if name is not None:
+        line.say("answer", answer=Answer(id=name, taken=taken, why=why).model_dump(mode="json"), **fields)
+
+
+async def _ping(hub: Hub, line: Line, ping: Ping, t: float) -> None:
+    answered = hub.desk.now()
+    hub.clocks.ping(line.page, ping, t, answered)
+    line.say("pong", asked=ping.asked, heard=t, answered=answered)
+
+
+async def _beat(hub: Hub, line: Line, beat: Beat, t: float) -> None:
+    if hub.lease.beat(line.number, t):
+        window = None if hub.trial is None or hub.trial.run.state.window is None else hub.trial.operator(t)
+        hub.desk.keep(None if window is None else window.countdown_s)
+
+
+async def _steer(hub: Hub, line: Line, steer: Steer, t: float) -> None:
+    taken = hub.lease.ask(line.number, t)
+    hub.note("asked to steer", line, taken=taken)
+    _answer(line, steer, "" if taken else "Another page steers. It has to be closed first.", taken)
+
+
+async def _do(hub: Hub, line: Line, do: Do, t: float) -> None:
+    if do.act["kind"] == "set_level" and hub.trial is not None and hub.trial.level(t) is not None:
+        _answer(line, do, "The protocol sets the gravity level now. Pause or end it first.")
+        return
+    placed = hub.clocks.place(line.page, do.made)
+    if placed is None and do.act["kind"] != "stop":
+        _answer(line, do, CLOCK_UNKNOWN)
+        return
+    # A stop is one whenever it was pressed. The fit may be wrong by a little: nothing is made after it was heard.
+    made = t if placed is None or do.act["kind"] == "stop" else min(placed.t, t)
+    seen = {} if do.seen_version is None else {"seen_version": do.seen_version}
+    try:
+        act = ACT.validate_python({**do.act, **seen, "id": do.id, "made_at_s": made})
+    except ValidationError:
+        line.end = Close.POLICY
+        return
+    if act.kind == "stop" and hub.trial is not None:
+        hub.trial.interrupt(t, f"Stop was pressed: {line.role.value}")
+    answer = await hub.act(act, line)
+    line.say("answer", answer=answer.model_dump(mode="json"))
+
+
+async def _run(hub: Hub, line: Line, asked: RunWord, t: float) -> None:
+    if hub.trial is None:
+        _answer(line, asked, "No protocol was given. Start the console with --protocol.")
+        return
+    placed = hub.clocks.place(line.page, asked.made)
+    if placed is None or t - placed.t > LATE_S:
+        _answer(line, asked, CLOCK_UNKNOWN if placed is None else "This came too late, and was not done.")
+        return
+    why = hub.trial.word(asked, t, hub.shown)
+    _answer(line, asked, why, taken=not why)
+
+
+async def _seen(hub: Hub, line: Line, seen: Seen, t: float) -> None:
+    if seen.of == "console":
+        why = "" if hub.alarms.acknowledge(seen.alarm) else "There is no such alarm any more."
+    else:
+        why = "No protocol was given." if hub.trial is None else hub.trial.acknowledge(seen.alarm, t)
+    hub.note("alarm acknowledged", line, of=seen.of, alarm=seen.alarm, taken=not why)
+    _answer(line, seen, why, taken=not why)
+
+
+async def _invite(hub: Hub, line: Line, invite: Invite, t: float) -> None:
+    link = f"{hub.origin}/#{hub.keys.token(Role(invite.role))}"
+    hub.note("link made", line, invited=invite.role)
+    _answer(line, invite, "", taken=True, link=link)
+
+
+async def _touches(hub: Hub, line: Line, touches: Touches, t: float) -> None:
+    for raw in touches.touches:
+        judged = None if hub.trial is None else hub.trial.touch(raw, t)
+        verdict = None if judged is None else judged.is_accepted
+        line.say("touched", page=raw.page, sequence=raw.sequence, accepted=verdict)
+
+
+async def _trail(hub: Hub, line: Line, trail: Trail, t: float) -> None:
+    hub.diary.write("/console/trail", t, trail.model_dump(mode="json"))
+
+
+async def _calibrate(hub: Hub, line: Line, measured: Calibrate, t: float) -> None:
+    if hub.trial is None:
+        _answer(line, measured, "No protocol was given.")
+        return
+    try:
+        hub.trial.calibrate(measured, t)
+    except ConfigError as error:
+        _answer(line, measured, str(error))
+    else:
+        screen = hub.trial.plan.screen
+        _answer(line, measured, "", taken=True, screen=None if screen is None else screen.model_dump(mode="json"))
+
+
+async def _latency(hub: Hub, line: Line, latency: Latency, t: float) -> None:
+    hub.diary.write("/console/latency", t, latency.model_dump(mode="json"))
+    _answer(line, latency, "", taken=True)
+
+
+HANDLERS: dict[type, Callable[[Hub, Line, Any, float], Awaitable[None]]] = {
+    Ping: _ping,
+    Beat: _beat,
+    Steer: _steer,
+    Do: _do,
+    RunWord: _run,
+    Seen: _seen,
+    Invite: _invite,
+    Touches: _touches,
+    Trail: _trail,
+    Calibrate: _calibrate,
+    Latency: _latency,
+}

@@ -1,0 +1,295 @@
+// The page beside the arm: what the machine does and may be asked for, how the protocol goes, and who is there.
+import { drawWindows, Hits } from "./hits.js";
+import { Line, now } from "./line.js";
+import { clockText, learning, listAlarms } from "./parts.js";
+import { COLOURS, Plot } from "./plot.js";
+import { Scene } from "./scene.js";
+import { loadWords, number, say } from "./words.js";
+
+const BEAT_MS = 200;
+const at = (id) => document.getElementById(id);
+const role = location.pathname.split("/")[1];
+const degrees = (rows) => rows.map((row) => row.map((value) => (180 / Math.PI) * value));
+
+let state = null;
+let isLevelHeld = false;
+const line = new Line(role, { state: takeState, trace: takeTrace, skeleton: takeSkeleton, record: takeRecord }, changed);
+const position = new Plot(at("position"), { q: {} });
+const torque = new Plot(at("torque"), {
+  measured: { dash: [1, 4], alpha: 0.8 },
+  desired: { dash: [6, 5], alpha: 0.6, width: 1.5 },
+  commanded: {},
+});
+const scene = new Scene(at("scene"));
+const hits = new Hits(at("hits"));
+
+function changed(where) {
+  at("away").hidden = where === "open";
+  at("away").textContent = say(where === "shut" ? "line.shut" : "line.away");
+  document.body.dataset.line = where;
+}
+
+function isSteering() {
+  return state !== null && line.state === "open" && state.steers === line.number;
+}
+
+function takeState(message) {
+  state = message;
+  const { shown, run } = message;
+  at("rig").textContent = shown.title;
+  at("twin").hidden = !shown.is_twin;
+  at("person").textContent = shown.participant ?? say("console.nobody");
+  at("mode").textContent = say(`mode.${shown.mode}`, {}, shown.mode_text);
+  at("mode").title = shown.mode_text;
+  document.body.dataset.mode = shown.mode;
+  at("latch").textContent = shown.latch ?? (shown.safe_state === "none" ? "" : shown.safe_state);
+  showSteering(message);
+  showButtons(shown, run);
+  showLevel(shown);
+  learning(shown);
+  at("late").textContent = shown.lateness
+    ? say("console.late", mapped(shown.lateness, { p50: "p50_us", p99: "p99_us", max: "max_us" }))
+    : "";
+  at("recorded").textContent = shown.recorded
+    ? `${say("console.recorded", mapped(shown.recorded, { samples: "samples", lost: "lost" }))} ${shown.recorded.why}`
+    : "";
+  showRun(message);
+  listAlarms(message, (of, alarm) => seen(of, alarm), isSteering());
+}
+
+function mapped(values, names) {
+  return Object.fromEntries(Object.entries(names).map(([key, name]) => [key, number(values[name])]));
+}
+
+function showSteering({ steers, lines }) {
+  const text = steers === line.number ? "console.steering" : steers === null ? "console.nobody_steers" : "console.other_steers";
+  at("steering").textContent = role === "viewer" ? say("console.viewer") : say(text, { line: steers });
+  at("steer").hidden = role === "viewer" || steers !== null;
+  document.body.dataset.steers = String(isSteering());
+  const items = lines.map((each) => {
+    const item = document.createElement("li");
+    item.className = "tag";
+    item.textContent = `${each.line} ${say(`role.${each.role}`)}`;
+    return item;
+  });
+  at("lines").replaceChildren(...items);
+}
+
+function showButtons(shown, run) {
+  for (const button of document.querySelectorAll("[data-act]")) {
+    button.disabled = !isSteering() || !shown.possible.includes(button.dataset.act);
+  }
+  // Of the two second steps the one is shown that this arm needs.
+  document.querySelector("[data-act=take_arm]").hidden = !shown.is_known;
+  document.querySelector("[data-act=identify]").hidden = shown.is_known && !shown.possible.includes("identify");
+  at("don").disabled = !isSteering() || !shown.possible.includes("don");
+  // While a protocol sets the level nobody else does.
+  const isSet = state.run_sets_level || !shown.possible.includes("set_level");
+  at("set-level").disabled = at("level").disabled = !isSteering() || isSet;
+  for (const button of document.querySelectorAll("[data-level]")) button.disabled = at("set-level").disabled;
+  const status = run?.status;
+  const clocked = state.protocol?.opening === "clock";
+  const may = {
+    start: status === "ready",
+    pause: status === "running",
+    resume: status === "paused",
+    open: status === "running" && !clocked,
+    close: status === "running" && !clocked,
+    end: status === "running" || status === "paused",
+  };
+  for (const button of document.querySelectorAll("[data-run]")) {
+    button.disabled = !isSteering() || !may[button.dataset.run];
+    button.hidden = run === null || (clocked && ["open", "close"].includes(button.dataset.run));
+  }
+  const options = ["", ...shown.participants];
+  const select = at("participants");
+  if (select.dataset.options !== options.join()) {
+    select.dataset.options = options.join();
+    select.replaceChildren(...options.map((code) => new Option(code || say("console.nobody"), code)));
+    select.value = shown.participant ?? "";
+  }
+}
+
+function showLevel(shown) {
+  const percent = (share) => number(100 * share);
+  at("level-now").textContent = say("console.level_now", {
+    now: percent(shown.gravity_level),
+    asked: percent(shown.gravity_level_asked),
+  });
+  if (!isLevelHeld) at("level").value = 100 * shown.gravity_level_asked;
+  at("level-wanted").textContent = `${at("level").value} %`;
+}
+
+function showRun({ run, protocol }) {
+  at("protocol").textContent = protocol?.title ?? "";
+  at("words").hidden = run === null;
+  if (run === null) {
+    at("run").textContent = say("console.no_protocol");
+    return;
+  }
+  const parts = [say(`status.${run.status}`)];
+  if (run.status === "running" && run.phase !== "window") parts.push(say(`phase.${run.phase}`, {}, run.phase));
+  if (run.window !== null) parts.push(say("console.window_of", { window: run.window, windows: protocol.windows }));
+  if (run.countdown_s !== null) parts.push(clockText(run.countdown_s));
+  if (run.left_s !== null) parts.push(say("console.left", { left: clockText(run.left_s) }));
+  at("run").textContent = parts.join(" · ");
+  at("progress").value = run.left_s !== null ? 1 - run.left_s / protocol.duration_s : run.totals.windows / protocol.windows;
+  const { totals } = run;
+  const median = totals.deviation_mm ?? totals.deviation_px;
+  const unit = totals.deviation_mm ? "mm" : "px";
+  at("totals").textContent =
+    `${totals.touches} ${say("console.touches")}, ${totals.accepted} ${say("console.accepted")}` +
+    (median ? `, ${say("console.median")} ${number(median.median, 1)} ${unit}` : "");
+}
+
+function takeTrace({ trace }) {
+  position.add(trace.t, { q: degrees(trace.q_rad) });
+  torque.add(trace.t, {
+    measured: trace.tau_measured_Nm,
+    desired: trace.tau_desired_Nm,
+    commanded: trace.tau_commanded_Nm,
+  });
+}
+
+function takeSkeleton({ skeleton }) {
+  scene.show(skeleton);
+}
+
+function takeRecord({ record }) {
+  if (record.kind === "touch") hits.add(record);
+}
+
+let jointsShown = "";
+function legend() {
+  const joints = state?.shown.joints ?? [];
+  if (jointsShown === joints.join()) return;
+  jointsShown = joints.join();
+  const buttons = joints.map((joint, i) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "joint";
+    button.setAttribute("aria-pressed", "true");
+    button.innerHTML = '<svg width="18" height="6" aria-hidden="true"><rect width="18" height="6" rx="3"/></svg>';
+    button.firstChild.firstChild.setAttribute("fill", COLOURS[i % COLOURS.length]);
+    button.append(` ${joint.replaceAll("_", " ")}`);
+    button.onclick = () => {
+      const isOn = button.getAttribute("aria-pressed") === "true";
+      button.setAttribute("aria-pressed", String(!isOn));
+      for (const plot of [position, torque]) isOn ? plot.hidden.add(i) : plot.hidden.delete(i);
+    };
+    return button;
+  });
+  at("legend").replaceChildren(...buttons);
+}
+
+function draw() {
+  requestAnimationFrame(draw);
+  if (state === null) return;
+  legend();
+  // The right border runs with our own clock, so that lines glide between messages.
+  const latest = line.offset === null ? (position.times.at(-1) ?? 0) : now() + line.offset - 0.06;
+  position.title = say("console.position");
+  torque.title = say("console.torque");
+  position.draw(latest);
+  torque.draw(latest);
+  // What changes slowly is drawn every fourth time: a computer without a graphics card has other things to do.
+  if (position.drawn % 4 !== 0) return;
+  scene.draw();
+  if (state.run !== null) {
+    const { target, screen } = state.protocol;
+    hits.draw(screen ? target.diameter_mm / screen.pitch_x_mm : target.diameter_px);
+    drawWindows(at("windows"), state.run.windows, state.protocol.windows);
+  }
+}
+
+async function tell(question) {
+  const answer = await question;
+  at("said").textContent = answer.taken
+    ? ""
+    : answer.lost
+      ? say("console.no_answer")
+      : say("console.refused", { why: answer.why });
+  return answer;
+}
+
+function seen(of, alarm) {
+  return tell(of === "machine" ? line.act("acknowledge", { alarm }) : line.ask({ kind: "seen", of, alarm }));
+}
+
+function setLevel(percent) {
+  isLevelHeld = false;
+  return tell(line.act("set_level", { gravity_level: percent / 100 }));
+}
+
+function wire() {
+  for (const button of document.querySelectorAll("[data-act]")) {
+    button.onclick = () => tell(line.act(button.dataset.act, {}, versionFor(button.dataset.act)));
+  }
+  for (const button of document.querySelectorAll("[data-run]")) {
+    button.onclick = () => tell(line.ask({ kind: "run", made: now(), word: button.dataset.run }));
+  }
+  for (const button of document.querySelectorAll("[data-level]")) {
+    button.onclick = () => setLevel(Number(button.dataset.level));
+  }
+  at("level").oninput = () => {
+    isLevelHeld = true;
+    at("level-wanted").textContent = `${at("level").value} %`;
+  };
+  at("set-level").onclick = () => setLevel(Number(at("level").value));
+  at("don").onclick = () => {
+    const code = at("participants").value;
+    return tell(line.act("don", code ? { participant: code } : {}, state.shown.version));
+  };
+  at("steer").onclick = () => tell(line.ask({ kind: "steer" }));
+  at("note").onsubmit = async (event) => {
+    event.preventDefault();
+    const text = at("note-text").value.trim();
+    if (text && (await tell(line.act("note", { text }))).taken) at("note-text").value = "";
+  };
+  at("stop").addEventListener("pointerdown", () => tell(line.stop()));
+  at("stop").addEventListener("keydown", (event) => ["Enter", " "].includes(event.key) && tell(line.stop()));
+  addEventListener("keydown", (event) => event.key === "Escape" && tell(line.stop()));
+  setInterval(() => isSteering() && line.send({ kind: "beat" }), BEAT_MS);
+}
+
+function versionFor(kind) {
+  return ["make_ready", "take_arm", "identify", "reset"].includes(kind) ? state.shown.version : undefined;
+}
+
+function links() {
+  const label = document.createElement("span");
+  label.textContent = say("console.link_for");
+  const buttons = ["participant", "therapist", "viewer", "operator"].map((invited) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = say(`role.${invited}`);
+    button.dataset.invite = invited;
+    button.onclick = async () => {
+      const answer = await tell(line.ask({ kind: "invite", role: invited }));
+      at("link").hidden = !answer.taken;
+      at("link").querySelector("code").textContent = answer.link ?? "";
+    };
+    return button;
+  });
+  at("links").replaceChildren(label, ...(role === "operator" ? buttons : []));
+  at("links").hidden = role !== "operator";
+}
+
+async function main() {
+  await loadWords();
+  document.body.dataset.role = role;
+  wire();
+  links();
+  at("copy").onclick = () => navigator.clipboard?.writeText(at("link").querySelector("code").textContent);
+  addEventListener("languagechange", () => {
+    links();
+    at("participants").dataset.options = "";
+    if (state) takeState(state);
+  });
+  changed(line.state);
+  // For tests and for whoever wants to know how often plots are drawn.
+  window.drawnPlots = () => position.drawn;
+  draw();
+}
+
+main();

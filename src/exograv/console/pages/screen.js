@@ -1,0 +1,53 @@
+// How long a pixel of this panel is: by a bank card laid upon it, or by a ruler. What it reports of itself is not asked.
+import { Line } from "./line.js";
+import { loadWords, number, say } from "./words.js";
+
+const at = (id) => document.getElementById(id);
+const CARD_RATIO = 53.98 / 85.6;
+const line = new Line("participant", {}, (state) => {
+  document.body.dataset.line = state;
+  if (state !== "open") at("found").textContent = say(state === "shut" ? "line.shut" : "line.away");
+});
+
+function show() {
+  at("card").style.width = `${at("width").value}px`;
+  at("card").style.height = `${at("height").value}px`;
+}
+
+async function measure(question) {
+  const answer = await line.ask({ kind: "calibrate", ...question });
+  const { screen } = answer;
+  at("found").textContent = answer.taken
+    ? say("screen.done", {
+        x: number(screen.pitch_x_mm, 4),
+        y: number(screen.pitch_y_mm, 4),
+        error: number(100 * screen.relative_error, 1),
+      })
+    : answer.why || say("console.no_answer");
+}
+
+async function main() {
+  await loadWords();
+  at("width").value = 320;
+  at("height").value = 320 * CARD_RATIO;
+  // A card keeps its shape; the height can still be set by itself, and tells whether the panel's pixels are square.
+  at("width").oninput = () => {
+    at("height").value = at("width").value * CARD_RATIO;
+    show();
+  };
+  at("height").oninput = show;
+  show();
+  at("use-card").onclick = () => {
+    const box = at("card").getBoundingClientRect();
+    return measure({ card_px: [box.width * devicePixelRatio, box.height * devicePixelRatio] });
+  };
+  at("ruler").onsubmit = (event) => {
+    event.preventDefault();
+    const distance_mm = Number(at("length").value.replace(",", "."));
+    if (!(distance_mm > 0)) return at("length").select();
+    const dx_px = at("rule").getBoundingClientRect().width * devicePixelRatio;
+    return measure({ spans: [{ dx_px, dy_px: 0, distance_mm }] });
+  };
+}
+
+main();

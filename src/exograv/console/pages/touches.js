@@ -1,0 +1,39 @@
+// Touches that the server has not acknowledged yet. They outlive a lost line, a reload and a closed browser.
+const KEY = "touches";
+const AT_ONCE = 30;
+const KEPT_MAX = 2000;
+
+export class Touches {
+  constructor(storage = localStorage) {
+    this.storage = storage;
+    try {
+      this.waiting = JSON.parse(storage.getItem(KEY)) ?? [];
+    } catch {
+      this.waiting = [];
+    }
+  }
+
+  add(touch) {
+    this.waiting.push(touch);
+    if (this.waiting.length > KEPT_MAX) this.waiting.shift();
+    this.keep();
+  }
+
+  acknowledge(page, sequence) {
+    this.waiting = this.waiting.filter((touch) => touch.page !== page || touch.sequence !== sequence);
+    this.keep();
+  }
+
+  keep() {
+    try {
+      this.storage.setItem(KEY, JSON.stringify(this.waiting));
+    } catch {
+      // A browser that keeps nothing still has them until it is closed.
+    }
+  }
+
+  // The oldest that wait, as one message; null if none does.
+  message() {
+    return this.waiting.length === 0 ? null : { kind: "touches", touches: this.waiting.slice(0, AT_ONCE) };
+  }
+}

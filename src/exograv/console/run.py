@@ -1,0 +1,64 @@
+"""The console from its command to its end: desk, protocol, diary, server."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from exograv.session.steered.contract import Desk
+from exograv.task.levels import EARTH
+from exograv.task.plan import Plan
+from exograv.task.protocol import load_protocol, refuse_levels
+
+from .diary import Diary
+from .hub import Hub
+from .page_clocks import PageClocks
+from .serve import Address, Say, bound, serve
+from .trial import Trial
+
+
+@dataclass(frozen=True)
+class ConsoleOptions:
+    """What is run, and where it is served."""
+
+    address: Address
+    out: Path
+    """Folder of the diary."""
+
+    opens_browser: bool = True
+
+
+def plan_of(protocol: str | None) -> Plan | None:
+    """What is to be run: a protocol by its name or the path of a file; without one the machine is only steered.
+
+    Raises:
+        ConfigError: There is no such protocol, or the machine cannot make its levels.
+    """
+    if protocol is None:
+        return None
+    loaded = load_protocol(protocol)
+    refuse_levels(loaded.settings, EARTH)
+    return Plan(loaded, loaded.settings.exo)
+
+
+def run_console(options: ConsoleOptions, desk: Desk, plan: Plan | None, say: Say) -> dict[str, Any]:
+    """Serve the pages until Ctrl-C, and say what was done.
+
+    Raises:
+        ConfigError: It cannot be served there.
+    """
+    path = options.out / f"console-{time.strftime('%Y%m%d-%H%M%S')}.jsonl"
+    clocks = PageClocks()
+    with bound(options.address) as (listening, host):
+        diary = Diary(path, desk.write)
+        trial = None if plan is None else Trial(plan, clocks, diary)
+        hub = Hub(desk, trial, clocks, diary, f"{options.address.scheme}://{host}")
+        if plan is not None:
+            diary.write("/console/protocol", desk.now(), plan.loaded.recorded)
+        try:
+            serve(hub, options.address, listening, host, options.opens_browser, say)
+        finally:
+            desk.close()
+            diary.close()
+    figures = {} if trial is None else trial.run.totals().figures()
+    return {"diary": str(path), "refused_lines": hub.counts, **figures}

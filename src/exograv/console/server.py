@@ -1,0 +1,164 @@
+"""The application: a few pages, one way in, one line a page. Whatever is not listed here does not exist."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+from pydantic import ValidationError
+from starlette.applications import Starlette
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket
+
+from exograv.model.rig_settings import Settings
+
+from .door import Door
+from .hub import Hub
+from .keys import SESSION_S, Entry, Role, Session
+from .limits import BODY_MAX_BYTES
+from .line import serve_line
+from .news import News
+
+PAGES = Path(__file__).parent / "pages"
+TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".json": "application/json",
+    ".svg": "image/svg+xml",
+}
+PAGE_OF = {
+    Role.OPERATOR: "console.html",
+    Role.VIEWER: "console.html",
+    Role.THERAPIST: "therapist.html",
+    Role.PARTICIPANT: "participant.html",
+}
+MORE_OF_PARTICIPANT = ("screen", "latency")
+"""Further pages, in front of the same panel."""
+
+
+class _Token(Settings):
+    token: str
+
+
+def application(hub: Hub, scheme: str, hosts: list[str]) -> ASGIApp:
+    """Behind its door.
+
+    Args:
+        hub: What is served.
+        scheme: http on this computer, https elsewhere.
+        hosts: Names (with port) by which pages may ask for it.
+    """
+    house = _House(hub, scheme == "https", hosts[0].rpartition(":")[2])
+    routes = [
+        Route("/", house.front, methods=["GET"]),
+        Route("/enter", house.enter, methods=["POST"]),
+        *(Route(f"/files/{name}", house.file, methods=["GET"]) for name in house.files),
+    ]
+    for role in Role:
+        routes += [
+            Route(f"/{role.value}/", house.page, methods=["GET"], name=role.value),
+            Route(f"/{role.value}/ticket", house.ticket, methods=["POST"], name=role.value),
+        ]
+    more = [Route(f"/participant/{name}", house.page, methods=["GET"]) for name in MORE_OF_PARTICIPANT]
+    lines = [WebSocketRoute(f"/{role.value}/line", house.line) for role in Role]
+    app = Starlette(routes=[*routes, *more, *lines], lifespan=house.lifespan)
+    app.router.redirect_slashes = False
+    return Door(app, scheme, hosts)
+
+
+class _House:
+    """The handlers; all of them stand behind the door."""
+
+    def __init__(self, hub: Hub, is_tls: bool, port: str):
+        self._hub, self._is_tls, self._port = hub, is_tls, port
+        # Read once, by listing: no path that somebody sends is ever opened.
+        paths = [path for path in PAGES.rglob("*") if path.suffix in TYPES]
+        self.files = {path.relative_to(PAGES).as_posix(): path.read_bytes() for path in paths}
+
+    @contextlib.asynccontextmanager
+    async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        round_trip = asyncio.create_task(News(self._hub).go_round())
+        round_trip.add_done_callback(self._ended)
+        try:
+            yield
+        finally:
+            round_trip.cancel()
+            await asyncio.gather(round_trip, return_exceptions=True)
+            self._hub.close_down()
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        error = None if task.cancelled() else task.exception()
+        if isinstance(error, Exception):
+            self._hub.fail(error)
+
+    def _send(self, name: str) -> Response:
+        return Response(self.files[name], media_type=TYPES[Path(name).suffix])
+
+    async def front(self, _: Request) -> Response:
+        return self._send("enter.html")
+
+    async def file(self, request: Request) -> Response:
+        return self._send(request.url.path.removeprefix("/files/"))
+
+    async def page(self, request: Request) -> Response:
+        name, _, rest = request.url.path.strip("/").partition("/")
+        role = Role(name)
+        if self._session(request, role) is None:
+            return PlainTextResponse("Come in by the link that the operator gives you.\n", 403)
+        return self._send(f"{rest}.html" if rest else PAGE_OF[role])
+
+    async def enter(self, request: Request) -> Response:
+        address = request.client.host if request.client else ""
+        body = await _body(request)
+        try:
+            token = "" if body is None else _Token.model_validate_json(body, strict=True).token
+        except ValidationError:
+            token = ""
+        entered = self._hub.keys.enter(token, address)
+        if isinstance(entered, Entry):
+            self._hub.alarms.sound("Somebody tried to come in with a wrong link.", self._hub.desk.now(), "low")
+            return JSONResponse({"why": entered.value}, 429 if entered is Entry.LOCKED else 403)
+        role, cookie = entered
+        response = JSONResponse({"role": role.value})
+        response.set_cookie(
+            self._cookie(role),
+            cookie,
+            max_age=int(SESSION_S),
+            path=f"/{role.value}/",
+            secure=self._is_tls,
+            httponly=True,
+            samesite="strict",
+        )
+        return response
+
+    async def ticket(self, request: Request) -> Response:
+        session = self._session(request, Role(request.url.path.split("/")[1]))
+        if session is None:
+            return JSONResponse({"why": Entry.REFUSED.value}, 403)
+        return JSONResponse({"ticket": self._hub.keys.ticket(session)})
+
+    async def line(self, socket: WebSocket) -> None:
+        role = Role(socket.url.path.split("/")[1])
+        await serve_line(self._hub, socket, role, socket.cookies.get(self._cookie(role)))
+
+    def _cookie(self, role: Role) -> str:
+        """Cookies know no ports: two consoles on one computer must not share one."""
+        return f"exograv-{role.value}-{self._port}"
+
+    def _session(self, request: Request, role: Role) -> Session | None:
+        return self._hub.keys.session(role, request.cookies.get(self._cookie(role)))
+
+
+async def _body(request: Request) -> bytes | None:
+    """What was posted; None where it is too long."""
+    body = b""
+    with contextlib.suppress(ClientDisconnect):
+        async for part in request.stream():
+            body += part
+            if len(body) > BODY_MAX_BYTES:
+                return None
+    return body

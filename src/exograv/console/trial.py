@@ -1,0 +1,140 @@
+"""A protocol that is run under the pages: touches and the operator's words in, pictures and gravity levels out."""
+
+from dataclasses import replace
+
+from exograv.errors import ConfigError
+from exograv.session.steered.shown import Shown
+from exograv.task.events import Acknowledge as AcknowledgeAlarm
+from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
+from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
+from exograv.task.plan import Plan
+from exograv.task.records import Record, Refused, TouchJudged
+from exograv.task.run import Run
+from exograv.task.screen import Span, calibrate_with_card, calibrate_with_ruler
+
+from .diary import Diary
+from .messages import Calibrate, PageTouch, RunWord
+from .page_clocks import PageClocks
+
+CARRIED = frozenset({"floating", "weighing"})
+"""Modes in which an active protocol goes on."""
+
+TOPIC = "/task"
+RAW = "/console/touch"
+
+
+class Trial:
+    """One run. It never moves anything: what it wants the machine to do is asked of it."""
+
+    def __init__(self, plan: Plan, clocks: PageClocks, diary: Diary):
+        """Ready to start."""
+        self.run, self.clocks, self._diary = Run(plan), clocks, diary
+        self.news = list[Record]()
+        """Records that pages have not been shown; whoever shows them empties it."""
+
+    @property
+    def plan(self) -> Plan:
+        """What it is made from."""
+        return self.run.plan
+
+    @property
+    def is_active(self) -> bool:
+        """Whether the machine takes part."""
+        return self.plan.exo == "active"
+
+    def feed(self, event: Event) -> tuple[Record, ...]:
+        """Tell it something; every record is kept."""
+        records = self.run.feed(event)
+        for record in records:
+            self._diary.write(TOPIC, record.t, record.model_dump(mode="json"))
+        self.news += records
+        return records
+
+    def tick(self, t: float, shown: Shown) -> str:
+        """So late it is; a sentence for an alarm where the run had to be paused."""
+        self.feed(Tick(t=t))
+        if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
+            return ""
+        self.feed(Pause(t=t, why=f"The machine: {shown.mode_text}"[:500]))
+        return "The run is paused: the machine does not carry the arm any more."
+
+    def level(self, t: float) -> float | None:
+        """What the machine is to be asked for [-]; None where the run has no say."""
+        says = self.is_active and self.run.state.status in ("running", "paused")
+        return self.run.made_level(t) if says else None
+
+    def word(self, word: RunWord, t: float, shown: Shown) -> str:
+        """Do what the operator asks; a sentence where it is refused."""
+        needs_arm = word.word in ("start", "resume") and self.is_active
+        if needs_arm and shown.mode not in CARRIED:
+            return "This protocol needs a machine that carries the arm. Make it ready and take the arm first."
+        events: dict[str, Event] = {
+            "start": Start(t=t),
+            "pause": Pause(t=t, why="operator"),
+            "resume": Resume(t=t, window=word.window),
+            "open": OpenWindow(t=t, by="hand"),
+            "close": CloseWindow(t=t, by="hand"),
+            "end": Stop(t=t, why="operator"),
+        }
+        return _why_refused(self.feed(events[word.word]))
+
+    def acknowledge(self, alarm: int, t: float) -> str:
+        """One of the run's; a sentence where there is none."""
+        return _why_refused(self.feed(AcknowledgeAlarm(t=t, alarm=alarm)))
+
+    def interrupt(self, t: float, why: str) -> None:
+        """Pause it if it runs."""
+        if self.run.state.status == "running":
+            self.feed(Pause(t=t, why=why))
+
+    def touch(self, raw: PageTouch, received: float) -> TouchJudged | None:
+        """One touch of the page, as often as it sends it; kept raw whatever becomes of it."""
+        placed = self.clocks.place(raw.page, raw.at)
+        when = {"received": received, "placed": None, "bound_s": None}
+        if placed is not None:
+            when |= {"placed": placed.t, "bound_s": placed.bound_s}
+        self._diary.write(RAW, received, {**raw.model_dump(mode="json"), **when})
+        touch = Touch(
+            t=received if placed is None else placed.t,
+            received=received,
+            page=raw.page,
+            sequence=raw.sequence,
+            x_px=raw.x_px,
+            y_px=raw.y_px,
+            target_x_px=raw.target_x_px,
+            target_y_px=raw.target_y_px,
+            pointer=raw.pointer,
+            is_primary=raw.is_primary,
+            contact_px=max(raw.width_px, raw.height_px),
+        )
+        judged = [record for record in self.feed(touch) if isinstance(record, TouchJudged)]
+        return judged[-1] if judged else None
+
+    def calibrate(self, measured: Calibrate, t: float) -> None:
+        """Take the length of the panel's pixels.
+
+        Raises:
+            ConfigError: It is none, or the run has begun.
+        """
+        if self.run.state.status != "ready":
+            raise ConfigError("The screen is calibrated before a run begins, not in it.")
+        if measured.card_px is not None:
+            screen = calibrate_with_card(*measured.card_px)
+        else:
+            spans = [Span.model_validate(span.model_dump()) for span in measured.spans]
+            screen = calibrate_with_ruler(spans)
+        self._diary.write("/console/screen", t, {**measured.model_dump(mode="json"), **screen.model_dump(mode="json")})
+        self.run = Run(replace(self.plan, screen=screen), self.run.state)
+
+    def participant(self, t: float) -> ParticipantPicture:
+        """What the page in front of the arm shows."""
+        return participant_picture(self.plan, self.run.state, t)
+
+    def operator(self, t: float) -> OperatorPicture:
+        """What the page beside it shows."""
+        return operator_picture(self.plan, self.run.state, t)
+
+
+def _why_refused(records: tuple[Record, ...]) -> str:
+    refused = [record.why for record in records if isinstance(record, Refused)]
+    return "" if not refused else f"Not now: {refused[-1]}."

@@ -1,0 +1,74 @@
+"""Pages in a real Chromium, and a protocol of seconds."""
+
+from dataclasses import replace
+
+from playwright.sync_api import Browser, Page
+from tests.console.serving import Served
+
+from exograv.console.keys import Role
+from exograv.task.plan import Plan
+from exograv.task.protocol import load_protocol
+from exograv.task.screen import ScreenCalibration
+
+TABLET = {"width": 1280, "height": 800}
+RETURN_S = 0.35
+
+
+def quick_plan(screen: ScreenCalibration | None = None) -> Plan:
+    """Two windows of 8 s, the first after 2.5 s; the arrow changes within a second."""
+    loaded = load_protocol("training")
+    settings = loaded.settings
+    windows = settings.windows.model_copy(update={"count": 2, "duration_s": 8.0})
+    table = settings.rest_tables["cycle_180"].model_copy(update={"rest_s": 4.0})
+    settings = settings.model_copy(
+        update={
+            "windows": windows,
+            "rests": "quick",
+            "rest_tables": {"quick": table},
+            "before_first_s": 2.5,
+            "after_last_s": 2.0,
+            "ramps": settings.ramps.model_copy(update={"duration_s": 1.0, "hold_s": 0.5}),
+            "pace": settings.pace.model_copy(update={"tolerance_s": 0.3}),
+            "pointing": settings.pointing.model_copy(update={"return_after_s": RETURN_S}),
+        }
+    )
+    return Plan(replace(loaded, settings=settings), settings.exo, screen)
+
+
+class Visitor:
+    """Somebody with a browser of his own; a mistake in a page's script fails the test."""
+
+    def __init__(self, browser: Browser, served: Served, role: Role, language: str = "en", **size: int):
+        self.served, self.role = served, role
+        viewport = {**TABLET, **size}
+        self.context = browser.new_context(
+            viewport={"width": viewport["width"], "height": viewport["height"]},
+            has_touch=True,
+            locale=language,
+            device_scale_factor=1,
+        )
+        self.page: Page = self.context.new_page()
+        self.mistakes = list[str]()
+        self.page.on("pageerror", lambda error: self.mistakes.append(str(error)))
+        self.page.goto(served.link(role))
+        self.page.locator("body[data-line=open]").wait_for()
+
+    def sees(self, what: str, timeout_s: float = 8.0) -> None:
+        """Wait for an element."""
+        self.page.locator(what).first.wait_for(state="attached", timeout=1e3 * timeout_s)
+
+    def press(self, what: str) -> None:
+        """A click, as soon as it is possible."""
+        self.page.locator(what).click(timeout=8000.0)
+
+    def close(self) -> None:
+        """Go; nothing may have gone wrong in a page until then."""
+        self.context.close()
+        assert self.mistakes == []
+
+
+def take_arm(operator: Visitor) -> None:
+    """In two steps."""
+    operator.press("[data-act=make_ready]")
+    operator.press("[data-act=take_arm]")
+    operator.sees("body[data-mode=floating]")

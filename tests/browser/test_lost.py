@@ -1,0 +1,105 @@
+"""What a lost line, a reload, a closed browser and two hands do not lose or spoil."""
+
+import time
+
+from tests.console.serving import Served
+
+from exograv.console.keys import Role
+
+from .conftest import Visit
+from .of_browser import RETURN_S, Visitor, take_arm
+
+
+def kept(visitor: Visitor) -> int:
+    return visitor.page.evaluate("JSON.parse(localStorage.getItem('touches') ?? '[]').length")
+
+
+def in_task(visit: Visit) -> tuple[Visitor, Visitor]:
+    """An operator, and a participant whose window is open."""
+    operator, participant = visit(Role.OPERATOR), visit(Role.PARTICIPANT)
+    take_arm(operator)
+    operator.press("[data-run=start]")
+    participant.sees("body[data-screen=task]")
+    return operator, participant
+
+
+def totals(house: Served):
+    assert house.hub.trial is not None
+    return house.hub.trial.operator(house.desk.now()).totals
+
+
+def wait_until(condition, seconds: float = 5.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_touches_without_a_line_wait_outlive_a_reload_and_count_where_they_fell(house: Served, visit: Visit):
+    _, participant = in_task(visit)
+    # Nobody gets a ticket, and the line is cut: a network that is away.
+    participant.page.route("**/ticket", lambda route: route.abort())
+    house.cut_off(Role.PARTICIPANT)
+    participant.page.locator("#away:not([hidden])").wait_for()
+    for _ in range(3):
+        participant.page.touchscreen.tap(645.0, 400.0)
+        time.sleep(RETURN_S + 0.15)
+    assert kept(participant) == 3
+    assert totals(house).touches == 0
+    participant.page.unroute("**/ticket")
+    participant.page.reload()
+    participant.page.locator("body[data-line=open]").wait_for()
+    wait_until(lambda: totals(house).accepted == 3)
+    wait_until(lambda: kept(participant) == 0)
+    assert set(totals(house).rejected) <= {"repeated"}
+
+
+def test_a_browser_that_is_closed_in_a_window_stops_nothing_and_may_come_back(house: Served, visit: Visit):
+    operator, participant = in_task(visit)
+    participant.page.touchscreen.tap(645.0, 400.0)
+    wait_until(lambda: totals(house).accepted == 1)
+    participant.page.close()
+    wait_until(lambda: all(line.role is not Role.PARTICIPANT for line in house.hub.lines.values()))
+    participant.page = participant.context.new_page()
+    participant.page.goto(f"{house.hub.origin}/participant/")
+    participant.sees("body[data-line=open]")
+    participant.sees("body[data-screen=task]")
+    operator.sees("body[data-mode=floating]")
+
+
+def test_a_palm_and_a_second_finger_are_kept_with_their_reason(house: Served, visit: Visit):
+    _, participant = in_task(visit)
+    devtools = participant.context.new_cdp_session(participant.page)
+
+    def press(*points: dict[str, float]) -> None:
+        devtools.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": list(points)})
+        devtools.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+    press({"x": 640.0, "y": 400.0, "radiusX": 120.0, "radiusY": 90.0})
+    wait_until(lambda: totals(house).rejected == {"palm": 1})
+    press({"x": 640.0, "y": 400.0, "radiusX": 4.0, "radiusY": 4.0, "id": 0}, {"x": 700.0, "y": 500.0, "id": 1})
+    wait_until(lambda: totals(house).touches == 3)
+    assert totals(house).rejected == {"palm": 1, "second": 1}
+    assert totals(house).accepted == 1
+    raw = [message for topic, _, message in house.desk.written if topic == "/console/touch"]
+    assert raw[0]["width_px"] >= 200.0
+    assert raw[0]["pointer"] == "touch"
+    # Timestamps in steps of 5 µs: the page is isolated from all others.
+    assert participant.page.evaluate("crossOriginIsolated")
+
+
+def test_an_operator_who_is_cut_off_comes_back_and_steers(house: Served, visit: Visit):
+    operator, _ = in_task(visit)
+    first = house.hub.lease.holder
+    house.cut_off(Role.OPERATOR)
+    wait_until(lambda: house.hub.lease.holder not in (None, first))
+    operator.sees("body[data-line=open]")
+    operator.page.locator("#alarms li", has_text="The page that steers is closed.").wait_for()
+
+
+def test_the_page_neither_zooms_nor_scrolls_nor_selects(house: Served, visit: Visit):
+    participant = visit(Role.PARTICIPANT)
+    participant.page.mouse.wheel(0.0, 500.0)
+    participant.page.keyboard.press("Control++")
+    participant.page.mouse.dblclick(640.0, 300.0)
+    assert participant.page.evaluate("[scrollY, visualViewport.scale, String(getSelection())]") == [0, 1, ""]

@@ -1,0 +1,111 @@
+"""A whole session in the browser: login, two steps, eight touches, the arrow, Stop."""
+
+import itertools
+import re
+import time
+
+from tests.console.serving import Served
+
+from exograv.console.keys import Role
+from exograv.safety.modes import Mode
+
+from .conftest import Visit
+from .of_browser import RETURN_S, take_arm
+
+
+def accepted(house: Served) -> int:
+    assert house.hub.trial is not None
+    return house.hub.trial.operator(house.desk.now()).totals.accepted
+
+
+def test_an_operator_takes_the_arm_and_starts_and_a_participant_touches_eight_times(house: Served, visit: Visit):
+    operator, participant = visit(Role.OPERATOR), visit(Role.PARTICIPANT)
+    assert operator.page.url == f"{house.hub.origin}/operator/"
+    assert "#" not in operator.page.url
+    participant.sees("body[data-screen=welcome]")
+    take_arm(operator)
+    operator.press("[data-run=start]")
+    participant.sees("body[data-screen=rest]")
+    participant.sees("body[data-screen=task]")
+    shapes = set[str | None]()
+    box = participant.page.locator("#target").bounding_box()
+    assert box is not None
+    assert (round(box["width"]), round(box["height"])) == (150, 150)
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    arrow = participant.page.locator("#arrow")
+    # Slowly at first, so that the arrow says all that it can say.
+    arrow.and_(participant.page.locator("[data-shape=up]:not([hidden])")).wait_for()
+    shapes.add(arrow.get_attribute("data-shape"))
+    for number in range(8):
+        participant.page.touchscreen.tap(x + 3.0, y + 4.0)
+        if number == 0:
+            participant.page.locator("#arrow[data-shape=down]:not([hidden])").wait_for()
+            shapes.add(arrow.get_attribute("data-shape"))
+            assert arrow.get_attribute("data-colour") == "red"
+        time.sleep(RETURN_S + 0.15)
+    assert shapes == {"up", "down"}
+    assert accepted(house) == 8
+    touches = [message for topic, _, message in house.desk.written if topic == "/task" and message["kind"] == "touch"]
+    assert {round(touch["deviation_px"], 3) for touch in touches} == {5.0}
+    operator.page.locator("#totals", has_text="8 touches, 8 counted").wait_for()
+    # In the window the arm is weightless, and the machine was asked for it along a ramp.
+    levels = [act.gravity_level for act in house.desk.taken if act.kind == "set_level"]
+    assert levels[-1] == 0.0
+    assert all(0.0 <= a - b < 0.35 for a, b in itertools.pairwise(levels))
+    participant.sees("body[data-screen=rest]")
+
+
+def test_stop_of_the_participant_lets_the_arm_down_and_nothing_starts_by_itself(house: Served, visit: Visit):
+    operator, participant = visit(Role.OPERATOR), visit(Role.PARTICIPANT)
+    take_arm(operator)
+    operator.press("[data-run=start]")
+    participant.sees("body[data-screen=task]")
+    stop = participant.page.locator("#stop")
+    assert stop.inner_text() == "Stop"
+    stop.tap()
+    operator.sees("body[data-mode=safe]")
+    participant.sees("body[data-screen=paused]")
+    assert house.desk.machine.mode is Mode.SAFE
+    # The finger on Stop was no pointing.
+    assert all(topic != "/console/touch" for topic, _, _ in house.desk.written)
+    operator.page.locator("#alarms li").first.wait_for()
+    operator.press("[data-act=reset]")
+    operator.sees("body[data-mode=off]")
+    time.sleep(0.3)
+    assert house.desk.machine.mode is Mode.OFF
+    operator.page.locator("#alarms button").first.click()
+    operator.page.locator("#alarms li").first.wait_for(state="detached")
+
+
+def test_plots_are_drawn_thirty_times_a_second_and_the_machine_is_seen_to_move(house: Served, visit: Visit):
+    operator = visit(Role.OPERATOR)
+    operator.page.locator("#legend button").first.wait_for()
+    before, begun = operator.page.evaluate("drawnPlots()"), time.monotonic()
+    time.sleep(1.0)
+    # A page under test shares two cores with whatever else runs; the limit is what the issue promises.
+    assert operator.page.evaluate("drawnPlots()") - before >= 30.0 * (time.monotonic() - begun) * 0.9
+    assert operator.page.locator("#legend button").count() == 4
+
+
+def test_an_arm_that_is_not_known_is_identified_and_its_intervals_close(house: Served, visit: Visit):
+    house.desk.is_known = False
+    operator = visit(Role.OPERATOR)
+    operator.press("[data-act=make_ready]")
+    operator.press("[data-act=identify]")
+    operator.page.locator("#parameters .estimate").first.wait_for()
+    operator.page.locator("#outcome", has_text="The arm is identified.").wait_for()
+    width = operator.page.locator("#parameters .now").first.get_attribute("width")
+    prior = operator.page.locator("#parameters .prior").first.get_attribute("width")
+    assert width is not None
+    assert prior is not None
+    assert float(width) < 0.2 * float(prior)
+
+
+def test_a_note_and_a_level_reach_the_desk(house: Served, visit: Visit):
+    operator = visit(Role.OPERATOR)
+    take_arm(operator)
+    operator.press("[data-level='38']")
+    operator.page.fill("#note-text", "calm")
+    operator.press("#note button")
+    operator.page.locator("#level-now", has_text=re.compile("asked 38 %")).wait_for()
+    assert [act.text for act in house.desk.taken if act.kind == "note"] == ["calm"]

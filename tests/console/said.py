@@ -1,0 +1,76 @@
+"""Pages without a browser: what they would send, and what they were told."""
+
+import asyncio
+import itertools
+import json
+from collections.abc import Coroutine
+from typing import Any
+
+from exograv.console.handlers import hear
+from exograv.console.hub import Hub, Line
+from exograv.console.keys import Role, Session
+
+from .of_clock import SetClock
+
+_NUMBERS = itertools.count(1)
+PAGE = "page-of-a-test"
+
+
+def page(hub: Hub, role: Role, clock: SetClock | None = None) -> Line:
+    """Somebody who is in, and whose clock is known; it shows a hundred seconds less than the desk's."""
+    line = hub.open(Session(role, next(_NUMBERS)), f"{PAGE}-{next(_NUMBERS)}")
+    if clock is not None:
+        told(hub, line, {"kind": "ping", "asked": clock.t - 100.0})
+        told(hub, line, {"kind": "ping", "asked": clock.t - 100.0, "previous": pinged(clock)})
+    return line
+
+
+def pinged(clock: SetClock) -> dict[str, float]:
+    return {"asked": clock.t - 100.0, "back": clock.t - 100.0}
+
+
+def told(hub: Hub, line: Line, *messages: dict[str, Any] | str) -> list[dict[str, Any]]:
+    """Say something, and hear what comes back."""
+
+    async def say() -> None:
+        for message in messages:
+            await hear(hub, line, message if isinstance(message, str) else json.dumps(message))
+        hub.shown = hub.desk.shown()
+
+    run(say())
+    words = [json.loads(text) for text in line.outbox._words]
+    line.outbox._words.clear()
+    return words
+
+
+def run(what: Coroutine[Any, Any, None]) -> None:
+    """In a loop of its own."""
+    asyncio.run(what)
+
+
+def answer(words: list[dict[str, Any]]) -> dict[str, Any]:
+    """The only one."""
+    (only,) = [word for word in words if word["kind"] == "answer"]
+    return only["answer"] | {key: value for key, value in only.items() if key not in ("kind", "answer")}
+
+
+def name() -> str:
+    return f"name-{next(_NUMBERS):08d}"
+
+
+def do(
+    clock: SetClock, kind: str, seen_version: int | None = None, age_s: float = 0.0, **fields: Any
+) -> dict[str, Any]:
+    """An act, as a page sends it."""
+    seen = {} if seen_version is None else {"seen_version": seen_version}
+    return {"kind": "do", "id": name(), "made": clock.t - 100.0 - age_s, "act": {"kind": kind, **fields}, **seen}
+
+
+def touch(clock: SetClock, sequence: int, page: str, age_s: float = 0.0, **changes: Any) -> dict[str, Any]:
+    """Three pixels right of and four below the centre."""
+    usual = {
+        "page": page, "origin_ms": 1.7e12, "at": clock.t - 100.0 - age_s, "sequence": sequence, "x_px": 963.0,
+        "y_px": 544.0, "target_x_px": 960.0, "target_y_px": 540.0, "width_px": 10.0, "height_px": 12.0,
+        "pressure": 0.5, "pointer": "touch", "is_primary": True, "ratio": 2.0, "zoom": 1.0,
+    }  # fmt: skip
+    return usual | changes

@@ -1,0 +1,79 @@
+"""A console in this process, on the fake desk: with a real server in a thread, or for starlette's test client."""
+
+import asyncio
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import uvicorn
+
+from exograv.console.diary import Diary
+from exograv.console.hub import Hub
+from exograv.console.keys import Role
+from exograv.console.limits import Close
+from exograv.console.page_clocks import PageClocks
+from exograv.console.serve import Address, bound, settings_of
+from exograv.console.trial import Trial
+from exograv.task.plan import Plan
+
+from .fake_desk import FakeDesk
+
+
+@contextmanager
+def hub_on(desk: FakeDesk, folder: Path, plan: Plan | None, origin: str = "http://127.0.0.1:8088") -> Iterator[Hub]:
+    """Everything but the server."""
+    clocks = PageClocks()
+    diary = Diary(folder / "console.jsonl", desk.write)
+    hub = Hub(desk, None if plan is None else Trial(plan, clocks, diary), clocks, diary, origin)
+    try:
+        yield hub
+    finally:
+        hub.close_down()
+        diary.close()
+
+
+@dataclass
+class Served:
+    """A running server."""
+
+    hub: Hub
+    desk: FakeDesk
+    server: uvicorn.Server
+    loop: asyncio.AbstractEventLoop
+
+    def link(self, role: Role) -> str:
+        """For one person."""
+        return f"{self.hub.origin}/#{self.hub.keys.token(role)}"
+
+    def cut_off(self, role: Role) -> None:
+        """End the lines of these pages, as a network would."""
+
+        def end() -> None:
+            for line in self.hub.lines.values():
+                if line.role is role:
+                    line.end = Close.GOING_AWAY
+                    line.outbox.say("{}")
+
+        self.loop.call_soon_threadsafe(end)
+
+
+@contextmanager
+def served(folder: Path, plan: Plan | None, desk: FakeDesk | None = None) -> Iterator[Served]:
+    """A server in a thread; ended at the end."""
+    desk, address = desk or FakeDesk(), Address(port=0)
+    with bound(address) as (listening, host), hub_on(desk, folder, plan, f"http://{host}") as hub:
+        server = uvicorn.Server(settings_of(hub, address, host))
+        loop = asyncio.new_event_loop()
+        thread = threading.Thread(target=lambda: loop.run_until_complete(server.serve(sockets=[listening])))
+        thread.start()
+        try:
+            while not server.started and thread.is_alive():
+                time.sleep(0.005)
+            yield Served(hub, desk, server, loop)
+        finally:
+            server.should_exit = True
+            thread.join(10.0)
+            loop.close()

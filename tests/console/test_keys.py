@@ -1,0 +1,112 @@
+"""A secret opens one thing, once or for a day, and whoever guesses is locked out."""
+
+import pytest
+
+from exograv.console import keys as keys_module
+from exograv.console.keys import (
+    FAILURE_S,
+    FAILURES_MAX,
+    KEPT_MAX,
+    LINK_S,
+    SESSION_S,
+    TICKET_S,
+    Entry,
+    Keys,
+    Role,
+    Session,
+)
+
+from .of_clock import SetClock
+
+HOME = "127.0.0.1"
+
+
+def entered(keys: Keys, role: Role = Role.OPERATOR) -> tuple[str, Session]:
+    """Cookie and session of somebody who came in."""
+    outcome = keys.enter(keys.token(role), HOME)
+    assert not isinstance(outcome, Entry)
+    assert outcome[0] is role
+    session = keys.session(role, outcome[1])
+    assert session is not None
+    return outcome[1], session
+
+
+def test_a_token_has_256_bits_and_no_two_are_alike():
+    keys = Keys(SetClock())
+    tokens = {keys.token(Role.OPERATOR) for _ in range(50)}
+    assert len(tokens) == 50
+    assert all(len(token) >= 43 for token in tokens)
+
+
+@pytest.mark.parametrize("role", Role)
+def test_a_token_lets_one_in_once_and_in_its_role_only(role: Role):
+    keys = Keys(SetClock())
+    token = keys.token(role)
+    first = keys.enter(token, HOME)
+    assert not isinstance(first, Entry)
+    assert keys.enter(token, HOME) is Entry.REFUSED
+    for other in Role:
+        assert (keys.session(other, first[1]) is not None) == (other is role)
+
+
+def test_a_link_ends_after_a_quarter_of_an_hour_and_a_cookie_after_a_day():
+    clock = SetClock()
+    keys = Keys(clock)
+    token = keys.token(Role.VIEWER)
+    clock.t += LINK_S + 1.0
+    assert keys.enter(token, HOME) is Entry.REFUSED
+    cookie, _ = entered(keys)
+    clock.t += SESSION_S - 1.0
+    assert keys.session(Role.OPERATOR, cookie) is not None
+    clock.t += 2.0
+    assert keys.session(Role.OPERATOR, cookie) is None
+
+
+def test_a_ticket_opens_one_line_of_its_own_session_and_soon():
+    clock = SetClock()
+    keys = Keys(clock)
+    (_, session), (_, other) = entered(keys), entered(keys)
+    ticket = keys.ticket(session)
+    assert keys.redeem(session, ticket)
+    assert not keys.redeem(session, ticket)
+    assert not keys.redeem(other, keys.ticket(session))
+    late = keys.ticket(session)
+    clock.t += TICKET_S + 0.1
+    assert not keys.redeem(session, late)
+
+
+def test_a_token_is_no_cookie_and_a_cookie_no_ticket():
+    keys = Keys(SetClock())
+    cookie, session = entered(keys)
+    assert keys.session(Role.OPERATOR, keys.token(Role.OPERATOR)) is None
+    assert not keys.redeem(session, cookie)
+    assert keys.enter(cookie, HOME) is Entry.REFUSED
+
+
+def test_five_failures_in_a_minute_lock_an_address_out_even_with_a_right_token():
+    clock = SetClock()
+    keys = Keys(clock)
+    for _ in range(FAILURES_MAX):
+        assert keys.enter("wrong", HOME) is Entry.REFUSED
+    assert keys.enter(keys.token(Role.OPERATOR), HOME) is Entry.LOCKED
+    assert not isinstance(keys.enter(keys.token(Role.OPERATOR), "192.168.1.7"), Entry)
+    clock.t += FAILURE_S + 0.1
+    assert not isinstance(keys.enter(keys.token(Role.OPERATOR), HOME), Entry)
+
+
+def test_nobody_fills_the_memory_with_secrets_or_addresses():
+    keys = Keys(SetClock())
+    first = keys.token(Role.VIEWER)
+    for number in range(2 * KEPT_MAX):
+        keys.token(Role.VIEWER)
+        keys.note_failure(f"10.0.0.{number}")
+    assert keys.enter(first, HOME) is Entry.REFUSED
+    assert len(keys._failures) <= KEPT_MAX + 1
+    assert len(keys._tokens._held) <= KEPT_MAX
+
+
+def test_the_server_keeps_no_secret_as_it_is(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(keys_module.secrets, "token_urlsafe", lambda _: "a-known-secret")
+    keys = Keys(SetClock())
+    assert keys.token(Role.VIEWER) == "a-known-secret"
+    assert "a-known-secret" not in repr(vars(keys._tokens))
