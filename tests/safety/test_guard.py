@@ -375,7 +375,7 @@ def test_a_stop_ends_the_way_to_a_gravity_level_where_it_is_and_none_is_taken_wh
     bench.guard.press_stop()
     reached = person.gravity_level
     assert 0.0 < reached < 1.0
-    assert not bench.guard.feel(0.0)
+    assert bench.guard.feel(0.0) is False
     for _ in range(round((LIMITS.descent_s + 0.1) / DT)):
         bench.tick()
     assert bench.guard.reset()
@@ -396,7 +396,7 @@ def test_the_way_to_a_gravity_level_ends_with_the_person():
 def test_no_gravity_level_is_taken_while_control_moves_the_arm_or_where_nobody_is():
     bench, person = worn(0.0)
     person.drive(True)
-    assert not bench.guard.feel(0.5)
+    assert bench.guard.feel(0.5) is False
     person.drive(False)
     assert all(bench.guard.feel(level) for level in (0.0, 1.0, 0.5))
-    assert not Bench().guard.feel(0.5)
+    assert Bench().guard.feel(0.5) is False

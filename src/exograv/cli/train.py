@@ -69,7 +69,9 @@ def run_train_command(command: Train) -> dict[str, Any]:
     from exograv.terminal import bars
 
     if not command.simulate:
-        raise ConfigError("A session in a real machine needs the console, which is not here yet. Give --simulate.")
+        raise ConfigError(
+            "A session with a person is run at the console: exograv console --protocol NAME (docs/console.md). Give --simulate for one with nobody there."
+        )
     options = TrainOptions(
         protocol=command.protocol,
         participant=command.participant,

@@ -10,7 +10,9 @@ TASK = Channel(
     (
         T,
         Field("kind", "string", "-", "`run_began`, `phase_began`, `window_opened`, `touch`, `pace_changed` …"),
-        Field("record", "object", "-", "the whole record (docs/task.md), times on the rig's clock"),
+        Field(
+            "record", "object", "-", "the whole record (docs/task.md); at a console its own times are the computer's"
+        ),
     ),
 )
 

@@ -109,8 +109,8 @@ class Guard:
         self._ingress, self._period_s = ingress, period_s
         self._monitors, self._compares = Monitors(len(self._everywhere), period_s, gain), compares
         self._seen = Seen(None)
-        self._level_wanted: float | None = None
-        self._level_step = period_s / GRAVITY_LEVEL_S
+        self._level_wanted: tuple[float, float] | None = None
+        """The level that was asked for, and the step of a tick towards it."""
         self._q = self._v = [0.0] * len(self._everywhere)
         self._begin()
 
@@ -191,10 +191,10 @@ class Guard:
             return False
         if not (0.0 <= gravity_level <= 1.0 and 0.0 <= ramp_s < math.inf):
             return False
-        self._level_wanted, self._level_step = gravity_level, self._period_s / GRAVITY_LEVEL_S
+        step = self._period_s / GRAVITY_LEVEL_S
         if ramp_s > 0.0:
-            way = abs(gravity_level - person.gravity_level)
-            self._level_step = min(self._level_step, way * self._period_s / ramp_s)
+            step = min(step, abs(gravity_level - person.gravity_level) * self._period_s / ramp_s)
+        self._level_wanted = gravity_level, step
         return True
 
     def reset(self) -> bool:
@@ -216,11 +216,12 @@ class Guard:
 
     def _near_level(self) -> None:
         """One tick of the way to the level that was asked for; a stop ends it where it is."""
-        person, wanted = self.envelope.person, self._level_wanted
-        if wanted is None or person is None or self.envelope.stop is not None:
+        person = self.envelope.person
+        if self._level_wanted is None or person is None or self.envelope.stop is not None:
             self._level_wanted = None
             return
-        step, left = self._level_step, wanted - person.gravity_level
+        wanted, step = self._level_wanted
+        left = wanted - person.gravity_level
         if abs(left) <= step:
             person.gravity_level, self._level_wanted = wanted, None
         else:

@@ -170,7 +170,10 @@ class LiveFlight:
         if state.running is None or row is None or topic in NOT_RECORDED:
             return
         rig_t = t + float(row["now"]) - float(row["monotonic"])
-        state.running.recorder.write("/page", rig_t, {"topic": topic, "message": dict(message)})
+        if topic == "/task":  # a channel of its own, which the study reads
+            state.running.recorder.write(topic, rig_t, {"kind": message["kind"], "record": dict(message)})
+        else:
+            state.running.recorder.write("/page", rig_t, {"topic": topic, "message": dict(message)})
 
     def close(self) -> None:
         """The arm comes down, all ends."""
