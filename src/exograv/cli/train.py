@@ -70,7 +70,8 @@ def run_train_command(command: Train) -> dict[str, Any]:
 
     if not command.simulate:
         raise ConfigError(
-            "A session with a person is run at the console: exograv console --protocol NAME (docs/console.md). Give --simulate for one with nobody there."
+            "A session with a person is run at the console: exograv console --protocol NAME (docs/console.md). For one "
+            "with nobody there give --simulate."
         )
     options = TrainOptions(
         protocol=command.protocol,
