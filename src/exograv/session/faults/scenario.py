@@ -11,6 +11,7 @@ from exograv.safety.guard import SafeState
 
 from .course import Course
 from .flight import Flight
+from .oracle import ROUNDING_NM
 from .stand import Ground, Start, Subject, TwinGround
 from .table import FAULTS, Fault
 from .through import ALL, ONLY_DRIVES, injector_of
@@ -30,6 +31,7 @@ HAND_MAX_M_S = 1.0
 """After a fault of a relaxed arm."""
 
 SPIKE_STEP_NM = 0.15
+"""What one tick may change, up to rounding [N·m]."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +172,7 @@ def _found(course: Course, fault: Fault, begin: float) -> float | None:
 
 def _is_missed(course: Course, fault: Fault, found: float | None, begin: float, relaxed: bool) -> bool:
     if fault.is_borne:
-        too_far = fault.id == "F03 spike" and relaxed and course.torque_step_Nm > SPIKE_STEP_NM
+        too_far = fault.id == "F03 spike" and relaxed and course.torque_step_Nm > SPIKE_STEP_NM + ROUNDING_NM
         return too_far or (fault.safe_state is SafeState.BRIDGE and course.worst > SafeState.BRIDGE)
     if found is None:
         return begin + _budget(fault) / course.period_ms < course.ticks
