@@ -20,7 +20,8 @@ ARGUMENTS = ["--no-sandbox", "--disable-gpu"]
 Visit = Callable[..., Visitor]
 
 
-@pytest.fixture(scope="session")
+# Not for the whole run: while it is there this thread has a loop, and no test after these could have one of its own.
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     if not CHROMIUM.exists() and os.environ.get("EXOGRAV_BROWSER_TESTS") != "required":
         pytest.skip(f"There is no {CHROMIUM}. On Debian: apt-get install chromium")

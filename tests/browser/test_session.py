@@ -90,7 +90,7 @@ def test_plots_are_drawn_thirty_times_a_second_and_the_machine_is_seen_to_move(h
 def test_an_arm_that_is_not_known_is_identified_and_its_intervals_close(house: Served, visit: Visit):
     house.desk.is_known = False
     operator = visit(Role.OPERATOR)
-    operator.press("[data-act=make_ready]")
+    operator.act("make_ready", "exo_only")
     operator.press("[data-act=identify]")
     operator.page.locator("#parameters .estimate").first.wait_for()
     operator.page.locator("#outcome", has_text="The arm is identified.").wait_for()

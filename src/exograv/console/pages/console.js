@@ -222,6 +222,9 @@ function setLevel(percent) {
 }
 
 function wire() {
+  for (const button of document.querySelectorAll("[data-act], #don")) {
+    button.disabled ||= state === null; // nothing may be pressed before it is known what is there
+  }
   for (const button of document.querySelectorAll("[data-act]")) {
     button.onclick = () => tell(line.act(button.dataset.act, {}, versionFor(button.dataset.act)));
   }

@@ -111,6 +111,7 @@ async function main() {
     }, 500);
   });
   setInterval(turn, ASK_EVERY_MS);
+  at("next").disabled ||= state === null;
   at("next").onclick = begin;
   at("steer").onclick = () => tell(line.ask({ kind: "steer" }));
   at("stop").addEventListener("pointerdown", () => tell(line.stop()));
