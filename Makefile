@@ -30,11 +30,14 @@ help:
 demo: setup
 	$(BIN)/exograv demo
 
+# Pages want a computer of their own: a person's touches have their times.
 test: setup-dev
-	$(BIN)/python -m pytest -m "not slow" $(ON_ALL_CORES)
+	$(BIN)/python -m pytest -m "not slow" --ignore=tests/browser $(ON_ALL_CORES)
+	$(BIN)/python -m pytest tests/browser
 
 test-slow: setup-dev
-	$(BIN)/python -m pytest $(ON_ALL_CORES)
+	$(BIN)/python -m pytest --ignore=tests/browser $(ON_ALL_CORES)
+	$(BIN)/python -m pytest tests/browser
 
 check: setup-dev
 	$(BIN)/ruff check
