@@ -61,7 +61,7 @@ REFUSED = {
     "transparency without motors": (("transparency", "--rig", "recupera_like_passive"), "nothing can be compensated"),
     "transparency of two arms": (("transparency", "--rig", "recupera_like_dual"), "effort is measured on one"),
     "a session of nobody": (("train", "--simulate"), "--participant is ''; it must have 3 to 16"),
-    "a session in a real machine": (("train", "--participant", "P-01"), "Give --simulate"),
+    "a session in a real machine": (("train", "--participant", "P-01"), "is run at the console"),
     "a session to go on with that never began": (
         ("train", "--simulate", "--participant", "P-01", "--resume"),
         "There is no run to go on with",
