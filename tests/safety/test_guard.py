@@ -400,3 +400,23 @@ def test_no_gravity_level_is_taken_while_control_moves_the_arm_or_where_nobody_i
     person.drive(False)
     assert all(bench.guard.feel(level) for level in (0.0, 1.0, 0.5))
     assert Bench().guard.feel(0.5) is False
+
+
+@pytest.mark.parametrize(("ramp_s", "ticks"), [(0.0, 500), (0.1, 500), (0.5, 500), (2.0, 2000)])
+def test_a_ramp_to_a_gravity_level_may_be_slower_than_the_operator_s_and_no_faster(ramp_s: float, ticks: int):
+    bench, person = worn(0.5)
+    assert bench.guard.feel(0.6, ramp_s)
+    for _ in range(ticks - 5):
+        bench.tick()
+    assert 0.59 < person.gravity_level < 0.6
+    for _ in range(10):
+        bench.tick()
+    assert person.gravity_level == 0.6
+
+
+@pytest.mark.parametrize("ramp_s", [-1.0, np.nan, np.inf])
+def test_a_ramp_of_no_duration_is_refused(ramp_s: float):
+    bench, person = worn(0.5)
+    assert bench.guard.feel(0.6, ramp_s) is False
+    bench.settled()
+    assert person.gravity_level == 0.5
