@@ -50,23 +50,12 @@ class Grip:
         self._holds = grip > 0.0
 
 
-class Held:
-    """A `Rig`: the twin, with a wearer who does for the arm what the machine does not do yet.
+class OverTwin:
+    """A `Rig`: the twin, whose wearer acts before each of its steps."""
 
-    The person is told when the machine begins and how long it takes, and gives the weight over along the same curve.
-    """
-
-    def __init__(self, twin: Twin, own: OwnArm, takes_from_s: float, takes_for_s: float):
-        """The arm is held where it is.
-
-        Args:
-            twin: With the wearer in it.
-            own: What the wearer knows of the own arm.
-            takes_from_s: When the machine begins to take the arm, from now [s].
-            takes_for_s: How long it takes [s].
-        """
-        self._twin, self._grip = twin, Grip(twin, own)
-        self._grip.give_over(twin.t + takes_from_s, takes_for_s)
+    def __init__(self, twin: Twin):
+        """With a wearer in it."""
+        self._twin = twin
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -93,14 +82,40 @@ class Held:
         return self._twin.read()
 
     def write(self, command: Command) -> None:
-        """Hold on, and let the twin go on by one period."""
-        self._grip.act()
+        """Let the wearer act, and the twin go on by one period."""
+        self._act()
         self._twin.write(command)
 
-    def __enter__(self) -> "Held":
+    def _act(self) -> None:
+        """Muscles, for the next period."""
+
+    def __enter__(self) -> "OverTwin":
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Nothing to let go of."""
+
+
+class Held(OverTwin):
+    """A `Rig`: the twin, with a wearer who does for the arm what the machine does not do yet.
+
+    The person is told when the machine begins and how long it takes, and gives the weight over along the same curve.
+    """
+
+    def __init__(self, twin: Twin, own: OwnArm, takes_from_s: float, takes_for_s: float):
+        """The arm is held where it is.
+
+        Args:
+            twin: With the wearer in it.
+            own: What the wearer knows of the own arm.
+            takes_from_s: When the machine begins to take the arm, from now [s].
+            takes_for_s: How long it takes [s].
+        """
+        super().__init__(twin)
+        self._grip = Grip(twin, own)
+        self._grip.give_over(twin.t + takes_from_s, takes_for_s)
+
+    def _act(self) -> None:
+        self._grip.act()

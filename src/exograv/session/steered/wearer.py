@@ -1,19 +1,17 @@
 """The twin with a person in it who hears what the machine begins, and does for the arm what it does not do."""
 
 import math
-from types import TracebackType
 
 import numpy as np
 
 from exograv.rig.twin import Twin
 from exograv.rig.twin.own_arm import OwnArm
 from exograv.safety.modes import RAMP_IN_S, RAMP_OUT_S, Mode
-from exograv.session.held import DAMPING, LET_GO_S, STIFFNESS
+from exograv.session.held import DAMPING, LET_GO_S, STIFFNESS, OverTwin
 from exograv.session.virtual import VirtualLaboratory
-from exograv.signals import Command, JointState
 
 
-class AttentiveTwin:
+class AttentiveTwin(OverTwin):
     """A `Rig`: the person holds the own arm until the machine has taken it, and again when it gives it back."""
 
     def __init__(self, twin: Twin, own: OwnArm):
@@ -23,7 +21,8 @@ class AttentiveTwin:
             twin: With the wearer in it.
             own: What the wearer knows of the own arm.
         """
-        self._twin, self._own = twin, own
+        super().__init__(twin)
+        self._own = own
         self._ramp, self._since_s, self._given_before = Mode.OFF, 0.0, 0.0
         self._given, self._grip = 0.0, 1.0
         self._hold()
@@ -40,43 +39,6 @@ class AttentiveTwin:
             self._hold()
         if mode in (Mode.RAMP_IN, Mode.RAMP_OUT):
             self._ramp, self._since_s, self._given_before = mode, self._twin.t, self._given
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Of the twin."""
-        return self._twin.joints
-
-    @property
-    def period_s(self) -> float:
-        """Of the twin [s]."""
-        return self._twin.period_s
-
-    @property
-    def t(self) -> float:
-        """The twin's clock [s]."""
-        return self._twin.t
-
-    @property
-    def is_virtual(self) -> bool:
-        """As the twin."""
-        return True
-
-    def read(self) -> JointState:
-        """What the twin measures."""
-        return self._twin.read()
-
-    def write(self, command: Command) -> None:
-        """Use the own muscles, and let the twin go on by one period."""
-        self._act()
-        self._twin.write(command)
-
-    def __enter__(self) -> "AttentiveTwin":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Nothing to let go of."""
 
     def _hold(self) -> None:
         self._q = self._twin.truth.q_arm.copy()
