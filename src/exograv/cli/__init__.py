@@ -34,13 +34,16 @@ from .rig_test import RigTest, run_rig_test_command
 from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
 from .streams import Streams, run_streams
+from .study import COMMANDS as STUDY_COMMANDS
 from .sync import Sync, run_sync
 from .train import Train, run_train_command
 from .transparency import Transparency, run_transparency_command
 from .verify import Verify, run_verify_command
 from .weigh import Weigh, run_weigh_command
 
-COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
+Commands = dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]]
+
+COMMANDS: Commands = {
     "demo": (Demo, run_demo_command),
     "identify": (Identify, run_demo_command),
     "calibrate": (Calibrate, run_calibrate_command),
@@ -71,6 +74,9 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
 }
 """Word on the command line: its options, and what runs them and returns the figures of `--json`."""
 
+GROUPS = {"study": ("From a folder of recordings to findings.", STUDY_COMMANDS)}
+"""Words that are followed by another one: what it is all about, and the commands."""
+
 
 def main() -> None:
     """Entry point of the `exograv` command."""
@@ -93,12 +99,11 @@ def _run_as_asked() -> None:
     if sys.argv[1:] == ["--version"]:
         print(f"exograv {__version__}")
         return
-    options = (Annotated[kind, tyro.conf.subcommand(name)] for name, (kind, _) in COMMANDS.items())
-    union: Any = reduce(or_, options)
     command: Common = tyro.cli(
-        union,
+        _one_of(COMMANDS, GROUPS),
         prog="exograv",
         description="Take the weight off an arm inside an exoskeleton. Research software, not a medical device.",
+        config=(tyro.conf.OmitSubcommandPrefixes,),
     )
     if command.json is not None:
         refuse_unwritable(command.json)
@@ -110,6 +115,13 @@ def _run_as_asked() -> None:
         sys.exit(1)
 
 
+def _one_of(commands: Commands, groups: dict[str, tuple[str, Commands]]) -> Any:
+    options = [Annotated[kind, tyro.conf.subcommand(name)] for name, (kind, _) in commands.items()]
+    for name, (about, members) in groups.items():
+        options.append(Annotated[_one_of(members, {}), tyro.conf.subcommand(name, description=about)])
+    return reduce(or_, options)
+
+
 def was_keyboard(error: BaseException | None) -> bool:
     """Whether Ctrl-C is behind it: a compiled module that is being imported makes an `ImportError` of it."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
@@ -119,4 +131,5 @@ def was_keyboard(error: BaseException | None) -> bool:
 
 def run(command: Common) -> dict[str, Any]:
     """Run one command and show its result; returns what `--json` writes."""
-    return next(action for kind, action in COMMANDS.values() if kind is type(command))(command)
+    known = [COMMANDS, *(members for _, members in GROUPS.values())]
+    return next(action for members in known for kind, action in members.values() if kind is type(command))(command)

@@ -1,0 +1,15 @@
+"""`exograv study …`: from a folder of recordings to findings. One file per word, imported when its command runs."""
+
+from collections.abc import Callable
+from typing import Any
+
+from exograv.cli.common import Common
+
+from .init import Init, run_init
+from .status import Status, run_status
+
+COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
+    "init": (Init, run_init),
+    "status": (Status, run_status),
+}
+"""Word after `exograv study`."""
