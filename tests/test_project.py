@@ -102,7 +102,7 @@ def test_the_opponents_leave_the_versions_of_the_tests_alone():
 def test_the_study_extra_asks_for_neither_casadi_nor_mujoco():
     extras = PROJECT["project"]["optional-dependencies"]
     wanted = " ".join(extras["study"] + extras["recording"] + PROJECT["project"]["dependencies"])
-    assert not re.search(r"casadi|mujoco|scipy|control|twin", wanted)
+    assert not re.search(r"casadi|mujoco|control|twin", wanted)
 
 
 def test_every_make_command_of_the_readme_exists():
