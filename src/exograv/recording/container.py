@@ -99,10 +99,10 @@ class ChunkedFile:
         self._write(MCAP0_MAGIC)
         self._put(Header(profile="", library=f"exograv recording {SCHEMA_VERSION}"))
 
-    def resume(self, written: bytes) -> None:
-        """Go on after these bytes, whose channels, chunks and counts have been filled in."""
-        self._crc = zlib.crc32(written)
-        self._stream.seek(len(written))
+    def resume(self, crc: int, written: int) -> None:
+        """Go on after so many bytes of this CRC-32, whose channels, chunks and counts have been filled in."""
+        self._crc = crc
+        self._stream.seek(written)
 
     def add_channel(self, topic: str, encoding: str, schema: Schema) -> int:
         """Announce a channel and its schema, before any chunk; returns the channel's number."""

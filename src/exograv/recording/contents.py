@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import zstandard
@@ -40,6 +41,32 @@ class DamageError(Exception):
 
 
 DAMAGE = (DamageError, McapError, zstandard.ZstdError, struct.error, UnicodeDecodeError, OverflowError)
+
+
+@runtime_checkable
+class Content(Protocol):
+    """Bytes of a file, in memory or not."""
+
+    def __len__(self) -> int:
+        """How many there are."""
+        ...
+
+    def __getitem__(self, part: slice, /) -> bytes:
+        """Those of the part."""
+        ...
+
+
+CRC_BYTES = 10_000_000
+"""Taken at a time."""
+
+
+def crc_of(content: Content, end: int) -> int:
+    """CRC-32 of the first `end` bytes."""
+    crc = 0
+    for start in range(0, end, CRC_BYTES):
+        crc = zlib.crc32(content[start : min(start + CRC_BYTES, end)], crc)
+    return crc
+
 
 Visit = Callable[[str, bytes], None]
 """Called with the topic and the data of a message; of ticks, with those that follow each other, in one."""
@@ -75,7 +102,7 @@ class Contents:
         return {channel.id: channel.topic for channel in self.channels}
 
 
-def examine(content: bytes, visit: Visit) -> Contents:
+def examine(content: Content, visit: Visit) -> Contents:
     """Go through a file that begins with the mark of MCAP; every message of a sound chunk is visited, in its order."""
     found = Contents()
     try:
@@ -85,7 +112,7 @@ def examine(content: bytes, visit: Visit) -> Contents:
     return found
 
 
-def _walk(content: bytes, visit: Visit, found: Contents) -> Ending:
+def _walk(content: Content, visit: Visit, found: Contents) -> Ending:
     start = found.good = len(MCAP0_MAGIC)
     while record := _record_at(content, start):
         opcode, body = record
@@ -123,7 +150,7 @@ def _announce(opcode: int, body: bytes, found: Contents) -> None:
         raise DamageError
 
 
-def _chunk(chunk: Chunk, content: bytes, place: tuple[int, int], visit: Visit, found: Contents) -> int | None:
+def _chunk(chunk: Chunk, content: Content, place: tuple[int, int], visit: Visit, found: Contents) -> int | None:
     """Take the chunk of these bytes; returns where its index ends, None if the file does so before."""
     data, topics = _unpacked(chunk), found.topics
     parts: dict[int, list[np.ndarray]] = {}
@@ -187,10 +214,10 @@ def _equal_messages(content: bytes, start: int, size: int) -> np.ndarray:
     return rows[: others[0]] if len(others) else rows
 
 
-def _finish(content: bytes, start: int, summary: int) -> Ending:
+def _finish(content: Content, start: int, summary: int) -> Ending:
     """Check by the record at `start` all that stands before it, and by the footer the summary behind it."""
     body = content[start + RECORD_HEAD.size : summary]
-    if body not in (zlib.crc32(content[:start]).to_bytes(4, "little"), bytes(4)):  # zeros: not computed, in version 1
+    if body not in (crc_of(content, start).to_bytes(4, "little"), bytes(4)):  # zeros: not computed, in version 1
         raise DamageError
     at = summary
     while record := _record_at(content, at):
@@ -200,15 +227,15 @@ def _finish(content: bytes, start: int, summary: int) -> Ending:
             right = summary_crc(content[summary:at], summary)
             if body not in (FOOTER.pack(summary, 0, right), FOOTER.pack(summary, 0, 0)):
                 raise DamageError
-            return Ending.COMPLETE if content[after:] == MCAP0_MAGIC else Ending.CUT
+            return Ending.COMPLETE if content[after : len(content)] == MCAP0_MAGIC else Ending.CUT
         at = after
     return Ending.CUT
 
 
-def _record_at(content: bytes, start: int) -> tuple[int, bytes] | None:
+def _record_at(content: Content, start: int) -> tuple[int, bytes] | None:
     """Operation code and data of the whole record that begins here; None at the end, and where it is cut."""
     if start + RECORD_HEAD.size > len(content):
         return None
-    opcode, length = RECORD_HEAD.unpack_from(content, start)
     first = start + RECORD_HEAD.size
+    opcode, length = RECORD_HEAD.unpack(content[start:first])
     return (opcode, content[first : first + length]) if first + length <= len(content) else None

@@ -31,7 +31,7 @@ def tick_dtype(n_joints: int, version: int = SCHEMA_VERSION) -> np.dtype:
     return np.dtype([("cdr_header", "u1", (4,)), *columns])
 
 
-def unpacked_ticks(data: bytes, n_joints: int, version: int) -> np.ndarray:
+def unpacked_ticks(data: bytes | bytearray, n_joints: int, version: int) -> np.ndarray:
     """Ticks (tick,) of this version as records of the present one; what they lack has its default."""
     stored = np.frombuffer(data, tick_dtype(n_joints, version))
     if version == SCHEMA_VERSION:

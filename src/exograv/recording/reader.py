@@ -1,11 +1,13 @@
 """Reads a recording back, also one whose writer was killed: everything up to the last whole chunk."""
 
+import contextlib
 import json
+import os
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from mcap.writer import MCAP0_MAGIC
@@ -67,18 +69,26 @@ def read_recording(path: Path) -> Recording:
         RecordingError: There is no such file, it is no recording of exograv, or one of another version.
     """
     path = Path(path)
-    content = read_content(path)
     parts: defaultdict[str, list[bytes]] = defaultdict(list)
-    found = examine(content, lambda topic, data: parts[topic].append(data))
+    packed = bytearray()  # two gigabytes of a whole session: never twice in memory
+
+    def visit(topic: str, data: bytes) -> None:
+        if topic == TICK.topic:
+            packed.extend(data)
+        else:
+            parts[topic].append(data)
+
+    with read_content(path) as content:
+        found, size = examine(content, visit), len(content)
     settings = settings_of(path, parts["/settings"])
-    ticks = unpacked_ticks(b"".join(parts[TICK.topic]), len(settings["joints"]), settings["schema_version"])
+    ticks = unpacked_ticks(packed, len(settings["joints"]), settings["schema_version"])
     messages = {
         topic: [restored(channel.fields, json.loads(data)) for data in parts[topic]]
         for topic, channel in CHANNELS.items()
         if channel is not TICK
     }
     streams = _streams(found, parts, messages, ticks)
-    return Recording(path, settings, ticks, _remark(path, content, found, ticks), messages, streams)
+    return Recording(path, settings, ticks, _remark(path, size, found, ticks), messages, streams)
 
 
 def _streams(
@@ -100,19 +110,48 @@ def _streams(
     )
 
 
-def read_content(path: Path) -> bytes:
-    """All bytes of an MCAP file.
+class FileContent:
+    """Bytes of an open file, read as they are asked for; a disk that fails raises as any reading does."""
+
+    def __init__(self, path: Path, file: BinaryIO):
+        """As large as the file is now."""
+        self._path, self._file = path, file
+        self._size = os.fstat(file.fileno()).st_size
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __getitem__(self, part: slice, /) -> bytes:
+        start, stop, _ = part.indices(self._size)
+        try:
+            self._file.seek(start)
+            return self._file.read(max(stop - start, 0))
+        except OSError as error:
+            raise RecordingError(_unreadable(self._path, error)) from error
+
+
+@contextlib.contextmanager
+def read_content(path: Path) -> Iterator[FileContent]:
+    """The bytes of an MCAP file, while the block lasts.
 
     Raises:
         RecordingError: There is no such file, or it is of another kind.
     """
     try:
-        content = path.read_bytes()
+        file = path.open("rb")
     except OSError as error:
-        raise RecordingError(f"The recording {path} cannot be read: {error.strerror}. Check its path.") from error
-    if not content.startswith(MCAP0_MAGIC):
-        raise RecordingError(f"{path} is no MCAP file. A recording of exograv ends in .mcap and begins with its mark.")
-    return content
+        raise RecordingError(_unreadable(path, error)) from error
+    with file:
+        content = FileContent(path, file)
+        if content[: len(MCAP0_MAGIC)] != MCAP0_MAGIC:
+            raise RecordingError(
+                f"{path} is no MCAP file. A recording of exograv ends in .mcap and begins with its mark."
+            )
+        yield content
+
+
+def _unreadable(path: Path, error: OSError) -> str:
+    return f"The recording {path} cannot be read: {error.strerror}. Check its path."
 
 
 def settings_of(path: Path, messages: list[bytes]) -> dict[str, Any]:
@@ -134,13 +173,13 @@ def settings_of(path: Path, messages: list[bytes]) -> dict[str, Any]:
     return settings
 
 
-def _remark(path: Path, content: bytes, found: Contents, ticks: np.ndarray) -> str | None:
+def _remark(path: Path, size: int, found: Contents, ticks: np.ndarray) -> str | None:
     until = f"at {ticks['t'][-1]:.3f} s" if len(ticks) else "before the first tick"
     remarks = {
         Ending.COMPLETE: None,
         Ending.CUT: f"{path.name} ends abruptly {until}: its writer was stopped, and what was not yet on disk is lost.",
         Ending.DAMAGED: (
-            f"{path.name} is damaged: {found.good} of its {len(content)} bytes could be used, and its ticks end "
+            f"{path.name} is damaged: {found.good} of its {size} bytes could be used, and its ticks end "
             f"{until}. Take another copy of it if there is one."
         ),
     }

@@ -16,7 +16,7 @@ from mcap.records import Schema
 from exograv.errors import RecordingError
 
 from .container import INDEX_ENTRY, MESSAGE_HEAD, RECORD_HEAD, ChunkedFile
-from .contents import examine
+from .contents import crc_of, examine
 from .encoding import json_schema, misfits, stored, tick_definition
 from .reader import read_content, settings_of
 from .schema import CHANNELS, SCHEMA_VERSION, TICK
@@ -81,8 +81,10 @@ class RecordingWriter:
             RecordingError: There is no such file, it is none of this version, fewer ticks are in it, or the disk fails.
         """
         self, path = cls.__new__(cls), Path(path)
-        content, heads = read_content(path), list[bytes]()
-        found = examine(content, lambda topic, data: heads.append(data) if topic == "/settings" else None)
+        heads = list[bytes]()
+        with read_content(path) as content:
+            found = examine(content, lambda topic, data: heads.append(data) if topic == "/settings" else None)
+            crc = crc_of(content, found.good)
         settings = settings_of(path, heads)
         if settings["schema_version"] != SCHEMA_VERSION or list(found.topics.values())[: len(CHANNELS)] != list(
             CHANNELS
@@ -101,7 +103,7 @@ class RecordingWriter:
             )
         with self._writing():
             self._stream.truncate(found.good)
-            self._file.resume(content[: found.good])
+            self._file.resume(crc, found.good)
         return self
 
     def tick(self, t: float, **values: Any) -> None:

@@ -41,7 +41,7 @@ class ArmController:
         self._weights: dict[WeightPlace, float] = {}
         self._fit = parameters.Layout.of(assembly).fit
         self._bodies = parameters.Layout.of(assembly).bodies
-        self._skeleton = kernel.compile(_skeleton_function(assembly))
+        self._skeleton = kernel.compile(skeleton_function(assembly))
 
     def again(self, x: parameters.Parameters) -> "ArmController":
         """Another controller of the same arm and machine, with these parameters in force; nothing is compiled anew."""
@@ -156,7 +156,8 @@ class ArmController:
         return exo.T.round(5).tolist(), arm.T.round(5).tolist()
 
 
-def _skeleton_function(assembly: Assembly) -> ca.Function:
+def skeleton_function(assembly: Assembly) -> ca.Function:
+    """Points (3, point) to draw of machine and arm by `q`, the arm's freedoms and what fits the arm's place [m]."""
     layout = parameters.Layout.of(assembly)
     q, z = ca.SX.sym("q", assembly.n), ca.SX.sym("z", layout.freedoms)
     fit = ca.SX.sym("fit", layout.fit.stop - layout.fit.start)
