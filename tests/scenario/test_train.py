@@ -187,3 +187,23 @@ def test_a_training_carries_the_arm_in_windows_and_lets_it_lie_in_rests(tmp_path
     assert not ticks["safe_state"].any()
     assert result["windows"] == 2
     assert result["identification"]["from_file"] is False
+
+
+@pytest.mark.slow
+def test_a_whole_training_has_the_published_windows_and_touches_from_start_to_end(tmp_path: Path):
+    result = trained(tmp_path, "--protocol", "training")
+    assert result["is_complete"]
+    assert result["is_whole_protocol"]
+    assert (result["windows"], result["attempts"]) == (31, 31)
+    assert result["touches_per_window"]["median"] == 8.0
+    assert 31 * 7 <= result["accepted"] <= 31 * 9
+    recording = read_recording(Path(result["recording"]))
+    assert recording.remark is None
+    np.testing.assert_array_equal(np.diff(recording.ticks["sequence"].astype(np.int64)), 1)
+    opened, closed = (records(recording, f"window_{what}") for what in ("opened", "closed"))
+    assert [record["window"] for record in closed] == list(range(1, 32))
+    lasted = [end["t"] - begin["t"] for begin, end in zip(opened, closed, strict=True)]
+    np.testing.assert_allclose(lasted, 22.0, atol=0.05)
+    assert not [event for event in recording.messages("/event") if event["kind"] == "stop"]
+    levels = [recording.ticks["gravity_level"][np.searchsorted(recording.ticks["t"], record["t"])] for record in opened]
+    assert levels == [0.0] * 31, "weightless when the window opens"

@@ -112,8 +112,10 @@ def refuse_motorless(description: RigDescription) -> None:
         )
 
 
-def limits(description: RigDescription) -> Limits:
-    """The envelope of this machine."""
+def limits(description: RigDescription, records_only: bool = False) -> Limits:
+    """The envelope of this machine; of one that only records, motors or not, no torque can pass it."""
     damping = np.array([DAMPING[place] for place in description.places])
     torque_max_Nm = description.per_actuator("torque_max_Nm")
+    if records_only:
+        torque_max_Nm = np.full(len(damping), np.nan)
     return Limits(np.where(np.isnan(torque_max_Nm), WITHOUT_MOTOR_NM, torque_max_Nm), damping)

@@ -29,6 +29,7 @@ from .options import Asked, TrainOptions, asked_for
 from .participant import Participant
 from .person import Habits, PointingPerson
 from .preparing import Ready, empty_machine, known_again, known_arm, recording_only
+from .recording_pilot import RecordingPilot
 from .room import SimulatedRoom
 from .verifying import verify_between
 
@@ -137,8 +138,9 @@ class _Training:
         return bool(self._laboratory.description.motorless) or self._plan.protocol.opening == "aircraft"
 
     def _pilot_of(self, recording: RecordingWriter, twin: Twin, actuators: ActuatorGain) -> Pilot:
-        envelope = Envelope(limits(self._laboratory.description), twin.period_s)
-        return Pilot(twin, actuators, envelope, recording, self._progress)
+        envelope = Envelope(limits(self._laboratory.description, self._records_only), twin.period_s)
+        kind = RecordingPilot if self._records_only else Pilot
+        return kind(twin, actuators, envelope, recording, self._progress)
 
     def _ready(self, recording: RecordingWriter) -> Ready:
         def pilot_of(twin: Twin, actuators: ActuatorGain) -> Pilot:
