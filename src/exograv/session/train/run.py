@@ -36,6 +36,12 @@ from .verifying import verify_between
 PREPARING_S = 420.0
 """Of the machine's time, at most, before the first window: calibration, self-test, identification."""
 
+LISTENER_S = 5.0
+"""For a recorder of Lab Streaming Layer that is already running to find the markers: lock-step does not wait for it."""
+
+LAST_MARKERS_S = 0.5
+"""For the last of them to get out of this process."""
+
 AWAY_S = 300.0
 """From the last moment that was kept to the one at which a run goes on: more than a verification takes [s]."""
 
@@ -222,6 +228,8 @@ class _Training:
         except RigError as error:
             raise RigError(f"{error} {how_to_go_on(self._options, self._folder) or ''}") from error
         keep(twin.t)
+        if outlet is not None and outlet.have_consumers():
+            time.sleep(LAST_MARKERS_S)
 
     def _outlet(self):
         """The stream of markers; None where nobody asked."""
@@ -230,7 +238,10 @@ class _Training:
         from exograv.runtime.lsl.outlets import OutletsJob, marker_outlet  # starts threads
 
         description = self._laboratory.description
-        return marker_outlet(OutletsJob(description.name, description.joints, PERIOD))
+        outlet = marker_outlet(OutletsJob(description.name, description.joints, PERIOD))
+        self._progress("Waiting for a program that hears the markers", 0.0)
+        outlet.wait_for_consumers(LISTENER_S)  # what is pushed before one is there, nobody gets
+        return outlet
 
     def _settings(self) -> dict[str, Any]:
         options, asked = self._options, self._asked

@@ -1,0 +1,55 @@
+"""A recorder of Lab Streaming Layer gets every record of a session."""
+
+import json
+import os
+import secrets
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from exograv.recording import read_recording
+from tests.scenario.test_train import command, short
+
+pylsl = pytest.importorskip("pylsl")
+
+LISTENER = """
+import json, sys, time, pylsl
+resolver = pylsl.ContinuousResolver(prop="type", value="Markers")
+until = time.monotonic() + 120.0
+while not (found := resolver.results()) and time.monotonic() < until:
+    time.sleep(0.05)
+inlet = pylsl.StreamInlet(found[0], recover=False)
+print("hearing", flush=True)
+try:
+    while time.monotonic() < until:
+        text, stamp = inlet.pull_sample(1.0)
+        if text is not None:
+            print(json.dumps([stamp, text[0]]), flush=True)
+except pylsl.LostError:
+    pass
+"""
+
+
+@pytest.mark.slow
+def test_every_record_of_a_session_reaches_a_listener_once_and_in_its_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    file = tmp_path / "lsl_api.cfg"
+    session = f"test-{os.getpid()}-{secrets.token_hex(4)}"
+    file.write_text(f"[ports]\nIPv6 = disable\n[multicast]\nResolveScope = machine\n[lab]\nSessionID = {session}\n")
+    monkeypatch.setenv("LSLAPICFG", str(file))
+    listener = subprocess.Popen([sys.executable, "-c", LISTENER], stdout=subprocess.PIPE, text=True)
+    try:
+        time.sleep(1.0)
+        words = "--protocol", str(short(tmp_path)), "--rig", "recupera_like_passive", "--lsl"
+        subprocess.run(command(tmp_path, *words), check=True, capture_output=True)
+        said, _ = listener.communicate(timeout=30.0)
+    finally:
+        listener.kill()
+    heard = [json.loads(json.loads(line)[1]) for line in said.splitlines()[1:]]
+    result = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))
+    recording = read_recording(Path(result["recording"]))
+    assert heard == [message["record"] for message in recording.messages("/task")]
