@@ -9,9 +9,9 @@ import time
 from pathlib import Path
 
 import pytest
+from tests.scenario.test_train import command, short
 
 from exograv.recording import read_recording
-from tests.scenario.test_train import command, short
 
 pylsl = pytest.importorskip("pylsl")
 
