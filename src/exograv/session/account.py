@@ -47,6 +47,7 @@ class Account:
         self._recording, self._actuators, self._period_s = recording, actuators, period_s
         self._known: list[object] = []
         self._flying: object = None
+        self._accountable: Accountable | None = None
         self._person: Person | None = None
         self._felt = (0.0, False)
 
@@ -59,10 +60,10 @@ class Account:
         elif person is not None and (person.gravity_level, person.is_driven) != self._felt:
             self._felt = person.gravity_level, person.is_driven
             self._recording.write("/control", t, {"act": "level", **_felt(person)})
-        if isinstance(controller, Accountable) and controller.acts:
-            for act in controller.acts:
+        if self._accountable is not None and self._accountable.acts:
+            for act in self._accountable.acts:
                 self._recording.write("/control", t, act)
-            controller.acts.clear()
+            self._accountable.acts.clear()
 
     def _wear(self, t: float, person: Person | None) -> None:
         self._person = person
@@ -78,10 +79,12 @@ class Account:
                 "/control", t, {"act": "pilot", "period_s": self._period_s, "actuators": actuators}
             )  # fmt: skip
         self._flying = controller
+        # Asked once: what a protocol is made of takes longer than a tick's torque.
+        self._accountable = controller if isinstance(controller, Accountable) else None
         new: dict[str, Any] = {}
         if not any(controller is one for one in self._known):
             self._known.append(controller)
-            new = controller.described() if isinstance(controller, Accountable) else {"kind": "other"}
+            new = self._accountable.described() if self._accountable is not None else {"kind": "other"}
         number = next(k for k, one in enumerate(self._known) if one is controller)
         self._recording.write("/control", t, {"act": "fly", "controller": number, **new})
 
