@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from exograv.recording import Recording, read_recording
+from exograv.task.allocation import Group, draw_list, group_of
 from exograv.task.protocol import FOLDER
 
 SEED = 1014
@@ -207,3 +208,25 @@ def test_a_whole_training_has_the_published_windows_and_touches_from_start_to_en
     assert not [event for event in recording.messages("/event") if event["kind"] == "stop"]
     levels = [recording.ticks["gravity_level"][np.searchsorted(recording.ticks["t"], record["t"])] for record in opened]
     assert levels == [0.0] * 31, "weightless when the window opens"
+
+
+@pytest.mark.slow
+def test_a_sham_says_what_a_real_run_says_and_carries_nothing(tmp_path: Path):
+    groups = [Group(name="trained", exo="active"), Group(name="sham", exo="passive")]
+    drawn = draw_list("trial", ["P-07", "P-08"], groups, 1)
+    (tmp_path / "list.json").write_text(drawn.model_dump_json(), encoding="utf-8")
+    runs = {}
+    for code in ("P-07", "P-08"):
+        words = "--protocol", str(short(tmp_path, "training")), "--allocation", str(tmp_path / "list.json")
+        result = trained(tmp_path, *words, "--participant", code)
+        recording = read_recording(Path(result["recording"]))
+        runs[group_of(drawn, code).name] = recording, float(recording.phase_ticks("task")["gravity_level"].min())
+    (real, level), (sham, sham_level) = runs["trained"], runs["sham"]
+    assert (level, sham_level) == (0.0, 1.0)
+    said = [
+        [record["gravity_level"] for kind in ("phase_began", "window_opened") for record in records(recording, kind)]
+        for recording in (real, sham)
+    ]
+    assert said[0] == said[1]
+    assert "sham" not in json.dumps(sham.settings).replace(str(tmp_path), "")
+    assert set(sham.settings["settings"]["options"]) == set(real.settings["settings"]["options"])

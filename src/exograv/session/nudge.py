@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from exograv.dynamics.at_rest import carrying_torque, hanging_posture, weight_stiffness
 from exograv.identification.empty_prior import COULOMB, usual_friction
+from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import hold
 from exograv.signals import Reference
@@ -49,6 +50,15 @@ def starting_posture(tree: Tree) -> Joints:
     return hanging_posture(tree, MARGIN)
 
 
+def held_torque(description: RigDescription, tree: Tree) -> Joints:
+    """What motors that nobody has tried yet must carry as the machine hangs (joint,) [N·m], by the URDF alone.
+
+    Friction holds what hangs; a joint whose limit is in the way of hanging would fall from its best posture.
+    """
+    weight = carrying_torque(tree, starting_posture(tree))
+    return np.where(np.abs(weight) > HELD * usual_friction(description, COULOMB)[0], weight, 0.0)
+
+
 class Push:
     """Controller without feedback: holds what would fall by the model's weight, and pushes at one joint."""
 
@@ -81,10 +91,8 @@ class Nudger:
         known = np.zeros(len(self._joints)) if coulomb is None else coulomb
         self._first, self._rate = KNOWN * known, np.maximum(RATE * self._usual, KNOWN_RATE * known)
         hanging, q = starting_posture(run.tree), run.pilot.q.copy()
-        weight = carrying_torque(run.tree, hanging)
-        # Friction holds what hangs. Motors that nobody has tried yet carry only what would fall from its best posture,
-        # by the URDF alone: by a reversed encoder they might drive the machine away.
-        self._push = Push(np.where(np.abs(weight) > HELD * self._usual, weight, 0.0))
+        # No feedback: by a reversed encoder it might drive the machine away.
+        self._push = Push(held_torque(run.description, run.tree))
         refuse_not_hanging(run.description, hanging, q, carrying_torque(run.tree, q) - self._push.tau_feedforward)
         self._stiffness = np.diag(weight_stiffness(run.tree, q))
         self._speed = 0.0
@@ -100,10 +108,19 @@ class Nudger:
         self._wait("Does it stay where it hangs?")
         friction = np.zeros(len(self._joints))
         for joint, name in enumerate(self._joints):
-            both_ways = [self._starts(joint, sign, pushes, f"Pushing {name}") for sign in (1.0, -1.0)]
+            both_ways = [self._starts(joint, *way, f"Pushing {name}") for way in self._ways(joint, pushes)]
             refuse_too_light(self._run.description, joint, *both_ways)
             friction[joint] = np.mean([np.mean(one_way) for one_way in both_ways])
         return friction
+
+    def _ways(self, joint: int, pushes: int) -> tuple[tuple[float, int], tuple[float, int]]:
+        """Directions in their order, and how often: one that lies on its stop is first brought off it."""
+        limits, q = self._run.tree.joints[joint], float(self._run.pilot.observer.q[joint])
+        if q > limits.upper:
+            return (-1.0, pushes + 1), (1.0, pushes)
+        if q < limits.lower:
+            return (1.0, pushes + 1), (-1.0, pushes)
+        return (1.0, pushes), (-1.0, pushes)
 
     def _starts(self, joint: int, sign: float, pushes: int, text: str) -> list[float]:
         """Pushes one way; the torques along the push that moved the joint [N·m]."""

@@ -54,6 +54,13 @@ def test_a_machine_in_good_order_passes_within_a_minute(slow: dict):
     assert slow["nothing"]["busy_s"] <= BUSY_MAX_S
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("rig", ["nesm_like", "agree_like", "recupera_like_7", "recupera_like_qdd"])
+def test_every_shipped_machine_in_good_order_passes(slow: dict, rig: str):
+    """One of them lies on a stop where it would hang, and is pushed off it first."""
+    assert slow[rig]["failed"] == slow[rig]["not_tried"] == []
+
+
 def test_every_fault_of_the_campaign_has_a_number_or_is_about_wiring():
     assert {hidden.fault for hidden in HIDDEN.values()} == {"F02", "F05", "F07", "F08", "F09", "F10", "F13", "F30", "–"}
     unproven = set(HIDDEN) - set(QUICK) - set(SLOW)

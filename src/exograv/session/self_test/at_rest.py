@@ -5,7 +5,7 @@ import numpy as np
 from exograv.errors import RigError
 from exograv.motion import hold
 from exograv.safety.envelope import StopReason
-from exograv.session.nudge import Push
+from exograv.session.nudge import Push, held_torque
 
 from .bench import Bench
 from .controllers import Wild
@@ -32,7 +32,7 @@ def listen(bench: Bench) -> list[Step]:
     Raises:
         RigError: The guard stopped it, for something else than a torque that nobody told.
     """
-    push, start = Push(np.zeros(len(bench.joints))), bench.tap.ticks
+    push, start = Push(held_torque(bench.description, bench.tree)), bench.tap.ticks
     try:
         bench.fly(push, SETTLE_S, "Listening")
         passed = bench.fly(push, LISTEN_S, "Listening")
@@ -99,7 +99,7 @@ def _zero(bench: Bench, passed: Passed) -> Step:
 def wake_guard(bench: Bench) -> list[Step]:
     """Whether the guard cuts what is far too much, and stops what is no number."""
     start, envelope = bench.tap.ticks, bench.pilot.envelope
-    wild = Wild(np.zeros(len(bench.joints)), WILD_TICKS, WILD_NM)
+    wild = Wild(held_torque(bench.description, bench.tree), WILD_TICKS, WILD_NM)
     path = hold(bench.pilot.q.copy(), (WILD_TICKS + 10) * bench.tap.period_s, bench.tap.period_s)
     reason = bench.come_down(wild, path, "Is the guard awake?", bench.run.listen)
     told = bench.tap.passed(start).tau_commanded
