@@ -27,6 +27,7 @@ BRAKES_SHARE = 0.3
 """Of the damping that a drive has to be set to."""
 
 SEEN_RAD = 0.004  # way in which braking can be told from noise
+WHILE_S = 0.02
 HALF = 0.5
 MEAN_TICKS = 8
 
@@ -157,13 +158,15 @@ def _falls(t: Float[np.ndarray, " tick"], tau: Float[np.ndarray, " tick"], befor
 def _braking(bench: Bench, passed: Passed, tau: Float[np.ndarray, "tick joint"], trip: int) -> tuple[float, str]:
     """Least share of its damping with which a drive brakes, from when it must have tripped until Stop, and its joint.
 
-    What brakes by damping · v takes damping · way of momentum.
+    What brakes by damping · v takes damping · way of momentum, in each short while: a joint may go on, then sink back.
     """
     dt = bench.tap.period_s
-    end = trip + round(SILENCE_S / dt)
-    way = passed.q[end] - passed.q[trip]
-    momentum = -(tau[trip:end].sum(axis=0)) * dt
-    share = momentum / np.where(np.abs(way) > SEEN_RAD, way, np.nan) / bench.drive_damping
+    ticks = max(round(WHILE_S / dt), 1)
+    ends = trip + ticks * np.arange(round(SILENCE_S / dt / ticks) + 1)
+    ways = np.diff(passed.q[ends], axis=0)
+    momenta = -dt * np.add.reduceat(tau[: ends[-1]], ends[:-1], axis=0)
+    seen = (ways**2).sum(axis=0)
+    share = (momenta * ways).sum(axis=0) / np.where(seen > SEEN_RAD**2, seen, np.nan) / bench.drive_damping
     share = np.where(np.isfinite(share), share, np.inf)
     joint = int(share.argmin())
     return float(min(share[joint], 10.0)), bench.joints[joint]
