@@ -28,15 +28,16 @@ AGREE_PX = 0.51
 
 WHOLE = ("session", "window", "attempt", "sequence")
 NUMBERS = (*NEEDED[1:], *TARGET, *DEVIATION, "deviation_x_mm", "deviation_y_mm", "contact_px", "interval_s")
-YES_OR_NO = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}
-WORDS = {
-    "pace": ("too_short", "right", "too_long"),
-    "reason": tuple(reason.value for reason in Reason),
+MISSING = frozenset({"", "na", "n/a", "nan"})
+WORDS: dict[str, dict[str, Any]] = {
+    "pace": {word: word for word in ("too_short", "right", "too_long")},
+    "reason": {reason.value: reason.value for reason in Reason},
+    "is_accepted": {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False},
 }
 """What may stand there; free text could be a remark about a person."""
 
 PAGE = re.compile(r"[A-Za-z0-9-]{1,30}")
-MISSING = frozenset({"", "na", "n/a", "nan"})
+
 
 class UnusableError(Exception):
     """Of one row; says why, without its cells."""
@@ -58,8 +59,8 @@ def touch_row(cells: Mapping[str, str], number: Callable[[str], float | None], l
         if told.get(name) is None:
             raise UnusableError(f"{name} is missing")
     off_x, off_y = _deviation(told, "x"), _deviation(told, "y")
-    off_mm = (told.get("deviation_x_mm"), told.get("deviation_y_mm"))
-    norm_mm = math.hypot(*off_mm) if off_mm[0] is not None and off_mm[1] is not None else None
+    x_mm, y_mm = told.get("deviation_x_mm"), told.get("deviation_y_mm")
+    norm_mm = None if x_mm is None or y_mm is None else math.hypot(x_mm, y_mm)
     rest = {name: told.get(name) for name in OPTIONAL}
     is_accepted = rest["is_accepted"] is not False
     return {
@@ -81,14 +82,10 @@ def _value(name: str, cell: str, number: Callable[[str], float | None]) -> Any:
     cell = cell.strip()
     if cell.lower() in MISSING:
         return None
-    if name == "is_accepted":
-        if cell.lower() not in YES_OR_NO:
-            raise UnusableError(f"{name} is neither yes nor no")
-        return YES_OR_NO[cell.lower()]
     if name in WORDS:
-        if cell not in WORDS[name]:
+        if cell.lower() not in WORDS[name]:
             raise UnusableError(f"{name} is none of {', '.join(WORDS[name])}")
-        return cell
+        return WORDS[name][cell.lower()]
     if name == "page":
         if not PAGE.fullmatch(cell):
             raise UnusableError(f"{name} is not of letters, digits and hyphens")
@@ -106,12 +103,14 @@ def _value(name: str, cell: str, number: Callable[[str], float | None]) -> Any:
 def _deviation(told: Mapping[str, Any], axis: str) -> float:
     """Contact minus target [px]."""
     target, said = told.get(f"target_{axis}_px"), told.get(f"deviation_{axis}_px")
-    if target is None and said is None:
-        raise UnusableError(f"target_{axis}_px and deviation_{axis}_px are missing")
-    found = said if target is None else told[f"{axis}_px"] - target
+    if target is None:
+        if said is None:
+            raise UnusableError(f"target_{axis}_px and deviation_{axis}_px are missing")
+        return said
+    found = told[f"{axis}_px"] - target
     if said is not None and abs(found - said) > AGREE_PX:
         raise UnusableError(f"deviation_{axis}_px is not {axis}_px minus target_{axis}_px")
-    return float(found)
+    return found
 
 
 def windows_of_touches(touches: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""XDF of LabRecorder: our own markers, or somebody else's stream of touches by a mapping; other streams stay where they are.
+"""XDF of LabRecorder: our own markers, or somebody else's stream of touches by a mapping.
 
 Times: stamps as pyxdf's clock synchronisation gives them, by the offsets that LabRecorder has measured; never
 dejittered. Touches of our own markers have the times in the markers, which are nearer to the touch than a stamp.
@@ -10,36 +10,23 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import pyxdf
-from pydantic import Field, ValidationError
+from pydantic import ValidationError
 
 from exograv.errors import RecordingError
-from exograv.model.rig_settings import Settings
 from exograv.task.records import RECORD
 
 from .imported import Imported, Said, counted, sentences, totals
 from .task_records import touches_of, windows_of
 from .touch_rows import COLUMNS, UnusableError, session_of_touches, touch_row, windows_of_touches
+from .xdf_mapping import XdfMapping
 
 OURS = "exograv-markers"
 GAP_PERIODS = 2.0
 """Longer than so many nominal periods between samples of a stream with a rate is a gap, as `exograv sync` has it."""
-
-
-class XdfMapping(Settings):
-    """Where touches are in a file of somebody else; a TOML file says it."""
-
-    stream: Annotated[str, Field(min_length=1)]
-    """Name of the stream that has a sample a touch."""
-
-    columns: dict[str, str | Annotated[int, Field(ge=0)]]
-    """Column of a CSV of touches (docs/study.md) to the label of a channel, or its number from 0."""
-
-    fixed: dict[str, str | float | bool] = Field(default={})
-    """Columns that are the same in all touches."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +58,9 @@ def import_xdf(path: Path, mapping: XdfMapping | None = None) -> Imported:
         "clock_jumps": back,
         "remark": sentences(
             found.session.get("remark"),
-            f"{complaints} times its reader warned of a damaged place or a clock that was set anew." if complaints else None,
+            f"{complaints} times its reader warned of a damaged place or a clock that was set anew."
+            if complaints
+            else None,
             f"Stamps went back {back} times." if back else None,
             f"{gaps} gaps between samples." if gaps else None,
             f"{len(found.refusals)} samples were refused." if found.refusals else None,
@@ -138,7 +127,9 @@ def _from_markers(stream: _Stream) -> Imported:
         except ValidationError:
             refusals.append(f"sample {number}: it is no record of a task")
     if not records:
-        raise RecordingError(f"Stream '{stream.name}' holds no record of a task: nothing was run while it was recorded.")
+        raise RecordingError(
+            f"Stream '{stream.name}' holds no record of a task: nothing was run while it was recorded."
+        )
     begun = min(one["t"] for one in records)
     records = [{**one, "t": one["t"] - begun} for one in records]
     windows = windows_of(records)
@@ -166,11 +157,17 @@ def _from_mapping(stream: _Stream, mapping: XdfMapping) -> Imported:
     places = {column: _place(stream, where) for column, where in mapping.columns.items()}
     if unknown := [name for name in (*places, *mapping.fixed) if name not in COLUMNS or name == "t_s"]:
         raise RecordingError(f"The mapping names {', '.join(unknown)}; it may name {', '.join(COLUMNS)}, but for t_s.")
-    fixed = {name: json.dumps(value) if isinstance(value, bool) else str(value) for name, value in mapping.fixed.items()}
+    fixed = {
+        name: json.dumps(value) if isinstance(value, bool) else str(value) for name, value in mapping.fixed.items()
+    }
     touches, refusals = list[dict[str, Any]](), list[str]()
     first = float(stream.stamps[0])
     for number, (stamp, sample) in enumerate(zip(stream.stamps, stream.values, strict=True)):
-        cells = {**fixed, **{column: str(sample[place]) for column, place in places.items()}, "t_s": repr(float(stamp - first))}
+        cells = {
+            **fixed,
+            **{column: str(sample[place]) for column, place in places.items()},
+            "t_s": repr(float(stamp - first)),
+        }
         try:
             row = touch_row(cells, _number, number)
             if row["gravity_level"] is None:
