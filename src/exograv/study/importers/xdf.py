@@ -4,6 +4,7 @@ Times: stamps as pyxdf's clock synchronisation gives them, by the offsets that L
 dejittered. Touches of our own markers have the times in the markers, which are nearer to the touch than a stamp.
 """
 
+import gzip
 import json
 import logging
 import warnings
@@ -25,6 +26,11 @@ from .touch_rows import COLUMNS, UnusableError, session_of_touches, touch_row, w
 from .xdf_mapping import XdfMapping
 
 OURS = "exograv-markers"
+NOT_THERE = "No matching streams"
+"""What pyxdf says where the file is sound and has other streams."""
+
+MARK = b"XDF:"
+
 GAP_PERIODS = 2.0
 """Longer than so many nominal periods between samples of a stream with a rate is a gap, as `exograv sync` has it."""
 
@@ -83,16 +89,18 @@ def _load(path: Path, name: str) -> tuple[_Stream, int]:
     log.addHandler(counting)
     propagates, log.propagate = log.propagate, False
     try:
+        _refuse_other(path)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             streams, _ = pyxdf.load_xdf(
                 str(path), select_streams=[{"name": name}], dejitter_timestamps=False, synchronize_clocks=True
             )
+    except ValueError as error:
+        if NOT_THERE not in str(error):
+            raise _unreadable(name, error) from None
+        streams = []
     except Exception as error:  # noqa: BLE001  pyxdf lets whatever a damaged file provokes through
-        kind = type(error).__name__
-        raise RecordingError(
-            f"It is no XDF file with a stream '{name}' that could be read ({kind}). Check it in LabRecorder's viewer."
-        ) from None
+        raise _unreadable(name, error) from None
     finally:
         log.removeHandler(counting)
         log.propagate = propagates
@@ -103,8 +111,21 @@ def _load(path: Path, name: str) -> tuple[_Stream, int]:
         )
     info = streams[0]["info"]
     rate = float((info.get("nominal_srate") or ["0"])[0] or 0.0)
-    return _Stream(name, np.array(streams[0]["time_stamps"]), streams[0]["time_series"], _labels(info), rate), (
-        counting.count
+    stamps, values = np.array(streams[0]["time_stamps"]), list(streams[0]["time_series"])
+    return _Stream(name, stamps, values, _labels(info), rate), counting.count
+
+
+def _refuse_other(path: Path) -> None:
+    """Before pyxdf sees it, which leaves open what it refuses."""
+    with gzip.open(path) if path.suffix.lower() == ".xdfz" else path.open("rb") as file:
+        if file.read(len(MARK)) != MARK:
+            raise ValueError("It begins otherwise.")
+
+
+def _unreadable(name: str, error: Exception) -> RecordingError:
+    kind = type(error).__name__
+    return RecordingError(
+        f"It is no XDF file with a stream '{name}' that could be read ({kind}). Try another copy of it."
     )
 
 
