@@ -74,10 +74,11 @@ def _parquet(path: Path) -> Iterator[bytes]:
     yield str(file.schema_arrow).encode() + b"\n".join(
         b"%s=%s" % pair for pair in (file.metadata.metadata or {}).items()
     )
-    texts = [field.name for field in file.schema_arrow if pa.types.is_string(field.type)]
+    # Numbers only are left out: what kind of text or list a column is, depends on who wrote it.
+    texts = [field.name for field in file.schema_arrow if not pa.types.is_primitive(field.type)]
     for batch in file.iter_batches(columns=texts) if texts else ():
         for column in batch.columns:
-            yield "\n".join(str(value) for value in column.unique().to_pylist()).encode()
+            yield "\n".join({str(value) for value in column.to_pylist()}).encode()
 
 
 def _mcap(path: Path) -> Iterator[bytes]:
