@@ -2,6 +2,9 @@
 
 from .log import MotionLog as MotionLog
 from .log import read_log as read_log
+from .pieces import RecordingPass as RecordingPass
+from .pieces import read_topics as read_topics
+from .pieces import tick_pieces as tick_pieces
 from .reader import Recording as Recording
 from .reader import read_recording as read_recording
 from .writer import RecordingWriter as RecordingWriter

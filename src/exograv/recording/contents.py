@@ -7,7 +7,7 @@ before is good; what does not agree, and all that follows, is not used.
 import enum
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from typing import Protocol, runtime_checkable
@@ -105,21 +105,27 @@ class Contents:
 def examine(content: Content, visit: Visit) -> Contents:
     """Go through a file that begins with the mark of MCAP; every message of a sound chunk is visited, in its order."""
     found = Contents()
-    try:
-        found.ending = _walk(content, visit, found)
-    except DAMAGE:
-        found.ending = Ending.DAMAGED
+    for topic, data in messages_in(content, found):
+        visit(topic, data)
     return found
 
 
-def _walk(content: Content, visit: Visit, found: Contents) -> Ending:
+def messages_in(content: Content, found: Contents) -> Iterator[tuple[str, bytes]]:
+    """Topic and data as `examine` visits them, a chunk in memory at a time; `found` is filled in on the way."""
+    try:
+        found.ending = yield from _walk(content, found)
+    except DAMAGE:
+        found.ending = Ending.DAMAGED
+
+
+def _walk(content: Content, found: Contents) -> Generator[tuple[str, bytes], None, Ending]:
     start = found.good = len(MCAP0_MAGIC)
     while record := _record_at(content, start):
         opcode, body = record
         end = start + RECORD_HEAD.size + len(body)
         if opcode == Opcode.CHUNK:
             chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-            after = _chunk(chunk, content, (start, end), visit, found)
+            after = yield from _chunk(chunk, content, (start, end), found)
             if after is None:
                 return Ending.CUT
             end = after
@@ -150,12 +156,14 @@ def _announce(opcode: int, body: bytes, found: Contents) -> None:
         raise DamageError
 
 
-def _chunk(chunk: Chunk, content: Content, place: tuple[int, int], visit: Visit, found: Contents) -> int | None:
+def _chunk(
+    chunk: Chunk, content: Content, place: tuple[int, int], found: Contents
+) -> Generator[tuple[str, bytes], None, int | None]:
     """Take the chunk of these bytes; returns where its index ends, None if the file does so before."""
     data, topics = _unpacked(chunk), found.topics
     parts: dict[int, list[np.ndarray]] = {}
     for channel, entries, messages in _messages(data, topics):
-        visit(topics[channel], messages)
+        yield topics[channel], messages
         parts.setdefault(channel, []).append(entries)
     index = {channel: np.concatenate(entries) for channel, entries in parts.items()}
     expected = MessageIndexes(index, place[1])

@@ -88,7 +88,7 @@ def read_recording(path: Path) -> Recording:
         if channel is not TICK
     }
     streams = _streams(found, parts, messages, ticks)
-    return Recording(path, settings, ticks, _remark(path, size, found, ticks), messages, streams)
+    return Recording(path, settings, ticks, remark_on(path, size, found, ticks), messages, streams)
 
 
 def _streams(
@@ -173,7 +173,8 @@ def settings_of(path: Path, messages: list[bytes]) -> dict[str, Any]:
     return settings
 
 
-def _remark(path: Path, size: int, found: Contents, ticks: np.ndarray) -> str | None:
+def remark_on(path: Path, size: int, found: Contents, ticks: np.ndarray) -> str | None:
+    """What is wrong with a file of so many bytes, as a sentence; None for a complete one."""
     until = f"at {ticks['t'][-1]:.3f} s" if len(ticks) else "before the first tick"
     remarks = {
         Ending.COMPLETE: None,

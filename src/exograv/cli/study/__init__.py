@@ -5,11 +5,17 @@ from typing import Any
 
 from exograv.cli.common import Common
 
+from .add import Add, run_add
+from .identity import Identity, run_identity
 from .init import Init, run_init
+from .participant import Participant, run_participant
 from .status import Status, run_status
 
 COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "init": (Init, run_init),
+    "participant": (Participant, run_participant),
+    "identity": (Identity, run_identity),
+    "add": (Add, run_add),
     "status": (Status, run_status),
 }
 """Word after `exograv study`."""

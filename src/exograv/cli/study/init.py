@@ -11,12 +11,22 @@ from exograv.cli.common import Common
 
 @dataclass(frozen=True)
 class Init(Common):
-    """Begin a study."""
+    """Begin a study: a folder with `study.toml`, to be filled in."""
 
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Its folder, which is made."""
 
+    name: str | None = None
+    """Of the study; groups and sessions are those of the paper, until `study.toml` says others."""
+
 
 def run_init(command: Init) -> dict[str, Any]:
-    """Say it."""
-    raise NotImplementedError
+    """Make it."""
+    from exograv.study.dataset.beginning import begin_study
+    from exograv.study.dataset.settings import AS_PUBLISHED, StudySettings, checked
+
+    told = {} if command.name is None else {"name": command.name}
+    settings = checked(StudySettings, AS_PUBLISHED.model_dump() | told, "--name")
+    folder = begin_study(command.study, settings)
+    print(f"{folder.path} is a study. Fill in study.toml, then: exograv study participant {folder.path} new --group …")
+    return {"study": str(folder.path), "groups": list(settings.groups)}

@@ -16,7 +16,17 @@ class Status(Common):
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Folder of the study."""
 
+    remake: bool = False
+    """Make all tables anew from the sources."""
+
 
 def run_status(command: Status) -> dict[str, Any]:
     """Say it."""
-    raise NotImplementedError
+    from exograv.study.dataset.folder import StudyFolder
+    from exograv.study.dataset.status import study_status
+
+    from .showing import show_status
+
+    status = study_status(StudyFolder(command.study), everything=command.remake)
+    show_status(status)
+    return status.figures()

@@ -1,0 +1,106 @@
+"""`exograv study identity`: who stands behind a code, in an encrypted file outside of the study."""
+
+import getpass
+import json
+import os
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from exograv.cli.common import Common
+from exograv.errors import ConfigError
+
+PASSPHRASE = "EXOGRAV_IDENTITIES_PASSPHRASE"
+FIELDS = ("name", "contact", "note")
+
+
+@dataclass(frozen=True)
+class Identity(Common):
+    """Names behind codes. Nothing of a person is taken from the command line: it is asked for, or comes on stdin."""
+
+    study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
+    """Folder of the study."""
+
+    action: Annotated[Literal["add", "show", "list", "remove"], tyro.conf.Positional] = "list"
+    """What to do."""
+
+    code: Annotated[str | None, tyro.conf.Positional] = None
+    """Of whom."""
+
+    identities: Path | None = None
+    """The encrypted file; without it the one beside the study's folder, named after it."""
+
+    key_file: Path | None = None
+    """File whose content is the passphrase; else the variable EXOGRAV_IDENTITIES_PASSPHRASE, else it is asked for."""
+
+
+def run_identity(command: Identity) -> dict[str, Any]:
+    """Do it."""
+    from exograv.study.dataset.folder import StudyFolder
+    from exograv.study.dataset.settings import read_settings
+    from exograv.study.participants.codes import typed_code
+    from exograv.study.participants.identities import read_identities, write_identities
+    from exograv.study.participants.register import read_register
+
+    folder = StudyFolder(command.study)
+    read_settings(folder)
+    path = command.identities or folder.path.absolute().with_suffix(".identities")
+    passphrase = _passphrase(command.key_file)
+    known = read_identities(path, passphrase) if path.exists() or command.action != "add" else {}
+    if command.action == "list":
+        print("\n".join([*sorted(known), f"{len(known)} identities"]))
+        return {"codes": sorted(known)}
+    if command.code is None:
+        raise ConfigError(f"The code is missing: exograv study identity STUDY {command.action} CODE.")
+    code = typed_code(command.code)
+    if command.action == "show":
+        who = _of(known, code)
+        print("\n".join(f"{name}: {value}" for name, value in who.items()))
+        return {"participant": code}
+    if command.action == "remove":
+        _of(known, code)
+        write_identities(path, passphrase, {one: who for one, who in known.items() if one != code})
+        print(f"Nothing tells any more who {code} is. Copies of the file elsewhere still do.")
+        return {"participant": code}
+    if code not in {row.code for row in read_register(folder)}:
+        raise ConfigError(f"{code} is not in the study. `exograv study participant STUDY new` draws a code.")
+    if code in known:
+        raise ConfigError(f"{code} has an identity already. Remove it first, if it is the wrong one.")
+    write_identities(path, passphrase, {**known, code: _asked()})
+    print(f"It is kept in {path}. Keep that file, and its passphrase, apart from the study.")
+    return {"participant": code}
+
+
+def _of(known: dict[str, dict[str, str]], code: str) -> dict[str, str]:
+    if code not in known:
+        raise ConfigError(f"{code} has no identity in this file.")
+    return known[code]
+
+
+def _asked() -> dict[str, str]:
+    """From a person at the terminal, or as JSON from a script."""
+    if sys.stdin.isatty():
+        return {name: value for name in FIELDS if (value := input(f"{name}: ").strip())}
+    try:
+        told = json.loads(sys.stdin.read())
+    except json.JSONDecodeError:
+        told = None
+    if not isinstance(told, dict) or not told or not all(isinstance(v, str) for v in told.values()):
+        raise ConfigError('Standard input holds no identity. A script gives JSON: {"name": "…", "contact": "…"}.')
+    return {str(name): value for name, value in told.items()}
+
+
+def _passphrase(key_file: Path | None) -> str:
+    if key_file is not None:
+        try:
+            return key_file.read_text(encoding="utf-8").strip()
+        except (OSError, UnicodeDecodeError) as error:
+            raise ConfigError(f"--key-file {key_file} cannot be read as text. Give another.") from error
+    if passphrase := os.environ.get(PASSPHRASE):
+        return passphrase
+    if not sys.stdin.isatty():
+        raise ConfigError(f"No passphrase: set {PASSPHRASE}, or give --key-file.")
+    return getpass.getpass("Passphrase of the identities: ")

@@ -1,0 +1,26 @@
+"""What a person at a terminal sees of a study."""
+
+from rich.console import Console
+from rich.table import Table
+
+from exograv.study.dataset.status import StudyStatus, in_words
+
+
+def show_status(status: StudyStatus) -> None:
+    """Who has which sessions, what is missing, and what is wrong."""
+    protocols = sorted({name for person in status.people for name in (*person.sessions, *person.missing)})
+    table = Table(title=status.name + (" (simulated: nobody took part)" if status.is_simulated else ""))
+    for title in ("participant", "group", *protocols, "missing", "touches"):
+        table.add_column(title, justify="right" if title == "touches" else "left")
+    for person in status.people:
+        cells = [in_words(person.sessions.get(name, ())) for name in protocols]
+        missing = [f"{name} {in_words(numbers)}" for name, numbers in person.missing.items()]
+        table.add_row(person.code, person.group, *cells, "; ".join(missing), str(person.touches))
+    console = Console()
+    console.print(table)
+    for what, remark in status.remarks.items():
+        console.print(f"{what}: {remark}", highlight=False, markup=False)
+    for sha256, reason in status.quarantined.items():
+        console.print(f"In quarantine, {sha256[:16]}: {reason}", highlight=False, markup=False)
+    if status.refused:
+        console.print(f"Refused so far: {status.refused}; log.jsonl says what and why.", highlight=False)

@@ -1,0 +1,92 @@
+"""A recording that is larger than a laptop's memory: chosen messages whole, ticks piece by piece, in one pass."""
+
+import json
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from .contents import Contents, messages_in
+from .encoding import restored, tick_dtype, unpacked_ticks
+from .reader import Recording, read_content, remark_on, settings_of
+from .schema import CHANNELS, SETTINGS, TICK
+
+
+class RecordingPass:
+    """One way through a recording. `for ticks in passing.ticks(): …`, and then what `passing.recording()` says."""
+
+    def __init__(self, path: Path, topics: Collection[str] = ()):
+        """Nothing is read yet.
+
+        Args:
+            path: The recording.
+            topics: JSON channels whose messages are wanted, beside `/settings`.
+        """
+        self.path = Path(path)
+        self._wanted = {SETTINGS.topic, *topics}
+        self._parts: dict[str, list[bytes]] = {topic: [] for topic in self._wanted}
+        self._last, self._size, self._found = np.empty(0), 0, Contents()
+        self._is_through = False
+
+    def ticks(self) -> Iterator[np.ndarray]:
+        """All ticks in their order, some thousands a piece: structured arrays (tick,) as `Recording.ticks`.
+
+        Raises:
+            RecordingError: There is no such file, it is no recording of exograv, or one of another version.
+        """
+        n_joints, version = 0, 0
+        for topic, data in self._messages():
+            if topic in self._wanted:
+                self._parts[topic].append(data)
+            elif topic == TICK.topic:
+                if not version:  # settings come first in the file
+                    settings = settings_of(self.path, self._parts[SETTINGS.topic])
+                    n_joints, version = len(settings["joints"]), settings["schema_version"]
+                ticks = unpacked_ticks(data, n_joints, version)
+                self._last = ticks[-1:]
+                yield ticks
+        self._is_through = True
+
+    def recording(self) -> Recording:
+        """Settings, remark and the wanted messages. Its `ticks` are empty, and so are `streams`.
+
+        Raises:
+            RecordingError: As of `ticks`.
+        """
+        if not self._is_through:
+            for _ in self.ticks():
+                pass
+        settings = settings_of(self.path, self._parts[SETTINGS.topic])
+        messages = {
+            topic: [restored(CHANNELS[topic].fields, json.loads(data)) for data in parts]
+            for topic, parts in self._parts.items()
+        }
+        none = np.empty(0, tick_dtype(len(settings["joints"])))
+        last = self._last if len(self._last) else none
+        return Recording(self.path, settings, none, remark_on(self.path, self._size, self._found, last), messages)
+
+    def _messages(self) -> Iterator[tuple[str, bytes]]:
+        for parts in self._parts.values():
+            parts.clear()
+        self._found = Contents()
+        with read_content(self.path) as content:
+            self._size = len(content)
+            yield from messages_in(content, self._found)
+
+
+def read_topics(path: Path, topics: Collection[str]) -> Recording:
+    """Settings, remark and these JSON channels of a recording, in a few megabytes; its `ticks` are empty.
+
+    Raises:
+        RecordingError: There is no such file, it is no recording of exograv, or one of another version.
+    """
+    return RecordingPass(path, topics).recording()
+
+
+def tick_pieces(path: Path) -> Iterator[np.ndarray]:
+    """All ticks of a recording, some thousands a piece.
+
+    Raises:
+        RecordingError: There is no such file, it is no recording of exograv, or one of another version.
+    """
+    return RecordingPass(path).ticks()

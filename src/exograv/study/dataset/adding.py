@@ -1,0 +1,261 @@
+"""Files come into a study: each once, under a code, whole or not at all; what cannot come in is named and counted."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+from exograv.errors import ConfigError, RecordingError
+from exograv.study.importers.imported import Imported, Key, Said
+from exograv.study.importers.touch_sheet import PROTOCOL
+from exograv.study.importers.xdf_mapping import XdfMapping
+from exograv.study.participants.register import read_register
+
+from .folder import StudyFolder
+from .incoming import Incoming, read_incoming
+from .journal import alone, note
+from .making import refresh
+from .quarantine import put_aside, quarantined, set_aside
+from .settings import read_settings
+from .showing import shown_code, shown_file
+from .sources import SUFFIXES, Source, SourceNote, copied, placed_sources, put, remove_partial, sha256_of
+from .who import same_person
+
+NOTHING = Said()
+
+
+@dataclass(frozen=True)
+class AddOptions:
+    """What is told beside the files."""
+
+    said: Said = NOTHING
+    """Holds for all files; where a file says another, it is followed, and that is remarked."""
+
+    acquired: str | None = None
+    """Date and time, ISO 8601."""
+
+    new_codes: Mapping[str, str] = field(default_factory=dict)
+    """Code of the study for a code in files that were made under another."""
+
+    gravity_level: float | None = None
+    """Of touches that say none."""
+
+    mapping: XdfMapping | None = None
+    """Of XDF of somebody else."""
+
+    replace: bool = False
+    """A session that is there already is put aside."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a file, or of one session in it."""
+
+    file: str
+    """As it may be shown."""
+
+    what: str
+    """`added`, `replaced`, `already there`, `refused`, `quarantined` or `ignored`."""
+
+    sentence: str
+    key: Key | None = None
+    remark: str | None = None
+
+
+def add_files(folder: StudyFolder, paths: Sequence[Path], options: AddOptions) -> list[Outcome]:
+    """Add recordings, touches as CSV, XDF, and all of these in folders.
+
+    Raises:
+        ConfigError: The folder is no study, an option cannot be used, or another command is changing the study.
+        RecordingError: The disk is full; what was added before stays, of the rest nothing.
+    """
+    read_settings(folder)
+    _refuse_options(options)
+    with alone(folder):
+        remove_partial(folder)
+        codes = {row.code for row in read_register(folder)}
+        adding = _Adding(folder, options, codes, placed_sources(folder))
+        outcomes = adding.all(_expanded(paths))
+        refresh(folder, adding.fresh)
+    return outcomes
+
+
+def _refuse_options(options: AddOptions) -> None:
+    if options.acquired is not None:
+        try:
+            datetime.fromisoformat(options.acquired)
+        except ValueError:
+            raise ConfigError("--acquired is no date and time. Write ISO 8601, as 2026-03-04T09:30:00+01:00.") from None
+    said = options.said
+    if said.protocol is not None and not PROTOCOL.fullmatch(said.protocol):
+        raise ConfigError("--protocol takes up to 40 letters, digits, - and _.")
+    if said.session is not None and not 1 <= said.session <= 99:
+        raise ConfigError(f"--session is {said.session}; sessions are numbered from 1 to 99.")
+
+
+def _expanded(paths: Sequence[Path]) -> list[Path]:
+    files = list[Path]()
+    for path in paths:
+        files += sorted(one for one in path.rglob("*") if one.is_file()) if path.is_dir() else [path]
+    return files
+
+
+class _Adding:
+    """One call of the command."""
+
+    def __init__(self, folder: StudyFolder, options: AddOptions, codes: set[str], sources: list[Source]):
+        self._folder, self._options, self._codes = folder, options, codes
+        self._sources = {source.note.key: source for source in sources}
+        self.fresh = dict[Key, Imported]()
+
+    def all(self, paths: Sequence[Path]) -> list[Outcome]:
+        outcomes = list[Outcome]()
+        for number, path in enumerate(paths, start=1):
+            shown = shown_file(path, number, len(paths))
+            try:
+                outcomes += self._file(path, shown)
+            except ConfigError as error:
+                outcomes.append(self._refused(shown, str(error)))
+        return outcomes
+
+    def _file(self, path: Path, shown: str) -> list[Outcome]:
+        kind = SUFFIXES.get(path.suffix.lower())
+        if kind is None:
+            return [Outcome(shown, "ignored", f"Only {', '.join(SUFFIXES)} are of use.")]
+        try:
+            sha256 = sha256_of(path)
+        except OSError as error:
+            return [self._refused(shown, f"It cannot be read: {error.strerror}. Check its path.")]
+        there = [key for key, source in self._sources.items() if source.note.given_sha256 == sha256]
+        if there:
+            return [Outcome(shown, "already there", f"It is {_named(there[0])}; nothing was changed.", there[0])]
+        if sha256 in quarantined(self._folder) and not self._options.replace:
+            return [Outcome(shown, "already there", "It is in quarantine; nothing was changed.")]
+        try:
+            incoming = read_incoming(path, kind, sha256, self._options.said, self._options.gravity_level,
+                                     self._options.mapping, self._code_of)  # fmt: skip
+        except RecordingError as error:
+            sentence = str(error).replace(str(path), "It").replace(path.name, "It")
+            return [self._unreadable(path, shown, kind, sha256, sentence)]
+        outcomes = [self._session(one, shown) for one in incoming.sessions]
+        if incoming.nowhere:
+            few = "; ".join(incoming.nowhere[:5])
+            outcomes.append(self._refused(shown, f"{len(incoming.nowhere)} lines belong to no session: {few}."))
+        return outcomes
+
+    def _session(self, one: Incoming, shown: str) -> Outcome:
+        try:
+            key, remark = self._key(one.imported.said)
+            taken = self._sources.get(key)
+            if taken is not None and not self._options.replace:
+                raise ConfigError(
+                    f"{_named(key)} is there already, from another file: either two people have one code, or this is "
+                    "another copy. If this file is the right one, add it with --replace, which puts the other aside."
+                )
+        except ConfigError as error:
+            return self._refused(shown, str(error), one.sha256)
+        what = "added" if taken is None else "replaced"
+        source = self._placed(one, key, remark, taken)
+        refusals = f" {len(one.imported.refusals)} rows were refused: " if one.imported.refusals else ""
+        refusals += "; ".join(one.imported.refusals[:5])
+        sentence = f"{_named(key)}: {one.imported.session['touches']} touches that count.{refusals}"
+        found = " ".join(part for part in (one.imported.session.get("remark"), source.note.remark) if part) or None
+        note(self._folder, what, sentence, participant=key.participant, sha256=source.note.sha256, remark=found)
+        return Outcome(shown, what, sentence, key, found)
+
+    def _placed(self, one: Incoming, key: Key, remark: str | None, taken: Source | None) -> Source:
+        others = [
+            source.note
+            for other, source in self._sources.items()
+            if other.participant == key.participant and other != key
+        ]
+        told = next(row for row in read_register(self._folder) if row.code == key.participant)
+        doubt = same_person(one.body, told, others)
+        recorded_as = one.imported.said.participant
+        described = SourceNote(
+            file=f"{key.participant}_{key.protocol}_{key.session:02d}{one.suffix}",
+            sha256=one.sha256,
+            given_sha256=one.given_sha256,
+            kind=one.kind,
+            **key._asdict(),
+            recorded_as=None if recorded_as in (None, key.participant) else recorded_as,
+            acquired=self._options.acquired,
+            gravity_level=self._options.gravity_level,
+            mapping=self._options.mapping if one.kind == "xdf" else None,
+            body=one.body,
+            remark=" ".join(part for part in (remark, doubt) if part) or None,
+        )
+        write = copied(one.content, one.sha256) if isinstance(one.content, Path) else one.write
+
+        def make_way() -> None:
+            if taken is not None:
+                set_aside(self._folder, taken, "replaced by another file")
+
+        source = put(self._folder, described, write, make_way)
+        self._sources[key], self.fresh[key] = source, one.imported
+        return source
+
+    def _key(self, recorded: Said) -> tuple[Key, str | None]:
+        """Which session it is, and what was told otherwise than the file says."""
+        told = self._options.said
+        said = Said(self._participant(recorded.participant), told.protocol or recorded.protocol,
+                    told.session or recorded.session)  # fmt: skip
+        if said.participant is None or said.protocol is None or said.session is None:
+            missing = " ".join(f"--{name}" for name in said.missing)
+            raise ConfigError(f"The file does not say all of whose it is. Give {missing}.")
+        if not PROTOCOL.fullmatch(said.protocol) or not 1 <= said.session <= 99:
+            raise ConfigError("Its protocol or session cannot be a folder's name. Give --protocol and --session.")
+        other = [name for name in ("protocol", "session") if getattr(recorded, name) not in (None, getattr(said, name))]
+        remark = " ".join(f"The file itself says {name} {getattr(recorded, name)}." for name in other) or None
+        return Key(said.participant, said.protocol, said.session), remark
+
+    def _participant(self, recorded: str | None) -> str | None:
+        told = self._options.said.participant
+        if recorded is None:
+            code = told
+        else:
+            code = self._code_of(recorded)
+            if code is None and recorded in self._options.new_codes:
+                code = self._options.new_codes[recorded]
+        if code is None and recorded is not None:
+            raise ConfigError(
+                f"The file says participant {shown_code(recorded)}, and the study has none. If it was made under "
+                "another code, add it with --new-code OLD=CODE; somebody new comes in by `exograv study participant "
+                "STUDY new`."
+            )
+        if code is not None and code not in self._codes:
+            raise ConfigError(
+                f"Participant {shown_code(code)} is not in the study: `exograv study participant STUDY list`."
+            )
+        if told is not None and code != told:
+            raise ConfigError(
+                f"The file says participant {shown_code(recorded or '')}, and --participant is another. If it was made "
+                "under another code, add it with --new-code OLD=CODE."
+            )
+        return code
+
+    def _code_of(self, recorded: str) -> str | None:
+        """Code of the study for what a file says; None for nobody."""
+        code = self._options.new_codes.get(recorded, recorded)
+        return code if code in self._codes else None
+
+    def _unreadable(self, path: Path, shown: str, kind: str, sha256: str, sentence: str) -> Outcome:
+        if kind == "csv":
+            # Columns or names that do not belong into a study: nothing of it is kept.
+            return self._refused(shown, sentence, sha256)
+        put_aside(self._folder, path, sha256, sentence, self._options.said.participant)
+        note(self._folder, "quarantined", sentence, sha256=sha256, participant=self._options.said.participant)
+        return Outcome(shown, "quarantined", sentence)
+
+    def _refused(self, shown: str, sentence: str, sha256: str | None = None) -> Outcome:
+        note(self._folder, "refused", f"{shown}: {sentence}", sha256=sha256)
+        return Outcome(shown, "refused", sentence)
+
+
+def _named(key: Key) -> str:
+    return f"{key.protocol} {key.session} of {key.participant}"
+
+
+def worst(outcomes: Sequence[Outcome]) -> bool:
+    """Whether something is not as it was asked for."""
+    return any(one.what in ("refused", "quarantined") for one in outcomes)

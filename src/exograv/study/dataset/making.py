@@ -1,0 +1,127 @@
+"""The tables are made from the sources, and made again where a source has come, gone or changed."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+
+from exograv.errors import ExogravError, RecordingError
+from exograv.study.importers.imported import Imported, Key, Said
+from exograv.study.importers.recording import import_recording
+from exograv.study.importers.touch_sheet import cut_sheet
+from exograv.study.participants.register import read_register
+from exograv.study.participants.told import SEALED
+
+from .columns import KEY, TABLES
+from .folder import StudyFolder
+from .journal import alone
+from .sources import Source, placed_sources, rows_of
+from .tables import Tables, frame, read_tables, write_tables
+
+NAMES = [column.name for column in KEY]
+
+
+def current_tables(folder: StudyFolder) -> Tables:
+    """The tables as the sources have them now; where they are already, nothing is written.
+
+    Raises:
+        ConfigError: Another command is changing the study.
+        RecordingError: A source cannot be read any more, or the disk is full.
+    """
+    with alone(folder):
+        return refresh(folder)
+
+
+def refresh(folder: StudyFolder, fresh: Mapping[Key, Imported] | None = None, everything: bool = False) -> Tables:
+    """The same, for whoever has the study alone.
+
+    Args:
+        folder: The study's.
+        fresh: Sessions that have just been read.
+        everything: Read all sources anew.
+
+    Raises:
+        RecordingError: A source cannot be read any more, or the disk is full.
+    """
+    sources, before = placed_sources(folder), None if everything else _before(folder)
+    known = set[tuple[Any, ...]]() if before is None else _marks(before.sessions)
+    new = [source for source in sources if _mark(source, folder) not in known]
+    people = frame(TABLES["participants"], _people(folder))
+    kept = {_mark(source, folder) for source in sources} & known
+    if before is not None and not new and kept == known and people.equals(before.participants):
+        return before
+    rows: dict[str, list[dict[str, Any]]] = {"touches": [], "windows": [], "sessions": []}
+    for source in new:
+        found = (fresh or {}).get(source.note.key) or imported_again(source)
+        for name, more in rows_of(source, found, folder).items():
+            rows[name] += more
+    keys = {mark[:3] for mark in kept}
+    joined = {
+        name: _joined(None if before is None else getattr(before, name), keys, frame(TABLES[name], more))
+        for name, more in rows.items()
+    }
+    tables = Tables(**joined, participants=people)
+    write_tables(folder, tables)
+    return tables
+
+
+def imported_again(source: Source) -> Imported:
+    """Rows of a source that is in its place.
+
+    Raises:
+        RecordingError: It cannot be read any more.
+    """
+    note, path = source.note, source.path
+    try:
+        if note.kind == "recording":
+            return import_recording(path)
+        if note.kind == "xdf":
+            from exograv.study.importers.xdf import import_xdf  # pyxdf: half a second
+
+            return import_xdf(path, note.mapping)
+        said = Said(note.participant, note.protocol, note.session)
+        # The whole file is this session's, whatever code stands in it.
+        parts, _ = cut_sheet(path.read_bytes(), said, note.gravity_level, lambda _: note.participant)
+        return parts[0].imported()
+    except (OSError, ExogravError) as error:
+        raise RecordingError(
+            f"{path} was readable when it was added, and is not any more: {error} Put the last copy of its folder back."
+        ) from error
+
+
+def _before(folder: StudyFolder) -> Tables | None:
+    try:
+        return read_tables(folder)
+    except RecordingError:
+        return None
+
+
+def _mark(source: Source, folder: StudyFolder) -> tuple[Any, ...]:
+    """What tells whether a session's rows are those of its source."""
+    note = source.note
+    return (*note.key, note.sha256, source.path.relative_to(folder.path).as_posix())
+
+
+def _marks(sessions: pd.DataFrame) -> set[tuple[Any, ...]]:
+    return set(sessions[[*NAMES, "sha256", "source"]].itertuples(index=False, name=None))
+
+
+def _people(folder: StudyFolder) -> list[dict[str, Any]]:
+    people = [row.model_dump() for row in read_register(folder)]
+    return [
+        {
+            **{name: value for name, value in person.items() if name != "code"},
+            "participant": person["code"],
+            "group": None if person["group"] == SEALED else person["group"],
+        }
+        for person in people
+    ]
+
+
+def _joined(before: pd.DataFrame | None, keys: set[tuple[Any, ...]], more: pd.DataFrame) -> pd.DataFrame:
+    """Rows of these sessions from before, and the new ones; sessions in their order."""
+    if before is not None and len(before):
+        of = before.set_index(NAMES).index
+        kept = before.loc[of.isin(list(keys))] if keys else before.iloc[:0]
+        more = pd.concat([kept, more], ignore_index=True) if len(more) else kept.copy()
+    return more.sort_values(NAMES, kind="stable", ignore_index=True)

@@ -1,0 +1,210 @@
+"""The raw files of a study: each session a folder with one file, byte for byte, and `source.json` that says what it is.
+
+A folder is made under another name and then given its own: whoever is killed leaves whole ones, and nothing else.
+"""
+
+import hashlib
+import json
+import secrets
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError
+
+from exograv.errors import RecordingError
+from exograv.model.rig_settings import Settings
+from exograv.study.importers.imported import Imported, Key
+from exograv.study.importers.xdf_mapping import XdfMapping
+
+from .folder import PARTIAL, StudyFolder, sync
+
+NOTE = "source.json"
+BLOCK_BYTES = 1 << 22
+
+Write = Callable[[Path], None]
+"""Fills a file."""
+
+Kind = Literal["recording", "csv", "xdf"]
+SUFFIXES: dict[str, Kind] = {".mcap": "recording", ".csv": "csv", ".tsv": "csv", ".xdf": "xdf", ".xdfz": "xdf"}
+Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+class Body(Settings):
+    """As a recording has it, exactly; the study itself keeps bands."""
+
+    height_m: float | None = None
+    mass_kg: float | None = None
+    sex: str | None = None
+
+
+class SourceNote(Settings):
+    """What `source.json` says."""
+
+    file: str
+    """Its name, made of the code; the name that it came with is not kept."""
+
+    sha256: Sha256
+    given_sha256: Sha256
+    """Of what was given: another, where that held several sessions and this one was cut out."""
+
+    kind: Kind
+    participant: str
+    protocol: str
+    session: int
+    recorded_as: str | None = None
+    """Code in the file, where that is another (`--new-code`)."""
+
+    acquired: str | None = None
+    gravity_level: float | None = None
+    """For touches that say none."""
+
+    mapping: XdfMapping | None = None
+    body: Body = Body()
+    remark: str | None = None
+    """What was noticed when it was added."""
+
+    @property
+    def key(self) -> Key:
+        """Which session it is."""
+        return Key(self.participant, self.protocol, self.session)
+
+
+@dataclass(frozen=True)
+class Source:
+    """One session's raw file in its place."""
+
+    path: Path
+    note: SourceNote
+
+
+def placed_sources(folder: StudyFolder) -> list[Source]:
+    """All sessions of the study, by code, protocol and number.
+
+    Raises:
+        RecordingError: A `source.json` cannot be read.
+    """
+    return sorted(_placed(folder), key=lambda source: source.note.key)
+
+
+def _placed(folder: StudyFolder) -> Iterator[Source]:
+    for path in folder.sources.glob(f"*/*/{NOTE}"):
+        if path.parent.name.startswith(PARTIAL):
+            continue
+        try:
+            note = SourceNote.model_validate_json(path.read_bytes())
+        except (OSError, ValidationError) as error:
+            raise RecordingError(
+                f"{path} cannot be used ({type(error).__name__}). It was changed by hand: put the last copy of its "
+                "folder back, or take the folder out and add the file again."
+            ) from None
+        yield Source(path.parent / note.file, note)
+
+
+def nothing() -> None:
+    """Is in the way."""
+
+
+def put(folder: StudyFolder, note: SourceNote, write: Write, make_way: Callable[[], None] = nothing) -> Source:
+    """Put a session in its place, at once or not at all.
+
+    Args:
+        folder: The study's.
+        note: Of the session.
+        write: Fills the raw file.
+        make_way: Takes away what is there, when all else is done.
+
+    Raises:
+        RecordingError: The disk is full, or the folder cannot be written.
+    """
+    place = folder.session(*note.key)
+    put_folder(place, {note.file: write, NOTE: json_file(note.model_dump(mode="json"))}, make_way)
+    return Source(place / note.file, note)
+
+
+def put_folder(place: Path, files: dict[str, Write], make_way: Callable[[], None] = nothing) -> None:
+    """A folder with these files, at once or not at all.
+
+    Raises:
+        RecordingError: The disk is full, or the folder cannot be written.
+    """
+    partial = place.with_name(f"{PARTIAL}{secrets.token_hex(4)}")
+    try:
+        partial.mkdir(parents=True)
+        for name, write in files.items():
+            write(partial / name)
+            sync(partial / name)
+        sync(partial)
+        make_way()
+        partial.rename(place)
+        sync(place.parent)
+    except OSError as error:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise RecordingError(
+            f"{place} cannot be made: {error.strerror}. Nothing of it stays. Free space on the disk, and add it again."
+        ) from error
+
+
+def remove_partial(folder: StudyFolder) -> int:
+    """Take away what killed commands left; says how many."""
+    left = list(folder.path.rglob(f"{PARTIAL}*"))
+    for path in left:
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+    return len(left)
+
+
+def sha256_of(path: Path) -> str:
+    """Of a file.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def copied(path: Path, sha256: str) -> Write:
+    """Writes a copy, and makes sure that it is of the same hash."""
+
+    def write(to: Path) -> None:
+        digest = hashlib.sha256()
+        with path.open("rb") as source, to.open("wb") as target:
+            while block := source.read(BLOCK_BYTES):
+                digest.update(block)
+                target.write(block)
+        if digest.hexdigest() != sha256:
+            raise OSError(None, "the file changes while it is read")
+
+    return write
+
+
+def json_file(content: dict[str, object]) -> Write:
+    """Writes this."""
+
+    def write(to: Path) -> None:
+        to.write_text(json.dumps(content, ensure_ascii=False, indent=1), encoding="utf-8")
+
+    return write
+
+
+def rows_of(source: Source, imported: Imported, folder: StudyFolder) -> dict[str, list[dict[str, object]]]:
+    """Rows of touches, windows and the session, with the key that the study gives them."""
+    note = source.note
+    key = note.key._asdict()
+    session = {
+        **imported.session,
+        "source": source.path.relative_to(folder.path).as_posix(),
+        "sha256": note.sha256,
+        "acquired": note.acquired,
+        "remark": " ".join(part for part in (imported.session.get("remark"), note.remark) if part) or None,
+    }
+    return {
+        "touches": [{**key, **row} for row in imported.touches],
+        "windows": [{**key, **row} for row in imported.windows],
+        "sessions": [{**key, **session}],
+    }

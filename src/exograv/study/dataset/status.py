@@ -1,0 +1,141 @@
+"""Who has which sessions, what is missing, and what is wrong with what is there."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from exograv.study.participants.register import read_register
+from exograv.study.participants.told import SEALED, ParticipantRow
+
+from .folder import StudyFolder
+from .journal import alone, read_journal
+from .making import refresh
+from .quarantine import quarantined
+from .settings import StudySettings, read_settings
+from .sources import remove_partial
+
+
+@dataclass(frozen=True)
+class PersonStatus:
+    """One participant."""
+
+    code: str
+    group: str
+    sessions: Mapping[str, tuple[int, ...]]
+    """Numbers that are there, by protocol."""
+
+    missing: Mapping[str, tuple[int, ...]]
+    """Numbers that are expected and not there."""
+
+    incomplete: Mapping[str, tuple[int, ...]]
+    """Numbers that are there and were not run to their end."""
+
+    touches: int
+
+
+@dataclass(frozen=True)
+class StudyStatus:
+    """The whole."""
+
+    name: str
+    is_simulated: bool
+    people: tuple[PersonStatus, ...]
+    remarks: Mapping[str, str]
+    """What is wrong with a session, by its name."""
+
+    quarantined: Mapping[str, str]
+    """Reasons, by the hash of the file."""
+
+    refused: int
+    """Files and lines that were refused so far, by the log."""
+
+    def figures(self) -> dict[str, Any]:
+        """For `--json`."""
+        people = [
+            {
+                "participant": person.code,
+                "group": person.group,
+                "touches": person.touches,
+                **{
+                    name: {protocol: list(numbers) for protocol, numbers in getattr(person, name).items()}
+                    for name in ("sessions", "missing", "incomplete")
+                },
+            }
+            for person in self.people
+        ]
+        return {
+            "name": self.name,
+            "is_simulated": self.is_simulated,
+            "participants": people,
+            "sessions": sum(len(numbers) for person in self.people for numbers in person.sessions.values()),
+            "missing": sum(len(numbers) for person in self.people for numbers in person.missing.values()),
+            "remarks": dict(self.remarks),
+            "quarantined": dict(self.quarantined),
+            "refused": self.refused,
+        }
+
+
+def study_status(folder: StudyFolder, everything: bool = False) -> StudyStatus:
+    """What there is, with the tables brought up to date.
+
+    Args:
+        folder: The study's.
+        everything: Make all tables anew.
+
+    Raises:
+        ConfigError: The folder is no study, or another command is changing it.
+        RecordingError: A source cannot be read any more.
+    """
+    settings = read_settings(folder)
+    with alone(folder):
+        remove_partial(folder)
+        tables = refresh(folder, everything=everything)
+    sessions = tables.sessions.to_dict("records")
+    rows = read_register(folder)
+    return StudyStatus(
+        settings.name,
+        settings.is_simulated,
+        tuple(_person(row, settings, [one for one in sessions if one["participant"] == row.code]) for row in rows),
+        {
+            f"{one['protocol']} {one['session']} of {one['participant']}": one["remark"]
+            for one in sessions
+            if isinstance(one["remark"], str)
+        },
+        {sha256: str(why.get("reason")) for sha256, why in quarantined(folder).items()},
+        sum(entry.get("what") == "refused" for entry in read_journal(folder)),
+    )
+
+
+def _person(row: ParticipantRow, settings: StudySettings, sessions: list[dict[Any, Any]]) -> PersonStatus:
+    there = dict[str, list[int]]()
+    incomplete = dict[str, list[int]]()
+    for one in sessions:
+        there.setdefault(one["protocol"], []).append(int(one["session"]))
+        if not one["is_complete"]:
+            incomplete.setdefault(one["protocol"], []).append(int(one["session"]))
+    missing = dict[str, tuple[int, ...]]()
+    for one in settings.expected:
+        if one.groups and (row.group == SEALED or row.group not in one.groups):
+            continue
+        lacking = set(range(1, one.sessions + 1)) - set(there.get(one.protocol, ()))
+        if lacking:
+            missing[one.protocol] = tuple(sorted(lacking))
+    return PersonStatus(
+        row.code,
+        row.group,
+        {name: tuple(sorted(numbers)) for name, numbers in there.items()},
+        missing,
+        {name: tuple(sorted(numbers)) for name, numbers in incomplete.items()},
+        sum(int(one["touches"]) for one in sessions),
+    )
+
+
+def in_words(numbers: tuple[int, ...]) -> str:
+    """Whole numbers as runs: `1–4, 7`."""
+    runs = list[list[int]]()
+    for number in numbers:
+        if runs and number == runs[-1][1] + 1:
+            runs[-1][1] = number
+        else:
+            runs.append([number, number])
+    return ", ".join(str(first) if first == last else f"{first}–{last}" for first, last in runs)

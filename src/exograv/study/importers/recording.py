@@ -1,0 +1,135 @@
+"""A recording of ours as rows: what the task said, with what ticks, events and the aircraft's feed add."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from exograv.recording import Recording, RecordingPass
+
+from .imported import Imported, Said, counted, sentences, totals
+from .task_records import touches_of, windows_of
+from .tick_account import TickAccount
+
+TOPICS = ("/task", "/event", "/result", "/timing", "/aircraft")
+
+
+def import_recording(path: Path) -> Imported:
+    """The session of a recording; one that was cut or is damaged gives what is before, with a remark.
+
+    Raises:
+        RecordingError: It is no recording of exograv, or of a version that this one does not read.
+    """
+    passing, account = RecordingPass(path, TOPICS), TickAccount()
+    for ticks in passing.ticks():
+        account.take(ticks)
+    recording = passing.recording()
+    begun = account.first_t if account.count else _first_t(recording)
+    # At a console a record's own time is the computer's; that of its message is the rig's, as ticks have it.
+    records = [{**one["record"], "t": one["t"] - begun} for one in recording.messages("/task")]
+    windows = windows_of(records, recording.messages("/aircraft"), begun)
+    touches = touches_of(records, windows)
+    windows = counted(windows, touches)
+    session = _session(recording, account, records, windows, touches, begun)
+    body = {name: recording.settings.get("wearer", {}).get(name) for name in ("height_m", "mass_kg", "sex")}
+    return Imported(session, windows, touches, _said(recording, records), body)
+
+
+def _first_t(recording: Recording) -> float:
+    times = [message["t"] for topic in TOPICS for message in recording.messages(topic)]
+    return min(times, default=0.0)
+
+
+def _said(recording: Recording, records: Sequence[Mapping[str, Any]]) -> Said:
+    options = _settings(recording).get("options") or {}
+    begun = [one["protocol"] for one in records if one["kind"] == "run_began"]
+    protocol = _protocol(recording).get("name") or (begun or [None])[0]
+    return Said(options.get("participant"), protocol, options.get("session"))
+
+
+def _session(
+    recording: Recording,
+    account: TickAccount,
+    records: Sequence[Mapping[str, Any]],
+    windows: Sequence[Mapping[str, Any]],
+    touches: Sequence[Mapping[str, Any]],
+    begun: float,
+) -> dict[str, Any]:
+    settings, protocol, result = recording.settings, _protocol(recording), recording.last("/result")
+    hashes = settings.get("hashes") or {}
+    pitch = next((one["pitch_mm"] for one in records if one["kind"] == "run_began"), None) or (None, None)
+    run = next((one for one in records if one["kind"] == "run_began"), {})
+    planned = (protocol.get("windows") or {}).get("count")
+    found = totals(windows, touches)
+    jumps = account.jumps([begun + one["t"] for one in records if one["kind"] in ("paused", "resumed")])
+    end = account.last_t if account.count else max((begun + one["t"] for one in records), default=begun)
+    return {
+        "kind": "recording",
+        "is_simulated": _is_simulated(recording),
+        "is_complete": _is_complete(records, found["windows_complete"], planned),
+        "remark": _remark(recording, records, windows, jumps),
+        "rig": settings.get("rig"),
+        "side": settings.get("side"),
+        "exo": protocol.get("exo"),
+        "duration_s": end - begun,
+        "rate_Hz": account.rate_Hz,
+        "pitch_x_mm": pitch[0],
+        "pitch_y_mm": pitch[1],
+        "windows_planned": planned,
+        **found,
+        "ticks": account.count,
+        "ticks_lost": max(account.lost, recording.last("/timing").get("ticks_lost") or 0),
+        "clock_jumps": jumps,
+        "stops": sum(event["kind"] == "stop" for event in recording.messages("/event")),
+        "left_over_Nm": _left_over(result),
+        "software": "; ".join(f"{name} {value}" for name, value in (settings.get("versions") or {}).items()) or None,
+        "protocol_sha256": hashes.get("protocol") or run.get("protocol_sha256"),
+        "calibration_sha256": hashes.get("calibration") or (result.get("calibration_used") or {}).get("hash"),
+    }
+
+
+def _settings(recording: Recording) -> dict[str, Any]:
+    return recording.settings.get("settings") or {}
+
+
+def _protocol(recording: Recording) -> dict[str, Any]:
+    protocol = _settings(recording).get("protocol")
+    return protocol if isinstance(protocol, dict) else {}
+
+
+def _is_simulated(recording: Recording) -> bool:
+    """A twin has a level of disturbance, a model of a participant has settings."""
+    settings = recording.settings
+    return (
+        "participant_model" in _settings(recording)
+        or settings.get("disturbance_level") is not None
+        or "--simulate" in (settings.get("command") or "")
+    )
+
+
+def _is_complete(records: Sequence[Mapping[str, Any]], complete: int, planned: int | None) -> bool:
+    ended = any(one["kind"] == "run_ended" and one["is_complete"] for one in records)
+    return ended or (planned is not None and complete >= planned)
+
+
+def _left_over(result: Mapping[str, Any]) -> float | None:
+    """Largest of a joint, by the last verification between windows; what is only predicted is no check."""
+    verified = (result.get("task") or {}).get("verified") or ()
+    values = [value for value in (verified[-1]["left_over_Nm"] if verified else ()) if value is not None]
+    return max(values, default=None)
+
+
+def _remark(
+    recording: Recording, records: Sequence[Mapping[str, Any]], windows: Sequence[Mapping[str, Any]], jumps: int
+) -> str | None:
+    part = (_settings(recording).get("options") or {}).get("windows")
+    broken = sum(not one["is_complete"] for one in windows)
+    run = next((one for one in records if one["kind"] == "run_began"), None)
+    return sentences(
+        # The file's name may be that of another code, or of a person.
+        (recording.remark or "").replace(recording.path.name, "The recording") or None,
+        None if records else "No task was run in it.",
+        f"A clock went back or leapt {jumps} times." if jumps else None,
+        f"{broken} attempts at a window did not run to their end." if broken else None,
+        "The screen was not calibrated: there are no millimetres." if run and not run["pitch_mm"] else None,
+        f"Only the first {part} windows were run: this is not the protocol." if part else None,
+    )

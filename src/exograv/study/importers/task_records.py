@@ -1,0 +1,66 @@
+"""What a run of a protocol said, as rows of windows and touches; from a recording, or from markers on LSL."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+SENT_AGAIN = "repeated"
+"""A touch that the page sent twice is one touch: the second record of it is no row."""
+
+TOUCH = (
+    "window", "attempt", "sequence", "page", "is_accepted", "reason", "x_px", "y_px", "deviation_x_px",
+    "deviation_y_px", "deviation_px", "deviation_x_mm", "deviation_y_mm", "deviation_mm", "interval_s", "pace",
+)  # fmt: skip
+"""Of a touch's record, taken as they are."""
+
+
+def windows_of(
+    records: Sequence[Mapping[str, Any]], aircraft: Sequence[Mapping[str, Any]] = (), begun: float = 0.0
+) -> list[dict[str, Any]]:
+    """Rows of `WINDOWS`, one an attempt, without key and counts.
+
+    Args:
+        records: In their order; their `t` counts from the beginning of the recording.
+        aircraft: Messages of `/aircraft`, on the rig's clock.
+        begun: When the recording began on that clock [s].
+    """
+    closed = {(one["window"], one["attempt"]): one for one in records if one["kind"] == "window_closed"}
+    t = np.array([sample["t"] for sample in aircraft]) - begun
+    g = np.array([np.linalg.norm(sample["g"]) for sample in aircraft])
+    rows = list[dict[str, Any]]()
+    for one in records:
+        if one["kind"] != "window_opened":
+            continue
+        end = closed.get((one["window"], one["attempt"]), {})
+        inside = (t >= one["t"]) & (t < end.get("t", np.inf))
+        rows.append(
+            {
+                "window": one["window"],
+                "attempt": one["attempt"],
+                "opened_s": one["t"],
+                "closed_s": end.get("t"),
+                "opened_by": one["by"],
+                "closed_by": end.get("by"),
+                "is_complete": bool(end.get("is_complete", False)),
+                "marks": ";".join(end.get("marks", ())),
+                "gravity_level": one["gravity_level"],
+                "g_median": float(np.median(g[inside])) if inside.any() else None,
+            }
+        )
+    return rows
+
+
+def touches_of(records: Sequence[Mapping[str, Any]], windows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Rows of `TOUCHES`, without key."""
+    levels = {(one["window"], one["attempt"]): one["gravity_level"] for one in windows}
+    return [
+        {
+            **{name: one[name] for name in TOUCH},
+            "t_s": one["t"],
+            "contact_px": one["contact_px"] or None,
+            "gravity_level": levels.get((one["window"], one["attempt"])),
+        }
+        for one in records
+        if one["kind"] == "touch" and one["reason"] != SENT_AGAIN
+    ]

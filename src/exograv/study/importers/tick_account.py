@@ -1,0 +1,53 @@
+"""How many ticks a recording has, how many it lacks, and how often a clock went back or leapt; in one pass."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+LEAP_S = 0.5
+"""Between two ticks on the rig's clock; 500 periods of 1 ms, far above any recorder's pause."""
+
+APART_S = 0.25
+"""By which the rig's clock and the computer's may differ over one tick."""
+
+
+class TickAccount:
+    """Takes ticks piece by piece."""
+
+    def __init__(self):
+        self.count = self.lost = self._apart = 0
+        self.first_t = self.last_t = self.rate_Hz = float("nan")
+        self._leaps = list[tuple[float, float]]()
+        self._before: np.ndarray | None = None
+
+    def take(self, ticks: np.ndarray) -> None:
+        """Ticks (tick,) that follow those before."""
+        if not len(ticks):
+            return
+        if self._before is None:
+            self.first_t = float(ticks["t"][0])
+        self.count += len(ticks)
+        together = ticks if self._before is None else np.concatenate([self._before, ticks])
+        self._before, self.last_t = ticks[-1:].copy(), float(ticks["t"][-1])
+        steps = np.diff(together["t"])
+        if np.isnan(self.rate_Hz) and (forward := steps[steps > 0.0]).size:
+            self.rate_Hz = round(1.0 / float(np.median(forward)), 1)
+        strange = np.flatnonzero(~((steps > 0.0) & (steps <= LEAP_S)))
+        self._leaps += [(float(together["t"][k]), float(together["t"][k + 1])) for k in strange]
+        self._compare_clocks(together, steps)
+        counted = together["sequence"].astype(np.int64)
+        missing = np.diff(counted) - 1
+        self.lost += int(missing[(counted[:-1] > 0) & (missing > 0)].sum())
+
+    def _compare_clocks(self, ticks: np.ndarray, steps: np.ndarray) -> None:
+        apart = np.abs(np.diff(ticks["monotonic"]) - np.diff(ticks["now"]))
+        self._apart += int(np.count_nonzero((apart > APART_S) & (steps > 0.0) & (steps <= LEAP_S)))
+
+    def jumps(self, resumed: Sequence[float]) -> int:
+        """Times that a clock went back or leapt, but for the leap to where a run went on.
+
+        Args:
+            resumed: When a run that had been broken off went on [s].
+        """
+        unexplained = [(a, b) for a, b in self._leaps if not any(a < t <= b + LEAP_S for t in resumed)]
+        return len(unexplained) + self._apart

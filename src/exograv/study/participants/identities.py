@@ -1,0 +1,100 @@
+"""Who stands behind a code: one encrypted file, kept apart from the study.
+
+Format: a line that names it, a line of JSON with the parameters, then the content, encrypted and authenticated by
+AES-256-GCM under a key that scrypt makes of a passphrase; the two lines are authenticated too. The content is JSON,
+filled up to whole blocks, so that its length tells little.
+"""
+
+import json
+import os
+import secrets
+from base64 import b64decode, b64encode
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cryptography.exceptions import InvalidTag
+from cryptography.hazmat.primitives.ciphers.aead import AESGCM
+from cryptography.hazmat.primitives.kdf.scrypt import Scrypt
+from pydantic import Field, ValidationError
+
+from exograv.errors import ConfigError
+from exograv.model.rig_settings import Settings
+from exograv.study.dataset.folder import written_whole
+
+MARK = b"exograv identities 1\n"
+COST = 2**17
+"""Of scrypt: 128 MB and some tenths of a second for each guess. Source: OWASP Password Storage, N = 2^17, r 8, p 1."""
+
+BLOCK_BYTES = 4096
+PASSPHRASE_MIN = 12
+"""Characters; a shorter one is guessed."""
+
+Identities = Mapping[str, Mapping[str, str]]
+"""By code: name, contact and what else somebody wrote."""
+
+
+class _Header(Settings):
+    kdf: Literal["scrypt"] = "scrypt"
+    n: Annotated[int, Field(ge=2**10, le=2**20)] = COST
+    """A larger one would ask for more memory than a laptop has."""
+
+    r: Annotated[int, Field(ge=8, le=8)] = 8
+    p: Annotated[int, Field(ge=1, le=1)] = 1
+    salt: Annotated[str, Field(max_length=64)]
+    cipher: Literal["AES-256-GCM"] = "AES-256-GCM"
+    nonce: Annotated[str, Field(max_length=64)]
+
+
+def write_identities(path: Path, passphrase: str, identities: Identities, cost: int = COST) -> None:
+    """Encrypt them with a fresh salt and nonce; the file is readable by its owner only.
+
+    Raises:
+        ConfigError: The passphrase is too short.
+        RecordingError: The file cannot be written.
+    """
+    if len(passphrase) < PASSPHRASE_MIN:
+        raise ConfigError(f"The passphrase has {len(passphrase)} characters; {PASSPHRASE_MIN} are the least.")
+    salt, nonce = secrets.token_bytes(16), secrets.token_bytes(12)
+    header = _Header(n=cost, salt=b64encode(salt).decode(), nonce=b64encode(nonce).decode())
+    head = MARK + header.model_dump_json().encode() + b"\n"
+    content = json.dumps({code: dict(who) for code, who in identities.items()}, ensure_ascii=False).encode()
+    content += b" " * (-len(content) % BLOCK_BYTES)
+    sealed = AESGCM(_key(passphrase, salt, cost)).encrypt(nonce, content, head)
+
+    def write(to: Path) -> None:
+        with os.fdopen(os.open(to, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+            file.write(head + sealed)
+
+    written_whole(path, write)
+
+
+def read_identities(path: Path, passphrase: str) -> dict[str, dict[str, str]]:
+    """Decrypt them.
+
+    Raises:
+        ConfigError: There is no such file, it is damaged, or the passphrase is another.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be read: {error.strerror}. Give it with --identities.") from error
+    mark, end = len(MARK), content.find(b"\n", len(MARK)) + 1
+    if not content.startswith(MARK) or not end:
+        raise ConfigError(f"{path} is no file of identities of this version. Give another with --identities.")
+    try:
+        header = _Header.model_validate_json(content[mark:end])
+        salt, nonce = b64decode(header.salt, validate=True), b64decode(header.nonce, validate=True)
+        opened = AESGCM(_key(passphrase, salt, header.n)).decrypt(nonce, content[end:], content[:end])
+    except InvalidTag:
+        raise ConfigError(
+            f"{path} does not open: the passphrase is another one, or the file was changed. Nothing was altered."
+        ) from None
+    except (ValidationError, ValueError):
+        raise ConfigError(f"{path} is damaged in its first lines. Take the last copy of it.") from None
+    found: dict[str, Any] = json.loads(opened)
+    return found
+
+
+def _key(passphrase: str, salt: bytes, cost: int) -> bytes:
+    return Scrypt(salt=salt, length=32, n=cost, r=8, p=1).derive(passphrase.encode())

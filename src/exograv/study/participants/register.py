@@ -1,0 +1,86 @@
+"""`participants.toml`: who takes part, by code."""
+
+from collections.abc import Sequence
+
+from pydantic import Field, model_validator
+
+from exograv.errors import ConfigError
+from exograv.model.rig_settings import Settings
+from exograv.study.dataset.folder import StudyFolder, write_text_whole
+from exograv.study.dataset.settings import VERSION, checked, quoted, read_settings, read_toml
+
+from .codes import draw_code, typed_code
+from .told import SEALED, ParticipantRow
+
+
+class Register(Settings):
+    """Content of the file."""
+
+    schema_version: int = VERSION
+    participants: list[ParticipantRow] = Field(default=[])
+
+    @model_validator(mode="after")
+    def _each_once(self) -> "Register":
+        codes = [one.code for one in self.participants]
+        if twice := sorted({code for code in codes if codes.count(code) > 1}):
+            raise ValueError(f"two participants with one code: {', '.join(twice)}")
+        return self
+
+
+def read_register(folder: StudyFolder) -> tuple[ParticipantRow, ...]:
+    """Everybody, in the order in which they came.
+
+    Raises:
+        ConfigError: The file cannot be used, or names a group that the study does not have.
+    """
+    if not folder.participants.is_file():
+        return ()
+    rows = tuple(read_toml(folder.participants, Register).participants)
+    groups = {SEALED, *read_settings(folder).groups}
+    if strange := [row.code for row in rows if row.group not in groups]:
+        raise ConfigError(
+            f"{folder.participants}: {', '.join(strange)} has a group that study.toml does not. "
+            f"Groups there: {', '.join(sorted(groups))}."
+        )
+    return rows
+
+
+def write_register(folder: StudyFolder, rows: Sequence[ParticipantRow]) -> None:
+    """Write all of them, at once or not at all.
+
+    Raises:
+        RecordingError: The folder cannot be written.
+    """
+    lines = [
+        "# Who takes part, by code. Names are elsewhere, in an encrypted file (docs/study.md).",
+        f"schema_version = {VERSION}",
+    ]
+    for row in rows:
+        told = row.model_dump(exclude_none=True)
+        lines += ["", "[[participants]]", *(f"{name} = {quoted(str(value))}" for name, value in told.items())]
+    write_text_whole(folder.participants, "\n".join(lines) + "\n")
+
+
+def new_participant(folder: StudyFolder, group: str, code: str | None = None, **told: str | None) -> ParticipantRow:
+    """One more.
+
+    Args:
+        folder: The study's.
+        group: One of the study's, or `sealed`.
+        code: Of an allocation that was drawn before; without one it is drawn now.
+        told: Further fields of `ParticipantRow`.
+
+    Raises:
+        ConfigError: There is no such group, or the code is taken or none.
+        RecordingError: The folder cannot be written.
+    """
+    groups, rows = read_settings(folder).groups, read_register(folder)
+    if group != SEALED and group not in groups:
+        raise ConfigError(f"The study has no such group. Its groups are {', '.join(groups)}; or say '{SEALED}'.")
+    taken = {row.code for row in rows}
+    code = draw_code(taken) if code is None else typed_code(code)
+    if code in taken:
+        raise ConfigError(f"Participant {code} is there already: two people with one code cannot be told apart.")
+    row = checked(ParticipantRow, {"code": code, "group": group, **told}, "What was told of the participant")
+    write_register(folder, (*rows, row))
+    return row

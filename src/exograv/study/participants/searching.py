@@ -1,0 +1,123 @@
+"""Does a word still stand in a folder? In names and bytes, and in what is packed: Parquet, MCAP, gzip, zip, PDF."""
+
+import gzip
+import re
+import zipfile
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from exograv.errors import RecordingError
+from exograv.recording.contents import Contents, messages_in
+from exograv.recording.reader import read_content
+from exograv.recording.schema import TICK
+
+PIECE_BYTES = 1 << 22
+RAW_MIN = 6
+"""Letters of a word that is sought in packed bytes as well: a shorter one comes about there by chance."""
+
+
+def files_with(folder: Path, words: Sequence[str]) -> Iterator[tuple[Path, str]]:
+    """Files in which one of these words stands, whether large or small letters, and where.
+
+    Args:
+        folder: All files under it are searched.
+        words: Such as codes.
+    """
+    sought = [word.encode() for word in words]
+    for path in sorted(folder.rglob("*")):
+        if _is_in(str(path.relative_to(folder)).encode(), sought):
+            yield path, "name"
+        elif path.is_file() and (where := _where(path, sought)):
+            yield path, where
+
+
+def _where(path: Path, words: Sequence[bytes]) -> str | None:
+    """Where in the file one of the words stands."""
+    is_packed = path.suffix.lower() in UNPACKED
+    if _is_in_pieces(_raw(path), [word for word in words if len(word) >= RAW_MIN or not is_packed]):
+        return "bytes"
+    if is_packed:
+        try:
+            if _is_in_pieces(UNPACKED[path.suffix.lower()](path), words):
+                return "packed content"
+        except (OSError, RecordingError, zlib.error, EOFError, zipfile.BadZipFile, pa.ArrowException):
+            return None  # it cannot be unpacked: its bytes were searched
+    return None
+
+
+def _is_in_pieces(pieces: Iterable[bytes], words: Sequence[bytes]) -> bool:
+    longest, before = max(map(len, words), default=1), b""
+    for piece in pieces:
+        if _is_in(before + piece, words):
+            return True
+        before = piece[-longest:]
+    return False
+
+
+def _is_in(content: bytes, words: Sequence[bytes]) -> bool:
+    # Codes are of large letters and digits; a name in a file may have been put into small ones.
+    return any(word in content or word.lower() in content for word in words)
+
+
+def _raw(path: Path) -> Iterator[bytes]:
+    with path.open("rb") as file:
+        while piece := file.read(PIECE_BYTES):
+            yield piece
+
+
+def _parquet(path: Path) -> Iterator[bytes]:
+    file = pq.ParquetFile(path)
+    yield str(file.schema_arrow).encode() + b"\n".join(
+        b"%s=%s" % pair for pair in (file.metadata.metadata or {}).items()
+    )
+    # Numbers only are left out: what kind of text or list a column is, depends on who wrote it.
+    texts = [field.name for field in file.schema_arrow if not pa.types.is_primitive(field.type)]
+    for batch in file.iter_batches(columns=texts) if texts else ():
+        for column in batch.columns:
+            yield "\n".join({str(value) for value in column.to_pylist()}).encode()
+
+
+def _mcap(path: Path) -> Iterator[bytes]:
+    with read_content(path) as content:
+        for topic, data in messages_in(content, Contents()):
+            if topic != TICK.topic:
+                yield data
+
+
+def _gzip(path: Path) -> Iterator[bytes]:
+    with gzip.open(path) as file:
+        while piece := file.read(PIECE_BYTES):
+            yield piece
+
+
+def _zip(path: Path) -> Iterator[bytes]:
+    with zipfile.ZipFile(path) as archive:
+        for name in archive.namelist():
+            yield name.encode()
+            with archive.open(name) as file:
+                while piece := file.read(PIECE_BYTES):
+                    yield piece
+
+
+def _pdf(path: Path) -> Iterator[bytes]:
+    for found in re.finditer(rb"stream\r?\n(.*?)\r?\nendstream", path.read_bytes(), re.DOTALL):
+        try:
+            yield zlib.decompress(found[1])
+        except zlib.error:
+            continue
+
+
+UNPACKED: dict[str, Callable[[Path], Iterator[bytes]]] = {
+    ".parquet": _parquet,
+    ".mcap": _mcap,
+    ".gz": _gzip,
+    ".xdfz": _gzip,
+    ".svgz": _gzip,
+    ".zip": _zip,
+    ".pdf": _pdf,
+}
+"""By suffix; everything else is searched as it is."""

@@ -1,0 +1,69 @@
+"""Piece by piece a recording says the same as whole, and takes memory for a piece only."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exograv.errors import RecordingError
+from exograv.recording import RecordingPass, RecordingWriter, read_recording, read_topics, tick_pieces
+
+JOINTS = ("shoulder", "elbow")
+NAMES = (
+    "q_measured", "q_reference", "v", "current", "tau_measured", "tau_feedforward", "tau_desired", "tau_commanded",
+)  # fmt: skip
+
+
+def written(path: Path, ticks: int = 12_000) -> Path:
+    with RecordingWriter(path, JOINTS, {"rig": "made up"}) as recording:
+        for k in range(ticks):
+            values = {name: np.full(2, k + 0.5) for name in NAMES}
+            recording.tick(1e-3 * k, closure_slope=0.0, tick_us=1.0, sequence=k + 1, **values)
+            if k % 1000 == 0:
+                recording.write("/event", 1e-3 * k, {"kind": "note", "text": str(k)})
+    return path
+
+
+def test_pieces_joined_are_all_ticks_to_the_bit(tmp_path: Path):
+    path = written(tmp_path / "run.mcap")
+    pieces = list(tick_pieces(path))
+    assert len(pieces) > 1
+    assert np.concatenate(pieces).tobytes() == read_recording(path).ticks.tobytes()
+
+
+def test_chosen_messages_are_there_and_others_are_not(tmp_path: Path):
+    path = written(tmp_path / "run.mcap")
+    whole, chosen = read_recording(path), read_topics(path, ["/event"])
+    assert chosen.messages("/event") == whole.messages("/event")
+    assert chosen.settings == whole.settings
+    assert len(chosen.ticks) == 0
+    assert chosen.messages("/phase") == []
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9, 0.999])
+def test_a_cut_file_gets_the_remark_of_the_whole_reader(tmp_path: Path, share: float):
+    path = written(tmp_path / "run.mcap")
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    whole, passing = read_recording(path), RecordingPass(path)
+    assert sum(len(ticks) for ticks in passing.ticks()) == len(whole.ticks)
+    assert passing.recording().remark == whole.remark
+    assert whole.remark is not None
+
+
+def test_a_flipped_byte_ends_the_pieces_where_it_ends_the_whole(tmp_path: Path):
+    path = written(tmp_path / "run.mcap")
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(bytes(content))
+    whole, passing = read_recording(path), RecordingPass(path)
+    assert sum(len(ticks) for ticks in passing.ticks()) == len(whole.ticks)
+    assert "damaged" in str(passing.recording().remark)
+
+
+def test_what_is_no_recording_is_refused_in_a_sentence(tmp_path: Path):
+    (tmp_path / "letter.mcap").write_text("Dear all")
+    with pytest.raises(RecordingError, match="no MCAP file"):
+        read_topics(tmp_path / "letter.mcap", [])
+    with pytest.raises(RecordingError, match="cannot be read"):
+        list(tick_pieces(tmp_path / "missing.mcap"))

@@ -1,0 +1,53 @@
+"""A command that is killed at any moment leaves a study that can be read, and the same command then finishes it."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.study.made_up_sessions import BEGUN_S, settings, study_with, write_session
+
+from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.folder import PARTIAL
+from exograv.study.dataset.making import current_tables
+from exograv.study.dataset.sources import placed_sources, sha256_of
+from exograv.study.dataset.tables import read_tables
+
+SESSIONS = 6
+SEED = 1013
+
+
+@pytest.mark.slow
+def test_whenever_it_is_killed_the_study_is_whole(tmp_path: Path):
+    chance = random.Random(SEED)
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    files = [
+        write_session(
+            tmp_path / "in" / f"{k}.mcap", settings(code, session=k), times=BEGUN_S + 0.001 * np.arange(30_000)
+        )
+        for k in range(1, SESSIONS + 1)
+    ]
+    hashes = {sha256_of(path) for path in files}
+    command = [sys.executable, "-m", "exograv.cli", "study", "add", str(folder.path), str(tmp_path / "in"), "--replace"]
+    killed = 0
+    for _ in range(12):
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=os.environ)
+        time.sleep(0.6 + 1.2 * chance.random())
+        process.send_signal(signal.SIGKILL)
+        killed += process.wait() == -signal.SIGKILL
+        there = {source.note.sha256: source for source in placed_sources(folder)}
+        assert there.keys() <= hashes
+        assert all(sha256_of(source.path) == sha256 for sha256, source in there.items())
+        read_tables(folder)
+        if chance.random() < 0.5:
+            assert set(current_tables(folder).sessions["sha256"]) == there.keys()
+    assert killed
+    add_files(folder, files, AddOptions())
+    assert set(read_tables(folder).sessions["sha256"]) == hashes
+    assert len(read_tables(folder).touches) == 5 * SESSIONS
+    assert not list(folder.path.rglob(f"{PARTIAL}*"))
