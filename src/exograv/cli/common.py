@@ -69,3 +69,15 @@ def numbers(text: str, option: str) -> list[float]:
         return [float(part) for part in text.split(",")]
     except ValueError as error:
         raise ConfigError(f"{option} is '{text}'; give numbers separated by commas, without spaces.") from error
+
+
+def whole_pair(text: str, option: str) -> tuple[int, int]:
+    """Two whole numbers separated by a comma.
+
+    Raises:
+        ConfigError: They are not.
+    """
+    values = numbers(text, option)
+    if len(values) != 2 or any(value != int(value) for value in values):
+        raise ConfigError(f"{option} is '{text}'; give two whole numbers, such as 3,3.")
+    return int(values[0]), int(values[1])

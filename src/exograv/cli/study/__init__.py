@@ -6,6 +6,7 @@ from typing import Any
 from exograv.cli.common import Common
 
 from .add import Add, run_add
+from .example import Example, run_example
 from .identity import Identity, run_identity
 from .init import Init, run_init
 from .participant import Participant, run_participant
@@ -16,6 +17,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "participant": (Participant, run_participant),
     "identity": (Identity, run_identity),
     "add": (Add, run_add),
+    "example": (Example, run_example),
     "status": (Status, run_status),
 }
 """Word after `exograv study`."""

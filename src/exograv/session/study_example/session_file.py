@@ -176,7 +176,7 @@ class ExampleSession:
         return Touch(
             t=at,
             received=at + room.delivery_s,
-            page="example",
+            page="simulated",
             sequence=self._count - 1,
             x_px=target[0] + float(landed_mm[0]) / room.pitch_mm,
             y_px=target[1] - float(landed_mm[1]) / room.pitch_mm,
