@@ -1,0 +1,91 @@
+"""The linear mixed model of log deviation: secondary, because with few people its p-values are too small."""
+
+import warnings
+from math import exp
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from .findings import Interval, MixedFit
+
+CAVEAT = (
+    "Wald's p takes the standard deviation between people as known. With 3 against 3 people it calls a difference "
+    "where there is none in about a tenth to a sixth of studies in place of a twentieth (docs/study.md), and this "
+    "software has no Kenward-Roger correction: do not quote it as a test."
+)
+METHODS = ("bfgs", "powell")
+"""Both are tried, the likelier fit is kept. Not `lbfgs`: in statsmodels 0.15.0 it ends at zeros and calls that converged."""
+
+SINGULAR_SD = 1e-4
+"""A standard deviation between people below this is on the boundary: none was found [log units]."""
+
+
+def mixed_fit(counted: pd.DataFrame, groups: tuple[str, str]) -> MixedFit | None:
+    """Group, window and both together as fixed effects, people as random intercepts, by REML.
+
+    Args:
+        counted: Columns of `people.counted_touches`.
+        groups: The first is compared with the second.
+
+    Returns:
+        None with fewer than two people in a group: people and groups cannot be told apart then.
+    """
+    people = counted.groupby("group")["participant"].nunique()
+    if any(people.get(group, 0) < 2 for group in groups):
+        return None
+    table = counted.assign(
+        is_first=(counted["group"] == groups[0]).astype(float), window=counted["window"] - counted["window"].mean()
+    )
+    has_windows = table["window"].nunique() > 1
+    formula = "log_deviation ~ is_first" + (" * window" if has_windows else "")
+    result, remarks = _fit(formula, table)
+    if result is None:
+        return MixedFit(formula, None, None, None, None, None, None, None, None, False, (*remarks, CAVEAT))
+    estimate, error = float(result.params["is_first"]), float(result.bse["is_first"])
+    margin = float(stats.norm.ppf(0.975)) * error
+    freedom = int(people[list(groups)].sum()) - 2
+    person_sd = float(np.sqrt(max(0.0, float(np.asarray(result.cov_re)[0, 0]))))
+    if person_sd < SINGULAR_SD:
+        remarks.append("No difference between people of a group was found, which is hard to believe: do not use it.")
+    return MixedFit(
+        formula=f"{formula} + (1 | participant)",
+        ratio=exp(estimate),
+        interval=Interval(exp(estimate - margin), exp(estimate + margin), 0.95, "Wald; too narrow with few people"),
+        p_wald=float(2.0 * stats.norm.sf(abs(estimate / error))),
+        p_between=float(2.0 * stats.t.sf(abs(estimate / error), freedom)),
+        change_per_window=float(result.params["is_first:window"]) if has_windows else None,
+        p_change=float(result.pvalues["is_first:window"]) if has_windows else None,
+        person_sd=person_sd,
+        touch_sd=float(np.sqrt(result.scale)),
+        converged=bool(result.converged),
+        remarks=(*remarks, CAVEAT),
+    )
+
+
+def _fit(formula: str, table: pd.DataFrame) -> tuple[Any | None, list[str]]:
+    """The fit, and every warning of it as a sentence; None where it broke off or has no standard error."""
+    import statsmodels.formula.api as smf
+
+    if table.groupby("participant")["log_deviation"].nunique().max() < 2:
+        return None, ["Nobody's touches differ among themselves: there is nothing for a mixed model."]
+    model = smf.mixedlm(formula, table, groups=table["participant"])
+    tries, remarks = [], []
+    for method in METHODS:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            try:
+                result: Any = model.fit(reml=True, method=[method])
+            except (np.linalg.LinAlgError, ValueError) as error:
+                remarks.append(f"By {method} the mixed model could not be fitted: {error}.")
+                continue
+        if np.isfinite(result.llf) and np.isfinite(float(result.bse["is_first"])):
+            tries.append((result, list(dict.fromkeys(str(warning.message) for warning in caught))))
+    if not tries:
+        return None, [*remarks, "The mixed model has no standard error for the difference: it is not told."]
+    result, warned = max(tries, key=lambda one: one[0].llf)
+    remarks = [f"The fit warned: {text}" for text in warned]
+    if not result.converged:
+        remarks.insert(0, "The mixed model did not converge: its figures mean nothing.")
+    return result, remarks

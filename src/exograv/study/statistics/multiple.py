@@ -1,0 +1,104 @@
+"""Many measures at once: p-values that hold for the family as a whole."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from jaxtyping import Float
+
+from .relabelling import CELLS_MAX, Relabellings, generic_smallest_p, two_sided
+
+P = Float[np.ndarray, " measure"]
+
+
+@dataclass(frozen=True)
+class Family:
+    """Measures that are tested together."""
+
+    table: pd.DataFrame
+    """One row a measure: measure, difference (of means, first less second), p, p_holm, p_max_t."""
+
+    p_min: float
+    """Smallest that any p-value here can be."""
+
+    left_out: tuple[str, ...]
+    """Measures that were not tested, and why; one sentence each."""
+
+    sentence: str
+    """What the family is, and how its p-values were corrected."""
+
+
+def holm(p: P) -> P:
+    """Adjusted p-values. Source: Holm 1979, Scand J Stat 6:65."""
+    order = np.argsort(p)
+    factors = np.arange(len(p), 0, -1)
+    adjusted = np.empty(len(p))
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(p[order] * factors))
+    return adjusted
+
+
+def max_t(values: Float[np.ndarray, "measure person"], ways: Relabellings) -> P:
+    """Step-down adjusted p-values of |t|, people dealt out as wholes: what measures share is kept.
+
+    Source: Westfall, Young 1993, Resampling-Based Multiple Testing, algorithm 4.1.
+    """
+    at_hand = _absolute_t(values, ways.in_first[:1])[:, 0]
+    order = np.argsort(at_hand)
+    exceeded = np.zeros(len(values))
+    step = max(1, CELLS_MAX // values.size)
+    for start in range(0, len(ways.in_first), step):
+        t = _absolute_t(values, ways.in_first[start : start + step])
+        # From the least to the greatest: each is held against the greatest of those that are not above it.
+        largest = np.maximum.accumulate(t[order], axis=0)
+        exceeded += (largest >= at_hand[order][:, None] * (1.0 - 1e-9)).sum(1)
+    adjusted = np.empty(len(values))
+    adjusted[order[::-1]] = np.maximum.accumulate(exceeded[::-1] / len(ways.in_first))
+    return adjusted
+
+
+def _absolute_t(
+    values: Float[np.ndarray, "measure person"], in_first: np.ndarray
+) -> Float[np.ndarray, "measure labelling"]:
+    """Student's |t| of every way; people who are all alike give 0."""
+    centred = values - values.mean(1, keepdims=True)
+    weights = in_first.T.astype(float)
+    n_first, n = int(in_first[0].sum()), values.shape[1]
+    between = (centred @ weights) ** 2 * (1.0 / n_first + 1.0 / (n - n_first))
+    total = (centred**2).sum(1, keepdims=True)
+    within = np.maximum(total - between, 1e-12 * total)
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(np.nan_to_num(between / within) * (n - 2))
+
+
+def compare_measures(values: pd.DataFrame, ways: Relabellings, name: str) -> Family:
+    """Test every measure, and all of them together.
+
+    Args:
+        values: One row a person, those of the first group first; one column a measure.
+        ways: To deal these people out.
+        name: What the family is, for the sentence.
+    """
+    whole = values.loc[:, values.notna().all()]
+    constant = [column for column in whole if whole[column].nunique() < 2]
+    tested = whole.drop(columns=constant)
+    left_out = [f"{column} is missing for somebody." for column in values.columns.difference(whole.columns)]
+    left_out += [f"{column} is the same for everybody." for column in constant]
+    rows = tested.to_numpy(float).T
+    n_first, n = ways.n_first, len(values)
+    p = two_sided(rows, ways) if len(rows) else np.zeros(0)
+    table = pd.DataFrame(
+        {
+            "measure": tested.columns.astype("str"),
+            "difference": rows[:, :n_first].mean(1) - rows[:, n_first:].mean(1),
+            "p": p,
+            "p_holm": holm(p),
+            "p_max_t": max_t(rows, ways) if len(rows) else p,
+        }
+    )
+    p_min = generic_smallest_p(n_first, n - n_first) if ways.is_complete else 2.0 / len(ways.in_first)
+    sentence = (
+        f"{name}: {len(rows)} measures, tested together. p: each by itself. Holm: allows for any dependence. max-T "
+        "(Westfall and Young): uses the dependence at hand. Corrected p-values hold for the family: the chance of any "
+        f"false alarm among them. None can be below {p_min:.3g}."
+    )
+    return Family(table, p_min, tuple(left_out), sentence)

@@ -1,0 +1,95 @@
+"""From touches to one number a person, and who or what is left out on the way."""
+
+from collections.abc import Iterator
+from typing import cast
+
+import numpy as np
+import pandas as pd
+from jaxtyping import Float
+
+from .findings import Person, Spread, Unit
+
+FLOOR = {"px": 0.5, "mm": 0.1}
+"""Smaller deviations count as this: a touch dead on the centre has no logarithm."""
+
+QUARTILES = (0.25, 0.5, 0.75)
+
+
+def counted_touches(
+    touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[str, str], protocol: str, unit: Unit
+) -> tuple[pd.DataFrame, tuple[str, ...]]:
+    """Touches that count of people in these groups, and what was left out, one sentence each.
+
+    Returns:
+        Columns participant, group, session, window (float), deviation [unit] and log_deviation; sentences.
+    """
+    left_out: list[str] = []
+    flight = touches[touches["protocol"] == protocol].merge(
+        participants[["participant", "group"]], on="participant", how="left", validate="many_to_one"
+    )
+    for remark, is_out in (
+        (f"touches in '{protocol}' do not count, by their own reasons", ~flight["is_accepted"]),
+        (f"touches in '{protocol}' fell outside of any window", flight["window"].isna()),
+        (f"touches have no deviation in {unit}: the screen was not calibrated", flight[f"deviation_{unit}"].isna()),
+    ):
+        is_out = is_out.astype(bool).reindex(flight.index)
+        left_out += [f"{int(is_out.sum())} {remark}."] if is_out.any() else []
+        flight = flight[~is_out]
+    left_out += _people_left_out(flight, participants, groups, protocol)
+    flight = flight[flight["group"].isin(groups)]
+    deviation = flight[f"deviation_{unit}"].to_numpy(float)
+    table = pd.DataFrame(
+        {
+            "participant": flight["participant"].to_numpy(),
+            "group": flight["group"].to_numpy(),
+            "session": flight["session"].to_numpy(),
+            "window": flight["window"].to_numpy(float),
+            "deviation": deviation,
+            "log_deviation": np.log(np.maximum(deviation, FLOOR[unit])),
+        }
+    )
+    return table, tuple(left_out)
+
+
+def _people_left_out(
+    touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[str, str], protocol: str
+) -> Iterator[str]:
+    known = participants.set_index("participant")["group"]
+    seen = set(touches["participant"])
+    for code in sorted(seen - set(known.index)):
+        yield f"{code} has touches and is not among the participants."
+    for code, group in known.items():
+        if bool(pd.isna(group)):
+            yield f"{code} has no group, or it is still sealed."
+        elif group not in groups:
+            yield f"{code} is in group '{group}', which is not compared."
+        elif code not in seen:
+            yield f"{code} has no touch in '{protocol}' that counts."
+
+
+def people_of(counted: pd.DataFrame, groups: tuple[str, str]) -> tuple[Person, ...]:
+    """Each person's touches in one number, the first group's people first, then by code."""
+    people = []
+    for group in groups:
+        for code, own in counted[counted["group"] == group].groupby("participant"):
+            median = float(own["deviation"].median())
+            people.append(Person(str(code), group, len(own), median, float(own["log_deviation"].median())))
+    return tuple(people)
+
+
+def logs_of(people: tuple[Person, ...], group: str) -> Float[np.ndarray, " person"]:
+    """Median log deviation of each person of a group."""
+    return np.array([person.log_median for person in people if person.group == group])
+
+
+def spread_of(counted: pd.DataFrame, group: str) -> Spread:
+    """Quartiles of a group's touches, each person with the same weight."""
+    own = counted[counted["group"] == group]
+    if own.empty:
+        return Spread(0, 0, None, None)
+    sizes = own.groupby("participant")["deviation"].transform("size")
+    values, weights = own["deviation"].to_numpy(float), 1.0 / sizes.to_numpy(float)
+    low, middle, high = cast(
+        "list[float]", np.quantile(values, QUARTILES, weights=weights, method="inverted_cdf").tolist()
+    )
+    return Spread(own["participant"].nunique(), len(own), middle, (low, high))

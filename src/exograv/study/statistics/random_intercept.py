@@ -1,0 +1,95 @@
+"""Touches within people within groups: REML for the model that only has these, for many studies at once.
+
+    log deviation = mean of the group + person + touch,   person ~ N(0, person_sd²),   touch ~ N(0, touch_sd²)
+
+What a person's touches say is in their number, mean and sum of squares, so that a thousand studies take a second. With
+more terms in the model there is `mixed.py`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+LOG_RATIO_MIN, LOG_RATIO_MAX = -12.0, 8.0
+"""Of person variance to touch variance; the lower end counts as none at all."""
+
+STEPS = 60
+"""Of the search; each leaves 0.62 of the bracket, all of them 7e-12 of it."""
+
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+
+
+@dataclass(frozen=True)
+class Sums:
+    """What studies with the same number of people hold about each."""
+
+    touches: Float[np.ndarray, "study person"]
+    mean: Float[np.ndarray, "study person"]
+    squares: Float[np.ndarray, " study"]
+    """Sum of squared distances from each person's own mean, over all touches."""
+
+    n_first: int
+    """The first so many people are the first group."""
+
+
+@dataclass(frozen=True)
+class Components:
+    """By REML."""
+
+    difference: Float[np.ndarray, " study"]
+    """First group less second."""
+
+    error: Float[np.ndarray, " study"]
+    """Its standard error, as if the standard deviations were known."""
+
+    person_sd: Float[np.ndarray, " study"]
+    touch_sd: Float[np.ndarray, " study"]
+
+
+def fit(sums: Sums) -> Components:
+    """The variance ratio of greatest restricted likelihood by golden section, everything else in closed form."""
+    low = np.full(len(sums.squares), LOG_RATIO_MIN)
+    high = np.full(len(sums.squares), LOG_RATIO_MAX)
+    for _ in range(STEPS):
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        is_left = _log_likelihood(sums, np.exp(left)) > _log_likelihood(sums, np.exp(right))
+        low, high = np.where(is_left, low, left), np.where(is_left, right, high)
+    middle = (low + high) / 2.0
+    ratio = np.where(middle < LOG_RATIO_MIN + 1e-3, 0.0, np.exp(middle))
+    difference, variance_share, touch_variance = _given(sums, ratio)
+    touch_sd = np.sqrt(touch_variance)
+    return Components(difference, np.sqrt(variance_share) * touch_sd, np.sqrt(ratio) * touch_sd, touch_sd)
+
+
+def _weights(sums: Sums, ratio: Float[np.ndarray, " study"]) -> Float[np.ndarray, "study person"]:
+    """Precision of each person's mean, in units of one touch's."""
+    return sums.touches / (1.0 + ratio[:, None] * sums.touches)
+
+
+def _groups(sums: Sums) -> tuple[slice, slice]:
+    return slice(None, sums.n_first), slice(sums.n_first, None)
+
+
+def _given(
+    sums: Sums, ratio: Float[np.ndarray, " study"]
+) -> tuple[Float[np.ndarray, " study"], Float[np.ndarray, " study"], Float[np.ndarray, " study"]]:
+    """Difference, its variance in units of the touch variance, and the touch variance, for this variance ratio."""
+    weights = _weights(sums, ratio)
+    means, variance, squares = [], np.zeros(len(ratio)), sums.squares.copy()
+    for group in _groups(sums):
+        total = weights[:, group].sum(1)
+        mean = (weights[:, group] * sums.mean[:, group]).sum(1) / total
+        squares += (weights[:, group] * (sums.mean[:, group] - mean[:, None]) ** 2).sum(1)
+        variance += 1.0 / total
+        means.append(mean)
+    return means[0] - means[1], variance, squares / (sums.touches.sum(1) - 2.0)
+
+
+def _log_likelihood(sums: Sums, ratio: Float[np.ndarray, " study"]) -> Float[np.ndarray, " study"]:
+    """Restricted, but for a constant."""
+    weights = _weights(sums, ratio)
+    touch_variance = _given(sums, ratio)[2]
+    lost = sum(np.log(weights[:, group].sum(1)) for group in _groups(sums))
+    spread = np.log1p(ratio[:, None] * sums.touches).sum(1)
+    return -0.5 * ((sums.touches.sum(1) - 2.0) * np.log(touch_variance) + spread + lost)

@@ -1,0 +1,42 @@
+"""Touches of people who differ by what a test says, as tidy tables."""
+
+import numpy as np
+import pandas as pd
+
+from exograv.study.dataset.columns import PARTICIPANTS, TOUCHES
+from exograv.study.dataset.tables import frame
+
+GROUPS = ("trained", "untrained")
+
+
+def made_up_touches(
+    people: tuple[int, int] = (3, 3),
+    log_difference: float = -0.7,
+    person_sd: float = 0.35,
+    touch_sd: float = 0.6,
+    windows: int = 5,
+    touches: int = 8,
+    seed: int = 1000,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tables of touches and participants: T1, T2 … trained, U1, U2 … untrained, 100 px in the middle of the latter."""
+    rng = np.random.default_rng(seed)
+    rows, persons = [], []
+    for group, n in zip(GROUPS, people, strict=True):
+        for k in range(n):
+            code = f"{group[0].upper()}{k + 1}"
+            persons.append({"participant": code, "group": group})
+            own = np.log(100.0) + (log_difference if group == GROUPS[0] else 0.0) + person_sd * rng.normal()
+            for window in range(1, windows + 1):
+                for touch in range(touches):
+                    rows.append(touch_row(code, window, touch, float(np.exp(own + touch_sd * rng.normal()))))
+    return frame(TOUCHES, rows), frame(PARTICIPANTS, persons)
+
+
+def touch_row(code: str, window: int | None, touch: int, deviation: float, **other) -> dict:
+    """One touch that counts, right of the target."""
+    return {
+        "participant": code, "protocol": "flight", "session": 1, "window": window, "attempt": 1,
+        "sequence": 100 * (window or 0) + touch, "page": "a", "t_s": 180.0 * (window or 0) + 2.75 * touch,
+        "is_accepted": True, "x_px": 960.0 + deviation, "y_px": 540.0, "deviation_x_px": deviation,
+        "deviation_y_px": 0.0, "deviation_px": deviation, "deviation_mm": 0.25 * deviation, **other,
+    }  # fmt: skip

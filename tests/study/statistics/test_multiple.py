@@ -1,0 +1,58 @@
+"""Corrected p-values are never below the raw ones, and hold for the family."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from statsmodels.stats.multitest import multipletests
+
+from exograv.study.statistics.multiple import compare_measures, holm, max_t
+from exograv.study.statistics.relabelling import relabellings, two_sided
+
+RNG = np.random.default_rng(1000)
+WAYS = relabellings(4, 4, RNG)
+
+
+@settings(max_examples=40)
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12))
+def test_holm_agrees_with_statsmodels(p: list[float]):
+    assert holm(np.array(p)) == pytest.approx(multipletests(p, method="holm")[1])
+
+
+@given(seed=st.integers(0, 300), measures=st.integers(1, 6))
+def test_max_t_lies_between_the_raw_value_and_one(seed: int, measures: int):
+    values = np.random.default_rng(1000 + seed).normal(size=(measures, 8))
+    raw, corrected = two_sided(values, WAYS), max_t(values, WAYS)
+    assert (corrected >= raw - 1e-12).all()
+    assert (corrected <= 1.0).all()
+
+
+def test_one_measure_told_many_times_costs_nothing_in_max_t():
+    values = np.tile(np.random.default_rng(1001).normal(size=(1, 8)), (5, 1))
+    assert max_t(values, WAYS) == pytest.approx(two_sided(values, WAYS))
+
+
+def test_a_false_alarm_in_the_family_is_as_rare_as_promised():
+    # All groupings of the same people: the rate is exact, and no simulation's.
+    values = np.random.default_rng(1002).normal(size=(4, 8))
+    alarms = [
+        max_t(np.hstack([values[:, label], values[:, ~label]]), WAYS).min() <= 0.1 + 1e-12 for label in WAYS.in_first
+    ]
+    assert 0.0 < np.mean(alarms) <= 0.1
+
+
+def test_measures_that_cannot_be_tested_are_named():
+    values = pd.DataFrame(np.random.default_rng(1003).normal(size=(8, 3)), columns=["a", "b", "c"])
+    values.loc[2, "b"] = np.nan
+    values["c"] = 1.0
+    family = compare_measures(values, WAYS, "Pointing")
+    assert family.table["measure"].tolist() == ["a"]
+    assert set(family.left_out) == {"b is missing for somebody.", "c is the same for everybody."}
+    assert family.p_min == pytest.approx(2 / 70)
+    assert "1 measures" in family.sentence
+
+
+def test_no_measure_that_can_be_tested_is_no_crash():
+    family = compare_measures(pd.DataFrame({"a": np.full(8, 1.0)}), WAYS, "Pointing")
+    assert family.table.empty
