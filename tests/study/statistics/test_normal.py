@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from exograv.study.statistics.normal import hedges_g, ratio_effect, welch_interval, welch_p, welch_test
+from exograv.study.statistics.normal import hedges_g, noncentral_t_cdf, ratio_effect, welch_interval, welch_p, welch_test
 
 STUDIES = 4000
 FOUR_SD = 4.0 * np.sqrt(0.95 * 0.05 / STUDIES)
@@ -62,6 +62,14 @@ def test_hedges_g_is_unbiased_and_its_interval_holds_the_truth_at_three_against_
     held = np.mean([effect.interval.low <= truth <= effect.interval.high for effect in found if effect])
     assert abs(values.mean() - truth) < 4.0 * values.std() / np.sqrt(studies)
     assert abs(held - 0.95) < 4.0 * np.sqrt(0.95 * 0.05 / studies)
+
+
+@pytest.mark.parametrize("freedom", [1, 2, 4, 10, 58])
+@pytest.mark.parametrize(("t", "noncentrality"), [(0.0, 0.0), (2.3, 1.0), (-2.8, 1.5), (6.0, 4.0), (1.0, -3.0)])
+def test_the_noncentral_t_distribution_agrees_with_scipy_where_that_has_one(freedom, t, noncentrality):
+    theirs = stats.nct.cdf(t, freedom, noncentrality)
+    assert noncentral_t_cdf(t, freedom, noncentrality) == pytest.approx(theirs, abs=1e-6)
+    assert noncentral_t_cdf(3.0, freedom, 60.0) < 0.05
 
 
 def test_one_person_in_a_group_gives_an_effect_without_interval():

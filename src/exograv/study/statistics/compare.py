@@ -1,10 +1,22 @@
 """The one door: two groups of people, compared by what their touches say about each of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import exp
 
+import numpy as np
 import pandas as pd
 
-from .findings import Findings, Unit
+from exograv.errors import ConfigError
+
+from .bayes import SENSITIVITY, bayes_fit
+from .findings import EXACT, BayesFit, Effect, Findings, Interval, Person, Test, Unit
+from .mixed import mixed_fit
+from .normal import hedges_g, ratio_effect, welch_test
+from .people import counted_touches, logs_of, people_of, spread_of
+from .permutation import pair_interval, permutation_test, rank_test, reachable_level, shift_interval
+from .precision import limits
+from .random_intercept import sums_of
+from .relabelling import COUNTED_MAX, Relabellings, relabellings
 
 
 @dataclass(frozen=True)
@@ -25,13 +37,108 @@ class CompareSettings:
     mixed: bool = True
     bayes: bool = True
 
+    def __post_init__(self):
+        """Refuse what cannot be compared.
+
+        Raises:
+            ConfigError: Names the setting.
+        """
+        if self.groups[0] == self.groups[1]:
+            raise ConfigError(f"Both groups are '{self.groups[0]}'; a comparison takes two, as study.toml names them.")
+        if not 0.0 < self.alpha < 0.5:
+            raise ConfigError(f"alpha is {self.alpha:g}; it must lie between 0 and 0.5, 0.05 as a rule.")
+
 
 def compare(touches: pd.DataFrame, participants: pd.DataFrame, settings: CompareSettings | None = None) -> Findings:
-    """Compare two groups.
+    """Compare two groups: the exact test over people first, everything else beside it.
 
     Args:
-        touches: Table `columns.TOUCHES`, such as those that count of complete windows; others are left out and named.
+        touches: Table `columns.TOUCHES`, such as those of complete windows; what does not count is left out and named.
         participants: Table `columns.PARTICIPANTS`.
         settings: What with what.
     """
-    raise NotImplementedError
+    settings = CompareSettings() if settings is None else settings
+    groups, alpha = settings.groups, settings.alpha
+    counted, left_out = counted_touches(touches, participants, groups, settings.protocol, settings.unit)
+    people = people_of(counted, groups)
+    findings = Findings(
+        groups=groups,
+        protocol=settings.protocol,
+        unit=settings.unit,
+        people=people,
+        left_out=left_out,
+        spread={group: spread_of(counted, group) for group in groups},
+        primary=_nothing_to_test(groups),
+        effect=Effect("ratio of geometric means", None, "-", None, "There is nobody in one of the groups."),
+        other_tests=(),
+        other_effects=(),
+        mixed=None,
+        bayes=None,
+        limits=(),
+        methods=methods(settings),
+    )
+    first, second = (logs_of(people, group) for group in groups)
+    if min(len(first), len(second)) == 0:
+        return findings
+    logs = np.concatenate([first, second])
+    ways = relabellings(len(first), len(second), np.random.default_rng(settings.seed))
+    primary = permutation_test(logs, ways, alpha)
+    others = (rank_test(logs, ways, alpha), welch_test(first, second, alpha))
+    return replace(
+        findings,
+        primary=primary,
+        effect=ratio_effect(first, second, groups),
+        other_tests=tuple(test for test in others if test is not None),
+        other_effects=_other_effects(people, groups, ways, settings.unit),
+        mixed=mixed_fit(counted, groups) if settings.mixed else None,
+        bayes=_bayes(counted, groups) if settings.bayes else None,
+        limits=limits(first, second, len(counted), alpha, primary.p_min or 0.0),
+    )
+
+
+def _nothing_to_test(groups: tuple[str, str]) -> Test:
+    sentence = f"Nobody of '{groups[0]}', or nobody of '{groups[1]}', has touches that count: there is nothing to test."
+    return Test(EXACT, None, None, None, sentence, "no p", sentence)
+
+
+def _other_effects(
+    people: tuple[Person, ...], groups: tuple[str, str], ways: Relabellings, unit: Unit
+) -> tuple[Effect, ...]:
+    first, second = (logs_of(people, group) for group in groups)
+    logs, deviations = np.concatenate([first, second]), np.array([person.median for person in people])
+    level = reachable_level(ways, 0.95)
+    shift = shift_interval(logs, ways, level)
+    ratio = Interval(_exp(shift.low), _exp(shift.high), level, shift.method)
+    difference, pairs = pair_interval(deviations, ways, level)
+    by_pairs = f"Hodges-Lehmann: median over all pairs of one of {groups[0]} and one of {groups[1]}."
+    note = "" if level >= 0.95 else f" No level above {100 * level:.3g} % has an end with so few people."
+    effects = (
+        Effect("ratio, exact interval", exp(float(first.mean() - second.mean())), "-", ratio, f"No normality.{note}"),
+        Effect("difference of medians", difference, unit, pairs, by_pairs + note),
+        hedges_g(first, second),
+    )
+    return tuple(effect for effect in effects if effect is not None)
+
+
+def _exp(value: float | None) -> float | None:
+    return None if value is None else exp(value)
+
+
+def _bayes(counted: pd.DataFrame, groups: tuple[str, str]) -> BayesFit:
+    return bayes_fit(sums_of(counted, groups), groups, SENSITIVITY)
+
+
+def methods(settings: CompareSettings) -> tuple[str, ...]:
+    """Sentences for the methods paragraph."""
+    first, second = settings.groups
+    return (
+        f"Each participant's accepted touches in '{settings.protocol}' were condensed to the median of the natural "
+        "logarithm of the deviation; participants, not touches, are the units of every test.",
+        f"Primary test: exact two-sided permutation of the difference of means, {first} less {second}, over all ways "
+        f"to deal out the participants (twice the smaller tail; up to {COUNTED_MAX:,} ways counted, else drawn).",
+        "Effect: ratio of geometric means with Welch's 95 % t interval on the logarithms; beside it the interval that "
+        "inverts the exact test, the Hodges-Lehmann difference and Hedges' g.",
+        "Secondary: linear mixed model by REML (group, window and both together; participants as random intercepts), "
+        "whose Wald p-values are too small with few people; and a hierarchical model by quadrature under five priors.",
+        f"alpha = {settings.alpha:g}, two-sided; one primary test, no correction for the secondary ones.",
+    )

@@ -9,6 +9,7 @@ more terms in the model there is `mixed.py`.
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from jaxtyping import Float
 
 LOG_RATIO_MIN, LOG_RATIO_MAX = -12.0, 8.0
@@ -31,6 +32,19 @@ class Sums:
 
     n_first: int
     """The first so many people are the first group."""
+
+
+def sums_of(counted: pd.DataFrame, groups: tuple[str, str]) -> Sums:
+    """Of one study: columns of `people.counted_touches`."""
+    means, sizes, squares, n_first = [], [], 0.0, 0
+    for group in groups:
+        for _, own in counted[counted["group"] == group].groupby("participant"):
+            logs = own["log_deviation"].to_numpy(float)
+            means.append(logs.mean())
+            sizes.append(float(len(logs)))
+            squares += float(((logs - logs.mean()) ** 2).sum())
+            n_first += group == groups[0]
+    return Sums(np.array([sizes]), np.array([means]), np.array([squares]), n_first)
 
 
 @dataclass(frozen=True)
