@@ -10,6 +10,7 @@ from .example import Example, run_example
 from .identity import Identity, run_identity
 from .init import Init, run_init
 from .participant import Participant, run_participant
+from .power import Power, run_power
 from .status import Status, run_status
 
 COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
@@ -18,6 +19,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "identity": (Identity, run_identity),
     "add": (Add, run_add),
     "example": (Example, run_example),
+    "power": (Power, run_power),
     "status": (Status, run_status),
 }
 """Word after `exograv study`."""

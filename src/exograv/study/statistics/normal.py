@@ -5,7 +5,7 @@ from functools import cache
 from math import exp, lgamma, sqrt
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy import optimize, special, stats
 
 from .findings import Effect, Interval, Test
@@ -27,6 +27,15 @@ def welch_p(
     with np.errstate(divide="ignore", invalid="ignore"):
         p = 2.0 * stats.t.sf(np.abs(difference) / error, freedom)
     return np.where(error > 0.0, p, np.where(difference == 0.0, 1.0, 0.0))
+
+
+def welch_width(
+    first: Float[np.ndarray, "study first"], second: Float[np.ndarray, "study second"], alpha: float
+) -> tuple[Float[np.ndarray, " study"], Bool[np.ndarray, " study"]]:
+    """Half the width of Welch's interval at level 1 - alpha in many studies, and whether it leaves out 0."""
+    difference, error, freedom = _welch(first, second)
+    margin = special.stdtrit(freedom, 1.0 - alpha / 2.0) * error
+    return margin, np.abs(difference) > margin
 
 
 def _welch(

@@ -1,0 +1,170 @@
+"""`exograv study power`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from exograv.cli.common import Common
+from exograv.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Power(Common):
+    """How many people the next study needs: from a pilot, or from what is stated. All spreads are of log deviation."""
+
+    pilot: Annotated[Path | None, tyro.conf.arg(name="from")] = None
+    """Folder of a study that was done; what is stated below comes before what it tells."""
+
+    sd: float | None = None
+    """Between people of a group [log units]; 0.35 is a factor of 1.4."""
+
+    difference: float | None = None
+    """Between the groups [log units]; 0.69 is half the deviation. Without --from 0.69, as published; with it the
+    pilot's own, which is as a rule too large."""
+
+    touch_sd: float | None = None
+    """Between touches of a person [log units]; 0.6 without --from."""
+
+    window_sd: float | None = None
+    """Between windows of a person [log units]; 0 without --from."""
+
+    flight_sd: float = 0.0
+    """Between flights of a person [log units]."""
+
+    windows: int | None = None
+    """Of a flight; 31 without --from."""
+
+    touches: int | None = None
+    """That count, in a window; 8 without --from."""
+
+    flights: int = 1
+    """Each person takes part in."""
+
+    alpha: float = 0.05
+    """Share of false alarms that is accepted."""
+
+    seat_cost: float | None = None
+    """Of one seat on one flight, in any currency."""
+
+    seats_per_flight: int | None = None
+    """For participants."""
+
+    n_max: int = 40
+    """People a group up to which to look."""
+
+    studies: int = 10_000
+    """Simulated for each number of people."""
+
+    groups: str = "trained,untrained"
+    """Of the pilot, by comma."""
+
+    protocol: str = "flight"
+    """Of the pilot: what is compared."""
+
+
+def run_power(command: Power) -> dict[str, Any]:
+    """Simulate, and show the table."""
+    from exograv.study.power.assumptions import LOG_2, TOUCH_SD, Plan, Price
+    from exograv.study.power.curve import Asked, power_study
+    from exograv.terminal import bars
+
+    if command.pilot is None and command.sd is None:
+        raise ConfigError(
+            "How much people differ is not known. Give a study by --from, or state --sd, such as 0.35 log units."
+        )
+    price = Price(command.seat_cost, command.seats_per_flight)
+    asked = Asked(command.n_max, command.studies, command.seed)
+    pilot, is_simulated = (None, False) if command.pilot is None else _pilot(command, command.pilot)
+
+    def first(stated: float | None, of_pilot: float | None, otherwise: float = 0.0) -> float:
+        return stated if stated is not None else of_pilot if of_pilot is not None else otherwise
+
+    plan = Plan(
+        difference=first(command.difference, pilot and pilot.difference, LOG_2),
+        person_sd=first(command.sd, pilot and pilot.grid.person_sd_quantile(0.5)),
+        touch_sd=first(command.touch_sd, pilot and pilot.touch_sd, TOUCH_SD),
+        window_sd=first(command.window_sd, pilot and pilot.window_sd),
+        flight_sd=command.flight_sd,
+        windows=round(first(command.windows, pilot and pilot.windows, 31)),
+        touches=round(first(command.touches, pilot and max(1.0, pilot.touches_per_window), 8)),
+        flights=command.flights,
+        alpha=command.alpha,
+    )
+    with bars() as progress:
+        # A stated spread is taken as known: the pilot's doubt about it is not carried along.
+        carried = None if command.sd is not None else pilot
+        result = power_study(plan, price, asked, progress, carried, command.difference is not None)
+    result["pilot"] = None if pilot is None else _of_pilot(pilot, is_simulated)
+    show_power(result)
+    return result
+
+
+def _pilot(command: Power, folder: Path) -> tuple[Any, bool]:
+    """The pilot, and whether nobody took part in it."""
+    from exograv.study.dataset.tables import read_tables
+    from exograv.study.power.pilot import read_pilot
+
+    groups = command.groups.split(",")
+    if len(groups) != 2 or "" in groups or groups[0] == groups[1]:
+        raise ConfigError(f"--groups is '{command.groups}'; give two different names by comma, as in study.toml.")
+    if not folder.is_dir():
+        raise ConfigError(f"--from is {folder}, which is no folder. Give a study that `exograv study init` began.")
+    tables = read_tables(folder)
+    pilot = read_pilot(tables.touches, tables.participants, (groups[0], groups[1]), command.protocol)
+    of_protocol = tables.sessions[tables.sessions["protocol"] == command.protocol]
+    return pilot, bool(of_protocol["is_simulated"].any())
+
+
+def _of_pilot(pilot: Any, is_simulated: bool) -> dict[str, Any]:
+    low, middle, high = (pilot.grid.person_sd_quantile(share) for share in (0.025, 0.5, 0.975))
+    return {
+        "people": list(pilot.people),
+        "touches": pilot.touches,
+        "difference": pilot.difference,
+        "person_sd": {"median": middle, "ci95": [low, high]},
+        "touch_sd": pilot.touch_sd,
+        "window_sd": pilot.window_sd,
+        "is_simulated": is_simulated,
+        "left_out": list(pilot.left_out),
+    }
+
+
+def show_power(result: dict[str, Any]) -> None:
+    """The curve as a table, and what it says."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    assumed, pilot, curve = result["assumptions"], result["pilot"], result["curve"]
+    headings = {
+        "n": ("people\na group", "{:d}"),
+        "power": ("power", "{:.2f}"),
+        "assurance": ("assurance", "{:.2f}"),
+        "p_min": ("smallest\np", "{:.2g}"),
+        "width_factor": ("95 %:\n×, ÷", "{:.2f}"),
+        "seats": ("seats", "{:d}"),
+        "flights": ("flights", "{:d}"),
+        "cost": ("cost", "{:,.0f}"),
+    }
+    shown = {key: value for key, value in headings.items() if key in curve[0]}
+    table = Table(title=f"Ratio {assumed['ratio']:.2g}, people differ by {assumed['person_sd']:.2f} log units")
+    for heading, _ in shown.values():
+        table.add_column(heading, justify="right")
+    for row in curve:
+        table.add_row(*(text.format(row[key]) for key, (_, text) in shown.items()))
+    console.print(table)
+    if pilot is not None:
+        low, high = pilot["person_sd"]["ci95"]
+        console.print(
+            f"Pilot: {pilot['people'][0]} and {pilot['people'][1]} people; their spread lies between {low:.2f} and "
+            f"{high:.2f} log units (95 %).",
+            highlight=False,
+        )
+        for sentence in pilot["left_out"]:
+            console.print(f"Left out: {sentence}", highlight=False)
+    if pilot is not None and pilot["is_simulated"]:
+        console.print("The pilot is simulated: this is no evidence about people.", style="bold", highlight=False)
+    for sentence in result["sentences"]:
+        console.print(sentence, highlight=False)

@@ -1,0 +1,101 @@
+"""What a planned study is taken to be like, and where each number comes from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import ConfigError
+
+
+LOG_2 = 0.6931471805599453
+"""The published medians, 50 against 100 px: half the deviation."""
+
+TOUCH_SD = 0.6
+"""Between touches of a person [log units]. A deviation of two equal normal parts has 0.64 (Rayleigh's distribution)."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A study that might be done; standard deviations are of log deviation."""
+
+    difference: float
+    """Between the groups [log units], of either sign: 0.69 is half the deviation."""
+
+    person_sd: float
+    """Between people of a group, lasting."""
+
+    touch_sd: float = TOUCH_SD
+    window_sd: float = 0.0
+    """Between windows of a person, beyond what few touches do."""
+
+    flight_sd: float = 0.0
+    """Between flights of a person, beyond what few windows do."""
+
+    windows: int = 31
+    """Each person has in a flight."""
+
+    touches: int = 8
+    """That count, in a window."""
+
+    flights: int = 1
+    """Each person takes part in."""
+
+    alpha: float = 0.05
+
+    def __post_init__(self):
+        """Refuse what cannot be.
+
+        Raises:
+            ConfigError: Names the option.
+        """
+        for name in ("difference", "person_sd", "touch_sd", "window_sd", "flight_sd"):
+            value = getattr(self, name)
+            if not np.isfinite(value) or (value < 0.0 and name != "difference"):
+                raise ConfigError(f"--{_option(name)} is {value:g}; give log units from 0 up, such as 0.35.")
+        for name in ("windows", "touches", "flights"):
+            if (value := getattr(self, name)) < 1:
+                raise ConfigError(f"--{name} is {value}; each person has at least one.")
+        if not 0.0 < self.alpha < 0.5:
+            raise ConfigError(f"--alpha is {self.alpha:g}; it must lie between 0 and 0.5, 0.05 as a rule.")
+
+
+def _option(name: str) -> str:
+    return {"person_sd": "sd"}.get(name, name.replace("_", "-"))
+
+
+@dataclass(frozen=True)
+class Worlds:
+    """What is true in each of many simulated studies; all the same, or drawn from what a pilot leaves open."""
+
+    difference: Float[np.ndarray, " study"]
+    person_sd: Float[np.ndarray, " study"]
+    touch_sd: Float[np.ndarray, " study"]
+
+
+def sure_worlds(plan: Plan, studies: int) -> Worlds:
+    """Every study as the plan says."""
+    full = [np.full(studies, value) for value in (plan.difference, plan.person_sd, plan.touch_sd)]
+    return Worlds(*full)
+
+
+@dataclass(frozen=True)
+class Price:
+    """Of places on the aircraft."""
+
+    seat_cost: float | None = None
+    """Of one seat on one flight, any currency."""
+
+    seats_per_flight: int | None = None
+    """For participants."""
+
+    def __post_init__(self):
+        """Refuse what cannot be.
+
+        Raises:
+            ConfigError: Names the option.
+        """
+        if self.seat_cost is not None and not 0.0 <= self.seat_cost < np.inf:
+            raise ConfigError(f"--seat-cost is {self.seat_cost:g}; give what one seat costs, 0 or more.")
+        if self.seats_per_flight is not None and self.seats_per_flight < 1:
+            raise ConfigError(f"--seats-per-flight is {self.seats_per_flight}; a flight carries at least one.")

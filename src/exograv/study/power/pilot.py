@@ -1,0 +1,93 @@
+"""A pilot's variance components, and how uncertain they are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from exograv.errors import ConfigError
+from exograv.study.statistics.bayes import Grid, Prior, posterior_grid
+from exograv.study.statistics.people import counted_touches, logs_of, people_of
+from exograv.study.statistics.random_intercept import sums_of
+
+from .assumptions import Worlds
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """What a small study tells about the next one [log units]."""
+
+    people: tuple[int, int]
+    touches: int
+    windows: int
+    """Of a person, median."""
+
+    touches_per_window: float
+    """Of a person, mean."""
+
+    difference: float
+    """Between the groups' means over people's medians."""
+
+    window_sd: float
+    grid: Grid
+    """Difference, standard deviations between people and between touches."""
+
+    left_out: tuple[str, ...]
+
+    @property
+    def touch_sd(self) -> float:
+        """Between touches of a window [log units]; the grid knows of no windows and counts these with the touches."""
+        return self.share_of_touches * float(self.grid.weight @ self.grid.touch_sd)
+
+    @property
+    def share_of_touches(self) -> float:
+        """Of the grid's standard deviation between touches, without that between windows."""
+        of_grid = float(self.grid.weight @ self.grid.touch_sd)
+        return float(np.sqrt(max(0.0, 1.0 - (self.window_sd / of_grid) ** 2)))
+
+    def worlds(self, studies: int, difference: float | None, rng: np.random.Generator) -> Worlds:
+        """Draws from what the pilot leaves open; the difference too, unless one is stated."""
+        drawn, person_sd, touch_sd = self.grid.draw(studies, rng)
+        return Worlds(drawn if difference is None else np.full(studies, difference), person_sd, self.share_of_touches * touch_sd)
+
+
+def read_pilot(touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[str, str], protocol: str) -> Pilot:
+    """Variance components of tidy tables.
+
+    Raises:
+        ConfigError: Too few people for any.
+    """
+    counted, left_out = counted_touches(touches, participants, groups, protocol, "px")
+    people = people_of(counted, groups)
+    first, second = (logs_of(people, group) for group in groups)
+    if min(len(first), len(second)) < 1 or len(first) + len(second) < 3:
+        raise ConfigError(
+            f"The pilot has {len(first)} people in '{groups[0]}' and {len(second)} in '{groups[1]}' with touches in "
+            f"'{protocol}' that count; it takes three, and one of each. State --sd and --difference instead."
+            + "".join(f" {sentence}" for sentence in left_out)
+        )
+    by_window = counted.groupby(["participant", "session", "window"])["log_deviation"]
+    windows = counted.groupby("participant")[["session", "window"]].apply(lambda own: len(own.drop_duplicates()))
+    return Pilot(
+        people=(len(first), len(second)),
+        touches=len(counted),
+        windows=round(float(windows.median())),
+        touches_per_window=len(counted) / by_window.ngroups,
+        difference=float(first.mean() - second.mean()),
+        window_sd=window_sd(counted),
+        grid=posterior_grid(sums_of(counted, groups), Prior()),
+        left_out=left_out,
+    )
+
+
+def window_sd(counted: pd.DataFrame) -> float:
+    """Between windows of a person, by analysis of variance; 0 where windows differ no more than touches do."""
+    logs, person, window = counted["log_deviation"], ["participant"], ["participant", "session", "window"]
+    window_mean = counted.groupby(window)["log_deviation"].transform("mean")
+    person_mean = counted.groupby(person)["log_deviation"].transform("mean")
+    n, windows, people = len(counted), counted.groupby(window).ngroups, counted.groupby(person).ngroups
+    if windows == people or n == windows:
+        return 0.0
+    between = float(((window_mean - person_mean) ** 2).sum()) / (windows - people)
+    within = float(((logs - window_mean) ** 2).sum()) / (n - windows)
+    return float(np.sqrt(max(0.0, between - within) * windows / n))
