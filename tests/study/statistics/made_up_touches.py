@@ -27,8 +27,8 @@ def made_up_touches(
             persons.append({"participant": code, "group": group})
             own = np.log(100.0) + (log_difference if group == GROUPS[0] else 0.0) + person_sd * rng.normal()
             for window in range(1, windows + 1):
-                for touch in range(touches):
-                    rows.append(touch_row(code, window, touch, float(np.exp(own + touch_sd * rng.normal()))))
+                deviations = np.exp(own + touch_sd * rng.normal(size=touches)).tolist()
+                rows += [touch_row(code, window, touch, value) for touch, value in enumerate(deviations)]
     return frame(TOUCHES, rows), frame(PARTICIPANTS, persons)
 
 

@@ -6,7 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from exograv.study.statistics.normal import hedges_g, noncentral_t_cdf, ratio_effect, welch_interval, welch_p, welch_test
+from exograv.study.statistics.normal import (
+    hedges_g,
+    noncentral_t_cdf,
+    ratio_effect,
+    welch_interval,
+    welch_p,
+    welch_test,
+)
 
 STUDIES = 4000
 FOUR_SD = 4.0 * np.sqrt(0.95 * 0.05 / STUDIES)

@@ -78,7 +78,7 @@ def run_power(command: Power) -> dict[str, Any]:
     asked = Asked(command.n_max, command.studies, command.seed)
     pilot, is_simulated = (None, False) if command.pilot is None else _pilot(command, command.pilot)
 
-    def first(stated: float | None, of_pilot: float | None, otherwise: float = 0.0) -> float:
+    def first(stated: float | int | None, of_pilot: float | int | None, otherwise: float | int = 0.0) -> float | int:
         return stated if stated is not None else of_pilot if of_pilot is not None else otherwise
 
     plan = Plan(

@@ -7,7 +7,6 @@ from jaxtyping import Float
 
 from exograv.errors import ConfigError
 
-
 LOG_2 = 0.6931471805599453
 """The published medians, 50 against 100 px: half the deviation."""
 

@@ -48,7 +48,9 @@ class Pilot:
     def worlds(self, studies: int, difference: float | None, rng: np.random.Generator) -> Worlds:
         """Draws from what the pilot leaves open; the difference too, unless one is stated."""
         drawn, person_sd, touch_sd = self.grid.draw(studies, rng)
-        return Worlds(drawn if difference is None else np.full(studies, difference), person_sd, self.share_of_touches * touch_sd)
+        return Worlds(
+            drawn if difference is None else np.full(studies, difference), person_sd, self.share_of_touches * touch_sd
+        )
 
 
 def read_pilot(touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[str, str], protocol: str) -> Pilot:
@@ -86,7 +88,7 @@ def window_sd(counted: pd.DataFrame) -> float:
     window_mean = counted.groupby(window)["log_deviation"].transform("mean")
     person_mean = counted.groupby(person)["log_deviation"].transform("mean")
     n, windows, people = len(counted), counted.groupby(window).ngroups, counted.groupby(person).ngroups
-    if windows == people or n == windows:
+    if windows in (people, n):
         return 0.0
     between = float(((window_mean - person_mean) ** 2).sum()) / (windows - people)
     within = float(((logs - window_mean) ** 2).sum()) / (n - windows)

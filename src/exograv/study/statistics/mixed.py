@@ -16,7 +16,7 @@ CAVEAT = (
     "software has no Kenward-Roger correction: do not quote it as a test."
 )
 METHODS = ("bfgs", "powell")
-"""Both are tried, the likelier fit is kept. Not `lbfgs`: in statsmodels 0.15.0 it ends at zeros and calls that converged."""
+"""Both are tried, the likelier fit is kept. Not `lbfgs`: of statsmodels 0.15.0 it ends at zeros, called converged."""
 
 SINGULAR_SD = 1e-4
 """A standard deviation between people below this is on the boundary: none was found [log units]."""

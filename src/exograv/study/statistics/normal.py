@@ -106,15 +106,15 @@ def hedges_g(first: First, second: Second, level: float = 0.95) -> Effect | None
     d = float(first.mean() - second.mean()) / sqrt(scatter / freedom)
     correction = exp(lgamma(freedom / 2.0) - lgamma((freedom - 1) / 2.0)) / sqrt(freedom / 2.0)
     ends = [scale * _noncentrality(d / scale, freedom, share) for share in (0.5 + level / 2.0, 0.5 - level / 2.0)]
-    interval = Interval(ends[0], ends[1], level, "inverse of the noncentral t distribution, people normal, equal spread")
-    meaning = "Difference of log deviation in standard deviations between people of a group; negative: first is smaller."
+    interval = Interval(ends[0], ends[1], level, "inverse of the noncentral t, people normal, groups of equal spread")
+    meaning = "Difference of log deviation, in standard deviations between people; negative: the first group's is less."
     return Effect("Hedges' g", d * correction, "SD", interval, meaning)
 
 
 def noncentral_t_cdf(t: float, freedom: int, noncentrality: float) -> float:
     """Share of the noncentral t distribution below `t`; SciPy's gives NaN where the noncentrality is large.
 
-        E[Φ(t·s − noncentrality)],   s² ~ χ²(freedom) / freedom
+    E[Φ(t·s − noncentrality)],   s² ~ χ²(freedom) / freedom
     """
     scale, mass = _chi_nodes(freedom)
     return float(mass @ special.ndtr(t * scale - noncentrality))

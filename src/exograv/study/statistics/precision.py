@@ -54,8 +54,8 @@ def limits(first: First, second: Second, touches: int, alpha: float, p_min: floa
     if p_min > alpha + 1e-12:
         n = next(n for n in range(2, 50) if generic_smallest_p(n, n) <= alpha)
         sentences.append(
-            f"An exact test of {n_first} against {n_second} people cannot reach {alpha:g}: its smallest p is {p_min:.3g}, "
-            f"even if all of one group are better than all of the other. It takes {n} against {n} at least."
+            f"An exact test of {n_first} against {n_second} people cannot reach {alpha:g}: its smallest p is "
+            f"{p_min:.3g}, even if everybody in one group is better. It takes {n} against {n} at least."
         )
     sd = people_sd(first, second)
     if sd is None:
@@ -63,8 +63,8 @@ def limits(first: First, second: Second, touches: int, alpha: float, p_min: floa
     _, interval = welch_interval(first, second)
     if interval is not None and interval.low is not None and interval.high is not None:
         sentences.append(
-            f"The ratio is known to lie between {exp(interval.low):.2g} and {exp(interval.high):.2g} (95 %), a factor of "
-            f"{exp(interval.high - interval.low):.2g} from end to end."
+            f"The ratio is known to lie between {exp(interval.low):.2g} and {exp(interval.high):.2g} (95 %), a factor "
+            f"of {exp(interval.high - interval.low):.2g} from end to end."
         )
     if (found := detectable_difference(n_first, n_second, sd, alpha)) is not None:
         sentences.append(

@@ -40,7 +40,9 @@ def verdict(p: float, p_min: float, alpha: float, n_first: int, n_second: int) -
             f"{p_min:.3g}. So it neither shows a difference nor speaks against one."
         )
     if p <= alpha + ROUNDING:
-        return f"A difference as large as this arises by dealing out the {people} by chance in {100 * p:.2g} % of cases."
+        return (
+            f"A difference as large as this arises by dealing out the {people} by chance in {100 * p:.2g} % of cases."
+        )
     return (
         f"Chance alone separates {people} as much in {100 * p:.2g} % of cases: no difference is shown, and none is "
         "excluded; the interval says which are left."

@@ -1,0 +1,140 @@
+"""How often each test sees a difference where there is none: docs/study.md, section on what the tests promise.
+
+    python benchmarks/false_positives.py --studies 10000 --save false_positives.json
+    python benchmarks/false_positives.py --load false_positives.json
+    python benchmarks/false_positives.py --coverage 10000
+
+Made-up people, both groups alike: log deviation of a touch = person + touch, person ~ N(0, 0.35²). `alike` and 60
+touches each; `serial`: touches follow each other with a correlation of 0.5; `unequal`: 15 to 105 touches; `heavy`:
+people by Student's t with three degrees of freedom, of the same spread; `spreads`: the second group's people spread
+three times as far. Under `spreads` the groups differ, though not in the middle: a test of "no difference at all" may
+see it.
+"""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import signal, stats
+
+from exograv.study.statistics.normal import welch_interval, welch_p
+from exograv.study.statistics.random_intercept import Sums, fit
+from exograv.study.statistics.relabelling import relabellings, two_sided
+
+PERSON_SD, TOUCH_SD, TOUCHES = 0.35, 0.6, 60
+SERIAL, HEAVY_FREEDOM, WIDER = 0.5, 3, 3.0
+ALPHA = 0.05
+CASES = ("alike", "serial", "unequal", "heavy", "spreads")
+SIZES = (3, 4, 5, 6, 8)
+TESTS = {
+    "pooled": "touches pooled, Mann–Whitney",
+    "wald": "mixed model, Wald",
+    "between": "mixed model, t of people − 2",
+    "welch": "Welch on medians",
+    "exact": "exact permutation",
+}
+PART = 500
+"""Studies that are in memory at once."""
+
+
+def touches_of(case: str, studies: int, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Log deviations (study, person, touch), and how many of them each person has (person,)."""
+    counts = np.full(2 * n, TOUCHES)
+    if case == "unequal":
+        counts = np.resize([15, 105, 40, 60, 90, 20, 75], 2 * n)
+    shape = (studies, 2 * n, int(counts.max()))
+    people = rng.standard_normal(shape[:2])
+    if case == "heavy":
+        people = rng.standard_t(HEAVY_FREEDOM, shape[:2]) / np.sqrt(HEAVY_FREEDOM / (HEAVY_FREEDOM - 2))
+    if case == "spreads":
+        people[:, n:] *= WIDER
+    noise = rng.standard_normal(shape)
+    if case == "serial":
+        noise[..., 1:] *= np.sqrt(1.0 - SERIAL**2)
+        noise = signal.lfilter([1.0], [1.0, -SERIAL], noise, axis=-1)
+    values = PERSON_SD * people[..., None] + TOUCH_SD * noise
+    return np.where(np.arange(shape[2]) < counts[:, None], values, np.nan), counts
+
+
+def p_values(values: np.ndarray, counts: np.ndarray, n: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Of every study, by test."""
+    medians = np.nanmedian(values, axis=-1)
+    means = np.nanmean(values, axis=-1)
+    squares = np.nansum((values - means[..., None]) ** 2, axis=(1, 2))
+    found = fit(Sums(np.tile(counts.astype(float), (len(values), 1)), means, squares, n))
+    z = np.abs(found.difference / found.error)
+    flat = [group.reshape(len(values), -1) for group in (values[:, :n], values[:, n:])]
+    pooled = stats.mannwhitneyu(*flat, axis=1, method="asymptotic", nan_policy="omit")
+    return {
+        "pooled": np.asarray(pooled.pvalue),
+        "wald": 2.0 * stats.norm.sf(z),
+        "between": 2.0 * stats.t.sf(z, 2 * n - 2),
+        "welch": welch_p(medians[:, :n], medians[:, n:]),
+        "exact": two_sided(medians, relabellings(n, n, rng)),
+    }
+
+
+def run(case: str, n: int, studies: int, seed: int) -> dict[str, Any]:
+    """One row of the table: rates with 95 % intervals."""
+    rng = np.random.default_rng([seed, n, CASES.index(case)])
+    alarms = dict.fromkeys(TESTS, 0)
+    for start in range(0, studies, PART):
+        values, counts = touches_of(case, min(PART, studies - start), n, rng)
+        for name, p in p_values(values, counts, n, rng).items():
+            alarms[name] += int((p <= ALPHA + 1e-12).sum())
+    rates = {}
+    for name, count in alarms.items():
+        interval = stats.binomtest(count, studies).proportion_ci(0.95, "wilson")
+        rates[name] = {"rate": count / studies, "ci95": [float(interval.low), float(interval.high)]}
+    return {"case": case, "n": n, "studies": studies, "rates": rates}
+
+
+def coverage(n: int, spreads: tuple[float, float], studies: int, seed: int) -> float:
+    """Share of studies in which Welch's interval holds the truth."""
+    rng = np.random.default_rng([seed, n])
+    held = 0
+    for first, second in rng.normal(size=(studies, 2, n)):
+        _, interval = welch_interval(spreads[0] * first, spreads[1] * second)
+        held += interval is not None and (interval.low or 0.0) <= 0.0 <= (interval.high or 0.0)
+    return held / studies
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Markdown."""
+    lines = ["| people | case | " + " | ".join(TESTS.values()) + " |", "|---" * (2 + len(TESTS)) + "|"]
+    for row in rows:
+        cells = (f"{rate['rate']:.3f} ({rate['ci95'][0]:.3f}–{rate['ci95'][1]:.3f})" for rate in row["rates"].values())
+        lines.append(f"| {row['n']} v {row['n']} | {row['case']} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Run or load, and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--studies", type=int, default=10_000)
+    parser.add_argument("--cases", default=",".join(CASES))
+    parser.add_argument("--sizes", default=",".join(map(str, SIZES)))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--coverage", type=int, help="simulate Welch's interval so often instead")
+    parser.add_argument("--save", type=Path)
+    parser.add_argument("--load", type=Path)
+    options = parser.parse_args()
+    if options.coverage is not None:
+        for spreads in ((1.0, 1.0), (1.0, WIDER)):
+            shares = ", ".join(f"{n} v {n}: {coverage(n, spreads, options.coverage, options.seed):.3f}" for n in SIZES)
+            print(f"spreads {spreads[0]:g} and {spreads[1]:g}: {shares}")
+        return
+    if options.load:
+        rows = json.loads(options.load.read_text())
+    else:
+        sizes = [int(size) for size in options.sizes.split(",")]
+        rows = [run(case, n, options.studies, options.seed) for case in options.cases.split(",") for n in sizes]
+    if options.save:
+        options.save.write_text(json.dumps(rows, indent=1) + "\n")
+    print(table(rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""`exograv study power` keeps its contract, and says how to go on where it cannot."""
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.study.statistics.made_up_touches import made_up_touches
+
+from exograv.cli.study.power import Power, run_power
+from exograv.errors import ConfigError, RecordingError
+from exograv.study.dataset.columns import SESSIONS, WINDOWS
+from exograv.study.dataset.folder import StudyFolder
+from exograv.study.dataset.tables import Tables, frame, write_tables
+
+QUICK = {"n_max": 6, "studies": 500}
+
+
+def pilot(folder: Path) -> Path:
+    """A study's folder with tables only: three trained, three untrained, simulated."""
+    touches, participants = made_up_touches((3, 3))
+    session = {
+        "protocol": "flight", "session": 1, "source": "a.csv", "sha256": "0" * 64, "kind": "csv", "is_simulated": True,
+        "is_complete": True, "duration_s": 60.0, "windows_complete": 5, "touches": 40, "rejected": 0, "ticks": 0,
+        "clock_jumps": 0, "stops": 0,
+    }  # fmt: skip
+    sessions = frame(SESSIONS, [{"participant": code, **session} for code in participants["participant"]])
+    write_tables(StudyFolder(folder), Tables(touches, frame(WINDOWS, []), sessions, participants))
+    return folder
+
+
+def test_stated_assumptions_give_the_figures_of_the_contract(capsys: pytest.CaptureFixture[str]):
+    result = json.loads(json.dumps(run_power(Power(sd=0.25, difference=0.9, seat_cost=6000.0, **QUICK))))
+    assert 4 <= result["n_per_group"]["80"] <= result["n_per_group"]["90"] <= 6
+    assert {"n", "power", "width_factor", "p_min", "seats", "cost"} <= set(result["curve"][0])
+    assert result["pilot"] is None
+    text = capsys.readouterr().out
+    assert "cannot reach 0.05" in " ".join(text.split())
+    assert "36,000" in text
+
+
+def test_a_pilot_gives_assurance_beside_power_and_is_called_simulated(tmp_path: Path, capsys):
+    result = run_power(Power(pilot=pilot(tmp_path), **QUICK))
+    assert result["pilot"]["people"] == [3, 3]
+    assert all("assurance" in row for row in result["curve"])
+    assert result["n_per_group_assurance"].keys() == {"80", "90"}
+    assert result["assumptions"]["windows"] == 5
+    assert "no evidence about people" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_stated_spread_comes_before_the_pilot_s_and_has_no_assurance(tmp_path: Path):
+    result = run_power(Power(pilot=pilot(tmp_path), sd=0.9, **QUICK))
+    assert result["assumptions"]["person_sd"] == 0.9
+    assert result["n_per_group_assurance"] is None
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({}, "Give a study by --from, or state --sd"),
+        ({"pilot": Path("nowhere")}, "--from is nowhere, which is no folder"),
+        ({"pilot": Path(), "groups": "trained"}, "--groups is 'trained'"),
+        ({"sd": -1.0}, "--sd is -1"),
+        ({"sd": 0.3, "n_max": 1}, "--n-max is 1"),
+        ({"sd": 0.3, "seed": -1}, "--seed is -1"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused_with_the_way_on(options: dict, word: str):
+    with pytest.raises(ConfigError, match=word):
+        run_power(Power(**options))
+
+
+def test_a_folder_without_tables_is_refused(tmp_path: Path):
+    with pytest.raises(RecordingError, match=r"touches\.parquet cannot be read"):
+        run_power(Power(pilot=tmp_path))
+
+
+def test_a_pilot_without_its_groups_is_refused(tmp_path: Path):
+    with pytest.raises(ConfigError, match="0 people in 'a' and 0 in 'b'"):
+        run_power(Power(pilot=pilot(tmp_path), groups="a,b"))
