@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.study.statistics.made_up_touches import made_up_touches
@@ -12,7 +13,7 @@ from exograv.study.dataset.columns import SESSIONS, WINDOWS
 from exograv.study.dataset.folder import StudyFolder
 from exograv.study.dataset.tables import Tables, frame, write_tables
 
-QUICK = {"n_max": 6, "studies": 500}
+QUICK: dict[str, Any] = {"n_max": 6, "studies": 500}
 
 
 def pilot(folder: Path) -> Path:

@@ -1,5 +1,7 @@
 """Normal theory agrees with SciPy, and its intervals hold the truth at three against three."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -28,7 +30,7 @@ def people(n: tuple[int, int], seed: int) -> tuple[np.ndarray, np.ndarray]:
 @given(n=SIZES, seed=st.integers(0, 1000))
 def test_welch_agrees_with_scipy(n: tuple[int, int], seed: int):
     first, second = people(n, seed)
-    theirs = stats.ttest_ind(first, second, equal_var=False)
+    theirs: Any = stats.ttest_ind(first, second, equal_var=False)
     difference, ours = welch_interval(first, second)
     assert ours is not None
     assert difference == pytest.approx(first.mean() - second.mean())
@@ -64,7 +66,7 @@ def test_welch_s_interval_holds_the_truth_at_three_against_three(spreads: tuple[
 def test_hedges_g_is_unbiased_and_its_interval_holds_the_truth_at_three_against_three():
     rng, truth = np.random.default_rng(1004), -2.0
     studies = 1000
-    found = [hedges_g(truth + draw[0], draw[1]) for draw in rng.normal(size=(studies, 2, 3))]
+    found: list[Any] = [hedges_g(truth + draw[0], draw[1]) for draw in rng.normal(size=(studies, 2, 3))]
     values = np.array([effect.value for effect in found if effect])
     held = np.mean([effect.interval.low <= truth <= effect.interval.high for effect in found if effect])
     assert abs(values.mean() - truth) < 4.0 * values.std() / np.sqrt(studies)

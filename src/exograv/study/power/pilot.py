@@ -68,13 +68,12 @@ def read_pilot(touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[
             f"'{protocol}' that count; it takes three, and one of each. State --sd and --difference instead."
             + "".join(f" {sentence}" for sentence in left_out)
         )
-    by_window = counted.groupby(["participant", "session", "window"])["log_deviation"]
-    windows = counted.groupby("participant")[["session", "window"]].apply(lambda own: len(own.drop_duplicates()))
+    windows = [own.groupby(["session", "window"]).ngroups for _, own in counted.groupby("participant")]
     return Pilot(
         people=(len(first), len(second)),
         touches=len(counted),
-        windows=round(float(windows.median())),
-        touches_per_window=len(counted) / by_window.ngroups,
+        windows=round(float(np.median(windows))),
+        touches_per_window=len(counted) / sum(windows),
         difference=float(first.mean() - second.mean()),
         window_sd=window_sd(counted),
         grid=posterior_grid(sums_of(counted, groups), Prior()),
@@ -84,12 +83,14 @@ def read_pilot(touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[
 
 def window_sd(counted: pd.DataFrame) -> float:
     """Between windows of a person, by analysis of variance; 0 where windows differ no more than touches do."""
-    logs, person, window = counted["log_deviation"], ["participant"], ["participant", "session", "window"]
-    window_mean = counted.groupby(window)["log_deviation"].transform("mean")
-    person_mean = counted.groupby(person)["log_deviation"].transform("mean")
-    n, windows, people = len(counted), counted.groupby(window).ngroups, counted.groupby(person).ngroups
+    logs = counted["log_deviation"].to_numpy(float)
+    window, person = (
+        counted.groupby(key).ngroup().to_numpy(int) for key in (["participant", "session", "window"], ["participant"])
+    )
+    n, windows, people = len(logs), len(set(window)), len(set(person))
     if windows in (people, n):
         return 0.0
+    window_mean, person_mean = (np.bincount(key, logs)[key] / np.bincount(key)[key] for key in (window, person))
     between = float(((window_mean - person_mean) ** 2).sum()) / (windows - people)
     within = float(((logs - window_mean) ** 2).sum()) / (n - windows)
     return float(np.sqrt(max(0.0, between - within) * windows / n))

@@ -9,6 +9,7 @@ Priors: level of both groups flat; person_sd half t with three degrees of freedo
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import exp, log
+from typing import cast
 
 import numpy as np
 from jaxtyping import Float
@@ -67,7 +68,7 @@ class Grid:
         """Difference below which `share` of the posterior lies."""
         low, high = float((self.mean - 12.0 * self.sd).min()), float((self.mean + 12.0 * self.sd).max())
         miss: Callable[[float], float] = lambda difference: self.cdf(difference) - share  # noqa: E731
-        return float(optimize.brentq(miss, low, high))
+        return cast(float, optimize.brentq(miss, low, high))
 
     def person_sd_quantile(self, share: float) -> float:
         """The same of the standard deviation between people; between nodes by the logarithm."""

@@ -32,20 +32,20 @@ def mixed_fit(counted: pd.DataFrame, groups: tuple[str, str]) -> MixedFit | None
     Returns:
         None with fewer than two people in a group: people and groups cannot be told apart then.
     """
-    people = counted.groupby("group")["participant"].nunique()
-    if any(people.get(group, 0) < 2 for group in groups):
+    people = [len(set(counted.loc[counted["group"] == group]["participant"])) for group in groups]
+    if min(people) < 2:
         return None
     table = counted.assign(
         is_first=(counted["group"] == groups[0]).astype(float), window=counted["window"] - counted["window"].mean()
     )
-    has_windows = table["window"].nunique() > 1
+    has_windows = len(set(table["window"])) > 1
     formula = "log_deviation ~ is_first" + (" * window" if has_windows else "")
     result, remarks = _fit(formula, table)
     if result is None:
         return MixedFit(formula, None, None, None, None, None, None, None, None, False, (*remarks, CAVEAT))
     estimate, error = float(result.params["is_first"]), float(result.bse["is_first"])
     margin = float(stats.norm.ppf(0.975)) * error
-    freedom = int(people[list(groups)].sum()) - 2
+    freedom = sum(people) - 2
     person_sd = float(np.sqrt(max(0.0, float(np.asarray(result.cov_re)[0, 0]))))
     if person_sd < SINGULAR_SD:
         remarks.append("No difference between people of a group was found, which is hard to believe: do not use it.")
@@ -68,7 +68,7 @@ def _fit(formula: str, table: pd.DataFrame) -> tuple[Any | None, list[str]]:
     """The fit, and every warning of it as a sentence; None where it broke off or has no standard error."""
     import statsmodels.formula.api as smf
 
-    if table.groupby("participant")["log_deviation"].nunique().max() < 2:
+    if all(len(set(own["log_deviation"])) < 2 for _, own in table.groupby("participant")):
         return None, ["Nobody's touches differ among themselves: there is nothing for a mixed model."]
     model = smf.mixedlm(formula, table, groups=table["participant"])
     tries, remarks = [], []

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from functools import cache
 from math import exp, lgamma, sqrt
+from typing import cast
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -138,4 +139,4 @@ def _noncentrality(t: float, freedom: int, share: float) -> float:
         low -= abs(t) + 2.0
     while miss(high) > 0.0 and high < WIDEST_G:
         high += abs(t) + 2.0
-    return float(optimize.brentq(miss, low, high))
+    return cast(float, optimize.brentq(miss, low, high))

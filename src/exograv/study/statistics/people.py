@@ -1,7 +1,6 @@
 """From touches to one number a person, and who or what is left out on the way."""
 
 from collections.abc import Iterator
-from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -24,19 +23,20 @@ def counted_touches(
         Columns participant, group, session, window (float), deviation [unit] and log_deviation; sentences.
     """
     left_out: list[str] = []
-    flight = touches[touches["protocol"] == protocol].merge(
+    flight: pd.DataFrame = touches.loc[touches["protocol"] == protocol].merge(
         participants[["participant", "group"]], on="participant", how="left", validate="many_to_one"
     )
-    for remark, is_out in (
-        (f"touches in '{protocol}' do not count, by their own reasons", ~flight["is_accepted"]),
-        (f"touches in '{protocol}' fell outside of any window", flight["window"].isna()),
-        (f"touches have no deviation in {unit}: the screen was not calibrated", flight[f"deviation_{unit}"].isna()),
+    for remark, column in (
+        (f"touches in '{protocol}' do not count, by their own reasons", "is_accepted"),
+        (f"touches in '{protocol}' fell outside of any window", "window"),
+        (f"touches have no deviation in {unit}: the screen was not calibrated", f"deviation_{unit}"),
     ):
-        is_out = is_out.astype(bool).reindex(flight.index)
-        left_out += [f"{int(is_out.sum())} {remark}."] if is_out.any() else []
-        flight = flight[~is_out]
+        is_in = (flight[column] if column == "is_accepted" else flight[column].notna()).to_numpy(bool)
+        if not is_in.all():
+            left_out.append(f"{np.count_nonzero(~is_in)} {remark}.")
+        flight = flight.loc[is_in]
     left_out += _people_left_out(flight, participants, groups, protocol)
-    flight = flight[flight["group"].isin(groups)]
+    flight = flight.loc[flight["group"].isin(groups)]
     deviation = flight[f"deviation_{unit}"].to_numpy(float)
     table = pd.DataFrame(
         {
@@ -71,9 +71,11 @@ def people_of(counted: pd.DataFrame, groups: tuple[str, str]) -> tuple[Person, .
     """Each person's touches in one number, the first group's people first, then by code."""
     people = []
     for group in groups:
-        for code, own in counted[counted["group"] == group].groupby("participant"):
-            median = float(own["deviation"].median())
-            people.append(Person(str(code), group, len(own), median, float(own["log_deviation"].median())))
+        for code, own in counted.loc[counted["group"] == group].groupby("participant"):
+            median, log_median = (
+                float(np.median(own[name].to_numpy(float))) for name in ("deviation", "log_deviation")
+            )
+            people.append(Person(str(code), group, len(own), median, log_median))
     return tuple(people)
 
 
@@ -84,12 +86,10 @@ def logs_of(people: tuple[Person, ...], group: str) -> Float[np.ndarray, " perso
 
 def spread_of(counted: pd.DataFrame, group: str) -> Spread:
     """Quartiles of a group's touches, each person with the same weight."""
-    own = counted[counted["group"] == group]
+    own: pd.DataFrame = counted.loc[counted["group"] == group]
     if own.empty:
         return Spread(0, 0, None, None)
-    sizes = own.groupby("participant")["deviation"].transform("size")
-    values, weights = own["deviation"].to_numpy(float), 1.0 / sizes.to_numpy(float)
-    low, middle, high = cast(
-        "list[float]", np.quantile(values, QUARTILES, weights=weights, method="inverted_cdf").tolist()
-    )
-    return Spread(own["participant"].nunique(), len(own), middle, (low, high))
+    _, where, sizes = np.unique(own["participant"].to_numpy(str), return_inverse=True, return_counts=True)
+    values, weights = own["deviation"].to_numpy(float), 1.0 / sizes[where]
+    low, middle, high = np.quantile(values, QUARTILES, weights=weights, method="inverted_cdf").tolist()
+    return Spread(len(sizes), len(own), middle, (low, high))

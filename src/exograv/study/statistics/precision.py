@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from math import exp, log, sqrt
+from typing import cast
 
 import numpy as np
 from jaxtyping import Float
@@ -33,7 +34,7 @@ def t_test_power(n_first: int, n_second: int, difference: float, sd: float, alph
 def detectable_difference(n_first: int, n_second: int, sd: float, alpha: float = 0.05) -> float | None:
     """Difference that Student's test finds in 80 % of studies; None where it is a thousandfold or more."""
     lack: Callable[[float], float] = lambda d: t_test_power(n_first, n_second, d, sd, alpha) - POWER  # noqa: E731
-    return None if sd <= 0.0 or lack(WIDEST) < 0.0 else float(optimize.brentq(lack, 0.0, WIDEST))
+    return None if sd <= 0.0 or lack(WIDEST) < 0.0 else cast(float, optimize.brentq(lack, 0.0, WIDEST))
 
 
 def people_sd(first: First, second: Second) -> float | None:

@@ -38,7 +38,7 @@ def sums_of(counted: pd.DataFrame, groups: tuple[str, str]) -> Sums:
     """Of one study: columns of `people.counted_touches`."""
     means, sizes, squares, n_first = [], [], 0.0, 0
     for group in groups:
-        for _, own in counted[counted["group"] == group].groupby("participant"):
+        for _, own in counted.loc[counted["group"] == group].groupby("participant"):
             logs = own["log_deviation"].to_numpy(float)
             means.append(logs.mean())
             sizes.append(float(len(logs)))
