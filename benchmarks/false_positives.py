@@ -35,6 +35,7 @@ TESTS = {
     "welch": "Welch on medians",
     "exact": "exact permutation",
 }
+POOLED: dict[str, Any] = {"axis": 1, "method": "asymptotic", "nan_policy": "omit"}
 PART = 500
 """Studies that are in memory at once."""
 
@@ -53,7 +54,7 @@ def touches_of(case: str, studies: int, n: int, rng: np.random.Generator) -> tup
     noise = rng.standard_normal(shape)
     if case == "serial":
         noise[..., 1:] *= np.sqrt(1.0 - SERIAL**2)
-        noise = signal.lfilter([1.0], [1.0, -SERIAL], noise, axis=-1)
+        noise = np.asarray(signal.lfilter([1.0], [1.0, -SERIAL], noise, axis=-1))
     values = PERSON_SD * people[..., None] + TOUCH_SD * noise
     return np.where(np.arange(shape[2]) < counts[:, None], values, np.nan), counts
 
@@ -66,7 +67,7 @@ def p_values(values: np.ndarray, counts: np.ndarray, n: int, rng: np.random.Gene
     found = fit(Sums(np.tile(counts.astype(float), (len(values), 1)), means, squares, n))
     z = np.abs(found.difference / found.error)
     flat = [group.reshape(len(values), -1) for group in (values[:, :n], values[:, n:])]
-    pooled = stats.mannwhitneyu(*flat, axis=1, method="asymptotic", nan_policy="omit")
+    pooled: Any = stats.mannwhitneyu(*flat, **POOLED)
     return {
         "pooled": np.asarray(pooled.pvalue),
         "wald": 2.0 * stats.norm.sf(z),

@@ -50,9 +50,9 @@ def test_the_interval_leaves_one_out_exactly_when_welch_s_p_is_small(n: tuple[in
     assert (effect.interval.low <= 1.0 <= effect.interval.high) == (test.p > 0.05)
 
 
-@pytest.mark.parametrize(("spreads", "lowest"), [((0.35, 0.35), 0.95), ((0.2, 0.5), 0.93)])
+@pytest.mark.parametrize(("spreads", "lowest"), [((0.35, 0.35), 0.95), ((0.2, 0.6), 0.945)])
 def test_welch_s_interval_holds_the_truth_at_three_against_three(spreads: tuple[float, float], lowest: float):
-    """With unequal spreads 93 %: Welch's degrees of freedom are themselves estimated."""
+    """With unequal spreads hardly less: `benchmarks/false_positives.py --coverage`."""
     rng, shift, held = np.random.default_rng(1003), -0.7, 0
     for draw in rng.normal(size=(STUDIES, 2, 3)):
         _, interval = welch_interval(shift + spreads[0] * draw[0], spreads[1] * draw[1])
