@@ -1,4 +1,4 @@
-"""How often each test sees a difference where there is none: docs/study.md, section on what the tests promise.
+"""How often each test sees a difference where there is none: docs/study_statistics.md.
 
     python benchmarks/false_positives.py --studies 10000 --save false_positives.json
     python benchmarks/false_positives.py --load false_positives.json
@@ -35,7 +35,6 @@ TESTS = {
     "welch": "Welch on medians",
     "exact": "exact permutation",
 }
-POOLED: dict[str, Any] = {"axis": 1, "method": "asymptotic", "nan_policy": "omit"}
 PART = 500
 """Studies that are in memory at once."""
 
@@ -67,7 +66,7 @@ def p_values(values: np.ndarray, counts: np.ndarray, n: int, rng: np.random.Gene
     found = fit(Sums(np.tile(counts.astype(float), (len(values), 1)), means, squares, n))
     z = np.abs(found.difference / found.error)
     flat = [group.reshape(len(values), -1) for group in (values[:, :n], values[:, n:])]
-    pooled: Any = stats.mannwhitneyu(*flat, **POOLED)
+    pooled: Any = stats.mannwhitneyu(flat[0], flat[1], axis=1, method="asymptotic", nan_policy="omit")
     return {
         "pooled": np.asarray(pooled.pvalue),
         "wald": 2.0 * stats.norm.sf(z),

@@ -29,18 +29,19 @@ def pilot(folder: Path) -> Path:
     return folder
 
 
-def test_stated_assumptions_give_the_figures_of_the_contract(capsys: pytest.CaptureFixture[str]):
-    result = json.loads(json.dumps(run_power(Power(sd=0.25, difference=0.9, seat_cost=6000.0, **QUICK))))
+def test_stated_assumptions_give_the_figures_of_the_contract(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    result = json.loads(json.dumps(run_power(Power(sd=0.25, difference=0.9, seat_cost=6000.0, out=tmp_path, **QUICK))))
     assert 4 <= result["n_per_group"]["80"] <= result["n_per_group"]["90"] <= 6
     assert {"n", "power", "width_factor", "p_min", "seats", "cost"} <= set(result["curve"][0])
     assert result["pilot"] is None
     text = capsys.readouterr().out
     assert "cannot reach 0.05" in " ".join(text.split())
     assert "36,000" in text
+    assert "<svg" in Path(result["figure"]).read_text()
 
 
 def test_a_pilot_gives_assurance_beside_power_and_is_called_simulated(tmp_path: Path, capsys):
-    result = run_power(Power(pilot=pilot(tmp_path), **QUICK))
+    result = run_power(Power(pilot=pilot(tmp_path), out=tmp_path, **QUICK))
     assert result["pilot"]["people"] == [3, 3]
     assert all("assurance" in row for row in result["curve"])
     assert result["n_per_group_assurance"].keys() == {"80", "90"}
@@ -49,7 +50,7 @@ def test_a_pilot_gives_assurance_beside_power_and_is_called_simulated(tmp_path: 
 
 
 def test_a_stated_spread_comes_before_the_pilot_s_and_has_no_assurance(tmp_path: Path):
-    result = run_power(Power(pilot=pilot(tmp_path), sd=0.9, **QUICK))
+    result = run_power(Power(pilot=pilot(tmp_path), sd=0.9, out=tmp_path, **QUICK))
     assert result["assumptions"]["person_sd"] == 0.9
     assert result["n_per_group_assurance"] is None
 

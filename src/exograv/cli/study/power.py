@@ -65,9 +65,10 @@ class Power(Common):
 
 
 def run_power(command: Power) -> dict[str, Any]:
-    """Simulate, and show the table."""
+    """Simulate, show the table, and draw it into the folder of `--out`."""
     from exograv.study.power.assumptions import LOG_2, TOUCH_SD, Plan, Price
     from exograv.study.power.curve import Asked, power_study
+    from exograv.study.power.drawing import write_power_figure
     from exograv.terminal import bars
 
     if command.pilot is None and command.sd is None:
@@ -97,6 +98,9 @@ def run_power(command: Power) -> dict[str, Any]:
         carried = None if command.sd is not None else pilot
         result = power_study(plan, price, asked, progress, carried, command.difference is not None)
     result["pilot"] = None if pilot is None else _of_pilot(pilot, is_simulated)
+    figure = command.out / "power.svg"
+    write_power_figure(result, figure)
+    result["figure"] = str(figure)
     show_power(result)
     return result
 
@@ -155,6 +159,7 @@ def show_power(result: dict[str, Any]) -> None:
     for row in curve:
         table.add_row(*(text.format(row[key]) for key, (_, text) in shown.items()))
     console.print(table)
+    console.print(_what_matters(result["matters"]))
     if pilot is not None:
         low, high = pilot["person_sd"]["ci95"]
         console.print(
@@ -168,3 +173,15 @@ def show_power(result: dict[str, Any]) -> None:
         console.print("The pilot is simulated: this is no evidence about people.", style="bold", highlight=False)
     for sentence in result["sentences"]:
         console.print(sentence, highlight=False)
+    console.print(f"Figure: {result['figure']}", highlight=False, soft_wrap=True)
+
+
+def _what_matters(matters: dict[str, Any]) -> Any:
+    """One line each for windows, touches and flights: power by their number."""
+    from rich.table import Table
+
+    table = Table(title=f"Power at {matters['n']} people a group", show_header=False)
+    for name in ("windows", "touches", "flights"):
+        cells = [f"{row[name]}: {row['power']:.2f}" for row in matters["rows"] if name in row]
+        table.add_row(name, "   ".join(cells))
+    return table
