@@ -156,7 +156,7 @@ def show_power(result: dict[str, Any]) -> None:
     table = Table(title=f"Ratio {assumed['ratio']:.2g}, people differ by {assumed['person_sd']:.2f} log units")
     for heading, _ in shown.values():
         table.add_column(heading, justify="right")
-    for row in curve:
+    for row in told(curve, result["n_per_group"]):
         table.add_row(*(text.format(row[key]) for key, (_, text) in shown.items()))
     console.print(table)
     console.print(_what_matters(result["matters"]))
@@ -174,6 +174,11 @@ def show_power(result: dict[str, Any]) -> None:
     for sentence in result["sentences"]:
         console.print(sentence, highlight=False)
     console.print(f"Figure: {result['figure']}", highlight=False, soft_wrap=True)
+
+
+def told(curve: list[dict[str, Any]], needed: dict[str, int | None]) -> list[dict[str, Any]]:
+    """Every row up to twelve people, every fourth after that, and those that are asked for."""
+    return [row for row in curve if row["n"] <= 12 or row["n"] % 4 == 0 or row["n"] in needed.values()]
 
 
 def _what_matters(matters: dict[str, Any]) -> Any:

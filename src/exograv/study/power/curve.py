@@ -83,7 +83,12 @@ def power_study(
         "seed": asked.seed,
         "studies": asked.studies,
     }
-    return result | {"sentences": list(sentences(result, plan))}
+    told = list(sentences(result, plan))
+    if pilot is not None and not is_stated:
+        told.append(
+            "The difference is the pilot's own, as a rule too large: state by --difference what is worth finding."
+        )
+    return result | {"sentences": told}
 
 
 def _curve(
