@@ -11,6 +11,7 @@ from exograv.cli.study.power import Power, run_power
 from exograv.errors import ConfigError, RecordingError
 from exograv.study.dataset.columns import SESSIONS, WINDOWS
 from exograv.study.dataset.folder import StudyFolder
+from exograv.study.dataset.settings import AS_PUBLISHED, write_settings
 from exograv.study.dataset.tables import Tables, frame, write_tables
 
 QUICK: dict[str, Any] = {"n_max": 6, "studies": 500}
@@ -25,6 +26,7 @@ def pilot(folder: Path) -> Path:
         "clock_jumps": 0, "stops": 0,
     }  # fmt: skip
     sessions = frame(SESSIONS, [{"participant": code, **session} for code in participants["participant"]])
+    write_settings(StudyFolder(folder), AS_PUBLISHED)
     write_tables(StudyFolder(folder), Tables(touches, frame(WINDOWS, []), sessions, participants))
     return folder
 
@@ -59,8 +61,7 @@ def test_a_stated_spread_comes_before_the_pilot_s_and_has_no_assurance(tmp_path:
     ("options", "word"),
     [
         ({}, "Give a study by --from, or state --sd"),
-        ({"pilot": Path("nowhere")}, "--from is nowhere, which is no folder"),
-        ({"pilot": Path(), "groups": "trained"}, "--groups is 'trained'"),
+        ({"pilot": Path("nowhere")}, "nowhere is no study: study.toml is missing"),
         ({"sd": -1.0}, "--sd is -1"),
         ({"sd": 0.3, "n_max": 1}, "--n-max is 1"),
         ({"sd": 0.3, "seed": -1}, "--seed is -1"),
@@ -72,10 +73,12 @@ def test_what_cannot_be_planned_is_refused_with_the_way_on(options: dict, word: 
 
 
 def test_a_folder_without_tables_is_refused(tmp_path: Path):
+    write_settings(StudyFolder(tmp_path), AS_PUBLISHED)
     with pytest.raises(RecordingError, match=r"touches\.parquet cannot be read"):
         run_power(Power(pilot=tmp_path))
 
 
-def test_a_pilot_without_its_groups_is_refused(tmp_path: Path):
-    with pytest.raises(ConfigError, match="0 people in 'a' and 0 in 'b'"):
-        run_power(Power(pilot=pilot(tmp_path), groups="a,b"))
+@pytest.mark.parametrize("groups", ["trained", "a,b", "trained,trained", ""])
+def test_groups_that_the_study_does_not_have_are_refused(tmp_path: Path, groups: str):
+    with pytest.raises(ConfigError, match=r"two by comma of those in study\.toml: trained, untrained"):
+        run_power(Power(pilot=pilot(tmp_path), groups=groups))

@@ -57,8 +57,8 @@ class Power(Common):
     studies: int = 10_000
     """Simulated for each number of people."""
 
-    groups: str = "trained,untrained"
-    """Of the pilot, by comma."""
+    groups: str | None = None
+    """Of the pilot, by comma; the first two of its study.toml if absent."""
 
     protocol: str = "flight"
     """Of the pilot: what is compared."""
@@ -107,14 +107,16 @@ def run_power(command: Power) -> dict[str, Any]:
 
 def _pilot(command: Power, folder: Path) -> tuple[Any, bool]:
     """The pilot, and whether nobody took part in it."""
+    from exograv.study.dataset.folder import StudyFolder
+    from exograv.study.dataset.settings import read_settings
     from exograv.study.dataset.tables import read_tables
     from exograv.study.power.pilot import read_pilot
 
-    groups = command.groups.split(",")
-    if len(groups) != 2 or "" in groups or groups[0] == groups[1]:
-        raise ConfigError(f"--groups is '{command.groups}'; give two different names by comma, as in study.toml.")
-    if not folder.is_dir():
-        raise ConfigError(f"--from is {folder}, which is no folder. Give a study that `exograv study init` began.")
+    known = list(read_settings(StudyFolder(folder)).groups)
+    groups = known[:2] if command.groups is None else command.groups.split(",")
+    if len(groups) != 2 or groups[0] == groups[1] or not {*groups} <= {*known}:
+        given = "absent" if command.groups is None else f"'{command.groups}'"
+        raise ConfigError(f"--groups is {given}; give two by comma of those in study.toml: {', '.join(known)}.")
     tables = read_tables(folder)
     pilot = read_pilot(tables.touches, tables.participants, (groups[0], groups[1]), command.protocol)
     of_protocol = tables.sessions[tables.sessions["protocol"] == command.protocol]
