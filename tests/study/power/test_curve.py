@@ -102,6 +102,8 @@ def test_a_pilot_of_hardly_anybody_is_refused_with_the_way_on():
     [
         (lambda: Plan(0.7, -0.1), "--sd"),
         (lambda: Plan(float("nan"), 0.1), "--difference"),
+        (lambda: Plan(-6.0, 0.1), "--difference is -6; give log units from -5 to 5"),
+        (lambda: Plan(0.7, 50.0), "--sd is 50"),
         (lambda: Plan(0.7, 0.35, windows=0), "--windows"),
         (lambda: Plan(0.7, 0.35, alpha=0.7), "--alpha"),
         (lambda: Price(-1.0), "--seat-cost"),

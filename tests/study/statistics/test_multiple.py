@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from statsmodels.stats.multitest import multipletests
 
-from exograv.study.statistics.multiple import compare_measures, holm, max_t
+from exograv.study.statistics.findings import Person
+from exograv.study.statistics.multiple import compare_measures, family_of_sessions, holm, max_t
 from exograv.study.statistics.relabelling import relabellings, two_sided
 
 RNG = np.random.default_rng(1000)
@@ -56,3 +57,24 @@ def test_measures_that_cannot_be_tested_are_named():
 def test_no_measure_that_can_be_tested_is_no_crash():
     family = compare_measures(pd.DataFrame({"a": np.full(8, 1.0)}), WAYS, "Pointing")
     assert family.table.empty
+
+
+def test_measures_of_sessions_become_one_value_a_person_and_millimetres_are_no_second_test():
+    people = tuple(Person(f"T{k}", "trained" if k < 4 else "untrained", 8, 1.0, 0.0) for k in range(8))
+    rng = np.random.default_rng(1004)
+    rows = []
+    for person in people:
+        for session in (1, 2):
+            value = rng.normal()
+            found = {"median_deviation_px": value, "median_deviation_mm": 0.25 * value, "touches_per_window": value**2}
+            rows += [
+                {"participant": person.participant, "protocol": "flight", "level": "session", "session": session}
+                | {"measure": measure, "value": number}
+                for measure, number in found.items()
+            ]
+    measures = pd.DataFrame([*rows, {**rows[0], "protocol": "training", "value": 1e6}])
+    family = family_of_sessions(measures, people, "flight", WAYS, "Flight")
+    assert family.table["measure"].tolist() == ["median_deviation_px", "touches_per_window"]
+    values = np.array([row["value"] for row in rows if row["measure"] == "median_deviation_px"]).reshape(8, 2).mean(1)
+    assert family.table["p"].iloc[0] == pytest.approx(two_sided(values[None], WAYS)[0])
+    assert family.table["difference"].iloc[0] == pytest.approx(values[:4].mean() - values[4:].mean())

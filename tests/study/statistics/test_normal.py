@@ -81,6 +81,13 @@ def test_the_noncentral_t_distribution_agrees_with_scipy_where_that_has_one(free
     assert noncentral_t_cdf(3.0, freedom, 60.0) < 0.05
 
 
+@given(shift=st.floats(-1e4, 1e4))
+def test_g_has_an_interval_about_it_however_large_it_is(shift: float):
+    found: Any = hedges_g(np.array([0.0, 1.0, 2.0]) + shift, np.array([0.0, 0.5, 1.5]))
+    assert found.interval.low < found.interval.high
+    assert found.interval.low - 1.0 <= found.value <= found.interval.high + 1.0
+
+
 def test_one_person_in_a_group_gives_an_effect_without_interval():
     effect = ratio_effect(np.array([3.9]), np.array([4.6, 4.7]), ("a", "b"))
     assert effect.interval is None

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from tests.study.statistics.made_up_touches import GROUPS, made_up_touches, touch_row
 
+from exograv.errors import ConfigError
 from exograv.study.dataset.columns import PARTICIPANTS, TOUCHES
 from exograv.study.dataset.tables import frame
 from exograv.study.statistics.findings import Unit
@@ -69,6 +70,12 @@ def test_whatever_is_left_out_is_named():
     ):
         assert sentence in text
     assert len(left_out) == 8
+
+
+def test_two_participants_with_one_code_are_refused():
+    touches, participants = made_up_touches((2, 2))
+    with pytest.raises(ConfigError, match="U2 stands twice among the participants"):
+        counted(touches, pd.concat([participants, participants.iloc[-1:]], ignore_index=True))
 
 
 def test_nobody_at_all_is_no_crash():

@@ -10,6 +10,9 @@ from exograv.errors import ConfigError
 LOG_2 = 0.6931471805599453
 """The published medians, 50 against 100 px: half the deviation."""
 
+LARGEST = 5.0
+"""Of a spread or a difference [log units]: a factor of 148."""
+
 TOUCH_SD = 0.6
 """Between touches of a person [log units]. A deviation of two equal normal parts has 0.64 (Rayleigh's distribution)."""
 
@@ -50,8 +53,11 @@ class Plan:
         """
         for name in ("difference", "person_sd", "touch_sd", "window_sd", "flight_sd"):
             value = getattr(self, name)
-            if not np.isfinite(value) or (value < 0.0 and name != "difference"):
-                raise ConfigError(f"--{_option(name)} is {value:g}; give log units from 0 up, such as 0.35.")
+            lowest = -LARGEST if name == "difference" else 0.0
+            if not lowest <= value <= LARGEST:
+                raise ConfigError(
+                    f"--{_option(name)} is {value:g}; give log units from {lowest:g} to {LARGEST:g}, such as 0.35."
+                )
         for name in ("windows", "touches", "flights"):
             if (value := getattr(self, name)) < 1:
                 raise ConfigError(f"--{name} is {value}; each person has at least one.")

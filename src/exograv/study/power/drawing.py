@@ -25,12 +25,13 @@ def write_power_figure(result: dict[str, Any], path: Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with house_style():
-            _draw(result).savefig(path, bbox_inches="tight", metadata={"Date": None})
+            draw_power(result).savefig(path, bbox_inches="tight", metadata={"Date": None})
     except OSError as error:
         raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another folder with --out.") from error
 
 
-def _draw(result: dict[str, Any]) -> Figure:
+def draw_power(result: dict[str, Any]) -> Figure:
+    """Share of studies that find the difference, and width of the interval; drawn in the style that is in force."""
     figure = Figure((WIDTH_IN, HEIGHT_IN), layout="constrained")
     left, right = figure.subplots(1, 2)
     _draw_power(left, result)

@@ -56,6 +56,9 @@ def compare(touches: pd.DataFrame, participants: pd.DataFrame, settings: Compare
         touches: Table `columns.TOUCHES`, such as those of complete windows; what does not count is left out and named.
         participants: Table `columns.PARTICIPANTS`.
         settings: What with what.
+
+    Raises:
+        ConfigError: Two participants have one code.
     """
     settings = CompareSettings() if settings is None else settings
     groups, alpha = settings.groups, settings.alpha
@@ -132,7 +135,7 @@ def methods(settings: CompareSettings) -> tuple[str, ...]:
     """Sentences for the methods paragraph."""
     first, second = settings.groups
     return (
-        f"Each participant's accepted touches in '{settings.protocol}' were condensed to the median of the natural "
+        f"Each participant's accepted touches in '{settings.protocol}' (all sessions) were condensed to the median of the natural "
         "logarithm of the deviation; participants, not touches, are the units of every test.",
         f"Primary test: exact two-sided permutation of the difference of means, {first} less {second}, over all ways "
         f"to deal out the participants (twice the smaller tail; up to {COUNTED_MAX:,} ways counted, else drawn).",

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
+from .findings import Person
 from .relabelling import CELLS_MAX, Relabellings, generic_smallest_p, two_sided
 
 P = Float[np.ndarray, " measure"]
@@ -102,3 +103,24 @@ def compare_measures(values: pd.DataFrame, ways: Relabellings, name: str) -> Fam
         f"false alarm among them. None can be below {p_min:.3g}."
     )
     return Family(table, p_min, tuple(left_out), sentence)
+
+
+def family_of_sessions(
+    measures: pd.DataFrame, people: tuple[Person, ...], protocol: str, ways: Relabellings, name: str
+) -> Family:
+    """All measures of a session at once: one value a person, the mean where there are several sessions.
+
+    Args:
+        measures: Long table with participant, protocol, level, measure, value: a row a measure of a session.
+        people: Those of `Findings`, the first group first.
+        protocol: Of the sessions.
+        ways: To deal these people out.
+        name: What the family is, for the sentence.
+    """
+    rows = measures.loc[(measures["level"] == "session") & (measures["protocol"] == protocol)]
+    # Millimetres are pixels times a constant: the same test again would only make the family larger.
+    in_px = {str(measure).removesuffix("_px") for measure in rows["measure"] if str(measure).endswith("_px")}
+    is_twin = [str(measure).endswith("_mm") and str(measure)[:-3] in in_px for measure in rows["measure"]]
+    rows = rows.loc[~np.array(is_twin, bool)]
+    wide = rows.pivot_table(values="value", index="participant", columns="measure", aggfunc="mean", dropna=False)
+    return compare_measures(wide.reindex([person.participant for person in people]), ways, name)

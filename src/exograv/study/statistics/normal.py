@@ -14,9 +14,6 @@ from .wording import p_text
 
 First = Float[np.ndarray, " first"]
 Second = Float[np.ndarray, " second"]
-WIDEST_G = 200.0
-"""Ends of g beyond this are not looked for."""
-
 T_NODES = 400
 
 
@@ -135,8 +132,8 @@ def _noncentrality(t: float, freedom: int, share: float) -> float:
     """Of the t distribution that has `share` of itself below `t`."""
     miss: Callable[[float], float] = lambda nc: noncentral_t_cdf(t, freedom, nc) - share  # noqa: E731
     low, high = t - 2.0, t + 2.0
-    while miss(low) < 0.0 and low > -WIDEST_G:
+    while miss(low) < 0.0:
         low -= abs(t) + 2.0
-    while miss(high) > 0.0 and high < WIDEST_G:
+    while miss(high) > 0.0:
         high += abs(t) + 2.0
     return cast(float, optimize.brentq(miss, low, high))

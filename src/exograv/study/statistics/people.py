@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
+from exograv.errors import ConfigError
+
 from .findings import Person, Spread, Unit
 
 FLOOR = {"px": 0.5, "mm": 0.1}
@@ -21,7 +23,13 @@ def counted_touches(
 
     Returns:
         Columns participant, group, session, window (float), deviation [unit] and log_deviation; sentences.
+
+    Raises:
+        ConfigError: Two participants have one code.
     """
+    if (twice := participants["participant"].duplicated().to_numpy(bool)).any():
+        codes = ", ".join(sorted(set(participants["participant"].to_numpy(str)[twice])))
+        raise ConfigError(f"{codes} stands twice among the participants; nobody can tell whose touches are whose.")
     left_out: list[str] = []
     flight: pd.DataFrame = touches.loc[touches["protocol"] == protocol].merge(
         participants[["participant", "group"]], on="participant", how="left", validate="many_to_one"
