@@ -25,13 +25,13 @@ def write_power_figure(result: dict[str, Any], path: Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with house_style():
-            draw_power(result).savefig(path, bbox_inches="tight", metadata={"Date": None})
+            power_figure(result).savefig(path, bbox_inches="tight", metadata={"Date": None})
     except OSError as error:
         raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another folder with --out.") from error
 
 
-def draw_power(result: dict[str, Any]) -> Figure:
-    """Share of studies that find the difference, and width of the interval; drawn in the style that is in force."""
+def power_figure(result: dict[str, Any]) -> Figure:
+    """Share of studies that find the difference, and how exact they are."""
     figure = Figure((WIDTH_IN, HEIGHT_IN), layout="constrained")
     left, right = figure.subplots(1, 2)
     _draw_power(left, result)
@@ -42,7 +42,8 @@ def draw_power(result: dict[str, Any]) -> Figure:
     ticks = [1.2, 1.5, 2.0, 3.0, 5.0, 10.0]
     right.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     right.minorticks_off()
-    right.set_ylim(1.1, max(2.0, 1.1 * max(row["width_factor"] for row in result["curve"])))
+    widths = [row["width_factor"] for row in result["curve"]]
+    right.set_ylim(min(1.1, 0.99 * min(widths)), max(2.0, 1.1 * max(widths)))
     for axes in (left, right):
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure
@@ -54,7 +55,7 @@ def _draw_power(axes: Axes, result: dict[str, Any]) -> None:
     lines = {
         "power": ("exact test", BLUE, "-"),
         "welch_power": ("Welch, if people are normal", ORANGE, "--"),
-        "assurance": ("assurance: over what the pilot leaves open", GREEN, "-"),
+        "assurance": ("assurance: over what the pilot leaves open", GREEN, "-."),
     }
     for key, (label, colour, style) in lines.items():
         if key in curve[0]:

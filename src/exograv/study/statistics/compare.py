@@ -135,8 +135,8 @@ def methods(settings: CompareSettings) -> tuple[str, ...]:
     """Sentences for the methods paragraph."""
     first, second = settings.groups
     return (
-        f"Each participant's accepted touches in '{settings.protocol}' (all sessions) were condensed to the median of the "
-        "natural logarithm of the deviation; participants, not touches, are the units of every test.",
+        f"Each participant's accepted touches in '{settings.protocol}' (all sessions) were condensed to the median of "
+        "the natural logarithm of the deviation; participants, not touches, are the units of every test.",
         f"Primary test: exact two-sided permutation of the difference of means, {first} less {second}, over all ways "
         f"to deal out the participants (twice the smaller tail; up to {COUNTED_MAX:,} ways counted, else drawn).",
         "Effect: ratio of geometric means with Welch's 95 % t interval on the logarithms; beside it the interval that "
