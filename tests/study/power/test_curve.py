@@ -88,7 +88,7 @@ def test_assurance_of_a_small_pilot_is_below_the_power_that_ignores_its_doubt():
     result = made(plan, pilot=pilot, is_stated=False)
     last = result["curve"][-1]
     assert last["assurance"] < last["power"]
-    assert any("state by --difference what is worth finding" in sentence for sentence in result["sentences"])
+    assert any("State by --difference what is worth finding" in sentence for sentence in result["sentences"])
     assert any("assurance" in sentence for sentence in result["sentences"])
 
 

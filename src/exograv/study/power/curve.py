@@ -166,11 +166,12 @@ def sentences(result: dict[str, Any], plan: Plan) -> Iterator[str]:
         f"At {result['matters']['n']} people a group the power by windows of each person is {powers}: it cannot pass "
         "what people's own differences leave."
     )
-    if result["n_per_group_assurance"] is not None:
-        best = max(row["assurance"] for row in curve)
-        yield (
-            f"Averaged over what the pilot leaves open, {curve[-1]['n']} people a group find it in {100 * best:.0f} % "
-            "of studies (assurance); no number of people makes up for a difference that may not be there."
+    if (assured := result["n_per_group_assurance"]) is not None:
+        last = curve[-1]
+        yield "Over all that the pilot leaves open (assurance), " + (
+            f"it takes {assured['80']} people a group for 80 %."
+            if assured["80"] is not None
+            else f"{last['n']} people a group find it in {100 * last['assurance']:.0f} % of studies."
         )
     if plan.flight_sd == 0.0:
         yield "A person is taken to be the same in every flight (--flight-sd 0): then more flights add only touches."

@@ -78,7 +78,7 @@ def smallest_p(values: Float[np.ndarray, " person"], ways: Relabellings) -> floa
     sums = ways.in_first @ values
     tolerance = 1e-9 * np.abs(values).sum()
     ends = [np.count_nonzero(sums >= sums.max() - tolerance), np.count_nonzero(sums <= sums.min() + tolerance)]
-    return min(1.0, 2.0 * min(ends) / len(sums)) if ways.is_complete else 2.0 / len(sums)
+    return min(1.0, 2.0 * float(min(ends)) / len(sums)) if ways.is_complete else 2.0 / len(sums)
 
 
 def generic_smallest_p(n_first: int, n_second: int) -> float:
