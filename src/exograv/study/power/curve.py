@@ -86,7 +86,8 @@ def power_study(
     told = list(sentences(result, plan))
     if pilot is not None and not is_stated:
         told.append(
-            "The difference is the pilot's own, as a rule too large: state by --difference what is worth finding."
+            "The difference is the pilot's own, as a rule too large, and may not be there at all: no number of people "
+            "makes up for that. State by --difference what is worth finding."
         )
     return result | {"sentences": told}
 
