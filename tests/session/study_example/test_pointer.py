@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.session.study_example.adapting import Rates
+from exograv.session.train.adapting import Rates
 from exograv.session.study_example.arm_tables import ArmTables
 from exograv.session.study_example.pointer import Character, Pointer
 

@@ -4,6 +4,7 @@ Two rates after Smith, Ghazizadeh and Shadmehr (2006), PLoS Biology 4:e179, one 
 alone does not explain savings (docs/study.md); which context it is, is inferred from the torque that is felt.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,17 +38,25 @@ CONTEXTS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75)
 class Adaptation:
     """What one person expects of gravity."""
 
-    def __init__(self, rates: Rates, random: np.random.Generator):
-        """Nothing is known but Earth."""
+    def __init__(self, rates: Rates, random: np.random.Generator, slow: Sequence[float] | None = None):
+        """Nothing is known but Earth, or what was learned before (`slow`)."""
         self._rates, self._random = rates, random
         self._fast = 0.0
-        self._slow = np.zeros(len(CONTEXTS))
+        self._slow = np.zeros(len(CONTEXTS)) if slow is None else np.array(slow, dtype=float)
         self._recalled = self._weights(1.0)
+        self.felt = 1.0
+        """Gravity level as it was felt at last [-]."""
+
+    @property
+    def slow(self) -> tuple[float, ...]:
+        """What is kept from session to session, by context."""
+        return tuple(self._slow.tolist())
 
     def window(self, gravity_level: float) -> None:
         """The arm feels this level from now on; what was quick is gone."""
         self._fast = 0.0
-        self._recalled = self._weights(gravity_level + self._rates.felt_sd * float(self._random.standard_normal()))
+        self.felt = gravity_level + self._rates.felt_sd * float(self._random.standard_normal())
+        self._recalled = self._weights(self.felt)
 
     def night(self) -> None:
         """Until the next session."""
@@ -59,9 +68,9 @@ class Adaptation:
         """Share of the arm's weight that muscles are prepared for [-]."""
         return 1.0 - self._fast - float(self._recalled @ self._slow)
 
-    def touched(self, gravity_level: float) -> None:
-        """The arm was held at the screen, and its weight was `gravity_level`."""
-        rates, error = self._rates, self.expected - gravity_level
+    def learn(self, error: float) -> None:
+        """More was expected than there was, by so much [-]."""
+        rates = self._rates
         self._fast = rates.fast_keeps * self._fast + rates.fast_learns * error
         self._slow += self._recalled * ((rates.slow_keeps - 1.0) * self._slow + rates.slow_learns * error)
 
