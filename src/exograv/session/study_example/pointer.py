@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.session.train.adapting import Adaptation, Rates
+
 from .arm_tables import ArmTables
 
 PerFreedom = Float[np.ndarray, " arm"]

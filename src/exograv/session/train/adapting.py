@@ -38,11 +38,11 @@ CONTEXTS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75)
 class Adaptation:
     """What one person expects of gravity."""
 
-    def __init__(self, rates: Rates, random: np.random.Generator, slow: Sequence[float] | None = None):
-        """Nothing is known but Earth, or what was learned before (`slow`)."""
+    def __init__(self, rates: Rates, random: np.random.Generator):
+        """Nothing is known but Earth."""
         self._rates, self._random = rates, random
         self._fast = 0.0
-        self._slow = np.zeros(len(CONTEXTS)) if slow is None else np.array(slow, dtype=float)
+        self._slow = np.zeros(len(CONTEXTS))
         self._recalled = self._weights(1.0)
         self.felt = 1.0
         """Gravity level as it was felt at last [-]."""
@@ -51,6 +51,11 @@ class Adaptation:
     def slow(self) -> tuple[float, ...]:
         """What is kept from session to session, by context."""
         return tuple(self._slow.tolist())
+
+    def remember(self, slow: Sequence[float]) -> None:
+        """What was learned before, as `slow` told it; of another set of contexts nothing is."""
+        if len(slow) == len(CONTEXTS):
+            self._slow = np.array(slow, dtype=float)
 
     def window(self, gravity_level: float) -> None:
         """The arm feels this level from now on; what was quick is gone."""

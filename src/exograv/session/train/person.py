@@ -20,6 +20,7 @@ from exograv.session.movements import REACH_S, REST_DEG, TARGET_DEG
 from exograv.task.picture import ParticipantPicture
 
 from .adapting import Adaptation, Rates
+from .kept import Learned
 
 PerFreedom = Float[np.ndarray, " arm"]
 OnScreen = Float[np.ndarray, " 2"]
@@ -92,17 +93,6 @@ class Habits:
     """Beyond the glass to where the reach is aimed; farther after a reach that met nothing."""
 
 
-@dataclass(frozen=True)
-class Learned:
-    """What a participant takes along from session to session."""
-
-    slow: tuple[float, ...]
-    """Of `Adaptation`."""
-
-    aim: tuple[float, float]
-    """Beside the target, right and up [m]."""
-
-
 class Doing(enum.Enum):
     """What the participant does."""
 
@@ -135,7 +125,6 @@ class PointingPerson:
         seed: int,
         period_s: float,
         habits: Habits | None = None,
-        learned: "Learned | None" = None,
     ):
         """Lying, and knowing nothing of weightlessness yet.
 
@@ -148,7 +137,6 @@ class PointingPerson:
             seed: Draws the personal map and all noise.
             period_s: Between two acts [s].
             habits: What makes this one.
-            learned: In former sessions.
         """
         self.habits, self._own, self._worn_inertia = habits or Habits(), own, worn_inertia
         self._surroundings, self._target, self._too_short, self._dt = surroundings, target, too_short, period_s
@@ -165,9 +153,8 @@ class PointingPerson:
         self._effort = np.zeros(freedoms)
         self._relaxed = np.zeros(freedoms)
         self.doing, self._tension = Doing.LYING, 0.0
-        self.adaptation = Adaptation(self.habits.rates, self._random, learned.slow if learned is not None else None)
-        self._aim_off = np.zeros(2) if learned is None else np.array(learned.aim)
-        self._depth, self._is_felt = self.habits.depth_m, False
+        self.adaptation = Adaptation(self.habits.rates, self._random)
+        self._aim_off, self._depth, self._is_felt = np.zeros(2), self.habits.depth_m, False
         self._shift = self._shift_per_level()
         self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
         self._began, self._takes_s = 0.0, REACH_S
@@ -223,9 +210,14 @@ class PointingPerson:
         return known + self.habits.trusts_felt * (self.adaptation.felt - known)
 
     @property
-    def learned(self) -> "Learned":
+    def learned(self) -> Learned:
         """What is kept for the next session."""
-        return Learned(self.adaptation.slow, (float(self._aim_off[0]), float(self._aim_off[1])))
+        return Learned(slow=self.adaptation.slow, aim=(float(self._aim_off[0]), float(self._aim_off[1])))
+
+    def remember(self, learned: Learned) -> None:
+        """Former sessions, or the one that was broken off."""
+        self.adaptation.remember(learned.slow)
+        self._aim_off = np.array(learned.aim)
 
     def act(self, t: float, q_arm: PerFreedom, v_arm: PerFreedom) -> PerFreedom:
         """Muscle torque (arm,) [N·m]."""
