@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from exograv.session.study_example.adapting import Rates
 from exograv.session.study_example.arm_tables import ArmTables
 from exograv.session.study_example.pointer import Character, Pointer
+from exograv.session.train.adapting import Rates
 
 QUIET = Character(
     bias_sd_deg=0.0, felt_sd_deg=0.0, motor_noise=0.0, level_sd=0.0, seen_sd_mm=0.0, aims=0.0, rates=Rates(felt_sd=0.0)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.rig.twin.own_arm import OwnArm
+from exograv.session.train.kept import Learned
 from exograv.session.train.person import APPROACH_M, Doing, Habits, PointingPerson
 from exograv.session.train.room import SimulatedRoom
 from exograv.session.virtual import draw_laboratory
@@ -93,18 +94,54 @@ def reaching(person: PointingPerson) -> float:
     return acted(person, t, 0.9, REST)
 
 
-def test_a_deviation_that_is_seen_is_aimed_away(person: PointingPerson):
+def test_a_deviation_aside_is_aimed_away_and_changes_no_expectation(person: PointingPerson):
     t = reaching(person)
-    person.touched(t, np.array([0.01, -0.02]))
-    np.testing.assert_allclose(person._aim_off, -person.habits.learns_aim * np.array([0.01, -0.02]))
+    up = person._shift / np.linalg.norm(person._shift)
+    aside, before = 0.01 * np.array([up[1], -up[0]]), person.gravity_expected
+    person.touched(t, aside)
+    np.testing.assert_allclose(person._aim_off, -person.habits.learns_aim * aside, atol=1e-12)
+    assert person.gravity_expected == pytest.approx(before)
 
 
-def test_what_was_held_against_is_expected_next_time(person: PointingPerson):
+def test_a_touch_that_is_too_high_makes_the_arm_expected_lighter_and_changes_no_aim(person: PointingPerson):
+    t = reaching(person)
+    before = person.gravity_expected
+    person.touched(t, 0.2 * person._shift)
+    assert person._shift[1] > 0.05, "an arm that weighs nothing goes up"
+    assert person.gravity_expected < before
+    np.testing.assert_allclose(person._aim_off, 0.0, atol=1e-12)
+
+
+def test_what_is_anticipated_anew_is_held_no_more(person: PointingPerson):
     t = reaching(person)
     weight = person._weight(person._wants)
-    person._muscles.hold = -0.5 * weight
-    person.touched(t, np.zeros(2))
-    assert person.gravity_expected == pytest.approx(1.0 - 0.5 * person.habits.learns_gravity)
+    before = person.gravity_expected * weight + person._muscles.hold
+    person.touched(t, 0.2 * person._shift)
+    np.testing.assert_allclose(person.gravity_expected * weight + person._muscles.hold, before)
+
+
+def test_an_arm_that_feels_light_before_the_first_reach_is_expected_lighter(person: PointingPerson):
+    person.see(0.0, picture("rest", 2.0))
+    t = acted(person, 0.0, 2.0, REST)
+    person._effort[:] = 0.2 * person._weight(person._rest)
+    person._feel()
+    assert person.adaptation.felt == pytest.approx(0.2, abs=3.0 * person.habits.rates.felt_sd)
+    trusted = person.habits.trusts_felt
+    assert person.gravity_expected == pytest.approx(1.0 - trusted * (1.0 - person.adaptation.felt))
+    before = person.gravity_expected
+    person._effort[:] = person._weight(person._rest)
+    person._feel()
+    assert person.gravity_expected == before, "once a window"
+    assert t > 0.0
+
+
+def test_what_was_learned_is_there_after_an_interruption(person: PointingPerson, world):
+    t = reaching(person)
+    person.touched(t, np.array([0.01, 0.03]))
+    own, around = world
+    again = PointingPerson(own, 0.1 * np.eye(4), around, person._target, "down", 1015, DT, person.habits)
+    again.remember(Learned.model_validate_json(person.learned.model_dump_json()))
+    assert again.learned == person.learned
 
 
 @pytest.mark.parametrize(("sign", "slower"), [("too_short", True), ("too_long", False)])

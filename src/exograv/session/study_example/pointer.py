@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from .adapting import Adaptation, Rates
+from exograv.session.train.adapting import Adaptation, Rates
+
 from .arm_tables import ArmTables
 
 PerFreedom = Float[np.ndarray, " arm"]
@@ -83,7 +84,7 @@ class Pointer:
         landed_mm = 1e3 * tables.screen_slope @ off + self._aim_mm
         seen = landed_mm + own.seen_sd_mm * draw(2)
         self._aim_mm = self._aim_mm - own.aims * seen
-        self.adaptation.touched(self._level)
+        self.adaptation.learn(self.adaptation.expected - self._level)
         return off + tables.posture_change(1e-3 * self._aim_mm), landed_mm
 
     def interval(self) -> float:

@@ -6,10 +6,10 @@ import os
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError, RecordingError
@@ -17,6 +17,7 @@ from exograv.model.description import validation_sentences
 from exograv.model.rig_settings import Settings
 
 SIZE_MAX_BYTES = 20_000_000
+Share = Annotated[float, Field(ge=-100.0, le=100.0)]
 AFRESH = "Begin a new session with another --session number."
 
 
@@ -32,6 +33,16 @@ class Person(Settings):
         """As JSON."""
         plain = json.loads(json.dumps(asdict(machine), default=np.ndarray.tolist))
         return cls(machine=plain, x=x.tolist(), covariance=covariance.tolist())
+
+
+class Learned(Settings):
+    """What a virtual participant takes along."""
+
+    slow: tuple[Share, ...]
+    """Of `Adaptation`."""
+
+    aim: tuple[Share, Share]
+    """Beside the target, right and up [m]."""
 
 
 class KeptSession(Settings):
@@ -50,6 +61,9 @@ class KeptSession(Settings):
 
     before: dict[str, Any]
     """Figures of what came before the windows."""
+
+    learned: Learned | None = None
+    """By the virtual participant, until then."""
 
 
 def write_kept(path: Path, kept: KeptSession) -> None:

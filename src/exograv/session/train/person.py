@@ -6,7 +6,7 @@ no evidence about people.
 """
 
 import enum
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
@@ -18,6 +18,9 @@ from exograv.rig.twin.own_arm import OwnArm
 from exograv.rig.twin.surroundings import Surroundings
 from exograv.session.movements import REACH_S, REST_DEG, TARGET_DEG
 from exograv.task.picture import ParticipantPicture
+
+from .adapting import Adaptation, Rates
+from .kept import Learned
 
 PerFreedom = Float[np.ndarray, " arm"]
 OnScreen = Float[np.ndarray, " 2"]
@@ -56,11 +59,15 @@ class Habits:
     motor_noise_s: float = 0.2
     """How long it lasts."""
 
-    learns_gravity: float = 0.25
-    """Share by which one touch corrects what weight of the own arm is expected in a window."""
+    trusts_felt: float = 0.7
+    """Share of a wrong expectation of the own weight that is put right by what the arm feels like before it reaches;
+    with what is corrected on the way 0.8 to 0.9 of an error (docs/train.md)."""
+
+    rates: Rates = field(default_factory=Rates)
+    """Of what is learned about the own weight, from deviations that are seen."""
 
     learns_aim: float = 0.2
-    """Share of a deviation seen at the touch that is aimed away next time."""
+    """Share of the rest of a deviation that is aimed away next time."""
 
     seen_sd_m: float = 0.002
     """How exactly it is seen: the finger appears only just before contact."""
@@ -94,6 +101,9 @@ class Doing(enum.Enum):
     REACHING = "on the way to the target"
     RETURNING = "on the way back"
 
+
+EFFORT_S = 0.3
+"""Over which the own effort is felt; assumed."""
 
 FULL_S = 1.0
 """From relaxed to tense, and back."""
@@ -140,11 +150,12 @@ class PointingPerson:
         self._random = np.random.default_rng([seed, 31])
         self._bias = np.deg2rad(self.habits.bias_sd_deg) * self._random.standard_normal(freedoms)
         self._felt, self._noise = np.zeros(freedoms), np.zeros(freedoms)
+        self._effort = np.zeros(freedoms)
         self._relaxed = np.zeros(freedoms)
         self.doing, self._tension = Doing.LYING, 0.0
-        self.gravity_expected = 1.0
-        """Share of its weight that the arm is expected to have in a window [-]."""
-        self._aim_off, self._depth = np.zeros(2), self.habits.depth_m
+        self.adaptation = Adaptation(self.habits.rates, self._random)
+        self._aim_off, self._depth, self._is_felt = np.zeros(2), self.habits.depth_m, False
+        self._shift = self._shift_per_level()
         self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
         self._began, self._takes_s = 0.0, REACH_S
         self._contact: float | None = None
@@ -159,6 +170,7 @@ class PointingPerson:
         self._arrow = None if picture.arrow is None else picture.arrow.shape
         if is_task and not self._is_task:
             self._is_first = True  # nobody waits for the pace before the first touch
+            self._is_felt = False
             self._begins = t + self.habits.reaction_s + (FULL_S if self.doing is Doing.LYING else 0.0)
         self._is_task = is_task
         comes = picture.screen == "rest" and picture.countdown_s is not None and picture.countdown_s < READY_S
@@ -174,12 +186,12 @@ class PointingPerson:
         habits = self.habits
         self._contact = t
         seen = off + habits.seen_sd_m * self._random.standard_normal(2)
-        self._aim_off = self._aim_off - habits.learns_aim * seen
-        weight = self._weight(self._wants)
-        missed = float(self._muscles.hold @ weight / (weight @ weight))
-        learned = habits.learns_gravity * missed
-        self.gravity_expected += learned
-        self._muscles.hold = self._muscles.hold - learned * weight
+        by_weight = float(seen @ self._shift / (self._shift @ self._shift))
+        self._aim_off = self._aim_off - habits.learns_aim * (seen - by_weight * self._shift)
+        before = self.gravity_expected
+        self.adaptation.learn(by_weight / (1.0 - habits.trusts_felt))
+        # What is anticipated from now on need not be held against.
+        self._muscles.hold = self._muscles.hold + (before - self.gravity_expected) * self._weight(self._wants)
         if self._arrow is not None and not self._is_first:
             slower = 1.0 if self._arrow == self._too_short else -1.0
             self._interval_s *= 1.0 + habits.hurries * slower
@@ -190,6 +202,22 @@ class PointingPerson:
         # What pushes now goes on pushing: a finger that gave way at once would bounce.
         self._want(t, Doing.REACHING, motion.hold(self._q_felt + self._muscles.error, habits.touch_s, self._dt))
         self._ends = t + habits.touch_s
+
+    @property
+    def gravity_expected(self) -> float:
+        """Share of its weight that muscles are prepared for [-]."""
+        known = self.adaptation.expected
+        return known + self.habits.trusts_felt * (self.adaptation.felt - known)
+
+    @property
+    def learned(self) -> Learned:
+        """What is kept for the next session."""
+        return Learned(slow=self.adaptation.slow, aim=(float(self._aim_off[0]), float(self._aim_off[1])))
+
+    def remember(self, learned: Learned) -> None:
+        """Former sessions, or the one that was broken off."""
+        self.adaptation.remember(learned.slow)
+        self._aim_off = np.array(learned.aim)
 
     def act(self, t: float, q_arm: PerFreedom, v_arm: PerFreedom) -> PerFreedom:
         """Muscle torque (arm,) [N·m]."""
@@ -203,8 +231,9 @@ class PointingPerson:
         _wander(self._felt, np.deg2rad(habits.felt_sd_deg), habits.felt_s, self._dt, self._random)
         _wander(self._noise, habits.motor_noise, habits.motor_noise_s, self._dt, self._random)
         self._q_felt = q_arm + self._bias + self._felt
-        tau = self._muscles.step(t, self._q_felt, v_arm)
-        return self._tension * (1.0 + self._noise) * tau
+        tau = self._tension * (1.0 + self._noise) * self._muscles.step(t, self._q_felt, v_arm)
+        self._effort += self._dt / EFFORT_S * (tau - self._effort)
+        return tau
 
     def _decide(self, t: float, q_arm: PerFreedom) -> None:
         doing = self.doing
@@ -213,6 +242,7 @@ class PointingPerson:
             felt = q_arm + self._bias + self._felt
             self._want(t, Doing.READY, motion.go_to(felt, self._rest, 0.6, self._dt))
         elif doing is Doing.READY and t >= self._begins and self._left_s > self._takes_s:
+            self._feel()
             self._begins, self._began, self._contact = np.inf, t, None
             self._want(t, Doing.REACHING, self._way(self._posture_at(self._target + self._aim_off)))
             self._ends = t + REACH_S + 2.0 * self.habits.touch_s
@@ -225,6 +255,15 @@ class PointingPerson:
             self.doing = Doing.READY
         elif doing is Doing.READY and not self._is_awaited:
             self.doing = Doing.LYING
+
+    def _feel(self) -> None:
+        """Before the first reach of a window: what holding the arm takes tells which context it is."""
+        if self._is_felt:
+            return
+        self._is_felt = True
+        weight, before = self._weight(self._rest), self.gravity_expected
+        self.adaptation.window(float(self._effort @ weight / (weight @ weight)))
+        self._muscles.hold = self._muscles.hold + (before - self.gravity_expected) * weight
 
     def _want(self, t: float, doing: Doing, path: Trajectory) -> None:
         self.doing, self._wants = doing, path.q[-1]
@@ -241,6 +280,13 @@ class PointingPerson:
         """What the arm's whole weight takes at a posture [N·m]."""
         still = np.zeros_like(q)
         return self._own.torque(q, still, still, 1.0) - self._own.torque(q, still, still, 0.0)
+
+    def _shift_per_level(self) -> OnScreen:
+        """How far right and up the finger comes for a weight that is not there, by stiffness and reflex [m]."""
+        stiffness = self._body.stiffness * self._muscles.tension * (1.0 + self._body.reflex_share)
+        turn, tip = self._weight(self._usual) / stiffness, self._own.fingertip(self._usual)
+        moved = (self._own.fingertip(self._usual + 1e-3 * turn) - tip) / 1e-3
+        return self._surroundings.screen_axes[:, :2].T @ moved
 
     def _way(self, q_screen: PerFreedom) -> Trajectory:
         """From rest to a posture at the screen: the finger comes from before it, not along it."""

@@ -26,7 +26,6 @@ from .aircraft_feed import AircraftFeed
 from .course import Course, silence, task_message
 from .kept import KeptSession, read_kept, refuse_kept, write_kept
 from .options import Asked, TrainOptions, asked_for
-from .participant import Participant
 from .person import Habits, PointingPerson
 from .preparing import Ready, empty_machine, known_again, known_arm, recording_only
 from .recording_pilot import RecordingPilot
@@ -168,10 +167,10 @@ class _Training:
             ready.figures = before.before
         return ready
 
-    def _participant(self, twin: Twin) -> Participant:
+    def _participant(self, twin: Twin) -> PointingPerson:
         laboratory, protocol = self._laboratory, self._plan.protocol
         own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
-        return PointingPerson(
+        person = PointingPerson(
             own,
             worn_inertia(laboratory.description, laboratory.machine, laboratory.wearer),
             self._surroundings,
@@ -181,17 +180,20 @@ class _Training:
             twin.period_s,
             Habits(interval_s=protocol.windows.interval_s),
         )
+        if self._before is not None and self._before.learned is not None:
+            person.remember(self._before.learned)
+        return person
 
     def _fly(self, run: Run, ready: Ready, recording: RecordingWriter) -> None:
         twin = ready.twin
+        participant = self._participant(twin)
 
         def keep(t: float) -> None:
-            write_kept(
-                self._kept_path,
-                KeptSession(
-                    options=self._options.kept, t=t, run=run.kept(), person=ready.person, before=ready.figures
-                ),
+            kept = KeptSession(
+                options=self._options.kept, t=t, run=run.kept(), person=ready.person, before=ready.figures,
+                learned=participant.learned,
             )  # fmt: skip
+            write_kept(self._kept_path, kept)
 
         outlet = self._outlet()
 
@@ -211,7 +213,7 @@ class _Training:
 
         flies = self._plan.protocol.opening == "aircraft"
         course = Course(
-            run, ready.pilot, twin, ready.controller, self._participant(twin), self._room, told, keep, self._day,
+            run, ready.pilot, twin, ready.controller, participant, self._room, told, keep, self._day,
             page=f"simulated-{run.state.epoch + (self._before is not None)}",
             feed_from=AircraftFeed(self._plan.protocol, twin, self._day, heard) if flies else silence,
             verify=verify,

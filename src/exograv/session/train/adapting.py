@@ -4,6 +4,7 @@ Two rates after Smith, Ghazizadeh and Shadmehr (2006), PLoS Biology 4:e179, one 
 alone does not explain savings (docs/study.md); which context it is, is inferred from the torque that is felt.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,11 +44,24 @@ class Adaptation:
         self._fast = 0.0
         self._slow = np.zeros(len(CONTEXTS))
         self._recalled = self._weights(1.0)
+        self.felt = 1.0
+        """Gravity level as it was felt at last [-]."""
+
+    @property
+    def slow(self) -> tuple[float, ...]:
+        """What is kept from session to session, by context."""
+        return tuple(self._slow.tolist())
+
+    def remember(self, slow: Sequence[float]) -> None:
+        """What was learned before, as `slow` told it; of another set of contexts nothing is."""
+        if len(slow) == len(CONTEXTS):
+            self._slow = np.array(slow, dtype=float)
 
     def window(self, gravity_level: float) -> None:
         """The arm feels this level from now on; what was quick is gone."""
         self._fast = 0.0
-        self._recalled = self._weights(gravity_level + self._rates.felt_sd * float(self._random.standard_normal()))
+        self.felt = gravity_level + self._rates.felt_sd * float(self._random.standard_normal())
+        self._recalled = self._weights(self.felt)
 
     def night(self) -> None:
         """Until the next session."""
@@ -59,9 +73,9 @@ class Adaptation:
         """Share of the arm's weight that muscles are prepared for [-]."""
         return 1.0 - self._fast - float(self._recalled @ self._slow)
 
-    def touched(self, gravity_level: float) -> None:
-        """The arm was held at the screen, and its weight was `gravity_level`."""
-        rates, error = self._rates, self.expected - gravity_level
+    def learn(self, error: float) -> None:
+        """More was expected than there was, by so much [-]."""
+        rates = self._rates
         self._fast = rates.fast_keeps * self._fast + rates.fast_learns * error
         self._slow += self._recalled * ((rates.slow_keeps - 1.0) * self._slow + rates.slow_learns * error)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.session.study_example.adapting import Adaptation, Rates
+from exograv.session.train.adapting import Adaptation, Rates
 
 STEADY = Rates(felt_sd=0.0)
 
@@ -17,7 +17,7 @@ def trained(windows: int, level: float, rates: Rates = STEADY) -> Adaptation:
     for _ in range(windows):
         one.window(level)
         for _ in range(8):
-            one.touched(level)
+            one.learn(one.expected - level)
     return one
 
 
@@ -39,7 +39,7 @@ def test_every_touch_brings_the_expectation_nearer_to_what_was_felt():
     one.window(0.0)
     before = one.expected
     for _ in range(8):
-        one.touched(0.0)
+        one.learn(one.expected)
         assert 0.0 < one.expected < before + 1e-12
     assert one.expected < 0.85
 
