@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.writer import MCAP0_MAGIC
 from tests.study.made_up_sessions import BEGUN_S, settings, study_with, write_session
 
 from exograv.errors import ConfigError, RecordingError
@@ -106,13 +107,29 @@ def test_a_recording_under_the_code_of_another_person_is_remarked(tmp_path: Path
 def test_a_bad_file_goes_into_quarantine_and_the_rest_goes_on(tmp_path: Path):
     folder, (code,) = study_with(tmp_path / "study", "trained")
     (tmp_path / "in").mkdir()
-    (tmp_path / "in" / "a.mcap").write_bytes(b"no recording at all")
+    (tmp_path / "in" / "a.mcap").write_bytes(MCAP0_MAGIC + b"and then nothing of the kind")
     (tmp_path / "in" / "notes.txt").write_text("left alone")
     write_session(tmp_path / "in" / "b.mcap", settings(code))
     assert whats(add(folder, tmp_path / "in")) == ["quarantined", "added", "ignored"]
-    assert "no MCAP file" in next(iter(quarantined(folder).values()))["reason"]
+    assert "holds no /settings" in next(iter(quarantined(folder).values()))["reason"]
     assert len(read_tables(folder).sessions) == 1
     assert whats(add(folder, tmp_path / "in")) == ["already there", "already there", "ignored"]
+
+
+def test_what_only_has_the_suffix_is_refused_and_not_kept(tmp_path: Path):
+    folder, _ = study_with(tmp_path / "study", "trained")
+    (tmp_path / "a.mcap").write_text("Dear Mr Hannesen")
+    assert whats(add(folder, tmp_path / "a.mcap")) == ["refused"]
+    assert not any(b"Hannesen" in content for content in everything(folder).values())
+
+
+def test_a_protocol_that_the_study_does_not_expect_is_refused(tmp_path: Path):
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    path = write_session(tmp_path / "run.mcap", settings(code, "trainning"))
+    (outcome,) = add(folder, path)
+    assert outcome.what == "refused"
+    assert "familiarisation, flight, training" in outcome.sentence
+    assert whats(add(folder, write_session(path, settings(code, "training-first-2")))) == ["added"]
 
 
 def test_a_half_written_recording_is_taken_with_its_remark(tmp_path: Path):
