@@ -119,6 +119,7 @@ def named_files(folder: Path, code: str, person: Person) -> list[Path]:
     return [folder / name for name in texts] + [by_name, cut, good, folder / f"{person.name} lost.mcap"]
 
 
+@pytest.mark.slow
 @settings(max_examples=4, derandomize=True, deadline=None)
 @given(people)
 def test_no_identity_is_anywhere_after_a_whole_study(person: Person):
