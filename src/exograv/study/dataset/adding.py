@@ -145,7 +145,7 @@ class _Adding:
         outcomes = [self._session(one, shown) for one in incoming.sessions]
         if incoming.nowhere:
             few = "; ".join(incoming.nowhere[:5])
-            outcomes.append(self._refused(shown, f"{len(incoming.nowhere)} lines belong to no session: {few}."))
+            outcomes.append(self._refused(shown, f"Lines that belong to no session, {len(incoming.nowhere)}: {few}."))
         return outcomes
 
     def _session(self, one: Incoming, shown: str) -> Outcome:
@@ -161,7 +161,7 @@ class _Adding:
             return self._refused(shown, str(error), one.sha256)
         what = "added" if taken is None else "replaced"
         source = self._placed(one, key, remark, taken)
-        refusals = f" {len(one.imported.refusals)} rows were refused: " if one.imported.refusals else ""
+        refusals = f" Refused rows, {len(one.imported.refusals)}: " if one.imported.refusals else ""
         refusals += "; ".join(one.imported.refusals[:5])
         sentence = f"{_named(key)}: {one.imported.session['touches']} touches that count.{refusals}"
         found = sentences(one.imported.session.get("remark"), source.note.remark)
@@ -264,7 +264,7 @@ class _Adding:
 def _refused_lines(one: Incoming) -> str | None:
     """Of a CSV: they are not kept, so no later reading can count them."""
     count = len(one.imported.refusals) if one.kind == "csv" else 0
-    return f"{count} lines of the file were refused." if count else None
+    return f"Lines of the file that were refused: {count}." if count else None
 
 
 def _has_mark(path: Path) -> bool:
