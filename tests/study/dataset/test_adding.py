@@ -71,7 +71,7 @@ def test_replacing_puts_the_old_file_aside_and_its_rows_away(tmp_path: Path):
     add(folder, one)
     assert whats(add(folder, two, replace=True)) == ["replaced"]
     tables = read_tables(folder)
-    assert folder.source(tables.sessions["source"][0]).read_bytes() == two.read_bytes()
+    assert folder.source(tables.sessions["source"].tolist()[0]).read_bytes() == two.read_bytes()
     assert len(tables.touches) == 5
     (aside,) = folder.quarantine.glob("*/*.mcap")
     assert aside.read_bytes() == one.read_bytes()
