@@ -159,6 +159,23 @@ def test_a_full_disk_is_one_line_and_leaves_what_was_there(tmp_path: Path, monke
     assert whats(add(folder, tmp_path / "two.mcap")) == ["added"]
 
 
+def test_a_simulated_session_in_a_study_of_people_is_remarked(tmp_path: Path):
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    path = write_session(tmp_path / "run.mcap", settings(code, disturbance_level=2))
+    (outcome,) = add(folder, path)
+    assert "simulated" in str(outcome.remark)
+
+
+def test_a_file_that_is_still_being_written_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    path = write_session(tmp_path / "run.mcap", settings(code))
+    monkeypatch.setattr("exograv.study.dataset.adding.sha256_of", lambda _: "ab" * 32)
+    (outcome,) = add(folder, path)
+    assert outcome.what == "refused"
+    assert "still being written" in outcome.sentence
+    assert not list(folder.sources.rglob("*.mcap"))
+
+
 def test_tables_that_were_lost_or_are_behind_are_made_again(tmp_path: Path):
     folder, (code,) = study_with(tmp_path / "study", "trained")
     add(folder, *(write_session(tmp_path / f"{k}.mcap", settings(code, session=k)) for k in (1, 2)))

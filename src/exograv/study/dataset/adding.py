@@ -18,7 +18,7 @@ from .incoming import Incoming, read_incoming
 from .journal import alone, note
 from .making import refresh
 from .quarantine import put_aside, quarantined, set_aside
-from .settings import read_settings
+from .settings import StudySettings, read_settings
 from .showing import looks_like_code, shown_file
 from .sources import SUFFIXES, Source, SourceNote, copied, placed_sources, put, remove_partial, sha256_of
 from .who import same_person
@@ -77,11 +77,10 @@ def add_files(folder: StudyFolder, paths: Sequence[Path], options: AddOptions) -
     """
     settings = read_settings(folder)
     _refuse_options(options)
-    protocols = {*BUILT_IN, *(one.protocol for one in settings.expected)}
     with alone(folder):
         remove_partial(folder)
         codes = {row.code for row in read_register(folder)}
-        adding = _Adding(folder, options, codes, protocols)
+        adding = _Adding(folder, options, codes, settings)
         outcomes = adding.all(_expanded(paths))
         refresh(folder, adding.fresh)
     return outcomes
@@ -108,8 +107,9 @@ def _expanded(paths: Sequence[Path]) -> list[Path]:
 class _Adding:
     """One call of the command."""
 
-    def __init__(self, folder: StudyFolder, options: AddOptions, codes: set[str], protocols: set[str]):
-        self._folder, self._options, self._codes, self._protocols = folder, options, codes, protocols
+    def __init__(self, folder: StudyFolder, options: AddOptions, codes: set[str], settings: StudySettings):
+        self._folder, self._options, self._codes, self._settings = folder, options, codes, settings
+        self._protocols = {*BUILT_IN, *(one.protocol for one in settings.expected)}
         self._sources = {source.note.key: source for source in placed_sources(folder)}
         self.fresh = dict[Key, Imported]()
 
@@ -160,7 +160,10 @@ class _Adding:
         except ConfigError as error:
             return self._refused(shown, str(error), one.sha256)
         what = "added" if taken is None else "replaced"
-        source = self._placed(one, key, remark, taken)
+        try:
+            source = self._placed(one, key, remark, taken)
+        except ConfigError as error:
+            return self._refused(shown, str(error), one.sha256)
         refusals = f" Refused rows, {len(one.imported.refusals)}: " if one.imported.refusals else ""
         refusals += "; ".join(one.imported.refusals[:5])
         sentence = f"{_named(key)}: {one.imported.session['touches']} touches that count.{refusals}"
@@ -188,7 +191,7 @@ class _Adding:
             gravity_level=self._options.gravity_level,
             mapping=self._options.mapping if one.kind == "xdf" else None,
             body=one.body,
-            remark=sentences(remark, doubt, _refused_lines(one)),
+            remark=sentences(remark, doubt, _refused_lines(one), self._doubt_reality(one)),
         )
         write = copied(one.content, one.sha256) if isinstance(one.content, Path) else one.write
 
@@ -199,6 +202,10 @@ class _Adding:
         source = put(self._folder, described, write, make_way)
         self._sources[key], self.fresh[key] = source, one.imported
         return source
+
+    def _doubt_reality(self, one: Incoming) -> str | None:
+        simulated = one.imported.session["is_simulated"] and not self._settings.is_simulated
+        return "It is simulated, and the study, by its study.toml, is not." if simulated else None
 
     def _key(self, recorded: Said) -> tuple[Key, str | None]:
         """Which session it is, and what was told otherwise than the file says."""
