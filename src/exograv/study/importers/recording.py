@@ -60,7 +60,8 @@ def _session(
     run = next((one for one in records if one["kind"] == "run_began"), {})
     planned = (protocol.get("windows") or {}).get("count")
     found = totals(windows, touches)
-    jumps = account.jumps([(begun + one["t"], one["kind"]) for one in records])
+    said = [(begun + one["t"], "paused" if one.get("by") == "interruption" else one["kind"]) for one in records]
+    jumps = account.jumps(said)
     end = account.last_t if account.count else max((begun + one["t"] for one in records), default=begun)
     return {
         "kind": "recording",
