@@ -38,7 +38,7 @@ class ArmTables:
     weights: Float[np.ndarray, "node arm"]
     """What it takes along the way [N·m]."""
 
-    exo: Float[np.ndarray, "node point 3"]
+    exo: Float[np.ndarray, "node corner 3"]
     arm: Float[np.ndarray, "node point 3"]
     """Points to draw [m]."""
 

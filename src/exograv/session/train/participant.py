@@ -1,6 +1,6 @@
 """Who sits before the screen: what a participant sees and feels, and what comes of it."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -10,6 +10,7 @@ from exograv.task.picture import ParticipantPicture
 PerFreedom = Float[np.ndarray, " arm"]
 
 
+@runtime_checkable
 class Participant(Protocol):
     """Told what a person in that place would notice, asked for muscle torque; another model takes its place."""
 
