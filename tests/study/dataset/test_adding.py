@@ -188,6 +188,14 @@ def test_tables_that_were_lost_or_are_behind_are_made_again(tmp_path: Path):
     assert read_tables(folder).touches.equals(before.touches)
 
 
+def test_a_source_that_was_changed_by_hand_is_remarked_when_all_is_made_anew(tmp_path: Path):
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    add(folder, write_session(tmp_path / "run.mcap", settings(code)))
+    (placed,) = folder.sources.rglob("*.mcap")
+    placed.write_bytes(placed.read_bytes()[:-20])
+    assert "its hash is another" in str(study_status(folder, everything=True).remarks)
+
+
 def test_two_commands_at_once_are_refused(tmp_path: Path):
     from exograv.study.dataset.journal import alone
 

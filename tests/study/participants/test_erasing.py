@@ -113,6 +113,13 @@ def test_a_word_is_found_however_it_is_packed(tmp_path: Path, word: str):
     assert found == {"a.parquet", "b.mcap", "c.tsv.gz", "d.zip", "e.json", f"sub-{word.lower()}"}
 
 
+def test_a_short_code_within_a_longer_word_is_another(tmp_path: Path):
+    (tmp_path / "a.txt").write_text("0xA17 and P-021")
+    (tmp_path / "b.txt").write_text("of A1, P-02.")
+    found = {path.name for path, _ in files_with(tmp_path, ["A1", "P-02"])}
+    assert found == {"b.txt"}
+
+
 def test_a_word_across_two_pieces_of_a_file_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("exograv.study.participants.searching.PIECE_BYTES", 10)
     (tmp_path / "a.txt").write_text("123456K9RR9PR56789")
