@@ -31,7 +31,9 @@ def full_study(tmp_path: Path) -> tuple[StudyFolder, str, str]:
         add_files(folder, [again], AddOptions(replace=True))
     export = folder.path / "bids"
     (export / f"sub-{one}").mkdir(parents=True)
-    (export / "dataset_description.json").write_text("{}")
+    (export / "derivatives").mkdir()
+    for place in (export, export / "derivatives"):
+        (place / "dataset_description.json").write_text("{}")
     (export / "participants.tsv").write_text(f"participant_id\nsub-{one}\nsub-{other}\n")
     folder.report.mkdir()
     (folder.report / "report.html").write_text(f"<p>{one} and {other}</p>")

@@ -116,7 +116,8 @@ def _old_codes(sources: list[Any], code: str) -> list[str]:
 
 def _remove(folder: StudyFolder, code: str, aside: list[str]) -> tuple[int, int]:
     """Everything of the code, and everything that is made from all; says how many files and exports that were."""
-    exports = [path.parent for path in folder.path.rglob(EXPORT) if path.parent != folder.path]
+    found = {path.parent for path in folder.path.rglob(EXPORT) if path.parent != folder.path}
+    exports = [path for path in sorted(found) if not found & set(path.parents)]
     whole = [folder.sources / code, folder.report, *exports]
     # The tables lose the person's rows when they are made anew, without reading everybody's recordings again.
     tables = {folder.table(name) for name in TABLES}
