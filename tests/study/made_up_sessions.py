@@ -73,7 +73,7 @@ def write_session(
     path: Path,
     said: dict[str, Any],
     records: Sequence[dict[str, Any]] | None = None,
-    times: Sequence[float] | None = None,
+    times: np.ndarray | None = None,
     shift: float = 0.0,
 ) -> Path:
     """A recording.

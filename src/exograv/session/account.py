@@ -1,14 +1,11 @@
 """What a recording must hold so that its run can be flown again without the machine: `exograv replay` reads it back."""
 
-import hashlib
 import math
 import os
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict
-from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -22,6 +19,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription
 from exograv.recording import RecordingWriter
+from exograv.recording.code import code_sha256
 from exograv.safety.person import Person, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 
@@ -168,12 +166,3 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[package] = "unknown"
     return found
-
-
-@cache
-def code_sha256() -> str:
-    """Of every module of exograv: two states of the code may have the same version."""
-    folder, digest = Path(exograv.__file__).parent, hashlib.sha256()
-    for path in sorted(folder.glob("**/*.py")):
-        digest.update(str(path.relative_to(folder)).encode() + path.read_bytes())
-    return digest.hexdigest()

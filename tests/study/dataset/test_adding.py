@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.writer import MCAP0_MAGIC
 from tests.study.made_up_sessions import BEGUN_S, settings, study_with, write_session
 
 from exograv.errors import ConfigError, RecordingError
@@ -70,7 +71,7 @@ def test_replacing_puts_the_old_file_aside_and_its_rows_away(tmp_path: Path):
     add(folder, one)
     assert whats(add(folder, two, replace=True)) == ["replaced"]
     tables = read_tables(folder)
-    assert folder.source(tables.sessions["source"][0]).read_bytes() == two.read_bytes()
+    assert folder.source(tables.sessions["source"].tolist()[0]).read_bytes() == two.read_bytes()
     assert len(tables.touches) == 5
     (aside,) = folder.quarantine.glob("*/*.mcap")
     assert aside.read_bytes() == one.read_bytes()
@@ -106,13 +107,29 @@ def test_a_recording_under_the_code_of_another_person_is_remarked(tmp_path: Path
 def test_a_bad_file_goes_into_quarantine_and_the_rest_goes_on(tmp_path: Path):
     folder, (code,) = study_with(tmp_path / "study", "trained")
     (tmp_path / "in").mkdir()
-    (tmp_path / "in" / "a.mcap").write_bytes(b"no recording at all")
+    (tmp_path / "in" / "a.mcap").write_bytes(MCAP0_MAGIC + b"and then nothing of the kind")
     (tmp_path / "in" / "notes.txt").write_text("left alone")
     write_session(tmp_path / "in" / "b.mcap", settings(code))
     assert whats(add(folder, tmp_path / "in")) == ["quarantined", "added", "ignored"]
-    assert "no MCAP file" in next(iter(quarantined(folder).values()))["reason"]
+    assert "holds no /settings" in next(iter(quarantined(folder).values()))["reason"]
     assert len(read_tables(folder).sessions) == 1
     assert whats(add(folder, tmp_path / "in")) == ["already there", "already there", "ignored"]
+
+
+def test_what_only_has_the_suffix_is_refused_and_not_kept(tmp_path: Path):
+    folder, _ = study_with(tmp_path / "study", "trained")
+    (tmp_path / "a.mcap").write_text("Dear Mr Hannesen")
+    assert whats(add(folder, tmp_path / "a.mcap")) == ["refused"]
+    assert not any(b"Hannesen" in content for content in everything(folder).values())
+
+
+def test_a_protocol_that_the_study_does_not_expect_is_refused(tmp_path: Path):
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    path = write_session(tmp_path / "run.mcap", settings(code, "trainning"))
+    (outcome,) = add(folder, path)
+    assert outcome.what == "refused"
+    assert "familiarisation, flight, training" in outcome.sentence
+    assert whats(add(folder, write_session(path, settings(code, "training-first-2")))) == ["added"]
 
 
 def test_a_half_written_recording_is_taken_with_its_remark(tmp_path: Path):
@@ -142,6 +159,23 @@ def test_a_full_disk_is_one_line_and_leaves_what_was_there(tmp_path: Path, monke
     assert whats(add(folder, tmp_path / "two.mcap")) == ["added"]
 
 
+def test_a_simulated_session_in_a_study_of_people_is_remarked(tmp_path: Path):
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    path = write_session(tmp_path / "run.mcap", settings(code, disturbance_level=2))
+    (outcome,) = add(folder, path)
+    assert "simulated" in str(outcome.remark)
+
+
+def test_a_file_that_is_still_being_written_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    path = write_session(tmp_path / "run.mcap", settings(code))
+    monkeypatch.setattr("exograv.study.dataset.adding.sha256_of", lambda _: "ab" * 32)
+    (outcome,) = add(folder, path)
+    assert outcome.what == "refused"
+    assert "still being written" in outcome.sentence
+    assert not list(folder.sources.rglob("*.mcap"))
+
+
 def test_tables_that_were_lost_or_are_behind_are_made_again(tmp_path: Path):
     folder, (code,) = study_with(tmp_path / "study", "trained")
     add(folder, *(write_session(tmp_path / f"{k}.mcap", settings(code, session=k)) for k in (1, 2)))
@@ -152,6 +186,14 @@ def test_tables_that_were_lost_or_are_behind_are_made_again(tmp_path: Path):
     again = study_status(folder, everything=True)
     assert again.people[0].sessions == {"training": (1, 2)}
     assert read_tables(folder).touches.equals(before.touches)
+
+
+def test_a_source_that_was_changed_by_hand_is_remarked_when_all_is_made_anew(tmp_path: Path):
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    add(folder, write_session(tmp_path / "run.mcap", settings(code)))
+    (placed,) = folder.sources.rglob("*.mcap")
+    placed.write_bytes(placed.read_bytes()[:-20])
+    assert "its hash is another" in str(study_status(folder, everything=True).remarks)
 
 
 def test_two_commands_at_once_are_refused(tmp_path: Path):

@@ -27,6 +27,16 @@ def test_a_session_that_was_not_run_to_its_end_is_named(tmp_path: Path):
     assert study_status(folder).people[0].incomplete == {"training": (1,)}
 
 
+def test_a_refused_file_counts_once_and_until_it_comes_in(tmp_path: Path):
+    folder, (code,) = study_with(tmp_path / "study", "trained")
+    path = write_session(tmp_path / "a.mcap", settings("P-02"))
+    for _ in range(2):
+        add_files(folder, [path], AddOptions())
+    assert study_status(folder).refused == 1
+    add_files(folder, [path], AddOptions(new_codes={"P-02": code}))
+    assert study_status(folder).refused == 0
+
+
 def test_numbers_are_told_as_runs():
     assert in_words((1, 2, 3, 5, 7, 8)) == "1–3, 5, 7–8"
     assert in_words(()) == ""

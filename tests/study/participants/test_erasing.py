@@ -31,7 +31,9 @@ def full_study(tmp_path: Path) -> tuple[StudyFolder, str, str]:
         add_files(folder, [again], AddOptions(replace=True))
     export = folder.path / "bids"
     (export / f"sub-{one}").mkdir(parents=True)
-    (export / "dataset_description.json").write_text("{}")
+    (export / "derivatives").mkdir()
+    for place in (export, export / "derivatives"):
+        (place / "dataset_description.json").write_text("{}")
     (export / "participants.tsv").write_text(f"participant_id\nsub-{one}\nsub-{other}\n")
     folder.report.mkdir()
     (folder.report / "report.html").write_text(f"<p>{one} and {other}</p>")
@@ -111,6 +113,13 @@ def test_a_word_is_found_however_it_is_packed(tmp_path: Path, word: str):
         pass
     found = {path.name for path, _ in files_with(tmp_path, [word])}
     assert found == {"a.parquet", "b.mcap", "c.tsv.gz", "d.zip", "e.json", f"sub-{word.lower()}"}
+
+
+def test_a_short_code_within_a_longer_word_is_another(tmp_path: Path):
+    (tmp_path / "a.txt").write_text("0xA17 and P-021")
+    (tmp_path / "b.txt").write_text("of A1, P-02.")
+    found = {path.name for path, _ in files_with(tmp_path, ["A1", "P-02"])}
+    assert found == {"b.txt"}
 
 
 def test_a_word_across_two_pieces_of_a_file_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

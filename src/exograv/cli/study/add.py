@@ -85,6 +85,6 @@ def _new_codes(pairs: tuple[str, ...]) -> dict[str, str]:
     for pair in pairs:
         old, equals, new = pair.partition("=")
         if not (old and equals):
-            raise ConfigError("--new-code takes OLD=CODE, such as P-02=K7MR4XP.")
+            raise ConfigError("--new-code takes OLD=CODE, such as P-02=K7MR4XX.")
         codes[old] = typed_code(new)
     return codes

@@ -23,4 +23,6 @@ def show_status(status: StudyStatus) -> None:
     for sha256, reason in status.quarantined.items():
         console.print(f"In quarantine, {sha256[:16]}: {reason}", highlight=False, markup=False)
     if status.refused:
-        console.print(f"Refused so far: {status.refused}; log.jsonl says what and why.", highlight=False)
+        console.print(
+            f"Refused, and not come in since: {status.refused}; log.jsonl says what and why.", highlight=False
+        )

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from exograv import __version__
+from exograv.recording.code import code_sha256
 from exograv.safety.guard import SafeState
 from exograv.safety.stops import StopReason
-from exograv.session.account import code_sha256
 from exograv.session.kept_lines import KeptLines
 
 from .course import Course

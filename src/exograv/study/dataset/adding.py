@@ -1,13 +1,15 @@
 """Files come into a study: each once, under a code, whole or not at all; what cannot come in is named and counted."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 
+from mcap.writer import MCAP0_MAGIC
+
 from exograv.errors import ConfigError, RecordingError
-from exograv.study.importers.imported import Imported, Key, Said
-from exograv.study.importers.touch_sheet import PROTOCOL
+from exograv.study.importers.imported import Imported, Key, Said, sentences
 from exograv.study.importers.xdf_mapping import XdfMapping
 from exograv.study.participants.register import read_register
 
@@ -16,12 +18,16 @@ from .incoming import Incoming, read_incoming
 from .journal import alone, note
 from .making import refresh
 from .quarantine import put_aside, quarantined, set_aside
-from .settings import read_settings
-from .showing import shown_code, shown_file
+from .settings import StudySettings, read_settings
+from .showing import looks_like_code, shown_file
 from .sources import SUFFIXES, Source, SourceNote, copied, placed_sources, put, remove_partial, sha256_of
 from .who import same_person
 
 NOTHING = Said()
+SESSIONS_MAX = 99
+BUILT_IN = ("training", "familiarisation", "flight")
+FIRST_WINDOWS = re.compile(r"-first-\d{1,3}$")
+"""What `exograv train --windows` puts behind a protocol's name."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +75,12 @@ def add_files(folder: StudyFolder, paths: Sequence[Path], options: AddOptions) -
         ConfigError: The folder is no study, an option cannot be used, or another command is changing the study.
         RecordingError: The disk is full; what was added before stays, of the rest nothing.
     """
-    read_settings(folder)
+    settings = read_settings(folder)
     _refuse_options(options)
     with alone(folder):
         remove_partial(folder)
         codes = {row.code for row in read_register(folder)}
-        adding = _Adding(folder, options, codes, placed_sources(folder))
+        adding = _Adding(folder, options, codes, settings)
         outcomes = adding.all(_expanded(paths))
         refresh(folder, adding.fresh)
     return outcomes
@@ -87,10 +93,8 @@ def _refuse_options(options: AddOptions) -> None:
         except ValueError:
             raise ConfigError("--acquired is no date and time. Write ISO 8601, as 2026-03-04T09:30:00+01:00.") from None
     said = options.said
-    if said.protocol is not None and not PROTOCOL.fullmatch(said.protocol):
-        raise ConfigError("--protocol takes up to 40 letters, digits, - and _.")
-    if said.session is not None and not 1 <= said.session <= 99:
-        raise ConfigError(f"--session is {said.session}; sessions are numbered from 1 to 99.")
+    if said.session is not None and not 1 <= said.session <= SESSIONS_MAX:
+        raise ConfigError(f"--session is {said.session}; sessions are numbered from 1 to {SESSIONS_MAX}.")
 
 
 def _expanded(paths: Sequence[Path]) -> list[Path]:
@@ -103,9 +107,10 @@ def _expanded(paths: Sequence[Path]) -> list[Path]:
 class _Adding:
     """One call of the command."""
 
-    def __init__(self, folder: StudyFolder, options: AddOptions, codes: set[str], sources: list[Source]):
-        self._folder, self._options, self._codes = folder, options, codes
-        self._sources = {source.note.key: source for source in sources}
+    def __init__(self, folder: StudyFolder, options: AddOptions, codes: set[str], settings: StudySettings):
+        self._folder, self._options, self._codes, self._settings = folder, options, codes, settings
+        self._protocols = {*BUILT_IN, *(one.protocol for one in settings.expected)}
+        self._sources = {source.note.key: source for source in placed_sources(folder)}
         self.fresh = dict[Key, Imported]()
 
     def all(self, paths: Sequence[Path]) -> list[Outcome]:
@@ -140,7 +145,7 @@ class _Adding:
         outcomes = [self._session(one, shown) for one in incoming.sessions]
         if incoming.nowhere:
             few = "; ".join(incoming.nowhere[:5])
-            outcomes.append(self._refused(shown, f"{len(incoming.nowhere)} lines belong to no session: {few}."))
+            outcomes.append(self._refused(shown, f"Lines that belong to no session, {len(incoming.nowhere)}: {few}."))
         return outcomes
 
     def _session(self, one: Incoming, shown: str) -> Outcome:
@@ -155,11 +160,14 @@ class _Adding:
         except ConfigError as error:
             return self._refused(shown, str(error), one.sha256)
         what = "added" if taken is None else "replaced"
-        source = self._placed(one, key, remark, taken)
-        refusals = f" {len(one.imported.refusals)} rows were refused: " if one.imported.refusals else ""
+        try:
+            source = self._placed(one, key, remark, taken)
+        except ConfigError as error:
+            return self._refused(shown, str(error), one.sha256)
+        refusals = f" Refused rows, {len(one.imported.refusals)}: " if one.imported.refusals else ""
         refusals += "; ".join(one.imported.refusals[:5])
         sentence = f"{_named(key)}: {one.imported.session['touches']} touches that count.{refusals}"
-        found = " ".join(part for part in (one.imported.session.get("remark"), source.note.remark) if part) or None
+        found = sentences(one.imported.session.get("remark"), source.note.remark)
         note(self._folder, what, sentence, participant=key.participant, sha256=source.note.sha256, remark=found)
         return Outcome(shown, what, sentence, key, found)
 
@@ -183,7 +191,7 @@ class _Adding:
             gravity_level=self._options.gravity_level,
             mapping=self._options.mapping if one.kind == "xdf" else None,
             body=one.body,
-            remark=" ".join(part for part in (remark, doubt) if part) or None,
+            remark=sentences(remark, doubt, _refused_lines(one), self._doubt_reality(one)),
         )
         write = copied(one.content, one.sha256) if isinstance(one.content, Path) else one.write
 
@@ -195,6 +203,10 @@ class _Adding:
         self._sources[key], self.fresh[key] = source, one.imported
         return source
 
+    def _doubt_reality(self, one: Incoming) -> str | None:
+        simulated = one.imported.session["is_simulated"] and not self._settings.is_simulated
+        return "It is simulated, and the study, by its study.toml, is not." if simulated else None
+
     def _key(self, recorded: Said) -> tuple[Key, str | None]:
         """Which session it is, and what was told otherwise than the file says."""
         told = self._options.said
@@ -203,45 +215,49 @@ class _Adding:
         if said.participant is None or said.protocol is None or said.session is None:
             missing = " ".join(f"--{name}" for name in said.missing)
             raise ConfigError(f"The file does not say all of whose it is. Give {missing}.")
-        if not PROTOCOL.fullmatch(said.protocol) or not 1 <= said.session <= 99:
-            raise ConfigError("Its protocol or session cannot be a folder's name. Give --protocol and --session.")
+        if FIRST_WINDOWS.sub("", said.protocol) not in self._protocols:
+            raise ConfigError(
+                f"Its protocol is none of the study's: {', '.join(sorted(self._protocols))}. Write another under "
+                "[[expected]] in study.toml, or give --protocol."
+            )
+        if not 1 <= said.session <= SESSIONS_MAX:
+            raise ConfigError(f"Its session is not from 1 to {SESSIONS_MAX}. Give --session.")
         other = [name for name in ("protocol", "session") if getattr(recorded, name) not in (None, getattr(said, name))]
-        remark = " ".join(f"The file itself says {name} {getattr(recorded, name)}." for name in other) or None
+        remark = sentences(*(f"The file itself says {name} {getattr(recorded, name)}." for name in other))
         return Key(said.participant, said.protocol, said.session), remark
 
     def _participant(self, recorded: str | None) -> str | None:
         told = self._options.said.participant
         if recorded is None:
-            code = told
-        else:
-            code = self._code_of(recorded)
-            if code is None and recorded in self._options.new_codes:
-                code = self._options.new_codes[recorded]
-        if code is None and recorded is not None:
+            if told is not None and told not in self._codes:
+                raise ConfigError(f"Participant {told} is not in the study: `exograv study participant STUDY list`.")
+            return told
+        if not looks_like_code(recorded):
             raise ConfigError(
-                f"The file says participant {shown_code(recorded)}, and the study has none. If it was made under "
-                "another code, add it with --new-code OLD=CODE; somebody new comes in by `exograv study participant "
-                "STUDY new`."
+                "Its participant does not look like a code. It may be a name, and files are kept as they are: nothing "
+                "of it was added. Record under codes, or take the name out of a copy."
             )
-        if code is not None and code not in self._codes:
+        code = self._code_of(recorded)
+        if code is None:
             raise ConfigError(
-                f"Participant {shown_code(code)} is not in the study: `exograv study participant STUDY list`."
+                f"The file says participant '{recorded}', and the study has none. If it was made under another code, "
+                "add it with --new-code OLD=CODE; somebody new comes in by `exograv study participant STUDY new`."
             )
-        if told is not None and code != told:
+        if told not in (None, code):
             raise ConfigError(
-                f"The file says participant {shown_code(recorded or '')}, and --participant is another. If it was made "
-                "under another code, add it with --new-code OLD=CODE."
+                f"The file says participant '{recorded}', and --participant is another. If it was made under another "
+                "code, add it with --new-code OLD=CODE."
             )
         return code
 
     def _code_of(self, recorded: str) -> str | None:
         """Code of the study for what a file says; None for nobody."""
-        code = self._options.new_codes.get(recorded, recorded)
+        code = self._options.new_codes.get(recorded, recorded) if looks_like_code(recorded) else None
         return code if code in self._codes else None
 
     def _unreadable(self, path: Path, shown: str, kind: str, sha256: str, sentence: str) -> Outcome:
-        if kind == "csv":
-            # Columns or names that do not belong into a study: nothing of it is kept.
+        if kind == "csv" or not _has_mark(path):
+            # It may be anything, with anybody's name in it: nothing of it is kept.
             return self._refused(shown, sentence, sha256)
         put_aside(self._folder, path, sha256, sentence, self._options.said.participant)
         note(self._folder, "quarantined", sentence, sha256=sha256, participant=self._options.said.participant)
@@ -250,6 +266,21 @@ class _Adding:
     def _refused(self, shown: str, sentence: str, sha256: str | None = None) -> Outcome:
         note(self._folder, "refused", f"{shown}: {sentence}", sha256=sha256)
         return Outcome(shown, "refused", sentence)
+
+
+def _refused_lines(one: Incoming) -> str | None:
+    """Of a CSV: they are not kept, so no later reading can count them."""
+    count = len(one.imported.refusals) if one.kind == "csv" else 0
+    return f"Lines of the file that were refused: {count}." if count else None
+
+
+def _has_mark(path: Path) -> bool:
+    """Whether it was once what its suffix says."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(MCAP0_MAGIC)).startswith((b"XDF:", b"\x1f\x8b", MCAP0_MAGIC))
+    except OSError:
+        return False
 
 
 def _named(key: Key) -> str:

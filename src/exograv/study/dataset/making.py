@@ -1,12 +1,13 @@
 """The tables are made from the sources, and made again where a source has come, gone or changed."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import pandas as pd
 
 from exograv.errors import ExogravError, RecordingError
-from exograv.study.importers.imported import Imported, Key, Said
+from exograv.study.importers.imported import Imported, Key, Said, sentences
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.touch_sheet import cut_sheet
 from exograv.study.participants.register import read_register
@@ -15,7 +16,7 @@ from exograv.study.participants.told import SEALED
 from .columns import KEY, TABLES
 from .folder import StudyFolder
 from .journal import alone
-from .sources import Source, placed_sources, rows_of
+from .sources import Source, placed_sources, rows_of, sha256_of
 from .tables import Tables, frame, read_tables, write_tables
 
 NAMES = [column.name for column in KEY]
@@ -52,7 +53,7 @@ def refresh(folder: StudyFolder, fresh: Mapping[Key, Imported] | None = None, ev
         return before
     rows: dict[str, list[dict[str, Any]]] = {"touches": [], "windows": [], "sessions": []}
     for source in new:
-        found = (fresh or {}).get(source.note.key) or imported_again(source)
+        found = (fresh or {}).get(source.note.key) or _again(source)
         for name, more in rows_of(source, found, folder).items():
             rows[name] += more
     keys = {mark[:3] for mark in kept}
@@ -63,6 +64,15 @@ def refresh(folder: StudyFolder, fresh: Mapping[Key, Imported] | None = None, ev
     tables = Tables(**joined, participants=people)
     write_tables(folder, tables)
     return tables
+
+
+def _again(source: Source) -> Imported:
+    """What is read from its place, with a remark where that is not the file any more that was added."""
+    found = imported_again(source)
+    if sha256_of(source.path) == source.note.sha256:
+        return found
+    remark = sentences(found.session.get("remark"), "The file has changed since it was added: its hash is another.")
+    return replace(found, session={**found.session, "remark": remark})
 
 
 def imported_again(source: Source) -> Imported:

@@ -15,10 +15,9 @@ WORDS = frozenset(
 """Parts of a file's name that tell nobody."""
 
 
-def shown_code(text: str) -> str:
-    """A code in quotes, or that it is not repeated."""
-    is_plain = is_code(text) or OTHER_CODE.fullmatch(text) is not None
-    return f"'{text}'" if is_plain else "(not repeated: it does not look like a code)"
+def looks_like_code(text: str) -> bool:
+    """Ours, or one that somebody else gave; a name does not look so."""
+    return is_code(text) or OTHER_CODE.fullmatch(text) is not None
 
 
 def shown_file(path: Path, number: int, of: int) -> str:

@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationError
 
-from exograv.errors import RecordingError
+from exograv.errors import ConfigError, RecordingError
 from exograv.model.rig_settings import Settings
 from exograv.study.importers.imported import Imported, Key
 from exograv.study.importers.xdf_mapping import XdfMapping
@@ -141,10 +141,12 @@ def put_folder(place: Path, files: dict[str, Write], make_way: Callable[[], None
         partial.rename(place)
         sync(place.parent)
     except OSError as error:
-        shutil.rmtree(partial, ignore_errors=True)
         raise RecordingError(
-            f"{place} cannot be made: {error.strerror}. Nothing of it stays. Free space on the disk, and add it again."
+            f"{place} cannot be made: {error.strerror}. Nothing of it stays, what came before "
+            "does. Free space on the disk, and add it again."
         ) from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def remove_partial(folder: StudyFolder) -> int:
@@ -169,7 +171,11 @@ def sha256_of(path: Path) -> str:
 
 
 def copied(path: Path, sha256: str) -> Write:
-    """Writes a copy, and makes sure that it is of the same hash."""
+    """Writes a copy.
+
+    Raises:
+        ConfigError: It has another hash by then.
+    """
 
     def write(to: Path) -> None:
         digest = hashlib.sha256()
@@ -178,7 +184,7 @@ def copied(path: Path, sha256: str) -> Write:
                 digest.update(block)
                 target.write(block)
         if digest.hexdigest() != sha256:
-            raise OSError(None, "the file changes while it is read")
+            raise ConfigError("It changes while it is read: it is still being written. Add it when that has ended.")
 
     return write
 

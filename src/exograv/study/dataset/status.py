@@ -12,7 +12,7 @@ from .journal import alone, read_journal
 from .making import refresh
 from .quarantine import quarantined
 from .settings import StudySettings, read_settings
-from .sources import remove_partial
+from .sources import placed_sources, remove_partial
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class StudyStatus:
     """Reasons, by the hash of the file."""
 
     refused: int
-    """Files and lines that were refused so far, by the log."""
+    """Files that were refused and have not come in since, by the log."""
 
     def figures(self) -> dict[str, Any]:
         """For `--json`."""
@@ -102,8 +102,15 @@ def study_status(folder: StudyFolder, everything: bool = False) -> StudyStatus:
             if isinstance(one["remark"], str)
         },
         {sha256: str(why.get("reason")) for sha256, why in quarantined(folder).items()},
-        sum(entry.get("what") == "refused" for entry in read_journal(folder)),
+        _refused(folder),
     )
+
+
+def _refused(folder: StudyFolder) -> int:
+    """Each file once, however often it was tried, and not if it came in after all."""
+    there = {source.note.given_sha256 for source in placed_sources(folder)}
+    entries = [entry for entry in read_journal(folder) if entry.get("what") == "refused"]
+    return len({entry.get("sha256") or entry["sentence"] for entry in entries} - there)
 
 
 def _person(row: ParticipantRow, settings: StudySettings, sessions: list[dict[Any, Any]]) -> PersonStatus:

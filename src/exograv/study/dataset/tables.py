@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 
 from exograv import __version__
 from exograv.errors import RecordingError
+from exograv.recording.code import code_sha256
 
 from .columns import TABLES, Column
 from .folder import StudyFolder, written_whole
@@ -19,7 +20,7 @@ SCHEMA_VERSION = 1
 """Of the tables; raised whenever a column's name, type or meaning changes."""
 
 MADE_BY = b"exograv"
-"""Key of a Parquet file's metadata under which `version;tables SCHEMA_VERSION` stands."""
+"""Key of a Parquet file's metadata under which `version;tables SCHEMA_VERSION;code SHA-256` stands."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def write_tables(folder: StudyFolder, tables: Tables) -> None:
     Raises:
         RecordingError: The disk is full, or the folder cannot be written.
     """
-    made_by = {MADE_BY: f"{__version__};tables {SCHEMA_VERSION}".encode()}
+    made_by = {MADE_BY: f"{__version__};tables {SCHEMA_VERSION};code {code_sha256()}".encode()}
     for name, columns in TABLES.items():
         table = pa.Table.from_pandas(getattr(tables, name), schema=_schema(columns), preserve_index=False)
         write_parquet(folder.table(name), table.replace_schema_metadata({**(table.schema.metadata or {}), **made_by}))

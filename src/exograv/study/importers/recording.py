@@ -60,7 +60,8 @@ def _session(
     run = next((one for one in records if one["kind"] == "run_began"), {})
     planned = (protocol.get("windows") or {}).get("count")
     found = totals(windows, touches)
-    jumps = account.jumps([begun + one["t"] for one in records if one["kind"] in ("paused", "resumed")])
+    said = [(begun + one["t"], "paused" if one.get("by") == "interruption" else one["kind"]) for one in records]
+    jumps = account.jumps(said)
     end = account.last_t if account.count else max((begun + one["t"] for one in records), default=begun)
     return {
         "kind": "recording",
@@ -128,8 +129,8 @@ def _remark(
         # The file's name may be that of another code, or of a person.
         (recording.remark or "").replace(recording.path.name, "The recording") or None,
         None if records else "No task was run in it.",
-        f"A clock went back or leapt {jumps} times." if jumps else None,
-        f"{broken} attempts at a window did not run to their end." if broken else None,
+        f"Times that a clock went back or leapt: {jumps}." if jumps else None,
+        f"Attempts at a window that did not run to their end: {broken}." if broken else None,
         "The screen was not calibrated: there are no millimetres." if run and not run["pitch_mm"] else None,
         f"Only the first {part} windows were run: this is not the protocol." if part else None,
     )

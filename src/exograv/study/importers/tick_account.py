@@ -43,11 +43,15 @@ class TickAccount:
         apart = np.abs(np.diff(ticks["monotonic"]) - np.diff(ticks["now"]))
         self._apart += int(np.count_nonzero((apart > APART_S) & (steps > 0.0) & (steps <= LEAP_S)))
 
-    def jumps(self, resumed: Sequence[float]) -> int:
+    def jumps(self, said: Sequence[tuple[float, str]]) -> int:
         """Times that a clock went back or leapt, but for the leap to where a run went on.
 
         Args:
-            resumed: When a run that had been broken off went on [s].
+            said: Times [s] and kinds of the task's records; a run that goes on says `paused` before anything else.
         """
-        unexplained = [(a, b) for a, b in self._leaps if not any(a < t <= b + LEAP_S for t in resumed)]
+        unexplained = [(a, b) for a, b in self._leaps if b < a or _first_after(a, said) != "paused"]
         return len(unexplained) + self._apart
+
+
+def _first_after(t: float, said: Sequence[tuple[float, str]]) -> str | None:
+    return min(((at, kind) for at, kind in said if at > t), default=(t, None))[1]

@@ -36,7 +36,7 @@ WORDS: dict[str, dict[str, Any]] = {
 }
 """What may stand there; free text could be a remark about a person."""
 
-PAGE = re.compile(r"[A-Za-z0-9-]{1,30}")
+PAGE = re.compile(r"(imported|page|screen|simulated|tablet)?[-_]?[0-9]{0,9}")
 
 
 class UnusableError(Exception):
@@ -88,7 +88,7 @@ def _value(name: str, cell: str, number: Callable[[str], float | None]) -> Any:
         return WORDS[name][cell.lower()]
     if name == "page":
         if not PAGE.fullmatch(cell):
-            raise UnusableError(f"{name} is not of letters, digits and hyphens")
+            raise UnusableError(f"{name} is neither a number nor page, screen or tablet with one")
         return cell
     found = number(cell)
     if found is None or not math.isfinite(found):

@@ -8,7 +8,7 @@ from typing import Any
 from exograv.errors import RecordingError
 
 from .csv_cells import Sheet, read_sheet
-from .imported import Imported, Said, sentences
+from .imported import Imported, Said
 from .touch_rows import (
     COLUMNS,
     DEVIATION,
@@ -35,7 +35,7 @@ class SheetPart:
 
     said: Said
     content: bytes
-    """Header and lines of this session, byte for byte."""
+    """Header and lines of this session that can be used, byte for byte; others might hold a name."""
 
     touches: list[dict[str, Any]] = field(default_factory=list)
     refusals: list[str] = field(default_factory=list)
@@ -46,8 +46,7 @@ class SheetPart:
         """As every importer hands over."""
         windows = windows_of_touches(self.touches)
         session = session_of_touches("csv", windows, self.touches)
-        count = len(self.refusals)
-        session["remark"] = sentences(NOT_KNOWN, f"{count} lines were refused." if count else None)
+        session["remark"] = NOT_KNOWN
         return Imported(session, windows, self.touches, self.said, refusals=self.refusals)
 
 
@@ -77,7 +76,6 @@ def cut_sheet(
             nowhere.append(f"line {number}: {error}")
             continue
         part = parts.setdefault(said, SheetPart(said, sheet.header))
-        part.content += line if line.endswith(b"\n") else line + b"\n"
         try:
             row = touch_row(cells, sheet.number, len(part.touches))
             if row["gravity_level"] is None:
@@ -91,6 +89,7 @@ def cut_sheet(
             continue
         part.seen.add((row["page"], row["sequence"]))
         part.touches.append(row)
+        part.content += line if line.endswith(b"\n") else line + b"\n"
     found = [part for part in parts.values() if part.touches]
     if not found:
         reasons = [*nowhere, *(reason for part in parts.values() for reason in part.refusals)]

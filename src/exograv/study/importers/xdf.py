@@ -64,12 +64,12 @@ def import_xdf(path: Path, mapping: XdfMapping | None = None) -> Imported:
         "clock_jumps": back,
         "remark": sentences(
             found.session.get("remark"),
-            f"{complaints} times its reader warned of a damaged place or a clock that was set anew."
+            f"Warnings of its reader, of damaged places or of clocks that were set anew: {complaints}."
             if complaints
             else None,
-            f"Stamps went back {back} times." if back else None,
-            f"{gaps} gaps between samples." if gaps else None,
-            f"{len(found.refusals)} samples were refused." if found.refusals else None,
+            f"Times that stamps went back: {back}." if back else None,
+            f"Gaps between samples: {gaps}." if gaps else None,
+            f"Samples that were refused: {len(found.refusals)}." if found.refusals else None,
         ),
     }
     return Imported(session, found.windows, found.touches, found.said, found.body, found.refusals)

@@ -46,7 +46,7 @@ def typed_code(text: str) -> str:
     if not is_code(code):
         raise ConfigError(
             f"What was given as a participant's code ({len(text)} characters) is none. A code has {len(SHAPE) + 1} "
-            "characters such as K7MR4XP, and its last one tells slips. See `exograv study participant STUDY list`."
+            "characters such as K7MR4XX, and its last one tells slips. See `exograv study participant STUDY list`."
         )
     return code
 

@@ -1,7 +1,7 @@
 """Somebody takes back the consent: all that the study has of the code goes, and a search proves it.
 
-What is made from everybody's data (tables, findings, report, exports in the folder) goes as a whole and is made anew
-without the person. The disk may keep deleted blocks, and backups and copies elsewhere are out of reach: the receipt
+What is made from everybody's data goes too: the tables lose the person's rows, findings, report and exports in the
+folder go as a whole. The disk may keep deleted blocks, and backups and copies elsewhere are out of reach: the receipt
 says so.
 """
 
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.study.dataset.columns import TABLES
 from exograv.study.dataset.folder import StudyFolder, write_text_whole
 from exograv.study.dataset.journal import alone, note
 from exograv.study.dataset.making import refresh
@@ -22,7 +23,7 @@ from exograv.study.dataset.settings import read_settings
 from exograv.study.dataset.sources import placed_sources, remove_partial
 
 from .register import read_register, write_register
-from .searching import files_with
+from .searching import files_with, has_word
 
 EXPORT = "dataset_description.json"
 """A folder with it is an export."""
@@ -115,8 +116,12 @@ def _old_codes(sources: list[Any], code: str) -> list[str]:
 
 def _remove(folder: StudyFolder, code: str, aside: list[str]) -> tuple[int, int]:
     """Everything of the code, and everything that is made from all; says how many files and exports that were."""
-    exports = [path.parent for path in folder.path.rglob(EXPORT) if path.parent != folder.path]
-    whole = [folder.sources / code, folder.derivatives, folder.report, *exports]
+    found = {path.parent for path in folder.path.rglob(EXPORT) if path.parent != folder.path}
+    exports = [path for path in sorted(found) if not found & set(path.parents)]
+    whole = [folder.sources / code, folder.report, *exports]
+    # The tables lose the person's rows when they are made anew, without reading everybody's recordings again.
+    tables = {folder.table(name) for name in TABLES}
+    whole += [path for path in folder.derivatives.glob("*") if path not in tables]
     whole += [folder.quarantine / sha256[:16] for sha256 in aside]
     whole += _named(folder, code)
     count = 0
@@ -147,6 +152,6 @@ def _strip_log(folder: StudyFolder, words: list[str]) -> int:
     if not folder.log.exists():
         return 0
     lines = folder.log.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)
-    kept = [line for line in lines if not any(word in line for word in words)]
+    kept = [line for line in lines if not has_word(line, words)]
     write_text_whole(folder.log, "".join(kept))
     return len(lines) - len(kept)

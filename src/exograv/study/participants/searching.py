@@ -17,7 +17,7 @@ from exograv.recording.schema import TICK
 
 PIECE_BYTES = 1 << 22
 RAW_MIN = 6
-"""Letters of a word that is sought in packed bytes as well: a shorter one comes about there by chance."""
+"""Letters of a word that is sought in packed bytes, and within others: a shorter one comes about there by chance."""
 
 
 def files_with(folder: Path, words: Sequence[str]) -> Iterator[tuple[Path, str]]:
@@ -33,6 +33,11 @@ def files_with(folder: Path, words: Sequence[str]) -> Iterator[tuple[Path, str]]
             yield path, "name"
         elif path.is_file() and (where := _where(path, sought)):
             yield path, where
+
+
+def has_word(text: str, words: Sequence[str]) -> bool:
+    """Whether one of them stands in a text."""
+    return _is_in(text.encode(), [word.encode() for word in words])
 
 
 def _where(path: Path, words: Sequence[bytes]) -> str | None:
@@ -59,8 +64,16 @@ def _is_in_pieces(pieces: Iterable[bytes], words: Sequence[bytes]) -> bool:
 
 
 def _is_in(content: bytes, words: Sequence[bytes]) -> bool:
-    # Codes are of large letters and digits; a name in a file may have been put into small ones.
-    return any(word in content or word.lower() in content for word in words)
+    # Codes are of large letters and digits; a name of a file may have been put into small ones.
+    return any(_stands(form, content) for word in words for form in {word, word.lower()})
+
+
+def _stands(word: bytes, content: bytes) -> bool:
+    if word not in content:
+        return False
+    # A1 stands in many a number: short ones have to stand alone.
+    alone = rb"(?<![0-9A-Za-z])" + re.escape(word) + rb"(?![0-9A-Za-z])"
+    return len(word) >= RAW_MIN or re.search(alone, content) is not None
 
 
 def _raw(path: Path) -> Iterator[bytes]:

@@ -1,0 +1,94 @@
+"""The words of `exograv study` do what they say, and a script can tell by their figures."""
+
+from pathlib import Path
+
+import pytest
+from tests.study.made_up_sessions import settings, write_session
+
+from exograv.cli.study.add import Add, run_add
+from exograv.cli.study.identity import Identity, run_identity
+from exograv.cli.study.init import Init, run_init
+from exograv.cli.study.participant import Participant, run_participant
+from exograv.cli.study.status import Status, run_status
+from exograv.errors import ConfigError
+from exograv.study.dataset.folder import StudyFolder
+from exograv.study.participants.codes import is_code
+from exograv.study.participants.register import read_register
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Path:
+    run_init(Init(study=tmp_path / "study", name="Trial"))
+    return tmp_path / "study"
+
+
+def new(study: Path, **told) -> str:
+    return run_participant(Participant(study=study, action="new", group="trained", **told))["participant"]
+
+
+def test_a_study_begins_where_nothing_is(study: Path):
+    assert run_status(Status(study=study))["name"] == "Trial"
+    with pytest.raises(ConfigError, match="not empty"):
+        run_init(Init(study=study))
+
+
+def test_a_new_participant_is_a_code_and_bands(study: Path):
+    code = new(study, age=34.0, height=178.0, mass=74.4, sex="f", hand="left")
+    (row,) = read_register(StudyFolder(study))
+    assert is_code(code)
+    assert (row.age_band, row.height_band_cm, row.mass_band_kg) == ("30-39", "170-179", "70-79")
+    assert run_participant(Participant(study=study))["participants"][0]["code"] == code
+
+
+def test_adding_says_what_became_of_each_file(study: Path, tmp_path: Path):
+    code = new(study)
+    write_session(tmp_path / "in" / "a.mcap", settings(code))
+    write_session(tmp_path / "in" / "b.mcap", settings("P-02"))
+    found = run_add(Add(study=study, files=(tmp_path / "in",)))
+    assert found["counts"] == {"added": 1, "refused": 1}
+    assert not found["ok"]
+    again = run_add(Add(study=study, files=(tmp_path / "in",), session=2, new_code=(f"P-02={code}",)))
+    assert again["counts"] == {"already there": 1, "added": 1}
+    assert again["ok"]
+    (person,) = run_status(Status(study=study))["participants"]
+    assert person["sessions"] == {"training": [1, 2]}
+    assert person["touches"] == 6
+
+
+def test_nothing_to_add_and_a_mapping_of_nothing_are_refused(study: Path, tmp_path: Path):
+    with pytest.raises(ConfigError, match="No file was named"):
+        run_add(Add(study=study))
+    with pytest.raises(ConfigError, match="OLD=CODE"):
+        run_add(Add(study=study, files=(tmp_path,), new_code=("P-02",)))
+    with pytest.raises(ConfigError, match="cannot be read"):
+        run_add(Add(study=study, files=(tmp_path,), mapping=tmp_path / "none.toml"))
+
+
+def test_nobody_is_erased_without_the_code_typed_twice(study: Path, monkeypatch: pytest.MonkeyPatch):
+    code = new(study)
+    with pytest.raises(ConfigError, match="--confirm CODE"):
+        run_participant(Participant(study=study, action="erase", code=code))
+    with pytest.raises(ConfigError, match="Nothing was erased"):
+        run_participant(Participant(study=study, action="erase", code=code, confirm="yes"))
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("builtins.input", lambda _: code.lower())
+    assert run_participant(Participant(study=study, action="erase", code=code))["ok"]
+    assert read_register(StudyFolder(study)) == ()
+
+
+def test_identities_need_a_passphrase_and_stand_beside_the_study(study: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delenv("EXOGRAV_IDENTITIES_PASSPHRASE", raising=False)
+    with pytest.raises(ConfigError, match="No passphrase"):
+        run_identity(Identity(study=study))
+    key = study.with_name("key")
+    key.write_text("a long enough passphrase\n")
+    with pytest.raises(ConfigError, match="cannot be read"):
+        run_identity(Identity(study=study, key_file=key))
+    code = new(study)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("builtins.input", lambda prompt: "Somebody" if prompt == "name: " else "")
+    run_identity(Identity(study=study, action="add", code=code, key_file=key))
+    assert study.with_suffix(".identities").is_file()
+    assert run_identity(Identity(study=study, key_file=key))["codes"] == [code]
+    run_identity(Identity(study=study, action="remove", code=code, key_file=key))
+    assert run_identity(Identity(study=study, key_file=key))["codes"] == []
