@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any, get_args
 
+from exograv.model.rig_settings import Side
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.session.steered.contract import LATE_S, Act, Answer, Who
 from exograv.session.steered.shown import (
@@ -46,6 +47,8 @@ class FakeDesk:
         self.version = 1
         self.level_asked = self.level = 1.0
         self.latch: str | None = None
+        self.participant = "T01" if is_known else None
+        self.side: Side = "right"
         self._learning_since: float | None = None
         self._stepped = self.began
         self._numbers = itertools.count(1)
@@ -59,9 +62,10 @@ class FakeDesk:
             t=t,
             rig="recupera_like",
             title="Recupera-like, right arm",
-            side="right",
+            side=self.side,
+            sides=("right", "left"),
             is_twin=True,
-            participant="T01" if self.is_known else None,
+            participant=self.participant,
             participants=("T01", "T02"),
             is_known=self.is_known,
             mode=mode.name.lower(),  # pyright: ignore[reportArgumentType]
@@ -189,6 +193,10 @@ class FakeDesk:
             self.alarm(self.latch)
         elif act.kind == "reset":
             self.latch = None
+        elif act.kind == "don":
+            self.participant, self.is_known = act.participant, act.participant is not None
+            self.side = act.side or self.side
+            self.version += 1
         elif act.kind == "set_level":
             self.level_asked = act.gravity_level
         elif act.kind == "identify":

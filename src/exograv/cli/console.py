@@ -72,7 +72,7 @@ def _flight(command: Console) -> "Flight":
     from exograv.session.steered.rehearsed import RehearsedFlight
 
     if command.rehearse:
-        return RehearsedFlight()
+        return RehearsedFlight(side=command.side or "right")
     options = SteeredOptions(
         rig=command.rig,
         side=command.side,

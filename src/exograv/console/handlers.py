@@ -80,6 +80,9 @@ async def _do(hub: Hub, line: Line, do: Do, t: float) -> None:
     if do.act["kind"] == "set_level" and hub.trial is not None and hub.trial.level(t) is not None:
         _answer(line, do, "The protocol sets the gravity level now. Pause or end it first.")
         return
+    if do.act["kind"] == "don" and hub.trial is not None and hub.trial.is_running:
+        _answer(line, do, "The protocol runs with this person and this arm. Pause or end it first.")
+        return
     placed = hub.clocks.place(line.page, do.made)
     if placed is None and do.act["kind"] != "stop":
         _answer(line, do, CLOCK_UNKNOWN)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from exograv.errors import ConfigError
+from exograv.model.rig_settings import Side
 from exograv.session.steered.shown import Shown
 from exograv.task.events import Acknowledge as AcknowledgeAlarm
 from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
@@ -29,6 +30,9 @@ class Trial:
     def __init__(self, plan: Plan, clocks: PageClocks, diary: Diary):
         """Ready to start."""
         self.run, self.clocks, self._diary = Run(plan), clocks, diary
+        self.side: Side | None = None
+        """Whose arm it was begun with: protocols have none, and a session has one."""
+
         self.news = list[Record]()
         """Records that pages have not been shown; whoever shows them empties it."""
 
@@ -41,6 +45,11 @@ class Trial:
     def is_active(self) -> bool:
         """Whether the machine takes part."""
         return self.plan.exo == "active"
+
+    @property
+    def is_running(self) -> bool:
+        """Whether its clock goes."""
+        return self.run.state.status == "running"
 
     def feed(self, event: Event) -> tuple[Record, ...]:
         """Tell it something; every record is kept."""
@@ -68,6 +77,8 @@ class Trial:
         needs_arm = word.word in ("start", "resume") and self.is_active
         if needs_arm and shown.mode not in CARRIED:
             return "This protocol needs a machine that carries the arm. Make it ready and take the arm first."
+        if word.word == "resume" and self.side not in (None, shown.side):
+            return f"The run was begun with the {self.side} arm, and the {shown.side} one is in the machine."
         events: dict[str, Event] = {
             "start": Start(t=t),
             "pause": Pause(t=t, why="operator"),
@@ -76,7 +87,12 @@ class Trial:
             "close": CloseWindow(t=t, by="hand"),
             "end": Stop(t=t, why="operator"),
         }
-        return _why_refused(self.feed(events[word.word]))
+        why = _why_refused(self.feed(events[word.word]))
+        if word.word == "start" and not why:
+            self.side = shown.side
+            told = {"rig": shown.rig, "side": self.side, "participant": shown.participant}
+            self._diary.write("/console/run", t, told)
+        return why
 
     def acknowledge(self, alarm: int, t: float) -> str:
         """One of the run's; a sentence where there is none."""
@@ -84,7 +100,7 @@ class Trial:
 
     def interrupt(self, t: float, why: str) -> None:
         """Pause it if it runs."""
-        if self.run.state.status == "running":
+        if self.is_running:
             self.feed(Pause(t=t, why=why))
 
     def touch(self, raw: PageTouch, received: float) -> TouchJudged | None:

@@ -18,7 +18,8 @@ from exograv.safety.person import PersonLimits
 from exograv.signals import Reference
 
 from .identify import TRAVEL, V_MOTION, identification_motion
-from .learner import Learner, table_guess
+from .learner import Belief, Learner, table_guess
+from .person_check import PersonCheck
 from .verify.listening import Heard, PassListener
 from .verify.postures import NONE, Passes, Verification, all_passes
 from .worn import LimitsMaker
@@ -145,6 +146,8 @@ class LessonPlan:
     memory: WorkerMemory
     verification: Verification | None = None
     """How it is verified when it is learned."""
+    belief: Belief | None = None
+    """Of another day, from the person's file; the table's person if absent."""
 
     def lesson(self) -> Lesson:
         """Control's part, on the memory that its parent has made."""
@@ -154,7 +157,7 @@ class LessonPlan:
 
     def worker(self) -> "ArmWorker":
         """The worker's part."""
-        return ArmWorker(self.assembly, self.machine, self.period_s, self.verification is not None)
+        return ArmWorker(self.assembly, self.machine, self.period_s, self.verification is not None, self.belief)
 
 
 def lesson_passes(
@@ -180,6 +183,8 @@ class Judged:
     prior: Parameters
     prior_sd: Parameters
     left_over_prior: Joints
+    is_contradicted: bool = False
+    """Whether the motion speaks against the file that it began with."""
 
 
 @dataclass(frozen=True)
@@ -218,13 +223,24 @@ class Passed:
 class ArmWorker:
     """`Working`: learns the arm by the recursive method, works out what may reach it, and listens to a verification."""
 
-    def __init__(self, assembly: Assembly, machine: CalibratedMachine, period_s: float, is_verified: bool = False):
-        """Takes seconds."""
+    def __init__(
+        self,
+        assembly: Assembly,
+        machine: CalibratedMachine,
+        period_s: float,
+        is_verified: bool = False,
+        belief: Belief | None = None,
+    ):
+        """Takes seconds; `belief` is of another day, and is held against the first seconds of motion."""
         self._period_s, self._before = period_s, -np.inf
         self._is_verified, self._learned, self._is_passed = is_verified, None, False
         self._listener, self._begun_at = PassListener(assembly.n, period_s), np.inf
-        self._learner = Learner(assembly, machine, "recursive", period_s)
+        self._learner = Learner(assembly, machine, "recursive", period_s, belief)
         self._limits = LimitsMaker(assembly, machine, table_guess(assembly, machine))
+        self._check: PersonCheck | None = None
+        if belief is not None:
+            self._check = PersonCheck(self._learner.model.again(), machine, belief, prior(assembly, machine))
+            self._learner.followers.append(self._check.take)
         self._news: list[Judged] = []
 
     def news(self) -> list[Judged]:
@@ -280,7 +296,8 @@ class ArmWorker:
     def _judge(self, estimate: Estimate) -> None:
         left_over = self._learner.judge(estimate)
         if left_over is not None:
-            self._news.append(Judged(estimate.t, estimate.x, estimate.sd, left_over, *self._learner.before))
+            is_other = self._check is not None and self._check.is_contradicted
+            self._news.append(Judged(estimate.t, estimate.x, estimate.sd, left_over, *self._learner.before, is_other))
 
     def _arm(self) -> Learned:
         estimate = self._learner.last()
@@ -293,5 +310,9 @@ class ArmWorker:
 
 def unknown_person(assembly: Assembly, machine: CalibratedMachine) -> PersonLimits:
     """What the guard holds somebody to who is moved and not known yet; seconds pass."""
-    mean, covariance = prior(assembly, machine)
-    return LimitsMaker(assembly, machine, mean).expected(mean, covariance, V_MOTION)
+    return person_believed(assembly, machine, prior(assembly, machine))
+
+
+def person_believed(assembly: Assembly, machine: CalibratedMachine, belief: Belief) -> PersonLimits:
+    """The same of somebody who was here on another day; seconds pass."""
+    return LimitsMaker(assembly, machine, belief[0]).expected(*belief, V_MOTION)

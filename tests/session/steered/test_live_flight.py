@@ -12,7 +12,7 @@ from exograv.runtime.exchange import STOP_PRESSED
 from exograv.session.nominal import nominal_machine
 from exograv.session.replay.instead import Instead
 from exograv.session.replay.run import ReplayOptions, run_replay
-from exograv.session.steered import live_flight
+from exograv.session.steered import place
 from exograv.session.steered.contract import ACT, Answer
 from exograv.session.steered.desk import SteeredDesk
 from exograv.session.steered.live_flight import LiveFlight
@@ -63,7 +63,7 @@ def operator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Operat
     def nominal(laboratory, *_) -> tuple:
         return nominal_machine(laboratory.description, laboratory.assembly().exo.phi), 0.0
 
-    monkeypatch.setattr(live_flight, "machine_of", nominal)
+    monkeypatch.setattr(place, "machine_of", nominal)
     flight = LiveFlight(SteeredOptions(level=1, seed=1001, identify_s=10.0, session_s=600.0), tmp_path)
     desk = SteeredDesk(flight)
     yield Operator(desk)

@@ -29,6 +29,7 @@ def standing(mode: Mode | None = Mode.EXO_ONLY, **other) -> Standing:
         "is_ready": True,
         "is_leased": True,
         "participants": ("P-07",),
+        "sides": ("right", "left"),
     }
     return Standing(mode=mode, **said | other)
 

@@ -1,7 +1,7 @@
 // The page beside the arm: what the machine does and may be asked for, how the protocol goes, and who is there.
 import { drawWindows, Hits } from "./hits.js";
 import { Line, now } from "./line.js";
-import { clockText, learning, listAlarms } from "./parts.js";
+import { choose, clockText, learning, listAlarms } from "./parts.js";
 import { COLOURS, Plot } from "./plot.js";
 import { Scene } from "./scene.js";
 import { loadWords, number, say } from "./words.js";
@@ -38,6 +38,7 @@ function takeState(message) {
   const { shown, run } = message;
   at("rig").textContent = shown.title;
   at("twin").hidden = !shown.is_twin;
+  at("arm").textContent = say(`side.${shown.side}`);
   at("person").textContent = shown.participant ?? say("console.nobody");
   at("mode").textContent = say(`mode.${shown.mode}`, {}, shown.mode_text);
   at("mode").title = shown.mode_text;
@@ -101,13 +102,9 @@ function showButtons(shown, run) {
     button.disabled = !isSteering() || !may[button.dataset.run];
     button.hidden = run === null || (clocked && ["open", "close"].includes(button.dataset.run));
   }
-  const options = ["", ...shown.participants];
-  const select = at("participants");
-  if (select.dataset.options !== options.join()) {
-    select.dataset.options = options.join();
-    select.replaceChildren(...options.map((code) => new Option(code || say("console.nobody"), code)));
-    select.value = shown.participant ?? "";
-  }
+  choose(at("side"), shown.sides, shown.side, (side) => say(`side.${side}`));
+  at("side").disabled = at("don").disabled || shown.sides.length < 2;
+  choose(at("participants"), ["", ...shown.participants], shown.participant ?? "", (code) => code || say("console.nobody"));
 }
 
 function showLevel(shown) {
@@ -240,8 +237,10 @@ function wire() {
   };
   at("set-level").onclick = () => setLevel(Number(at("level").value));
   at("don").onclick = () => {
-    const code = at("participants").value;
-    return tell(line.act("don", code ? { participant: code } : {}, state.shown.version));
+    const [code, side] = [at("participants").value, at("side").value];
+    // Files are of one side.
+    const known = code && side === state.shown.side ? { participant: code } : {};
+    return tell(line.act("don", { side, ...known }, state.shown.version));
   };
   at("steer").onclick = () => tell(line.ask({ kind: "steer" }));
   at("note").onsubmit = async (event) => {
@@ -286,7 +285,6 @@ async function main() {
   at("copy").onclick = () => navigator.clipboard?.writeText(at("link").querySelector("code").textContent);
   addEventListener("languagechange", () => {
     links();
-    at("participants").dataset.options = "";
     if (state) takeState(state);
   });
   changed(line.state);

@@ -8,6 +8,15 @@ export function clockText(seconds) {
   return whole < 100 ? `${whole} s` : `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
 }
 
+// A choice that follows what the server says, but not under somebody's hand.
+export function choose(select, values, chosen, text) {
+  const key = JSON.stringify([values, chosen, document.documentElement.lang]);
+  if (select.dataset.key === key) return;
+  select.dataset.key = key;
+  select.replaceChildren(...values.map((value) => new Option(text(value), value)));
+  select.value = chosen;
+}
+
 // Those of machine, run and console in one list; the most urgent first.
 export function listAlarms({ shown, run, alarms }, acknowledge, mayAcknowledge) {
   const RANK = { high: 0, medium: 1, low: 2 };

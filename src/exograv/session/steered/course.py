@@ -1,6 +1,6 @@
 """How one set of processes is: what their parent's thread says of them, made into what pages show."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,9 @@ from exograv.session.lesson import Judged
 from exograv.session.live_control import Plan
 from exograv.session.live_processes import Running
 
-from .people import Don
+from .keeping import Keeping
+from .people import Donned
+from .place import Place
 from .shown import LearnedParameter, Learning, Point, Recorded
 from .watching import Watching
 
@@ -28,8 +30,10 @@ SHOWN_UNITS = ("kg", "kg·m")
 class Course:
     """One set of processes, as their parent's thread has said last."""
 
+    who: Donned
+    place: Place
+    keeping: Keeping
     doing: str = "The machine is calibrated."
-    who: Don = field(default_factory=lambda: Don(None, 60.0))
     plan: Plan | None = None
     running: Running | None = None
     watching: Watching | None = None
@@ -43,6 +47,8 @@ class Course:
     @property
     def is_known(self) -> bool:
         """Whether the arm may be taken without an identification."""
+        if self.keeping.is_contradicted:
+            return False
         worker = None if self.running is None else self.running.worker
         return self.who.participant is not None or (worker is not None and worker.learned is not None)
 

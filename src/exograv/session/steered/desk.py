@@ -94,7 +94,7 @@ class SteeredDesk:
         if isinstance(act, SetLevel):
             return self._flight.feel(act.gravity_level, act.ramp_s)
         if isinstance(act, Don):
-            return self._flight.don(act.participant, act.identify_s)
+            return self._flight.don(act)
         why = self._flight.ask(EVENTS[act.kind])
         if not why:
             self._ready_until_s = now + READY_S if isinstance(act, MakeReady) else None
@@ -106,7 +106,7 @@ class SteeredDesk:
         if moment.latch is not None or not is_leased or moment.mode not in (Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY):
             self._ready_until_s = None
         is_ready = _left(self._ready_until_s, now) is not None
-        key = (moment.mode, moment.latch, is_ready, moment.participant, moment.is_known)
+        key = (moment.mode, moment.latch, is_ready, moment.participant, moment.is_known, moment.side)
         if key != self._key:
             self._key, self._version = key, self._version + 1
         self._look_for_alarms(moment, now, is_lost=self._lease_until_s is not None and not is_leased)
@@ -118,6 +118,7 @@ class SteeredDesk:
             is_ready,
             is_leased,
             moment.participants,
+            moment.sides,
             moment.failure,
         )
 

@@ -47,6 +47,7 @@ class Standing:
     """Step one was done not too long ago."""
     is_leased: bool
     participants: tuple[str, ...]
+    sides: tuple[str, ...] = ()
     failure: str = ""
     """Why no guard runs any more; then somebody can only be put in anew."""
 
@@ -112,6 +113,8 @@ class Reception:
             return "Something has changed since this was shown. Look again."
         if why := why_not(act.kind, s):
             return why
+        if act.kind == "don" and act.side is not None and act.side not in s.sides:
+            return f"This machine has no side '{act.side}'. There are: {', '.join(s.sides)}."
         if act.kind == "don" and act.participant is not None and act.participant not in s.participants:
             return f"There is no file of {act.participant} here. Files there: {', '.join(s.participants) or 'none'}."
         return ""

@@ -3,14 +3,17 @@
 import math
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from exograv.model.rig_settings import Side
 from exograv.runtime.steering import Leased, Steering
 from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.safety.stops import StopReason
 
+from .contract import Don
 from .flight import Moment
 from .shown import LearnedParameter, Learning, Point, Skeleton, Trace
 
@@ -18,6 +21,9 @@ JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_
 PLOT_HZ, PLOTTED_S = 50, 10.0
 STEP_S = 0.05
 DESCENT_S = 3.0
+WRITTEN_MAX = 10_000
+"""A rehearsal may run for a day, and nobody reads what it would have recorded."""
+
 UPPER_ARM_M, FOREARM_M = 0.3, 0.26
 PARAMETERS = (("upper_arm.mass", "kg", 2.0, 0.4), ("forearm.mass", "kg", 1.6, 0.3))
 """Name, unit, mean and half width of what a rehearsal pretends to learn."""
@@ -26,18 +32,24 @@ PARAMETERS = (("upper_arm.mass", "kg", 2.0, 0.4), ("forearm.mass", "kg", 1.6, 0.
 class RehearsedFlight:
     """A `Flight`; nothing moves, and nobody is hurt by a mistake of a page."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic, participants: tuple[str, ...] = ("P-07",)):
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        participants: tuple[str, ...] = ("P-07",),
+        side: Side = "right",
+    ):
         """Off, with nobody known in it."""
         self._clock, self._lock, self._t = clock, threading.RLock(), clock()
         self._begun_at, self._participants = self._t, participants
         self._modes, self._steering = ModeMachine(), Steering()
         self._participant: str | None = None
+        self._side: Side = side
         self._is_known, self._identify_s, self._moved_s = False, 60.0, 0.0
         self._latch: StopReason | None = None
         self._latched_at = 0.0
         self._level = self._level_asked = 0.0
-        self.written: list[tuple[str, float, dict[str, Any]]] = []
-        """What would have been recorded."""
+        self.written = deque[tuple[str, float, dict[str, Any]]](maxlen=WRITTEN_MAX)
+        """What would have been recorded, the newest."""
 
     def now(self) -> float:
         """By its own clock [s]."""
@@ -55,7 +67,8 @@ class RehearsedFlight:
                 safe_state="none" if self._latch is None else "descent",
                 rig="rehearsal",
                 title="A rehearsal without a machine",
-                side="right",
+                side=self._side,
+                sides=("right", "left"),
                 is_twin=True,
                 participant=self._participant,
                 participants=self._participants,
@@ -121,11 +134,11 @@ class RehearsedFlight:
             self._level_asked = gravity_level
             return ""
 
-    def don(self, participant: str | None, identify_s: float) -> str:
+    def don(self, who: Don) -> str:
         """At once."""
         with self._lock:
-            self._participant, self._is_known = participant, participant is not None
-            self._identify_s, self._moved_s = identify_s, 0.0
+            self._participant, self._is_known = who.participant, who.participant is not None
+            self._identify_s, self._moved_s, self._side = who.identify_s, 0.0, who.side or self._side
             return ""
 
     def lease(self, until_s: float, window_left_s: float | None) -> None:
