@@ -96,6 +96,7 @@ def test_one_knob_supports_the_arm_and_the_other_button_stops_it(house: Served, 
     time.sleep(0.3)  # the page knows: what was asked for something else is refused
     therapist.page.locator("#person:enabled").select_option("T02")
     wait_until(lambda: house.desk.participant == "T02")
+    time.sleep(0.3)
     for _ in range(2):
         therapist.page.locator("#next:enabled").wait_for()
         mode = house.desk.machine.mode

@@ -148,6 +148,8 @@ class News:
         }
         if hub.diary.why:
             hub.alarms.sound(hub.diary.why, t, "high")
+        if hub.trial is not None and hub.trial.why_not_kept:
+            hub.alarms.sound(hub.trial.why_not_kept, t, "high")
         if hub.trial is not None:
             fields |= {
                 "run": hub.trial.operator(t).model_dump(mode="json"),

@@ -5,6 +5,7 @@ from dataclasses import replace
 from exograv.errors import ConfigError
 from exograv.model.rig_settings import Side
 from exograv.session.steered.shown import Shown
+from exograv.session.train.kept import AFRESH
 from exograv.task.events import Acknowledge as AcknowledgeAlarm
 from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
@@ -14,6 +15,7 @@ from exograv.task.run import Run
 from exograv.task.screen import Span, calibrate_with_card, calibrate_with_ruler
 
 from .diary import Diary
+from .kept_run import KEPT_EVERY_S, Circumstances, KeptRun
 from .messages import Calibrate, PageTouch, RunWord
 from .page_clocks import PageClocks
 
@@ -27,10 +29,19 @@ RAW = "/console/touch"
 class Trial:
     """One run. It never moves anything: what it wants the machine to do is asked of it."""
 
-    def __init__(self, plan: Plan, clocks: PageClocks, diary: Diary):
-        """Ready to start."""
-        self.run, self.clocks, self._diary = Run(plan), clocks, diary
-        self.side: Side | None = None
+    def __init__(self, plan: Plan, clocks: PageClocks, diary: Diary, kept: KeptRun | None = None):
+        """Ready to start, or to go on where another console was ended.
+
+        Raises:
+            ConfigError: What was kept is of another protocol, or over.
+        """
+        self.clocks, self._diary, self._kept, self._kept_at = clocks, diary, kept, -1e12
+        self.run = Run(plan)
+        if kept is not None and kept.before is not None:
+            self.run = Run.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
+            if self.run.state.status in ("stopped", "finished"):
+                raise ConfigError(f"The run in {kept.path} is over; there is nothing to go on with. {AFRESH}")
+        self.side: Side | None = None if kept is None else kept.circumstances.side
         """Whose arm it was begun with: protocols have none, and a session has one."""
 
         self.news = list[Record]()
@@ -47,6 +58,11 @@ class Trial:
         return self.plan.exo == "active"
 
     @property
+    def why_not_kept(self) -> str:
+        """What was wrong when it was kept last; empty where nothing was."""
+        return "" if self._kept is None else self._kept.why
+
+    @property
     def is_running(self) -> bool:
         """Whether its clock goes."""
         return self.run.state.status == "running"
@@ -57,6 +73,10 @@ class Trial:
         for record in records:
             self._diary.write(TOPIC, record.t, record.model_dump(mode="json"))
         self.news += records
+        is_begun = self.run.state.status != "ready"
+        if self._kept is not None and is_begun and (records or event.t - self._kept_at > KEPT_EVERY_S):
+            self._kept_at = event.t
+            self._kept.keep(self.run.kept(), event.t, Circumstances(side=self.side, screen=self.plan.screen))
         return records
 
     def tick(self, t: float, shown: Shown) -> str:
@@ -87,12 +107,11 @@ class Trial:
             "close": CloseWindow(t=t, by="hand"),
             "end": Stop(t=t, why="operator"),
         }
-        why = _why_refused(self.feed(events[word.word]))
-        if word.word == "start" and not why:
+        if word.word == "start" and self.run.state.status == "ready":
             self.side = shown.side
             told = {"rig": shown.rig, "side": self.side, "participant": shown.participant}
             self._diary.write("/console/run", t, told)
-        return why
+        return _why_refused(self.feed(events[word.word]))
 
     def acknowledge(self, alarm: int, t: float) -> str:
         """One of the run's; a sentence where there is none."""
