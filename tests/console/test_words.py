@@ -11,7 +11,7 @@ from exograv.session.steered.shown import ModeName
 
 LANGUAGES = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in (PAGES / "words").glob("*.json")}
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in PAGES.glob("*") if path.suffix in (".html", ".js"))
-FAMILIES = ("mode", "status", "phase", "role", "arrow", "participant", "side")
+FAMILIES = ("mode", "status", "phase", "role", "arrow", "participant", "side", "feed")
 """Whose last word is a state."""
 
 

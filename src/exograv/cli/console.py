@@ -47,6 +47,12 @@ class Console(Common):
     """What the participant does: training, familiarisation, flight, or the path of a file. Without one the machine is
     only steered."""
 
+    aircraft: Annotated[tuple[int, ...] | None, tyro.conf.arg(metavar="[PORT]")] = None
+    """Hear the aircraft on this UDP port (3131 if none is given): its g opens and closes windows."""
+
+    aircraft_sender: str | None = None
+    """Only address that is believed."""
+
     session: int = 1
     """Which one of this protocol it is for this person; it names the file in which the run is kept."""
 
@@ -94,8 +100,18 @@ def _flight(command: Console) -> "Flight":
     return LiveFlight(options, command.out)
 
 
+def _port(given: tuple[int, ...]) -> int:
+    from exograv.errors import ConfigError
+    from exograv.task.aircraft_line import PORT
+
+    if len(given) > 1:
+        raise ConfigError(f"--aircraft is {' '.join(map(str, given))}; give one port, or none for {PORT}.")
+    return given[0] if given else PORT
+
+
 def run_console_command(command: Console) -> dict[str, Any]:
     """Serve until Ctrl-C."""
+    from exograv.console.feed import receiver_of
     from exograv.console.kept_run import kept_run
     from exograv.console.run import ConsoleOptions, plan_of, run_console
     from exograv.console.serve import Address
@@ -107,12 +123,13 @@ def run_console_command(command: Console) -> dict[str, Any]:
     address = Address(command.port, command.lan, command.certificate, command.key)
     address.check()
     plan = plan_of(command.protocol)
+    receiver = None if command.aircraft is None else receiver_of(plan, _port(command.aircraft), command.aircraft_sender)
     rig = "rehearsal" if command.rehearse else command.rig
     kept = kept_run(command.out, command.protocol, command.participant, command.session, rig, command.resume)
     if kept is not None and command.side is None:
         command = replace(command, side=kept.circumstances.side)
     desk = SteeredDesk(_flight(command))
     options = ConsoleOptions(address, command.out, command.browser)
-    result = run_console(options, desk, plan, say, kept)
+    result = run_console(options, desk, plan, say, kept, receiver)
     say(f"Ended. What the pages did: {result['diary']}")
     return result

@@ -11,6 +11,7 @@ from exograv.session.steered.contract import Act, Answer, Desk
 
 from .alarms import Alarms
 from .diary import Diary
+from .feed import Feed
 from .keys import Keys, Role, Session
 from .lease import Lease
 from .limits import Close, Rate
@@ -63,6 +64,9 @@ class Hub:
             diary: Where all that happens is kept.
             origin: Where pages are served, for links: `http://127.0.0.1:8088`.
         """
+        self.feed: Feed | None = None
+        """Of the aircraft, if one opens the trial's windows."""
+
         self.desk, self.trial, self.clocks, self.diary, self.origin = desk, trial, clocks, diary, origin
         self.shown = desk.shown()
         """The latest; asking the desk may wait for an act that it is deciding about."""

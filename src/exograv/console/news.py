@@ -93,6 +93,8 @@ class News:
         hub, trial = self._hub, self._hub.trial
         if trial is None:
             return
+        if hub.feed is not None and (why := hub.feed.step(t)):
+            hub.alarms.sound(why, t, "high")
         if why := trial.tick(t, hub.shown):
             hub.alarms.sound(why, t, "high")
         picture = trial.participant(t).model_dump(mode="json")
@@ -144,6 +146,7 @@ class News:
             "lines": [{"line": line.number, "role": line.role.value} for line in hub.lines.values()],
             "alarms": [alarm.model_dump(mode="json") for alarm in hub.alarms.open],
             "run": None,
+            "aircraft": None if hub.feed is None else hub.feed.shown(t),
             "run_sets_level": False,
         }
         if hub.diary.why:

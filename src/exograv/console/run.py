@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from exograv.session.aircraft import AircraftReceiver
 from exograv.session.steered.contract import Desk
 from exograv.task.events import Interrupted
 from exograv.task.levels import EARTH
@@ -13,6 +14,7 @@ from exograv.task.plan import Plan
 from exograv.task.protocol import load_protocol, refuse_levels
 
 from .diary import Diary
+from .feed import Feed
 from .hub import Hub
 from .kept_run import KeptRun
 from .page_clocks import PageClocks
@@ -45,7 +47,12 @@ def plan_of(protocol: str | None) -> Plan | None:
 
 
 def run_console(
-    options: ConsoleOptions, desk: Desk, plan: Plan | None, say: Say, kept: KeptRun | None = None
+    options: ConsoleOptions,
+    desk: Desk,
+    plan: Plan | None,
+    say: Say,
+    kept: KeptRun | None = None,
+    receiver: AircraftReceiver | None = None,
 ) -> dict[str, Any]:
     """Serve the pages until Ctrl-C, and say what was done.
 
@@ -62,6 +69,9 @@ def run_console(
             stack.callback(kept.close)
         trial = None if plan is None else Trial(plan, clocks, diary, kept)
         hub = Hub(desk, trial, clocks, diary, f"{options.address.scheme}://{host}")
+        if receiver is not None and trial is not None:
+            hub.feed = Feed(stack.enter_context(receiver), trial, diary)
+            say(f"The aircraft is listened to on UDP port {receiver.port}.")
         if plan is not None:
             diary.write("/console/protocol", desk.now(), plan.loaded.recorded)
         if trial is not None and kept is not None and kept.before is not None:

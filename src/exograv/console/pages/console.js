@@ -55,6 +55,7 @@ function takeState(message) {
     ? `${say("console.recorded", mapped(shown.recorded, { samples: "samples", lost: "lost" }))} ${shown.recorded.why}`
     : "";
   showRun(message);
+  showAircraft(message.aircraft);
   listAlarms(message, (of, alarm) => seen(of, alarm), isSteering());
 }
 
@@ -137,6 +138,16 @@ function showRun({ run, protocol }) {
   at("totals").textContent =
     `${totals.touches} ${say("console.touches")}, ${totals.accepted} ${say("console.accepted")}` +
     (median ? `, ${say("console.median")} ${number(median.median, 1)} ${unit}` : "");
+}
+
+function showAircraft(aircraft) {
+  at("aircraft").hidden = aircraft === null;
+  if (aircraft === null) return;
+  const { sample, age_s: age, is_lost: isLost, is_window: isWindow } = aircraft;
+  at("g").textContent = sample ? say("console.aircraft_says", { ...sample, g: number(sample.g, 2) }) : "";
+  const feed = sample === null ? "none" : isLost ? "lost" : isWindow ? "window" : "heard";
+  at("aircraft").dataset.feed = feed;
+  at("feed").textContent = say(`feed.${feed}`, { port: aircraft.port, age: number(age, 1) });
 }
 
 function takeTrace({ trace }) {
