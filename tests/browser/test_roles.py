@@ -119,6 +119,10 @@ def test_pages_speak_german_and_name_what_they_show_to_a_screen_reader(house: Se
     time.sleep(0.4)
     assert visitor.page.evaluate("document.documentElement.lang") == "de"
     assert "Stopp" in visitor.page.locator("#stop").inner_text()
+    if role is Role.OPERATOR:
+        house.desk.alarm("Stop was pressed.")
+        visitor.page.locator("#alarms li", has_text="Stopp wurde gedrückt.").wait_for()
+        visitor.page.locator("#legend button", has_text="Schulter: Abspreizen").wait_for()
     unnamed = visitor.page.evaluate(
         """() => [...document.querySelectorAll("button, input, select, canvas, [role=img]")].filter((element) =>
             element.checkVisibility() && !element.textContent.trim() && !element.ariaLabel && !element.labels?.length

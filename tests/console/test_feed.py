@@ -11,10 +11,11 @@ import pytest
 from tests.session.test_aircraft import line as datagram
 from tests.task.of_run import short_plan
 
-from exograv.console.feed import NOT_HEARD, TOPIC, Feed, receiver_of
+from exograv.console.feed import TOPIC, Feed, receiver_of
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.news import News
+from exograv.console.sentences import say
 from exograv.errors import ConfigError
 from exograv.session.aircraft import AircraftReceiver, Emulation, emulate
 from exograv.task.events import Start, Tick
@@ -58,7 +59,7 @@ def test_nothing_heard_when_the_run_begins_is_an_alarm_once(flown: tuple[Hub, Ai
     assert answer(told(hub, operator, word(clock, "start")))["taken"]
     for _ in range(3):
         news._show_trial(clock.t)
-    assert [(alarm.text, alarm.times) for alarm in hub.alarms.open] == [(NOT_HEARD, 1)]
+    assert [(alarm.text, alarm.times) for alarm in hub.alarms.open] == [(say("aircraft.not_heard"), 1)]
 
 
 def test_g_opens_a_window_and_one_that_is_not_closed_any_more_ends_by_the_clock(

@@ -8,6 +8,7 @@ from exograv.task.aircraft_line import AircraftSample
 from exograv.task.plan import Plan
 
 from .diary import Diary
+from .sentences import say
 from .trial import Trial
 
 TOPIC = "/aircraft"
@@ -52,7 +53,7 @@ class Feed:
             self._trial.feed(event)
         is_missed = self._heard_at is None and self._trial.is_running
         was_missed, self._missed = self._missed, is_missed
-        return NOT_HEARD if is_missed and not was_missed else ""
+        return say("aircraft.not_heard") if is_missed and not was_missed else ""
 
     def shown(self, t: float) -> dict[str, Any]:
         """For the operator."""
@@ -69,6 +70,3 @@ class Feed:
             "refused": receiver.refused,
             "foreign": receiver.foreign,
         }
-
-
-NOT_HEARD = "The run has begun, and the aircraft was not heard yet: open and close windows by hand."

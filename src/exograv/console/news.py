@@ -6,10 +6,15 @@ from collections.abc import Coroutine
 from typing import Any
 
 from exograv.session.steered.contract import SetLevel
+from exograv.session.steered.shown import Alarm as MachineAlarm
+from exograv.task.state import Alarm as RunAlarm
 
+from .alarms import ConsoleAlarm
 from .hub import UNMANNED, Hub
 from .keys import Role
 from .lease import ALARM_AFTER_S
+from .sentences import say, spoken
+from .trial import Trial
 
 TICK_S = 0.015
 PLOTS_EVERY = 2
@@ -86,7 +91,7 @@ class News:
         holder, silent_s = hub.lease.holder, hub.lease.silent_s(t)
         was_silent, self._is_silent = self._is_silent, silent_s > ALARM_AFTER_S
         if self._is_silent and not was_silent and hub.shown.mode not in UNMANNED:
-            hub.alarms.sound(f"The page that steers (line {holder}) is silent.", t, "high")
+            hub.alarms.sound(say("alarm.silent", line=holder), t, "high")
         hub.lease.held_by(t)
 
     def _show_trial(self, t: float) -> None:
@@ -141,10 +146,10 @@ class News:
         if not any(line.role in STEERED for line in hub.lines.values()):
             return
         fields: dict[str, Any] = {
-            "shown": hub.shown.model_dump(mode="json"),
+            "shown": _shown(hub),
             "steers": hub.lease.held_by(t),
             "lines": [{"line": line.number, "role": line.role.value} for line in hub.lines.values()],
-            "alarms": [alarm.model_dump(mode="json") for alarm in hub.alarms.open],
+            "alarms": [_alarm(alarm) for alarm in hub.alarms.open],
             "run": None,
             "aircraft": None if hub.feed is None else hub.feed.shown(t),
             "run_sets_level": False,
@@ -155,11 +160,30 @@ class News:
             hub.alarms.sound(hub.trial.why_not_kept, t, "high")
         if hub.trial is not None:
             fields |= {
-                "run": hub.trial.operator(t).model_dump(mode="json"),
+                "run": _run(hub.trial, t),
                 "run_sets_level": hub.trial.level(t) is not None,
                 "protocol": _protocol(hub),
             }
         hub.show(STEERED, "state", fields)
+
+
+def _shown(hub: Hub) -> dict[str, Any]:
+    """What the desk shows, with its sentences for any language."""
+    shown = hub.shown.model_dump(mode="json") | {"alarms": [_alarm(alarm) for alarm in hub.shown.alarms]}
+    shown["mode_text"] = spoken(hub.shown.mode_text)
+    shown["latch"] = None if hub.shown.latch is None else spoken(hub.shown.latch)
+    if shown["learning"] is not None:
+        shown["learning"]["outcome"] = spoken(shown["learning"]["outcome"])
+    return shown
+
+
+def _run(trial: Trial, t: float) -> dict[str, Any]:
+    picture = trial.operator(t)
+    return picture.model_dump(mode="json") | {"alarms": [_alarm(alarm) for alarm in picture.alarms]}
+
+
+def _alarm(alarm: ConsoleAlarm | MachineAlarm | RunAlarm) -> dict[str, Any]:
+    return alarm.model_dump(mode="json") | {"text": spoken(alarm.text)}
 
 
 def _screen(hub: Hub) -> dict[str, Any] | None:

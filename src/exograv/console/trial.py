@@ -18,6 +18,7 @@ from .diary import Diary
 from .kept_run import KEPT_EVERY_S, Circumstances, KeptRun
 from .messages import Calibrate, PageTouch, RunWord
 from .page_clocks import PageClocks
+from .sentences import say
 
 CARRIED = frozenset({"floating", "weighing"})
 """Modes in which an active protocol goes on."""
@@ -60,7 +61,7 @@ class Trial:
     @property
     def why_not_kept(self) -> str:
         """What was wrong when it was kept last; empty where nothing was."""
-        return "" if self._kept is None else self._kept.why
+        return say("trial.not_kept", why=self._kept.why) if self._kept is not None and self._kept.why else ""
 
     @property
     def is_running(self) -> bool:
@@ -85,7 +86,7 @@ class Trial:
         if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
             return ""
         self.feed(Pause(t=t, why=f"The machine: {shown.mode_text}"[:500]))
-        return "The run is paused: the machine does not carry the arm any more."
+        return say("trial.paused")
 
     def level(self, t: float) -> float | None:
         """What the machine is to be asked for [-]; None where the run has no say."""
@@ -96,9 +97,9 @@ class Trial:
         """Do what the operator asks; a sentence where it is refused."""
         needs_arm = word.word in ("start", "resume") and self.is_active
         if needs_arm and shown.mode not in CARRIED:
-            return "This protocol needs a machine that carries the arm. Make it ready and take the arm first."
+            return say("trial.needs_arm")
         if word.word == "resume" and self.side not in (None, shown.side):
-            return f"The run was begun with the {self.side} arm, and the {shown.side} one is in the machine."
+            return say("trial.other_side", begun=self.side, side=shown.side)
         events: dict[str, Event] = {
             "start": Start(t=t),
             "pause": Pause(t=t, why="operator"),
@@ -172,4 +173,4 @@ class Trial:
 
 def _why_refused(records: tuple[Record, ...]) -> str:
     refused = [record.why for record in records if isinstance(record, Refused)]
-    return "" if not refused else f"Not now: {refused[-1]}."
+    return "" if not refused else say("trial.refused", why=refused[-1])

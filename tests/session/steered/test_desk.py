@@ -106,6 +106,14 @@ def test_a_stop_that_comes_late_again_or_from_anybody_lets_the_arm_down_each_tim
     assert hand.mode is Mode.SAFE
 
 
+def test_after_stop_it_is_said_what_it_was_and_not_that_a_fault_was_found(hand: Hand):
+    hand.float()
+    hand.act("stop")
+    said = hand.desk.shown().mode_text
+    assert said.startswith("Stop was pressed. The arm was let down softly.")
+    assert "fault" not in said
+
+
 def test_a_reset_starts_nothing(hand: Hand):
     hand.float()
     hand.act("stop")

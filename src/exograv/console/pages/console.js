@@ -4,7 +4,7 @@ import { Line, now } from "./line.js";
 import { choose, clockText, learning, listAlarms } from "./parts.js";
 import { COLOURS, Plot } from "./plot.js";
 import { Scene } from "./scene.js";
-import { loadWords, number, say } from "./words.js";
+import { language, loadWords, nameOf, number, say, sentence } from "./words.js";
 
 const BEAT_MS = 200;
 const at = (id) => document.getElementById(id);
@@ -40,10 +40,10 @@ function takeState(message) {
   at("twin").hidden = !shown.is_twin;
   at("arm").textContent = say(`side.${shown.side}`);
   at("person").textContent = shown.participant ?? say("console.nobody");
-  at("mode").textContent = say(`mode.${shown.mode}`, {}, shown.mode_text);
-  at("mode").title = shown.mode_text;
+  at("mode").textContent = say(`mode.${shown.mode}`);
+  at("mode").title = sentence(shown.mode_text);
   document.body.dataset.mode = shown.mode;
-  at("latch").textContent = shown.latch ?? (shown.safe_state === "none" ? "" : shown.safe_state);
+  at("latch").textContent = why(shown);
   showSteering(message);
   showButtons(shown, run);
   showLevel(shown);
@@ -57,6 +57,11 @@ function takeState(message) {
   showRun(message);
   showAircraft(message.aircraft);
   listAlarms(message, (of, alarm) => seen(of, alarm), isSteering());
+}
+
+function why({ mode, mode_text: modeText, latch, safe_state: safeState }) {
+  if (mode === "starting") return sentence(modeText);
+  return latch ? sentence(latch) : say(`safe.${safeState}`);
 }
 
 function mapped(values, names) {
@@ -126,7 +131,7 @@ function showRun({ run, protocol }) {
     return;
   }
   const parts = [say(`status.${run.status}`)];
-  if (run.status === "running" && run.phase !== "window") parts.push(say(`phase.${run.phase}`, {}, run.phase));
+  if (run.status === "running" && run.phase !== "window") parts.push(say(`phase.${run.phase}`));
   if (run.window !== null) parts.push(say("console.window_of", { window: run.window, windows: protocol.windows }));
   if (run.countdown_s !== null) parts.push(clockText(run.countdown_s));
   if (run.left_s !== null) parts.push(say("console.left", { left: clockText(run.left_s) }));
@@ -170,8 +175,9 @@ function takeRecord({ record }) {
 let jointsShown = "";
 function legend() {
   const joints = state?.shown.joints ?? [];
-  if (jointsShown === joints.join()) return;
-  jointsShown = joints.join();
+  const key = [language, ...joints].join();
+  if (jointsShown === key) return;
+  jointsShown = key;
   const buttons = joints.map((joint, i) => {
     const button = document.createElement("button");
     button.type = "button";
@@ -179,7 +185,7 @@ function legend() {
     button.setAttribute("aria-pressed", "true");
     button.innerHTML = '<svg width="18" height="6" aria-hidden="true"><rect width="18" height="6" rx="3"/></svg>';
     button.firstChild.firstChild.setAttribute("fill", COLOURS[i % COLOURS.length]);
-    button.append(` ${joint.replaceAll("_", " ")}`);
+    button.append(` ${nameOf("joint", joint)}`);
     button.onclick = () => {
       const isOn = button.getAttribute("aria-pressed") === "true";
       button.setAttribute("aria-pressed", String(!isOn));
@@ -216,7 +222,7 @@ async function tell(question) {
     ? ""
     : answer.lost
       ? say("console.no_answer")
-      : say("console.refused", { why: answer.why });
+      : say("console.refused", { why: sentence(answer.why) });
   return answer;
 }
 

@@ -2,7 +2,7 @@
 import { Line } from "./line.js";
 import { lockPage } from "./lock.js";
 import { choose } from "./parts.js";
-import { loadWords, number, say } from "./words.js";
+import { loadWords, number, say, sentence } from "./words.js";
 
 const BEAT_MS = 200;
 // A knob that is turned asks a few times a second; the guard's ramp does the rest.
@@ -40,7 +40,7 @@ function take(message) {
   const { shown, steers } = message;
   document.body.dataset.mode = shown.mode;
   document.body.dataset.steers = String(isSteering());
-  at("mode").textContent = say(`mode.${shown.mode}`, {}, shown.mode_text);
+  at("mode").textContent = say(`mode.${shown.mode}`);
   at("steer").hidden = steers !== null;
   at("now").textContent = say("therapist.now", { now: number(100 * (1 - shown.gravity_level)) });
   if (!isTurned) at("knob").value = 100 * (1 - shown.gravity_level_asked);
@@ -51,7 +51,7 @@ function take(message) {
   at("next").textContent = say(step?.[1] ?? "therapist.wait");
   at("next").disabled = !isSteering() || step === undefined;
   if (shown.mode === "exo_only" && !shown.is_known) at("why").textContent = say("therapist.unknown");
-  else if (shown.latch) at("why").textContent = shown.latch;
+  else if (shown.latch) at("why").textContent = sentence(shown.latch);
 }
 
 // Whose arm it is. Another one is put in at once, while the machine is off.
@@ -75,7 +75,7 @@ async function put() {
 
 async function tell(question) {
   const answer = await question;
-  at("why").textContent = answer.taken ? "" : answer.lost ? say("console.no_answer") : answer.why;
+  at("why").textContent = answer.taken ? "" : answer.lost ? say("console.no_answer") : sentence(answer.why);
   return answer;
 }
 

@@ -16,6 +16,7 @@ from exograv.session.live_processes import Running
 from .keeping import Keeping
 from .people import Donned
 from .place import Place
+from .sentences import say
 from .shown import LearnedParameter, Learning, Point, Recorded
 from .watching import Watching
 
@@ -33,7 +34,7 @@ class Course:
     who: Donned
     place: Place
     keeping: Keeping
-    doing: str = "The machine is calibrated."
+    doing: str = say("flight.calibrates")
     plan: Plan | None = None
     running: Running | None = None
     watching: Watching | None = None

@@ -9,6 +9,7 @@ from exograv.session.prepare import Prepared
 
 from .people import Donned
 from .place import Place
+from .sentences import say
 
 PRESSED = -1
 """Number of a word that nobody waits for."""
@@ -35,7 +36,7 @@ class Keeping:
             return
         if worker.judged.is_contradicted:
             self._is_done = self.is_contradicted = True
-            self.wrong = (f"The file of {self._who.participant} is not this person's, or much has changed.",)
+            self.wrong = (say("flight.other_person", person=self._who.participant),)
             with contextlib.suppress(OSError):
                 running.line.send(Pressed(PRESSED))
         elif worker.learned is not None:

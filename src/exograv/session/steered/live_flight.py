@@ -29,6 +29,7 @@ from .keeping import Keeping
 from .options import SteeredOptions
 from .people import Donned
 from .place import Place
+from .sentences import say
 from .shown import Skeleton, Trace
 from .watching import Watching
 
@@ -201,14 +202,14 @@ class LiveFlight:
         """What the guard answers to a word of this number."""
         running = self._state.running
         if running is None or self._is_ending:
-            return "There is no guard. Wait until the machine is off."
+            return say("guard.absent")
         try:
             running.line.send(word)
         except OSError:
-            return "The guard's process has ended."
+            return say("guard.ended")
         with self._answered:
             if not self._answered.wait_for(lambda: number in self._answers, ANSWER_WITHIN_S):
-                return "The guard did not answer in time. Look at what is shown before you ask again."
+                return say("guard.silent")
             return self._answers.pop(number)
 
     def _hear(self, word: object) -> None:
@@ -229,11 +230,11 @@ class LiveFlight:
             self._state = state = Course(who, place, Keeping(who, place))
             try:
                 prepared = state.place.prepared
-                state.doing = "Guard and control are starting."
+                state.doing = say("flight.starts")
                 if not self._is_closing:
                     self._fly(state, prepared, self._free_path())
                 if not self._is_ending:
-                    state.failure = "The recording has come to its end. Put the person in anew to go on."
+                    state.failure = say("flight.recording_over")
             except ExogravError as error:
                 state.failure = str(error)
             state.running = None
@@ -282,9 +283,9 @@ class LiveFlight:
             state.keeping.look(running, state.plan.prepared)
         left, warnings = self._options.session_s - (self.now() - state.begun_s), []
         if left < WARNED_S:
-            warnings.append("The recording ends in less than five minutes; the arm is let down then.")
+            warnings.append(say("flight.recording_ends"))
         if running.control.restarts:
-            warnings.append("Control has died or did not answer, and was started anew.")
+            warnings.append(say("flight.control_again"))
         state.warnings = (*warnings, *state.keeping.wrong)
         if left < ENDED_S:
             running.stop()

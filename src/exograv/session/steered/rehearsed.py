@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from exograv.identification.interface import Outcome
 from exograv.model.rig_settings import Side
 from exograv.runtime.steering import Leased, Steering
 from exograv.safety.guard import GRAVITY_LEVEL_S
@@ -15,6 +16,7 @@ from exograv.safety.stops import StopReason
 
 from .contract import Don
 from .flight import Moment
+from .sentences import say
 from .shown import LearnedParameter, Learning, Point, Skeleton, Trace
 
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
@@ -112,7 +114,7 @@ class RehearsedFlight:
             self._advance()
             if event is Event.RESET and self._latch is not None:
                 if self._t - self._latched_at < DESCENT_S:
-                    return "The arm is still coming down."
+                    return say("rehearsal.still_down")
                 self._latch = None
             is_latched, now_ns = self._latch is not None, round(1e9 * self._t)
             why = self._steering.ask(event, self._modes.mode, is_latched=is_latched, now_ns=now_ns)
@@ -198,6 +200,6 @@ class RehearsedFlight:
             parameters=parameters,
             left_over_Nm=(2.0 * left,) * len(JOINTS),
             left_over_prior_Nm=(2.0,) * len(JOINTS),
-            outcome="The arm is identified." if over else "The identification is still running.",
+            outcome=say("rehearsal.identified") if over else Outcome.RUNNING.value,
             is_over=over,
         )
