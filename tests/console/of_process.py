@@ -114,6 +114,17 @@ class Page:
             time.sleep(0.01)
 
     @property
+    def shown(self) -> dict[str, Any]:
+        """Of the machine, as it was told last."""
+        self.until(lambda: "state" in self.heard)
+        return self.heard["state"]["shown"]
+
+    @property
+    def alarms(self) -> list[str]:
+        """Of the machine."""
+        return [alarm["text"]["text"] for alarm in self.shown["alarms"]]
+
+    @property
     def run_shown(self) -> dict[str, Any]:
         """The protocol's, as the operator's page was told last."""
         self.until(lambda: "state" in self.heard)
@@ -158,9 +169,9 @@ BEGUN = time.perf_counter()
 
 
 @contextmanager
-def console(*options: str | Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+def console(*options: str | Path, module: str = "exograv.cli") -> Iterator[tuple[subprocess.Popen[str], str]]:
     """The process, and the operator's link; killed at the end."""
-    command = [sys.executable, "-m", "exograv.cli", "console", "--no-browser", "--port", "0", *map(str, options)]
+    command = [sys.executable, "-m", module, "console", "--no-browser", "--port", "0", *map(str, options)]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
