@@ -116,7 +116,7 @@ class News:
 
     def _ask_level(self, level: float | None) -> None:
         """The guard follows by its own ramp; one question at a time."""
-        if level is None or not self._asking.is_over():
+        if level is None or not self._asking.is_over() or "set_level" not in self._hub.shown.possible:
             return
         # An end of a ramp is reached exactly.
         least = 0.0 if level in (0.0, 1.0) else LEVEL_STEP

@@ -50,8 +50,13 @@ class Course:
         """Whether the arm may be taken without an identification."""
         if self.keeping.is_contradicted:
             return False
+        return self.who.participant is not None or self.is_learned
+
+    @property
+    def is_learned(self) -> bool:
+        """Whether nothing more is to be learned."""
         worker = None if self.running is None else self.running.worker
-        return self.who.participant is not None or (worker is not None and worker.learned is not None)
+        return worker is not None and worker.learned is not None
 
     def recorded(self) -> Recorded | None:
         """How the recording is."""

@@ -116,6 +116,7 @@ class SteeredDesk:
             moment.mode,
             moment.latch,
             moment.is_known,
+            moment.is_learned,
             is_ready,
             is_leased,
             moment.participants,

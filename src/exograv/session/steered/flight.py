@@ -28,6 +28,8 @@ class Moment:
     participant: str | None
     participants: tuple[str, ...]
     is_known: bool
+    is_learned: bool
+    """Whether its motion is over too: somebody whose file is there is checked by a short one."""
 
     joints: tuple[str, ...]
     q_rad: tuple[float, ...]

@@ -92,6 +92,7 @@ class LiveFlight:
             participant=state.keeping.code,
             participants=state.place.participants,
             is_known=state.is_known,
+            is_learned=state.is_learned,
             joints=tuple(description.joints),
             tau_limit_Nm=state.place.torque_max_Nm,
             gravity_level_asked=state.level_asked,

@@ -44,6 +44,7 @@ class Standing:
     mode: Mode | None
     latch: str | None
     is_known: bool
+    is_learned: bool
     is_ready: bool
     """Step one was done not too long ago."""
     is_leased: bool
@@ -84,6 +85,9 @@ def _out_of_turn(kind: ActKind, s: Standing) -> str:
     """Two steps before an arm is taken, and the right second one."""
     if kind in ("take_arm", "identify") and not s.is_ready:
         return say("desk.no_step_one")
+    # An arm is learned, or checked, while all of its weight is carried.
+    if kind == "set_level" and s.is_known and not s.is_learned:
+        return say("desk.unchecked")
     if kind in ("take_arm", "set_level") and not s.is_known:
         return say("desk.unknown_arm")
     if kind == "identify" and s.is_known:

@@ -75,6 +75,7 @@ class RehearsedFlight:
                 participant=self._participant,
                 participants=self._participants,
                 is_known=self._is_known,
+                is_learned=self._is_known,
                 joints=JOINTS,
                 q_rad=self._q(t),
                 v_rad_s=tuple(0.1 * math.cos(t + joint) for joint in range(n)),

@@ -29,6 +29,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "desk.stopped": "{latch} Reset it first.",
         "desk.let_down": "{latch} " + Mode.SAFE.value,
         "desk.unknown_arm": "This arm is not known yet. Identify it first.",
+        "desk.unchecked": "This arm is checked when it is taken. Its weight can be set after that.",
         "desk.known_arm": "This arm is known. To identify it again, switch off and put the person in anew.",
         "desk.same_id": "Another act had this identifier.",
         "desk.late": "It came {seconds} s after it was asked for; allowed: {allowed} s. Ask again.",
