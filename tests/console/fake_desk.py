@@ -189,7 +189,7 @@ class FakeDesk:
             self.machine.take(events[act.kind])
             self.version += 1
         if act.kind == "stop" and self.machine.mode is Mode.SAFE:
-            self.latch = f"{act.why} ({by})"
+            self.latch = act.why
             self.alarm(self.latch)
         elif act.kind == "reset":
             self.latch = None
@@ -222,10 +222,10 @@ class FakeDesk:
                 half_width=0.4 * prior * shrink,
             )
             for name, unit, prior in (
-                ("upper arm mass", "kg", 2.1),
-                ("upper arm centre", "kg·m", 0.31),
-                ("forearm mass", "kg", 1.6),
-                ("forearm centre", "kg·m", 0.29),
+                ("upper_arm.mass", "kg", 2.1),
+                ("upper_arm.mx", "kg·m", 0.31),
+                ("forearm.mass", "kg", 1.6),
+                ("forearm.mx", "kg·m", 0.29),
             )
         )
         return Learning(

@@ -109,6 +109,7 @@ function showButtons(shown, run) {
     button.hidden = run === null || (clocked && ["open", "close"].includes(button.dataset.run));
   }
   choose(at("side"), shown.sides, shown.side, (side) => say(`side.${side}`));
+  at("participants").disabled = at("don").disabled;
   at("side").disabled = at("don").disabled || shown.sides.length < 2;
   choose(at("participants"), ["", ...shown.participants], shown.participant ?? "", (code) => code || say("console.nobody"));
 }
