@@ -22,7 +22,7 @@ from exograv.console.keys import Role
 from exograv.console.serve import Address
 
 from .of_browser import RETURN_S, Visitor, quick_plan, take_arm
-from .test_lost import wait_until
+from .test_lost import totals, wait_until
 
 LAN = "127.0.0.2"
 """Another address of this computer than the one that it serves without a certificate."""
@@ -96,7 +96,7 @@ def test_two_computers_share_a_session_over_tls_and_a_tablet_is_held_either_way(
             tablet.page.set_viewport_size({"width": width, "height": height})
             time.sleep(RETURN_S)
             tablet.page.touchscreen.tap(width / 2 + 3.0, height / 2 + 4.0)
-            wait_until(lambda count=number + 1: house.hub.trial.run.totals().accepted == count)
+            wait_until(lambda count=number + 1: totals(house).accepted == count)
             if number == 0:
                 house.cut_off(Role.PARTICIPANT)
                 tablet.sees("body[data-line=away]")

@@ -52,8 +52,8 @@ def literals(path: Path) -> list[str]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     skipped = [node for node in ast.walk(tree) if isinstance(node, (ast.Raise, ast.Expr)) and not _calls(node)]
     inside = {id(each) for node in skipped for each in ast.walk(node)}
-    texts = (each for each in ast.walk(tree) if isinstance(each, ast.Constant) and isinstance(each.value, str))
-    return [each.value for each in texts if id(each) not in inside and _is_sentence(each.value)]
+    constants = (each for each in ast.walk(tree) if isinstance(each, ast.Constant) and id(each) not in inside)
+    return [each.value for each in constants if isinstance(each.value, str) and _is_sentence(each.value)]
 
 
 def _calls(node: ast.Raise | ast.Expr) -> bool:

@@ -5,9 +5,10 @@ import pytest
 
 from exograv.model.assembly import Assembly
 from exograv.runtime.exchange import finding_dtype, sample_dtype
+from exograv.session.arm_worker import BRIDGED_TICKS, ArmWorker, Learned
 from exograv.session.ideal_from_truth import prepared_by_truth
 from exograv.session.identify import TRAVEL, V_MOTION, identification_motion
-from exograv.session.lesson import BRIDGED_TICKS, ArmWorker, Learned, Lesson
+from exograv.session.lesson import Lesson
 from exograv.session.prepare import Prepared
 from exograv.session.verify.postures import NONE, all_passes
 from exograv.session.virtual import draw_laboratory

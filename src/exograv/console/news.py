@@ -169,12 +169,16 @@ class News:
 
 def _shown(hub: Hub) -> dict[str, Any]:
     """What the desk shows, with its sentences for any language."""
-    shown = hub.shown.model_dump(mode="json") | {"alarms": [_alarm(alarm) for alarm in hub.shown.alarms]}
-    shown["mode_text"] = spoken(hub.shown.mode_text)
-    shown["latch"] = None if hub.shown.latch is None else spoken(hub.shown.latch)
-    if shown["learning"] is not None:
-        shown["learning"]["outcome"] = spoken(shown["learning"]["outcome"])
-    return shown
+    shown = hub.shown
+    learning = None
+    if shown.learning is not None:
+        learning = shown.learning.model_dump(mode="json") | {"outcome": spoken(shown.learning.outcome)}
+    return shown.model_dump(mode="json") | {
+        "mode_text": spoken(shown.mode_text),
+        "latch": None if shown.latch is None else spoken(shown.latch),
+        "learning": learning,
+        "alarms": [_alarm(alarm) for alarm in shown.alarms],
+    }
 
 
 def _run(trial: Trial, t: float) -> dict[str, Any]:

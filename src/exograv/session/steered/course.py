@@ -9,7 +9,7 @@ import numpy as np
 from exograv.dynamics.parameters import names_and_units
 from exograv.identification.interface import Outcome
 from exograv.runtime.recorder import Report as RecorderReport
-from exograv.session.lesson import Judged
+from exograv.session.arm_worker import Judged
 from exograv.session.live_control import Plan
 from exograv.session.live_processes import Running
 

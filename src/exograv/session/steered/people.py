@@ -12,7 +12,8 @@ from exograv.errors import ConfigError
 from exograv.identification.prior import prior
 from exograv.model.rig_settings import Side
 from exograv.rig.twin.twin import PERIOD
-from exograv.session.lesson import Learned, person_believed, unknown_person
+from exograv.session.arm_worker import Learned
+from exograv.session.lesson import person_believed, unknown_person
 from exograv.session.live import lesson_plan
 from exograv.session.live_control import Plan
 from exograv.session.outcome import rounded
