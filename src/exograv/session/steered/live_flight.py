@@ -5,6 +5,7 @@ import itertools
 import threading
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +59,7 @@ class LiveFlight:
         place = Place(options, options.side)
         self._places = {place.side: place}
         self._next = self._donned(place, options.participant, options.identify_s)
-        self._state, self._numbers = Course(self._next, place, Keeping(self._next, place)), itertools.count(1)
+        self._state, self._numbers = Course(self._next, place, Keeping(self._next)), itertools.count(1)
         self._answers: dict[int, str] = {}
         self._answered, self._drawing = threading.Condition(), threading.Lock()
         self._controller: ArmController | None = None
@@ -228,7 +229,7 @@ class LiveFlight:
                 return
             self._is_ending, who = False, self._next
             place = self._places[who.side]
-            self._state = state = Course(who, place, Keeping(who, place))
+            self._state = state = Course(who, place, Keeping(who))
             try:
                 prepared = state.place.prepared
                 state.doing = say("flight.starts")
@@ -242,9 +243,8 @@ class LiveFlight:
 
     def _donned(self, place: Place, participant: str | None, identify_s: float) -> Donned:
         """Somebody whose file is there needs a check only; of anybody else all is learned."""
-        if participant in place.participants:
-            return Donned(participant, participant, FROM_FILE_S, place.side)
-        return Donned(None, participant, identify_s, place.side)
+        is_there = participant in place.participants
+        return Donned(participant if is_there else None, participant, FROM_FILE_S if is_there else identify_s, place.side)
 
     def _free_path(self) -> Path:
         """Of the next recording: what is there is somebody's data."""
@@ -281,7 +281,7 @@ class LiveFlight:
         """Some times a second, in the thread that is the processes' parent."""
         state.recording = running.recorder.check()
         if state.plan is not None:
-            state.keeping.look(running, state.plan.prepared)
+            state.keeping.look(running.worker, running.line.send, partial(state.place.keep, state.plan.prepared))
         left, warnings = self._options.session_s - (self.now() - state.begun_s), []
         if left < WARNED_S:
             warnings.append(say("flight.recording_ends"))

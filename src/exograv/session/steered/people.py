@@ -91,14 +91,14 @@ class People:
         rig = partial(attentive_twin, self.laboratory, seed, prepared.t)
         return Plan(self.laboratory.description, told, prepared, person, 0.0, rig, lesson=lesson, is_steered=True)
 
-    def keep(self, code: str | None, learned: Learned, predicted: np.ndarray, prepared: Prepared) -> str | None:
+    def keep(self, prepared: Prepared, code: str | None, learned: Learned, predicted: np.ndarray) -> str | None:
         """Write the file of somebody who has been learned; the code, or none where there is nothing to keep.
 
         Args:
+            prepared: The machine with the arm in it.
             code: Of the person; a random one where absent.
             learned: What was found.
             predicted: To be left over, per joint [N·m].
-            prepared: The machine with the arm in it.
 
         Raises:
             ConfigError: The place cannot be written.

@@ -2,7 +2,10 @@
 
 from functools import cached_property
 
+import numpy as np
+
 from exograv.model.rig_settings import Side
+from exograv.session.arm_worker import Learned
 from exograv.session.calibration_run import twin_identity
 from exograv.session.learner import table_guess
 from exograv.session.prepare import Prepared, machine_of
@@ -47,6 +50,8 @@ class Place:
         machine, t = machine_of(self.laboratory, options.level, options.seed, options.calibration, lambda *_: None)
         return Prepared(assembly, machine, table_guess(assembly, machine), t)
 
-    def look_for_files(self) -> None:
-        """Somebody has been kept."""
+    def keep(self, prepared: Prepared, code: str | None, learned: Learned, predicted: np.ndarray) -> str | None:
+        """As `People.keep`."""
+        kept = self.people.keep(prepared, code, learned, predicted)
         self.participants = tuple(self.people.files())
+        return kept
