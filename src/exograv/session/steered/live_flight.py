@@ -243,8 +243,8 @@ class LiveFlight:
 
     def _donned(self, place: Place, participant: str | None, identify_s: float) -> Donned:
         """Somebody whose file is there needs a check only; of anybody else all is learned."""
-        is_there = participant in place.participants
-        return Donned(participant if is_there else None, participant, FROM_FILE_S if is_there else identify_s, place.side)
+        known = participant if participant in place.participants else None
+        return Donned(known, participant, FROM_FILE_S if known else identify_s, place.side)
 
     def _free_path(self) -> Path:
         """Of the next recording: what is there is somebody's data."""
