@@ -24,7 +24,7 @@ from exograv.task.plan import Plan
 
 from .fake_desk import FakeDesk
 from .of_clock import SetClock
-from .said import answer, page, told
+from .said import answer, do, page, told
 from .serving import hub_on, served
 from .test_trial import trial_of, word
 
@@ -96,6 +96,16 @@ def test_a_hand_opens_and_closes_where_nothing_comes(flown: tuple[Hub, AircraftR
         told(hub, operator, {"kind": "beat"})
         assert answer(told(hub, operator, word(clock, what)))["taken"]
     assert [each.is_open for each in windows(hub, clock.t)] == [False]
+
+
+@pytest.mark.parametrize("act", ["make_ready", "take_arm", "identify"])
+def test_in_flight_no_motor_is_switched_on(
+    flown: tuple[Hub, AircraftReceiver], desk: FakeDesk, clock: SetClock, act: str
+):
+    hub, _ = flown
+    operator = page(hub, Role.OPERATOR, clock)
+    assert "only records" in answer(told(hub, operator, do(clock, act, desk.shown().version)))["why"]
+    assert desk.asked == []
 
 
 def test_an_aircraft_that_nobody_flies_is_refused():

@@ -31,6 +31,8 @@ from .messages import (
 from .sentences import say, spoken
 
 CLOCK_UNKNOWN = say("console.clock_unknown")
+MOTORS = ("make_ready", "take_arm", "identify")
+"""Acts that switch motors on. In flight none is: a motor that carries what weighs nothing would throw it."""
 
 
 async def hear(hub: Hub, line: Line, text: str | bytes) -> None:
@@ -85,6 +87,9 @@ async def _steer(hub: Hub, line: Line, steer: Steer, t: float) -> None:
 async def _do(hub: Hub, line: Line, do: Do, t: float) -> None:
     if do.act["kind"] == "set_level" and hub.trial is not None and hub.trial.level(t) is not None:
         _answer(line, do, say("console.level_is_set"))
+        return
+    if do.act["kind"] in MOTORS and hub.trial is not None and hub.trial.plan.protocol.opening == "aircraft":
+        _answer(line, do, say("console.in_flight"))
         return
     if do.act["kind"] == "don" and hub.trial is not None and hub.trial.is_running:
         _answer(line, do, say("console.runs"))

@@ -17,6 +17,7 @@ OWN: Mapping[str, str] = MappingProxyType(
         "console.not_allowed": "This page may not do that.",
         "console.level_is_set": "The protocol sets the gravity level now. Pause or end it first.",
         "console.runs": "The protocol runs with this person and this arm. Pause or end it first.",
+        "console.in_flight": "In flight the machine only records: its model knows of one gravity.",
         "console.no_protocol": "No protocol was given. Start the console with --protocol.",
         "console.late": "This came too late, and was not done.",
         "console.no_alarm": "There is no such alarm any more.",
