@@ -55,13 +55,13 @@ class Operator:
         self.desk.keep()
         time.sleep(KEEP_S)
 
-    def kept(self, folder: Path) -> Path:
-        """The only file there, soon."""
+    def kept(self) -> str:
+        """The code of whoever was learned, soon."""
         end = time.monotonic() + KEPT_WITHIN_S
-        while not (paths := list(folder.glob("*.toml"))):
+        while (code := self.desk.shown().participant) is None:
             assert time.monotonic() < end, self.desk.shown().learning
             self.wait()
-        return paths[0]
+        return code
 
     def reset(self) -> None:
         end = time.monotonic() + SOON_S
@@ -140,18 +140,19 @@ def test_who_was_learned_is_kept_and_only_checked_the_next_time(operator: Operat
     assert operator.act("identify").taken
     operator.until("moving")
     operator.until("floating")
-    path = operator.kept(tmp_path / "people")
+    code = operator.kept()
+    path = tmp_path / "people" / f"{code}.toml"
     first = read_participant(path)
-    assert operator.desk.shown().participant == first.person.code
+    assert (first.person.code, first.identified.donnings) == (code, 1)
     operator.act("give_back")
     operator.until("exo_only")
     operator.act("switch_off")
     operator.until("off")
-    assert operator.act("don", participant=first.person.code).taken
+    assert operator.act("don", participant=code).taken
     operator.until("starting")
     operator.until("off")
     shown = operator.desk.shown()
-    assert (shown.participant, shown.is_known) == (first.person.code, True)
+    assert (shown.participant, shown.is_known) == (code, True)
     operator.act("make_ready")
     operator.until("exo_only")
     assert operator.act("take_arm").taken
