@@ -40,6 +40,7 @@ class Visitor:
     """Somebody with a browser of his own; a mistake in a page's script fails the test."""
 
     def __init__(self, browser: Browser, served: Served, role: Role, language: str = "en", **size: int):
+        """`width` and `height` where they are not a tablet's."""
         self.served, self.role = served, role
         viewport = {**TABLET, **size}
         self.context = browser.new_context(
@@ -47,6 +48,8 @@ class Visitor:
             has_touch=True,
             locale=language,
             device_scale_factor=1,
+            # Nobody has signed what a test makes for itself.
+            ignore_https_errors=True,
         )
         self.page: Page = self.context.new_page()
         self.mistakes = list[str]()

@@ -75,12 +75,14 @@ def test_a_palm_and_a_second_finger_are_kept_with_their_reason(house: Served, vi
         devtools.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": list(points)})
         devtools.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
+    def refused() -> dict[str, int]:
+        # What was not acknowledged in time is sent again.
+        return {why: count for why, count in totals(house).rejected.items() if why != "repeated"}
+
     press({"x": 640.0, "y": 400.0, "radiusX": 120.0, "radiusY": 90.0})
-    wait_until(lambda: totals(house).rejected == {"palm": 1})
+    wait_until(lambda: refused() == {"palm": 1})
     press({"x": 640.0, "y": 400.0, "radiusX": 4.0, "radiusY": 4.0, "id": 0}, {"x": 700.0, "y": 500.0, "id": 1})
-    wait_until(lambda: totals(house).touches == 3)
-    assert totals(house).rejected == {"palm": 1, "second": 1}
-    assert totals(house).accepted == 1
+    wait_until(lambda: refused() == {"palm": 1, "second": 1} and totals(house).accepted == 1)
     raw = [message for topic, _, message in house.desk.written if topic == "/console/touch"]
     assert raw[0]["width_px"] >= 200.0
     assert raw[0]["pointer"] == "touch"

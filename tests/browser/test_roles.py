@@ -91,6 +91,12 @@ def test_a_screen_is_measured_with_a_card_and_the_target_is_as_large_as_the_prot
 
 def test_one_knob_supports_the_arm_and_the_other_button_stops_it(house: Served, visit: Visit):
     therapist = visit(Role.THERAPIST)
+    therapist.page.locator("#side:enabled").select_option("left")
+    wait_until(lambda: house.desk.side == "left")
+    time.sleep(0.3)  # the page knows: what was asked for something else is refused
+    therapist.page.locator("#person:enabled").select_option("T02")
+    wait_until(lambda: house.desk.participant == "T02")
+    time.sleep(0.3)
     for _ in range(2):
         therapist.page.locator("#next:enabled").wait_for()
         mode = house.desk.machine.mode
@@ -98,6 +104,7 @@ def test_one_knob_supports_the_arm_and_the_other_button_stops_it(house: Served, 
         wait_until(lambda before=mode: house.desk.machine.mode is not before)
         time.sleep(0.3)
     therapist.sees("body[data-mode=floating]")
+    assert therapist.page.locator("#side").is_disabled()
     therapist.page.locator("#knob").fill("60")
     wait_until(lambda: house.desk.level_asked == pytest.approx(0.4))
     therapist.page.locator("#knob-value", has_text="60 %").wait_for()
@@ -112,6 +119,10 @@ def test_pages_speak_german_and_name_what_they_show_to_a_screen_reader(house: Se
     time.sleep(0.4)
     assert visitor.page.evaluate("document.documentElement.lang") == "de"
     assert "Stopp" in visitor.page.locator("#stop").inner_text()
+    if role is Role.OPERATOR:
+        house.desk.alarm("Stop was pressed.")
+        visitor.page.locator("#alarms li", has_text="Stopp wurde gedrückt.").wait_for()
+        visitor.page.locator("#legend button", has_text="Schulter: Abspreizen").wait_for()
     unnamed = visitor.page.evaluate(
         """() => [...document.querySelectorAll("button, input, select, canvas, [role=img]")].filter((element) =>
             element.checkVisibility() && !element.textContent.trim() && !element.ariaLabel && !element.labels?.length

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any, get_args
 
+from exograv.model.rig_settings import Side
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.session.steered.contract import LATE_S, Act, Answer, Who
 from exograv.session.steered.shown import (
@@ -46,6 +47,8 @@ class FakeDesk:
         self.version = 1
         self.level_asked = self.level = 1.0
         self.latch: str | None = None
+        self.participant = "T01" if is_known else None
+        self.side: Side = "right"
         self._learning_since: float | None = None
         self._stepped = self.began
         self._numbers = itertools.count(1)
@@ -59,9 +62,10 @@ class FakeDesk:
             t=t,
             rig="recupera_like",
             title="Recupera-like, right arm",
-            side="right",
+            side=self.side,
+            sides=("right", "left"),
             is_twin=True,
-            participant="T01" if self.is_known else None,
+            participant=self.participant,
             participants=("T01", "T02"),
             is_known=self.is_known,
             mode=mode.name.lower(),  # pyright: ignore[reportArgumentType]
@@ -185,10 +189,14 @@ class FakeDesk:
             self.machine.take(events[act.kind])
             self.version += 1
         if act.kind == "stop" and self.machine.mode is Mode.SAFE:
-            self.latch = f"{act.why} ({by})"
+            self.latch = act.why
             self.alarm(self.latch)
         elif act.kind == "reset":
             self.latch = None
+        elif act.kind == "don":
+            self.participant, self.is_known = act.participant, act.participant is not None
+            self.side = act.side or self.side
+            self.version += 1
         elif act.kind == "set_level":
             self.level_asked = act.gravity_level
         elif act.kind == "identify":
@@ -214,10 +222,10 @@ class FakeDesk:
                 half_width=0.4 * prior * shrink,
             )
             for name, unit, prior in (
-                ("upper arm mass", "kg", 2.1),
-                ("upper arm centre", "kg·m", 0.31),
-                ("forearm mass", "kg", 1.6),
-                ("forearm centre", "kg·m", 0.29),
+                ("upper_arm.mass", "kg", 2.1),
+                ("upper_arm.mx", "kg·m", 0.31),
+                ("forearm.mass", "kg", 1.6),
+                ("forearm.mx", "kg·m", 0.29),
             )
         )
         return Learning(

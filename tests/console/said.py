@@ -51,7 +51,8 @@ def run(what: Coroutine[Any, Any, None]) -> None:
 def answer(words: list[dict[str, Any]]) -> dict[str, Any]:
     """The only one."""
     (only,) = [word for word in words if word["kind"] == "answer"]
-    return only["answer"] | {key: value for key, value in only.items() if key not in ("kind", "answer")}
+    why = (only["answer"]["why"] or {"text": ""})["text"]
+    return only["answer"] | {"why": why} | {key: value for key, value in only.items() if key not in ("kind", "answer")}
 
 
 def name() -> str:

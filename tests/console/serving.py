@@ -61,10 +61,12 @@ class Served:
 
 
 @contextmanager
-def served(folder: Path, plan: Plan | None, desk: FakeDesk | None = None) -> Iterator[Served]:
+def served(
+    folder: Path, plan: Plan | None, desk: FakeDesk | None = None, address: Address | None = None
+) -> Iterator[Served]:
     """A server in a thread; ended at the end."""
-    desk, address = desk or FakeDesk(), Address(port=0)
-    with bound(address) as (listening, host), hub_on(desk, folder, plan, f"http://{host}") as hub:
+    desk, address = desk or FakeDesk(), address or Address(port=0)
+    with bound(address) as (listening, host), hub_on(desk, folder, plan, f"{address.scheme}://{host}") as hub:
         server = uvicorn.Server(settings_of(hub, address, host))
         loop = asyncio.new_event_loop()
         thread = threading.Thread(target=lambda: loop.run_until_complete(server.serve(sockets=[listening])))

@@ -14,7 +14,7 @@ from exograv.errors import ConfigError
 
 from .fake_desk import FakeDesk
 from .of_clock import SetClock
-from .said import page, run, told
+from .said import do, page, run, told
 from .serving import served
 from .test_handlers import floating
 from .test_trial import word
@@ -73,6 +73,18 @@ def test_the_level_of_the_protocol_is_asked_for_in_small_steps_and_reached(house
     assert asked[-1] == 0.0
     assert sorted(asked, reverse=True) == asked
     assert max(a - b for a, b in itertools.pairwise(asked)) < 0.05
+
+
+def test_no_level_is_asked_for_where_none_can_be_set(house: Hub, desk: FakeDesk, clock: SetClock):
+    operator = floating(house, desk, clock)
+    told(house, operator, word(clock, "start"))
+    rounds(house, clock, 1.0)
+    told(house, operator, do(clock, "stop"))
+    before = len(desk.asked)
+    rounds(house, clock, 1.0)
+    assert house.trial is not None
+    assert house.trial.run.state.status == "paused"
+    assert len(desk.asked) == before
 
 
 def test_a_page_that_falls_silent_is_one_alarm_while_an_arm_is_carried(house: Hub, desk: FakeDesk, clock: SetClock):

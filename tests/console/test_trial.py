@@ -12,7 +12,7 @@ from exograv.safety.modes import Event
 
 from .fake_desk import FakeDesk
 from .of_clock import SetClock
-from .said import answer, name, page, pinged, told, touch
+from .said import answer, do, name, page, pinged, told, touch
 from .test_handlers import floating
 
 OPENS_S = 35.0
@@ -167,3 +167,23 @@ def test_a_ruler_calibrates_too_and_nothing_at_all_does_not(house: Hub, clock: S
     span = {"dx_px": 500.0, "dy_px": 0.0, "distance_mm": 100.0}
     assert answer(told(house, line, {"kind": "calibrate", "id": name(), "spans": [span]}))["taken"]
     assert not answer(told(house, line, {"kind": "calibrate", "id": name()}))["taken"]
+
+
+def test_a_run_has_the_side_that_was_in_the_machine_and_goes_on_with_no_other(
+    house: Hub, desk: FakeDesk, clock: SetClock
+):
+    operator = floating(house, desk, clock)
+    assert answer(told(house, operator, word(clock, "start")))["taken"]
+    assert trial_of(house).side == "right"
+    assert [said for topic, _, said in desk.written if topic == "/console/run"] == [
+        {"rig": "recupera_like", "side": "right", "participant": "T01"}
+    ]
+    refused = answer(told(house, operator, do(clock, "don", desk.shown().version, side="left")))
+    assert "runs with this person" in refused["why"]
+    assert answer(told(house, operator, word(clock, "pause")))["taken"]
+    desk.side = "left"
+    house.shown = desk.shown()
+    assert "right arm" in answer(told(house, operator, word(clock, "resume")))["why"]
+    desk.side = "right"
+    house.shown = desk.shown()
+    assert answer(told(house, operator, word(clock, "resume")))["taken"]

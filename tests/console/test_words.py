@@ -2,17 +2,34 @@
 
 import json
 import re
+from pathlib import Path
 from typing import get_args
 
 import pytest
 
+from exograv.console.sentences import GAP, SENTENCES
 from exograv.console.server import PAGES
-from exograv.session.steered.shown import ModeName
+from exograv.dynamics.parameters import names_and_units
+from exograv.model.anthropometry import Body
+from exograv.model.description import load_rig
+from exograv.model.support import assemble
+from exograv.session.steered.course import SHOWN_UNITS
+from exograv.session.steered.shown import ModeName, SafeStateName
 
 LANGUAGES = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in (PAGES / "words").glob("*.json")}
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in PAGES.glob("*") if path.suffix in (".html", ".js"))
-FAMILIES = ("mode", "status", "phase", "role", "arrow", "participant", "therapist.side")
+FAMILIES = (
+    "mode", "status", "phase", "role", "arrow", "participant", "side", "feed", "joint", "parameter", "of", "safe",
+)  # fmt: skip
 """Whose last word is a state."""
+
+
+OF_SERVER = "said."
+"""English of them is the server's own."""
+
+
+def gaps(text: str) -> set[str]:
+    return set(GAP.findall(text))
 
 
 def used() -> set[str]:
@@ -21,10 +38,11 @@ def used() -> set[str]:
 
 
 def test_both_languages_have_the_same_words_and_the_same_gaps_in_them():
-    english, german = LANGUAGES["en"], LANGUAGES["de"]
+    english = LANGUAGES["en"] | {OF_SERVER + code: text for code, text in SENTENCES.items()}
+    german = LANGUAGES["de"]
     assert english.keys() == german.keys()
     for name, text in english.items():
-        assert set(re.findall(r"\{\w+\}", text)) == set(re.findall(r"\{\w+\}", german[name])), name
+        assert gaps(text) == gaps(german[name]), name
 
 
 def test_what_pages_use_is_there_and_what_is_there_is_used():
@@ -35,6 +53,20 @@ def test_what_pages_use_is_there_and_what_is_there_is_used():
 
 def test_every_mode_has_its_words():
     assert {f"mode.{mode}" for mode in get_args(ModeName)} <= set(LANGUAGES["en"])
+    assert {f"safe.{state}" for state in get_args(SafeStateName)} <= set(LANGUAGES["en"])
+
+
+def own(name: str) -> str:
+    return re.sub(r"^(right|left)_", "", name)
+
+
+@pytest.mark.parametrize("rig", sorted(path.name for path in Path("robots").iterdir() if path.is_dir()))
+def test_every_joint_and_every_shown_parameter_of_every_machine_has_its_words(rig: str):
+    description = load_rig(rig)
+    names = {f"joint.{own(joint)}" for joint in description.joints}
+    for name, unit in names_and_units(assemble(description, Body(1.75, 75.0, "male", {}))):
+        names |= {f"parameter.{own(name)}"} if unit in SHOWN_UNITS else set()
+    assert names <= set(LANGUAGES["en"])
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -10,11 +10,12 @@ from exograv.runtime.exchange import answer_dtype, finding_dtype, state_dtype
 from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
 from exograv.safety.modes import Mode
 from exograv.safety.person import Person
+from exograv.session.arm_worker import ArmWorker, Learned, Passed
 from exograv.session.examine import Examination
 from exograv.session.ideal_from_truth import prepared_by_truth
 from exograv.session.identify import identification_motion
 from exograv.session.learner import table_guess
-from exograv.session.lesson import ArmWorker, Learned, Lesson, Passed, lesson_passes, unknown_person
+from exograv.session.lesson import Lesson, lesson_passes, unknown_person
 from exograv.session.live_control import LiveControl, Plan, guarded_rig
 from exograv.session.prepare import Prepared
 from exograv.session.verify.postures import Verification, unseen_postures

@@ -4,17 +4,16 @@ import numpy as np
 import pytest
 
 from exograv.model.assembly import Assembly
-from exograv.runtime.exchange import finding_dtype, sample_dtype
+from exograv.runtime.exchange import finding_dtype
 from exograv.session.ideal_from_truth import prepared_by_truth
 from exograv.session.identify import TRAVEL, V_MOTION, identification_motion
-from exograv.session.lesson import BRIDGED_TICKS, ArmWorker, Learned, Lesson
+from exograv.session.lesson import Lesson
 from exograv.session.prepare import Prepared
 from exograv.session.verify.postures import NONE, all_passes
 from exograv.session.virtual import draw_laboratory
 
 PERIOD_S, SECONDS, NOW = 0.001, 12.0, 100.0
 SEED = 1002
-TRANSIENT_S = 0.24  # six times the delay of the filter
 
 
 @pytest.fixture(scope="module")
@@ -89,34 +88,6 @@ def test_a_finding_is_taken_once_and_one_of_an_earlier_time_never(prepared: Prep
     third = told.lesson.found()
     assert third is not None
     assert third[0] == 3.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("gap", [0, BRIDGED_TICKS - 1, 10 * BRIDGED_TICKS])
-def test_a_worker_learns_on_over_samples_that_are_missing(prepared: Prepared, gap: int):
-    """The arm that is moved is the controller's own model: what is learned must not turn away from it."""
-    from exograv.identification.arm_model import ArmModel
-    from exograv.identification.interface import Sample
-
-    assembly, machine = prepared.assembly, prepared.machine
-    worker, model = ArmWorker(assembly, machine, PERIOD_S), ArmModel(assembly, machine)
-    path, row = identification_motion(assembly, SECONDS, PERIOD_S), np.zeros(1, sample_dtype(assembly.n))[0]
-    missing = range(6000, 6000 + gap)
-    for k in range(len(path)):
-        if k in missing:
-            continue
-        sample = Sample(0.0, path.q[k], path.v[k], path.a[k], np.zeros(assembly.n))
-        row["now"], row["q"], row["q_asked"] = NOW + k * PERIOD_S, path.q[k], path.q[k]
-        row["tau"] = model.linearise(sample, prepared.x)[0]
-        worker.take(row)
-    x, learned = worker.finish()
-    assert isinstance(learned, Learned)
-    at_rest = [np.abs(model.at_rest(q, x)[0] - model.at_rest(q, prepared.x)[0]).max() for q in path.q[::500]]
-    assert max(at_rest) < 0.05
-    # Where the gap is not bridged, it and the filter's transient after it are no motion.
-    breaks = gap > BRIDGED_TICKS
-    left_out = TRANSIENT_S * (1 + breaks) + breaks * gap * PERIOD_S
-    assert learned.estimate.t == pytest.approx(SECONDS - left_out, abs=0.01)
 
 
 def test_who_is_known_is_led_past_every_posture_and_the_end_is_told_once_more(prepared: Prepared):

@@ -11,7 +11,7 @@ from exograv.identification.interface import Estimate, Outcome
 from exograv.runtime.worker import WorkerJob, WorkerMemory
 from exograv.safety.person import PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
-from exograv.session.lesson import Learned, Passed
+from exograv.session.arm_worker import Learned, Passed
 from exograv.session.worker_keeper import WorkerKeeper
 
 NOTHING, WIDE, FREE = np.zeros((1, 3)), np.full(1, 30.0), np.full(1, 3.0)

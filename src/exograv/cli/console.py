@@ -1,6 +1,6 @@
 """`exograv console`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -29,10 +29,10 @@ class Console(Common):
     """calibration.toml of this machine; it is calibrated at the beginning where none is named, which takes a minute."""
 
     participants: Path | None = None
-    """Folder of files that `exograv identify --keep` has written; who is in it need not be identified again."""
+    """Folder of people's files: who is in it is only checked, 20 s instead of 60; who is learned is written there."""
 
     participant: str | None = None
-    """Code of whoever is in the machine at the beginning."""
+    """Code of whoever is in the machine at the beginning, such as P-07, never a name."""
 
     identify: Annotated[float, tyro.conf.arg(metavar="S")] = 60.0
     """Of motion, for somebody who is not known."""
@@ -46,6 +46,18 @@ class Console(Common):
     protocol: str | None = None
     """What the participant does: training, familiarisation, flight, or the path of a file. Without one the machine is
     only steered."""
+
+    aircraft: Annotated[tuple[int, ...] | None, tyro.conf.arg(metavar="[PORT]")] = None
+    """Hear the aircraft on this UDP port (3131 if none is given): its g opens and closes windows."""
+
+    aircraft_sender: str | None = None
+    """Only address that is believed."""
+
+    session: int = 1
+    """Which one of this protocol it is for this person; it names the file in which the run is kept."""
+
+    resume: bool = False
+    """Go on with a run that was broken off, at the next window."""
 
     port: int = 8088
     """TCP port on this computer; 0 takes a free one."""
@@ -72,7 +84,7 @@ def _flight(command: Console) -> "Flight":
     from exograv.session.steered.rehearsed import RehearsedFlight
 
     if command.rehearse:
-        return RehearsedFlight()
+        return RehearsedFlight(side=command.side or "right")
     options = SteeredOptions(
         rig=command.rig,
         side=command.side,
@@ -88,8 +100,19 @@ def _flight(command: Console) -> "Flight":
     return LiveFlight(options, command.out)
 
 
+def _port(given: tuple[int, ...]) -> int:
+    from exograv.errors import ConfigError
+    from exograv.task.aircraft_line import PORT
+
+    if len(given) > 1:
+        raise ConfigError(f"--aircraft is {' '.join(map(str, given))}; give one port, or none for {PORT}.")
+    return given[0] if given else PORT
+
+
 def run_console_command(command: Console) -> dict[str, Any]:
     """Serve until Ctrl-C."""
+    from exograv.console.feed import receiver_of
+    from exograv.console.kept_run import kept_run
     from exograv.console.run import ConsoleOptions, plan_of, run_console
     from exograv.console.serve import Address
     from exograv.session.steered.desk import SteeredDesk
@@ -100,8 +123,13 @@ def run_console_command(command: Console) -> dict[str, Any]:
     address = Address(command.port, command.lan, command.certificate, command.key)
     address.check()
     plan = plan_of(command.protocol)
+    receiver = None if command.aircraft is None else receiver_of(plan, _port(command.aircraft), command.aircraft_sender)
+    rig = "rehearsal" if command.rehearse else command.rig
+    kept = kept_run(command.out, command.protocol, command.participant, command.session, rig, command.resume)
+    if kept is not None and command.side is None:
+        command = replace(command, side=kept.circumstances.side)
     desk = SteeredDesk(_flight(command))
     options = ConsoleOptions(address, command.out, command.browser)
-    result = run_console(options, desk, plan, say)
+    result = run_console(options, desk, plan, say, kept, receiver)
     say(f"Ended. What the pages did: {result['diary']}")
     return result

@@ -8,6 +8,8 @@ from typing import Any
 
 from exograv.errors import RecordingError
 
+from .sentences import say
+
 Write = Callable[[str, float, Mapping[str, Any]], None]
 
 
@@ -42,7 +44,7 @@ class Diary:
         try:
             self._file.write(line.encode() + b"\n")
         except OSError as error:
-            self.why = f"{self.path} cannot be written: {error.strerror}. Make room on the disk."
+            self.why = say("alarm.diary", path=self.path, why=error.strerror)
         else:
             self.why = ""
 
@@ -51,6 +53,6 @@ class Diary:
         try:
             os.fsync(self._file.fileno())
         except OSError as error:
-            self.why = f"{self.path} cannot be written to its end: {error.strerror}."
+            self.why = say("alarm.diary", path=self.path, why=error.strerror)
         finally:
             self._file.close()

@@ -28,8 +28,11 @@ from .messages import (
     Trail,
     read_message,
 )
+from .sentences import say, spoken
 
-CLOCK_UNKNOWN = "The page's clock is not known yet. Press again."
+CLOCK_UNKNOWN = say("console.clock_unknown")
+MOTORS = ("make_ready", "take_arm", "identify")
+"""Acts that switch motors on. In flight none is: a motor that carries what weighs nothing would throw it."""
 
 
 async def hear(hub: Hub, line: Line, text: str | bytes) -> None:
@@ -42,9 +45,9 @@ async def hear(hub: Hub, line: Line, text: str | bytes) -> None:
     if isinstance(message, Close):
         line.end = message
     elif not may_say(line.role, message):
-        hub.alarms.sound(f"A {line.role.value} page asked for '{word(message)}', and was refused.", t, "medium")
+        hub.alarms.sound(say("alarm.role", role=line.role.value, word=word(message)), t, "medium")
         hub.note("role refused", line, word=word(message))
-        _answer(line, message, "This page may not do that.")
+        _answer(line, message, say("console.not_allowed"))
     elif word(message) not in WITHOUT_LEASE and not hub.steers(line):
         _answer(line, message, NOT_STEERING)
     else:
@@ -55,7 +58,12 @@ async def hear(hub: Hub, line: Line, text: str | bytes) -> None:
 def _answer(line: Line, message: Message, why: str, taken: bool = False, **fields: Any) -> None:
     name = getattr(message, "id", None)
     if name is not None:
-        line.say("answer", answer=Answer(id=name, taken=taken, why=why).model_dump(mode="json"), **fields)
+        line.say("answer", answer=said(Answer(id=name, taken=taken, why=why)), **fields)
+
+
+def said(answer: Answer) -> dict[str, Any]:
+    """As it goes over a line."""
+    return {"id": answer.id, "taken": answer.taken, "why": spoken(answer.why) if answer.why else None}
 
 
 async def _ping(hub: Hub, line: Line, ping: Ping, t: float) -> None:
@@ -73,12 +81,18 @@ async def _beat(hub: Hub, line: Line, beat: Beat, t: float) -> None:
 async def _steer(hub: Hub, line: Line, steer: Steer, t: float) -> None:
     taken = hub.lease.ask(line.number, t)
     hub.note("asked to steer", line, taken=taken)
-    _answer(line, steer, "" if taken else "Another page steers. It has to be closed first.", taken)
+    _answer(line, steer, "" if taken else say("console.other_steers"), taken)
 
 
 async def _do(hub: Hub, line: Line, do: Do, t: float) -> None:
     if do.act["kind"] == "set_level" and hub.trial is not None and hub.trial.level(t) is not None:
-        _answer(line, do, "The protocol sets the gravity level now. Pause or end it first.")
+        _answer(line, do, say("console.level_is_set"))
+        return
+    if do.act["kind"] in MOTORS and hub.trial is not None and hub.trial.plan.protocol.opening == "aircraft":
+        _answer(line, do, say("console.in_flight"))
+        return
+    if do.act["kind"] == "don" and hub.trial is not None and hub.trial.is_running:
+        _answer(line, do, say("console.runs"))
         return
     placed = hub.clocks.place(line.page, do.made)
     if placed is None and do.act["kind"] != "stop":
@@ -95,16 +109,16 @@ async def _do(hub: Hub, line: Line, do: Do, t: float) -> None:
     if act.kind == "stop" and hub.trial is not None:
         hub.trial.interrupt(t, f"Stop was pressed: {line.role.value}")
     answer = await hub.act(act, line)
-    line.say("answer", answer=answer.model_dump(mode="json"))
+    line.say("answer", answer=said(answer))
 
 
 async def _run(hub: Hub, line: Line, asked: RunWord, t: float) -> None:
     if hub.trial is None:
-        _answer(line, asked, "No protocol was given. Start the console with --protocol.")
+        _answer(line, asked, say("console.no_protocol"))
         return
     placed = hub.clocks.place(line.page, asked.made)
     if placed is None or t - placed.t > LATE_S:
-        _answer(line, asked, CLOCK_UNKNOWN if placed is None else "This came too late, and was not done.")
+        _answer(line, asked, CLOCK_UNKNOWN if placed is None else say("console.late"))
         return
     why = hub.trial.word(asked, t, hub.shown)
     _answer(line, asked, why, taken=not why)
@@ -112,9 +126,9 @@ async def _run(hub: Hub, line: Line, asked: RunWord, t: float) -> None:
 
 async def _seen(hub: Hub, line: Line, seen: Seen, t: float) -> None:
     if seen.of == "console":
-        why = "" if hub.alarms.acknowledge(seen.alarm) else "There is no such alarm any more."
+        why = "" if hub.alarms.acknowledge(seen.alarm) else say("console.no_alarm")
     else:
-        why = "No protocol was given." if hub.trial is None else hub.trial.acknowledge(seen.alarm, t)
+        why = say("console.no_protocol") if hub.trial is None else hub.trial.acknowledge(seen.alarm, t)
     hub.note("alarm acknowledged", line, of=seen.of, alarm=seen.alarm, taken=not why)
     _answer(line, seen, why, taken=not why)
 
@@ -138,7 +152,7 @@ async def _trail(hub: Hub, line: Line, trail: Trail, t: float) -> None:
 
 async def _calibrate(hub: Hub, line: Line, measured: Calibrate, t: float) -> None:
     if hub.trial is None:
-        _answer(line, measured, "No protocol was given.")
+        _answer(line, measured, say("console.no_protocol"))
         return
     try:
         hub.trial.calibrate(measured, t)

@@ -11,11 +11,13 @@ from exograv.session.steered.contract import Act, Answer, Desk
 
 from .alarms import Alarms
 from .diary import Diary
+from .feed import Feed
 from .keys import Keys, Role, Session
 from .lease import Lease
 from .limits import Close, Rate
 from .outbox import Outbox
 from .page_clocks import PageClocks
+from .sentences import say
 from .trial import Trial
 
 Result = TypeVar("Result")
@@ -63,6 +65,9 @@ class Hub:
             diary: Where all that happens is kept.
             origin: Where pages are served, for links: `http://127.0.0.1:8088`.
         """
+        self.feed: Feed | None = None
+        """Of the aircraft, if one opens the trial's windows."""
+
         self.desk, self.trial, self.clocks, self.diary, self.origin = desk, trial, clocks, diary, origin
         self.shown = desk.shown()
         """The latest; asking the desk may wait for an act that it is deciding about."""
@@ -105,7 +110,7 @@ class Hub:
         if line.end is not None:
             self.count(line.end)
         if self.lease.holder == line.number and self.shown.mode not in UNMANNED:
-            self.alarms.sound("The page that steers is closed.", self.desk.now(), "high")
+            self.alarms.sound(say("alarm.closed"), self.desk.now(), "high")
         self.lease.give_up(line.number)
         self.note("line closed", line)
 
@@ -128,7 +133,7 @@ class Hub:
         if act.kind == "stop":
             return await loop.run_in_executor(self._stops, self.desk.act, act, line.role.value)
         if self._waiting >= ACTS_WAITING_MAX:
-            return Answer(id=act.id, taken=False, why="Too many words at once. Wait for their answers.")
+            return Answer(id=act.id, taken=False, why=say("console.too_many"))
         self._waiting += 1
         try:
             async with self._turn:
@@ -165,7 +170,7 @@ class Hub:
             threads.shutdown(wait=False, cancel_futures=True)
 
 
-NOT_STEERING = "Another page steers, or this one was silent for too long. Press Steer."
+NOT_STEERING = say("console.not_steering")
 
 
 def as_text(kind: str, **fields: Any) -> str:

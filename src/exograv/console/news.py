@@ -6,10 +6,15 @@ from collections.abc import Coroutine
 from typing import Any
 
 from exograv.session.steered.contract import SetLevel
+from exograv.session.steered.shown import Alarm as MachineAlarm
+from exograv.task.state import Alarm as RunAlarm
 
+from .alarms import ConsoleAlarm
 from .hub import UNMANNED, Hub
 from .keys import Role
 from .lease import ALARM_AFTER_S
+from .sentences import say, spoken
+from .trial import Trial
 
 TICK_S = 0.015
 PLOTS_EVERY = 2
@@ -86,13 +91,15 @@ class News:
         holder, silent_s = hub.lease.holder, hub.lease.silent_s(t)
         was_silent, self._is_silent = self._is_silent, silent_s > ALARM_AFTER_S
         if self._is_silent and not was_silent and hub.shown.mode not in UNMANNED:
-            hub.alarms.sound(f"The page that steers (line {holder}) is silent.", t, "high")
+            hub.alarms.sound(say("alarm.silent", line=holder), t, "high")
         hub.lease.held_by(t)
 
     def _show_trial(self, t: float) -> None:
         hub, trial = self._hub, self._hub.trial
         if trial is None:
             return
+        if hub.feed is not None and (why := hub.feed.step(t)):
+            hub.alarms.sound(why, t, "high")
         if why := trial.tick(t, hub.shown):
             hub.alarms.sound(why, t, "high")
         picture = trial.participant(t).model_dump(mode="json")
@@ -109,7 +116,7 @@ class News:
 
     def _ask_level(self, level: float | None) -> None:
         """The guard follows by its own ramp; one question at a time."""
-        if level is None or not self._asking.is_over():
+        if level is None or not self._asking.is_over() or "set_level" not in self._hub.shown.possible:
             return
         # An end of a ramp is reached exactly.
         least = 0.0 if level in (0.0, 1.0) else LEVEL_STEP
@@ -139,22 +146,48 @@ class News:
         if not any(line.role in STEERED for line in hub.lines.values()):
             return
         fields: dict[str, Any] = {
-            "shown": hub.shown.model_dump(mode="json"),
+            "shown": _shown(hub),
             "steers": hub.lease.held_by(t),
             "lines": [{"line": line.number, "role": line.role.value} for line in hub.lines.values()],
-            "alarms": [alarm.model_dump(mode="json") for alarm in hub.alarms.open],
+            "alarms": [_alarm(alarm) for alarm in hub.alarms.open],
             "run": None,
+            "aircraft": None if hub.feed is None else hub.feed.shown(t),
             "run_sets_level": False,
         }
         if hub.diary.why:
             hub.alarms.sound(hub.diary.why, t, "high")
+        if hub.trial is not None and hub.trial.why_not_kept:
+            hub.alarms.sound(hub.trial.why_not_kept, t, "high")
         if hub.trial is not None:
             fields |= {
-                "run": hub.trial.operator(t).model_dump(mode="json"),
+                "run": _run(hub.trial, t),
                 "run_sets_level": hub.trial.level(t) is not None,
                 "protocol": _protocol(hub),
             }
         hub.show(STEERED, "state", fields)
+
+
+def _shown(hub: Hub) -> dict[str, Any]:
+    """What the desk shows, with its sentences for any language."""
+    shown = hub.shown
+    learning = None
+    if shown.learning is not None:
+        learning = shown.learning.model_dump(mode="json") | {"outcome": spoken(shown.learning.outcome)}
+    return shown.model_dump(mode="json") | {
+        "mode_text": spoken(shown.mode_text),
+        "latch": None if shown.latch is None else spoken(shown.latch),
+        "learning": learning,
+        "alarms": [_alarm(alarm) for alarm in shown.alarms],
+    }
+
+
+def _run(trial: Trial, t: float) -> dict[str, Any]:
+    picture = trial.operator(t)
+    return picture.model_dump(mode="json") | {"alarms": [_alarm(alarm) for alarm in picture.alarms]}
+
+
+def _alarm(alarm: ConsoleAlarm | MachineAlarm | RunAlarm) -> dict[str, Any]:
+    return alarm.model_dump(mode="json") | {"text": spoken(alarm.text)}
 
 
 def _screen(hub: Hub) -> dict[str, Any] | None:

@@ -1,17 +1,22 @@
 """The console from its command to its end: desk, protocol, diary, server."""
 
+import contextlib
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from exograv.session.aircraft import AircraftReceiver
 from exograv.session.steered.contract import Desk
+from exograv.task.events import Interrupted
 from exograv.task.levels import EARTH
 from exograv.task.plan import Plan
 from exograv.task.protocol import load_protocol, refuse_levels
 
 from .diary import Diary
+from .feed import Feed
 from .hub import Hub
+from .kept_run import KeptRun
 from .page_clocks import PageClocks
 from .serve import Address, Say, bound, serve
 from .trial import Trial
@@ -41,24 +46,40 @@ def plan_of(protocol: str | None) -> Plan | None:
     return Plan(loaded, loaded.settings.exo)
 
 
-def run_console(options: ConsoleOptions, desk: Desk, plan: Plan | None, say: Say) -> dict[str, Any]:
+def run_console(
+    options: ConsoleOptions,
+    desk: Desk,
+    plan: Plan | None,
+    say: Say,
+    kept: KeptRun | None = None,
+    receiver: AircraftReceiver | None = None,
+) -> dict[str, Any]:
     """Serve the pages until Ctrl-C, and say what was done.
 
     Raises:
-        ConfigError: It cannot be served there.
+        ConfigError: It cannot be served there, or what was kept is of another protocol.
     """
     path = options.out / f"console-{time.strftime('%Y%m%d-%H%M%S')}.jsonl"
     clocks = PageClocks()
-    with bound(options.address) as (listening, host):
+    with bound(options.address) as (listening, host), contextlib.ExitStack() as stack:
+        stack.callback(desk.close)
         diary = Diary(path, desk.write)
-        trial = None if plan is None else Trial(plan, clocks, diary)
+        stack.callback(diary.close)
+        if kept is not None:
+            stack.callback(kept.close)
+        trial = None if plan is None else Trial(plan, clocks, diary, kept)
         hub = Hub(desk, trial, clocks, diary, f"{options.address.scheme}://{host}")
+        if receiver is not None and trial is not None:
+            hub.feed = Feed(stack.enter_context(receiver), trial, diary)
+            say(f"The aircraft is listened to on UDP port {receiver.port}.")
         if plan is not None:
             diary.write("/console/protocol", desk.now(), plan.loaded.recorded)
+        if trial is not None and kept is not None and kept.before is not None:
+            # The machine carries nothing of a run that was broken off: somebody has to begin anew, and say so.
+            trial.feed(Interrupted(t=desk.now()))
         try:
             serve(hub, options.address, listening, host, options.opens_browser, say)
         finally:
-            desk.close()
-            diary.close()
+            desk.close()  # before all else that has to be ended
     figures = {} if trial is None else trial.run.totals().figures()
     return {"diary": str(path), "refused_lines": hub.counts, **figures}

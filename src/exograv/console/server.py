@@ -21,6 +21,7 @@ from .keys import SESSION_S, Entry, Role, Session
 from .limits import BODY_MAX_BYTES
 from .line import serve_line
 from .news import News
+from .sentences import say
 
 PAGES = Path(__file__).parent / "pages"
 TYPES = {
@@ -120,7 +121,7 @@ class _House:
             token = ""
         entered = self._hub.keys.enter(token, address)
         if isinstance(entered, Entry):
-            self._hub.alarms.sound("Somebody tried to come in with a wrong link.", self._hub.desk.now(), "low")
+            self._hub.alarms.sound(say("alarm.wrong_link"), self._hub.desk.now(), "low")
             return JSONResponse({"why": entered.value}, 429 if entered is Entry.LOCKED else 403)
         role, cookie = entered
         response = JSONResponse({"role": role.value})

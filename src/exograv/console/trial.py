@@ -3,7 +3,9 @@
 from dataclasses import replace
 
 from exograv.errors import ConfigError
+from exograv.model.rig_settings import Side
 from exograv.session.steered.shown import Shown
+from exograv.session.train.kept import AFRESH
 from exograv.task.events import Acknowledge as AcknowledgeAlarm
 from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
@@ -13,8 +15,10 @@ from exograv.task.run import Run
 from exograv.task.screen import Span, calibrate_with_card, calibrate_with_ruler
 
 from .diary import Diary
+from .kept_run import KEPT_EVERY_S, Circumstances, KeptRun
 from .messages import Calibrate, PageTouch, RunWord
 from .page_clocks import PageClocks
+from .sentences import say
 
 CARRIED = frozenset({"floating", "weighing"})
 """Modes in which an active protocol goes on."""
@@ -26,9 +30,21 @@ RAW = "/console/touch"
 class Trial:
     """One run. It never moves anything: what it wants the machine to do is asked of it."""
 
-    def __init__(self, plan: Plan, clocks: PageClocks, diary: Diary):
-        """Ready to start."""
-        self.run, self.clocks, self._diary = Run(plan), clocks, diary
+    def __init__(self, plan: Plan, clocks: PageClocks, diary: Diary, kept: KeptRun | None = None):
+        """Ready to start, or to go on where another console was ended.
+
+        Raises:
+            ConfigError: What was kept is of another protocol, or over.
+        """
+        self.clocks, self._diary, self._kept, self._kept_at = clocks, diary, kept, -1e12
+        self.run = Run(plan)
+        if kept is not None and kept.before is not None:
+            self.run = Run.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
+            if self.run.state.status in ("stopped", "finished"):
+                raise ConfigError(f"The run in {kept.path} is over; there is nothing to go on with. {AFRESH}")
+        self.side: Side | None = None if kept is None else kept.circumstances.side
+        """Whose arm it was begun with: protocols have none, and a session has one."""
+
         self.news = list[Record]()
         """Records that pages have not been shown; whoever shows them empties it."""
 
@@ -42,12 +58,26 @@ class Trial:
         """Whether the machine takes part."""
         return self.plan.exo == "active"
 
+    @property
+    def why_not_kept(self) -> str:
+        """What was wrong when it was kept last; empty where nothing was."""
+        return say("trial.not_kept", why=self._kept.why) if self._kept is not None and self._kept.why else ""
+
+    @property
+    def is_running(self) -> bool:
+        """Whether its clock goes."""
+        return self.run.state.status == "running"
+
     def feed(self, event: Event) -> tuple[Record, ...]:
         """Tell it something; every record is kept."""
         records = self.run.feed(event)
         for record in records:
             self._diary.write(TOPIC, record.t, record.model_dump(mode="json"))
         self.news += records
+        is_begun = self.run.state.status != "ready"
+        if self._kept is not None and is_begun and (records or event.t - self._kept_at > KEPT_EVERY_S):
+            self._kept_at = event.t
+            self._kept.keep(self.run.kept(), event.t, Circumstances(side=self.side, screen=self.plan.screen))
         return records
 
     def tick(self, t: float, shown: Shown) -> str:
@@ -56,7 +86,7 @@ class Trial:
         if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
             return ""
         self.feed(Pause(t=t, why=f"The machine: {shown.mode_text}"[:500]))
-        return "The run is paused: the machine does not carry the arm any more."
+        return say("trial.paused")
 
     def level(self, t: float) -> float | None:
         """What the machine is to be asked for [-]; None where the run has no say."""
@@ -67,7 +97,9 @@ class Trial:
         """Do what the operator asks; a sentence where it is refused."""
         needs_arm = word.word in ("start", "resume") and self.is_active
         if needs_arm and shown.mode not in CARRIED:
-            return "This protocol needs a machine that carries the arm. Make it ready and take the arm first."
+            return say("trial.needs_arm")
+        if word.word == "resume" and self.side not in (None, shown.side):
+            return say("trial.other_side", begun=self.side, side=shown.side)
         events: dict[str, Event] = {
             "start": Start(t=t),
             "pause": Pause(t=t, why="operator"),
@@ -76,6 +108,10 @@ class Trial:
             "close": CloseWindow(t=t, by="hand"),
             "end": Stop(t=t, why="operator"),
         }
+        if word.word == "start" and self.run.state.status == "ready":
+            self.side = shown.side
+            told = {"rig": shown.rig, "side": self.side, "participant": shown.participant}
+            self._diary.write("/console/run", t, told)
         return _why_refused(self.feed(events[word.word]))
 
     def acknowledge(self, alarm: int, t: float) -> str:
@@ -84,7 +120,7 @@ class Trial:
 
     def interrupt(self, t: float, why: str) -> None:
         """Pause it if it runs."""
-        if self.run.state.status == "running":
+        if self.is_running:
             self.feed(Pause(t=t, why=why))
 
     def touch(self, raw: PageTouch, received: float) -> TouchJudged | None:
@@ -137,4 +173,4 @@ class Trial:
 
 def _why_refused(records: tuple[Record, ...]) -> str:
     refused = [record.why for record in records if isinstance(record, Refused)]
-    return "" if not refused else f"Not now: {refused[-1]}."
+    return "" if not refused else say("trial.refused", why=refused[-1])

@@ -22,6 +22,7 @@ BELL = np.dtype("<u8")
 """How many words have been sent."""
 
 ENDS = "stop"
+STILL_DOWN = "The arm is still coming down, or the machine does not answer. Wait, then reset again."
 """The word after which the arm comes down and the run is over."""
 
 
@@ -149,7 +150,7 @@ class Hearing:
                 return why
             # Nobody hands an arm to a control that is not there: it has to answer first.
             if not (is_answered and self._guard.reset()):
-                return "The arm is still coming down, or the machine does not answer. Wait, then reset again."
+                return STILL_DOWN
             self.acts |= RESET
             is_latched = False
             if mode is not Mode.SAFE:

@@ -78,6 +78,13 @@ def _utf8(text: str, name: str) -> bytes:
     return text.encode(errors="replace")[: EVENT[name].itemsize].decode(errors="ignore").encode()
 
 
+QUIET_S, LOOK_S = 0.5, 0.05
+"""So long nothing comes of a guard that has ended [s]."""
+
+OUTLAST_MAX_S = 15.0
+"""A guard whose parent is gone has let the arm down long before [s]."""
+
+
 @dataclass(frozen=True)
 class Job:
     """What a recorder process is started with."""
@@ -116,7 +123,11 @@ def record(job: Job, parent: Connection) -> None:
             until = time.monotonic() + job.sync_every_s
             while True:
                 wait_s = until - time.monotonic()
-                word = _heard(parent, wait_s if job.outlets is None else min(wait_s, PUBLISH_EVERY_S))
+                try:
+                    word = _heard(parent, wait_s if job.outlets is None else min(wait_s, PUBLISH_EVERY_S))
+                except EOFError:
+                    _outlast(desk)
+                    word = {}
                 if isinstance(word, tuple):
                     desk.note(*word)
                 elif word is not None:
@@ -136,10 +147,17 @@ def record(job: Job, parent: Connection) -> None:
 
 def _heard(parent: Connection, within_s: float) -> tuple[str, float, dict[str, Any]] | Mapping[str, Any] | None:
     """A message to record, the last words of the run, or nothing."""
-    try:
-        return parent.recv() if parent.poll(max(within_s, 0.0)) else None
-    except EOFError:
-        return {}  # the parent was killed: the file is completed all the same
+    return parent.recv() if parent.poll(max(within_s, 0.0)) else None
+
+
+def _outlast(desk: "_Desk") -> None:
+    """The parent was killed: its guard lets an arm down yet, which has to be in the file; then that is completed."""
+    begun = heard = now = time.monotonic()
+    while now - begun < OUTLAST_MAX_S and now - heard < QUIET_S:
+        if desk.take():
+            heard = now
+        time.sleep(LOOK_S)
+        now = time.monotonic()
 
 
 class _Desk:
@@ -169,11 +187,11 @@ class _Desk:
             self._writer.write(topic, t, message)
             self._is_saved = False
 
-    def take(self) -> None:
-        """Take all that is new, and publish it."""
+    def take(self) -> bool:
+        """Take all that is new, and publish it; whether there was anything."""
         events, rows = self._events.take(), self._ticks.take()
         if not len(rows) and not len(events):
-            return
+            return False
         self._is_saved = False
         for row in events:
             self._write_event(row)
@@ -185,6 +203,7 @@ class _Desk:
                 self._outlets.publish(rows, events)
             except RuntimeError as error:
                 self._outlets, self._unpublished = None, f"LSL has failed, and the recording goes on: {error}"
+        return True
 
     def save(self) -> None:
         """Bring all that is new to the disk, then say so."""

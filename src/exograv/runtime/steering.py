@@ -21,6 +21,13 @@ WINDOW_MAX_NS = 22_000_000_000
 ASKABLE = (Event.TEST, Event.PASSED, Event.TAKE_ARM, Event.GIVE_BACK, Event.SWITCH_OFF, Event.RESET)
 """Events that control is told of; a recorded tick names them by their place here."""
 
+NOBODY = "Nobody steers: the operator's page was silent for too long."
+NOBODY_ANY_MORE = "Nobody steers any more: the operator's page is silent."
+NOT_ASKABLE = "Nobody may ask for this from a page."
+STOPPED = "The machine has been stopped. Reset it first."
+NOT_POSSIBLE = "Not possible now. {mode}"
+NO_STEP_ONE = "Step one was not done in the last 30 s. Make the machine ready again."
+
 Loss = Literal["finish", "stop"]
 """What becomes of a window that runs when nobody steers any more."""
 
@@ -78,7 +85,7 @@ class Steering:
 
     def why_nobody(self, now_ns: int) -> str:
         """Why nobody may ask for anything; empty while somebody steers."""
-        return "Nobody steers: the operator's page was silent for too long." if now_ns > self._lease_until_ns else ""
+        return NOBODY if now_ns > self._lease_until_ns else ""
 
     def ask(self, event: Event, mode: Mode, *, is_latched: bool, now_ns: int) -> str:
         """Why it may not happen; empty where control will be told.
@@ -92,16 +99,16 @@ class Steering:
         if why := self.why_nobody(now_ns):
             return why
         if event not in ASKABLE or event is Event.PASSED:
-            return "Nobody may ask for this from a page."
+            return NOT_ASKABLE
         if is_latched:
-            return "The machine has been stopped. Reset it first."
+            return STOPPED
         if event is Event.TEST and mode is Mode.EXO_ONLY:
             self._ready_until_ns = now_ns + READY_NS  # step one once more
             return ""
         if (mode, event) not in TRANSITIONS or self._waiting:
-            return f"Not possible now. {mode.value}"
+            return NOT_POSSIBLE.format(mode=mode.value)
         if event is Event.TAKE_ARM and now_ns > self._ready_until_ns:
-            return "Step one was not done in the last 30 s. Make the machine ready again."
+            return NO_STEP_ONE
         self._ready_until_ns = now_ns + READY_NS if event is Event.TEST else -1
         self._waiting.append(event)
         if event is Event.TEST:
@@ -133,7 +140,7 @@ class Steering:
         if not (finishes or self._gives_back or self.is_to_stop) and (mode, Event.GIVE_BACK) in TRANSITIONS:
             self._gives_back = True
             self._waiting.append(Event.GIVE_BACK)
-        return "" if was_lost else "Nobody steers any more: the operator's page is silent."
+        return "" if was_lost else NOBODY_ANY_MORE
 
     @property
     def is_to_stop(self) -> bool:

@@ -28,7 +28,7 @@ class Mode(enum.Enum):
     MOVING = "The arm is moved along a path."
     WEIGHING = "A weight is being weighed and carried."
     RAMP_OUT = "The machine gives the arm's weight back."
-    SAFE = "A fault was found; the arm was let down softly. Reset, then begin with the self-test."
+    SAFE = "The arm was let down softly. Reset, then begin with the self-test."
 
 
 class Event(enum.Enum):

@@ -50,6 +50,8 @@ class AircraftReceiver:
         self.heard = self.refused = self.foreign = 0
         self.why_refused = ""
         """The latest reason."""
+        self.told: Callable[[float, AircraftSample], None] = lambda _t, _sample: None
+        """Told every sample that arrives, and when [s]."""
 
     def __enter__(self) -> "AircraftReceiver":
         """Listen.
@@ -93,6 +95,11 @@ class AircraftReceiver:
         """Whether g is that of a window."""
         return self._watch.is_window
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether nothing has come for too long, after something had."""
+        return self._watch.is_lost
+
     def receive(self, t: float) -> tuple[AircraftEvent, ...]:
         """What has come until `t` on the caller's clock [s], and whether nothing has for too long."""
         events = list[AircraftEvent]()
@@ -105,6 +112,7 @@ class AircraftReceiver:
                 self.refused, self.why_refused = self.refused + 1, sample
                 continue
             self.heard += 1
+            self.told(t, sample)
             self._watch, more = self._watch.with_sample(sample, t)
             events += more
         self._watch, more = self._watch.at(t)

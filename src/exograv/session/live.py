@@ -21,6 +21,7 @@ from exograv.runtime.ros2.bridging import Bridging, Ros2
 from exograv.runtime.worker import WorkerJob, WorkerMemory
 
 from .account import versions, written_person, written_rig, written_told
+from .learner import Belief
 from .lesson import LessonPlan, unknown_person
 from .live_control import SKIPPED, LiveControl, Plan, guarded_rig, notes
 from .live_figures import flown_figures, learned_figures
@@ -166,14 +167,18 @@ def lesson_plan(
     stack: contextlib.ExitStack,
     verification: Verification | None = None,
     passes_s: float = 0.0,
+    belief: Belief | None = None,
 ) -> LessonPlan:
-    """How an arm is learned by so much motion, and verified by so much [s]; its memory is there as long as `stack`."""
+    """How an arm is learned by so much motion, and verified by so much [s]; its memory is there as long as `stack`.
+
+    It begins with a belief of another day, if there is one.
+    """
     moved_s = seconds + AROUND_LESSON_S + passes_s
     size = WorkerMemory(prepared.assembly.n, len(prepared.x), round(2 * moved_s / period_s))
     samples = stack.enter_context(contextlib.closing(size.sample_ring()))
     findings = stack.enter_context(contextlib.closing(size.finding_ring()))
     memory = replace(size, samples=samples.name, findings=findings.name)
-    return LessonPlan(prepared.assembly, prepared.machine, seconds, period_s, memory, verification)
+    return LessonPlan(prepared.assembly, prepared.machine, seconds, period_s, memory, verification, belief)
 
 
 def fly_plan(

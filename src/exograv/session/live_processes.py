@@ -25,9 +25,9 @@ from exograv.runtime.timing import PERIOD_NS
 from exograv.runtime.worker import WorkerJob
 
 from .account import written_person
+from .arm_worker import Learned, Passed
 from .control_keeper import ControlKeeper, await_word
 from .footprint import Footprint
-from .lesson import Learned, Passed
 from .pilot import Progress
 from .worker_keeper import WorkerKeeper
 

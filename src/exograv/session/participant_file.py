@@ -29,14 +29,16 @@ def new_code() -> str:
     return f"P-{secrets.randbelow(1_000_000):06d}"
 
 
-def refuse_name(code: str) -> str:
+def refuse_name(code: str, option: str = "--code") -> str:
     """The code itself.
 
     Raises:
         ConfigError: It cannot be a code, or looks like a name.
     """
     if not is_code(code):
-        raise ConfigError(f"--code is '{code}'; it must have {CODE}. Give one such as P-07, or none for a random one.")
+        raise ConfigError(
+            f"{option} is '{code}'; it must have {CODE}. Give one such as P-07, or none for a random one."
+        )
     return code
 
 

@@ -144,15 +144,8 @@ class ParticipantRun:
             held_out_error_Nm=rounded(self._held_out.rms),
             held_out_s=round(self._held_out.window_s, 2),
         )
-        whole = sealed(
-            StoredParticipant(
-                schema_version=SCHEMA_VERSION,
-                person=Person.of(self._code(), self.told),
-                machine=identity_of(self.assembly.description, self.serial),
-                identified=identified,
-                parameters=parameter_rows(self.assembly, found.last.x, covariance),
-            )
-        )
+        person = Person.of(self._code(), self.told)
+        whole = stored_person(person, self.assembly, self.serial, identified, (found.last.x, covariance))
         write_participant(path, whole)
         return {
             "file": str(path),
@@ -167,3 +160,18 @@ class ParticipantRun:
         if self.options.code is not None:
             return self.options.code
         return new_code() if self.before is None else self.before.person.code
+
+
+def stored_person(
+    person: Person, assembly: Assembly, serial: str, identified: Identified, found: Belief
+) -> StoredParticipant:
+    """The file of a person in the machine of this serial number, as found."""
+    return sealed(
+        StoredParticipant(
+            schema_version=SCHEMA_VERSION,
+            person=person,
+            machine=identity_of(assembly.description, serial),
+            identified=identified,
+            parameters=parameter_rows(assembly, *found),
+        )
+    )

@@ -26,6 +26,8 @@ from .participant_schema import StoredParticipant
 from .person_check import PersonCheck
 
 SECONDS_PER_DAY = 86400.0
+FROM_FILE_S = 20.0
+"""Of motion for somebody who comes back: by then all of ten were within target (docs/participants.md)."""
 
 
 def belief_today(

@@ -10,7 +10,7 @@ from exograv.runtime.shared import Ring
 from exograv.runtime.spawn import spawned
 from exograv.runtime.worker import WorkerJob, worker_process
 
-from .lesson import Judged, Learned, Passed
+from .arm_worker import Judged, Learned, Passed
 
 RESTARTS_MAX = 3
 """Workers that are replaced; what ends so many would end the next one too."""

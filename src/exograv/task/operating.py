@@ -23,6 +23,11 @@ from .state import Alarm, State
 RESUME_NOTICE_S = 3.0
 """From the operator's word to what belongs to the window: nobody is surprised by a ramp [s]."""
 
+CONTRADICTED = "g has opened a window, and the aircraft announces something else."
+FEED_LOST = "The aircraft's data have stopped: open and close windows by hand."
+FEED_LOST_IN_WINDOW = "The aircraft's data have stopped: window {window} ends by the clock, the next open by hand."
+"""Alarms."""
+
 Outcome = Step | str
 """What has become of it, or why it cannot be."""
 
@@ -62,7 +67,7 @@ def open_next(plan: Plan, state: State, event: OpenWindow) -> Outcome:
     )
     state, records = open_window(plan, state, opened)
     if event.confirmed is False:
-        state, more = raise_alarm(state, "g has opened a window, and the aircraft announces something else.")
+        state, more = raise_alarm(state, CONTRADICTED)
         records = (*records, *more)
     return state, records
 
@@ -82,10 +87,10 @@ def lose_feed(plan: Plan, state: State, event: FeedLost) -> Outcome:
         return state, ()
     state = state.model_copy(update={"is_feed_lost": True})
     window = state.window
-    text = "The aircraft's data have stopped: open and close windows by hand."
+    text = FEED_LOST
     if window is not None and window.by == "aircraft":
         state = state.with_window(len(state.windows) - 1, marks=(*window.marks, "feed lost"))
-        text = f"The aircraft's data have stopped: window {window.number} ends by the clock, the next open by hand."
+        text = FEED_LOST_IN_WINDOW.format(window=window.number)
     return raise_alarm(state, text)
 
 

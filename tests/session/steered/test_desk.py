@@ -10,7 +10,7 @@ from exograv.runtime.steering import LEASE_MAX_NS
 from exograv.safety.modes import RAMP_IN_S, RAMP_OUT_S, WORN, Mode
 from exograv.session.steered.contract import ACT, LATE_S, LEASE_S, READY_S, Act, Answer, Desk
 from exograv.session.steered.desk import SteeredDesk
-from exograv.session.steered.rehearsed import DESCENT_S, RehearsedFlight
+from exograv.session.steered.rehearsed import DESCENT_S, WRITTEN_MAX, RehearsedFlight
 
 KNOWN = "P-07"
 SEEN = ("don", "make_ready", "take_arm", "identify", "reset")
@@ -106,6 +106,14 @@ def test_a_stop_that_comes_late_again_or_from_anybody_lets_the_arm_down_each_tim
     assert hand.mode is Mode.SAFE
 
 
+def test_after_stop_it_is_said_what_it_was_and_not_that_a_fault_was_found(hand: Hand):
+    hand.float()
+    hand.act("stop")
+    said = hand.desk.shown().mode_text
+    assert said.startswith("Stop was pressed. The arm was let down softly.")
+    assert "fault" not in said
+
+
 def test_a_reset_starts_nothing(hand: Hand):
     hand.float()
     hand.act("stop")
@@ -145,6 +153,30 @@ def test_pages_are_told_what_is_possible_and_it_is_what_is_not_refused(hand: Han
         assert kind in hand.desk.shown().possible
         assert hand.act(kind, **({"gravity_level": 0.5} if kind == "set_level" else {})).taken
         hand.wait(0.4)
+
+
+def test_the_side_is_chosen_while_the_machine_is_off_and_never_while_it_holds_an_arm(hand: Hand):
+    assert hand.desk.shown().sides == ("right", "left")
+    seen = hand.desk.shown().version
+    assert hand.act("don", side="left").taken
+    assert (hand.desk.shown().side, hand.desk.shown().version > seen) == ("left", True)
+    refused = hand.act("don", side="both")
+    assert "right, left" in refused.why
+    hand.float()
+    assert hand.desk.shown().side == "left"
+    for mode in ("floating", "ramp_out"):
+        assert hand.desk.shown().mode == mode
+        assert not hand.act("don", side="right").taken
+        hand.act("give_back")
+        hand.wait(0.4)
+    assert hand.desk.shown().side == "left"
+
+
+def test_a_rehearsal_keeps_the_newest_of_what_it_would_have_recorded(hand: Hand):
+    for number in range(WRITTEN_MAX + 5):
+        hand.desk.write("/task", hand.t, {"number": number})
+    assert len(hand.flight.written) == WRITTEN_MAX
+    assert hand.flight.written[-1][2]["number"] == WRITTEN_MAX + 4
 
 
 class History:

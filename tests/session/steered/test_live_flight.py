@@ -10,9 +10,11 @@ import pytest
 from exograv.recording import read_recording
 from exograv.runtime.exchange import STOP_PRESSED
 from exograv.session.nominal import nominal_machine
+from exograv.session.participant_file import read_participant
 from exograv.session.replay.instead import Instead
 from exograv.session.replay.run import ReplayOptions, run_replay
-from exograv.session.steered import live_flight
+from exograv.session.returning import FROM_FILE_S
+from exograv.session.steered import place
 from exograv.session.steered.contract import ACT, Answer
 from exograv.session.steered.desk import SteeredDesk
 from exograv.session.steered.live_flight import LiveFlight
@@ -24,6 +26,7 @@ SOON_S = 120.0
 """For processes to start on a computer that does much else."""
 
 KEEP_S = 0.1
+KEPT_WITHIN_S = 5.0
 STOP_WITHIN_S = 0.5
 """Ten times what is promised of a computer that does nothing else (docs/steering.md): this proves that it is heard at
 once, not how soon."""
@@ -48,6 +51,18 @@ class Operator:
                 self.desk.keep()
             time.sleep(KEEP_S)
 
+    def wait(self) -> None:
+        self.desk.keep()
+        time.sleep(KEEP_S)
+
+    def kept(self) -> str:
+        """The code of whoever was learned, soon."""
+        end = time.monotonic() + KEPT_WITHIN_S
+        while (code := self.desk.shown().participant) is None:
+            assert time.monotonic() < end, self.desk.shown().learning
+            self.wait()
+        return code
+
     def reset(self) -> None:
         end = time.monotonic() + SOON_S
         while not self.act("reset").taken:
@@ -63,9 +78,9 @@ def operator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Operat
     def nominal(laboratory, *_) -> tuple:
         return nominal_machine(laboratory.description, laboratory.assembly().exo.phi), 0.0
 
-    monkeypatch.setattr(live_flight, "machine_of", nominal)
-    flight = LiveFlight(SteeredOptions(level=1, seed=1001, identify_s=10.0, session_s=600.0), tmp_path)
-    desk = SteeredDesk(flight)
+    monkeypatch.setattr(place, "machine_of", nominal)
+    options = SteeredOptions(level=1, seed=1001, identify_s=10.0, session_s=600.0, participants=tmp_path / "people")
+    desk = SteeredDesk(LiveFlight(options, tmp_path))
     yield Operator(desk)
     desk.close()
 
@@ -116,3 +131,52 @@ def test_an_arm_that_nobody_steers_any_more_is_given_back(operator: Operator):
     assert "Nobody steers" in shown.alarms[-1].text
     assert np.all(np.array(shown.tau_limit_Nm) > 0.0)
     assert shown.latch is None
+
+
+def test_who_was_learned_is_kept_and_only_checked_the_next_time(operator: Operator, tmp_path: Path):
+    operator.until("off")
+    operator.act("make_ready")
+    operator.until("exo_only")
+    assert operator.act("identify").taken
+    operator.until("moving")
+    operator.until("floating")
+    code = operator.kept()
+    path = tmp_path / "people" / f"{code}.toml"
+    first = read_participant(path)
+    assert (first.person.code, first.identified.donnings) == (code, 1)
+    operator.act("give_back")
+    operator.until("exo_only")
+    operator.act("switch_off")
+    operator.until("off")
+    assert operator.act("don", participant=code).taken
+    operator.until("starting")
+    operator.until("off")
+    shown = operator.desk.shown()
+    assert (shown.participant, shown.is_known) == (code, True)
+    operator.act("make_ready")
+    operator.until("exo_only")
+    assert operator.act("take_arm").taken
+    operator.until("moving")
+    begun = operator.desk.now()
+    operator.until("floating")
+    assert FROM_FILE_S <= operator.desk.now() - begun < 2.0 * FROM_FILE_S
+    end = time.monotonic() + KEPT_WITHIN_S
+    while (again := read_participant(path)).identified.donnings == 1:
+        assert time.monotonic() < end
+        operator.wait()
+    assert (again.identified.donnings, again.identified.motion_s) == (2, pytest.approx(FROM_FILE_S, abs=0.5))
+    learning = operator.desk.shown().learning
+    assert learning is not None
+    assert [row.prior for row in learning.parameters] != [row.mean for row in learning.parameters]
+
+
+def test_another_side_is_another_machine_with_its_own_recording(operator: Operator, tmp_path: Path):
+    operator.until("off")
+    assert operator.desk.shown().sides == ("right", "left")
+    assert operator.act("don", side="left").taken
+    operator.until("starting")
+    operator.until("off")
+    assert operator.desk.shown().side == "left"
+    operator.desk.close()
+    sides = [read_recording(tmp_path / f"steered-{number}.mcap").settings["side"] for number in (1, 2)]
+    assert sides == ["right", "left"]

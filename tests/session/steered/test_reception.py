@@ -26,9 +26,11 @@ def standing(mode: Mode | None = Mode.EXO_ONLY, **other) -> Standing:
         "version": 7,
         "latch": None,
         "is_known": True,
+        "is_learned": True,
         "is_ready": True,
         "is_leased": True,
         "participants": ("P-07",),
+        "sides": ("right", "left"),
     }
     return Standing(mode=mode, **said | other)
 
@@ -40,6 +42,12 @@ def act(kind: str, number: int = 1, made_at_s: float = NOW, **fields) -> Act:
 @pytest.mark.parametrize("mode", Mode)
 def test_what_is_possible_of_a_known_arm_is_what_the_table_says(mode: Mode):
     assert {kind for kind in KINDS if not why_not(kind, standing(mode))} - ALWAYS == POSSIBLE[mode]
+
+
+def test_the_weight_of_an_arm_is_not_set_before_its_file_was_checked():
+    unchecked = standing(Mode.EXO_ONLY, is_learned=False)
+    assert "checked" in why_not("set_level", unchecked)
+    assert why_not("take_arm", unchecked) == ""
 
 
 def test_an_arm_that_is_not_known_can_only_be_identified():

@@ -1,10 +1,10 @@
 // The page beside the arm: what the machine does and may be asked for, how the protocol goes, and who is there.
 import { drawWindows, Hits } from "./hits.js";
 import { Line, now } from "./line.js";
-import { clockText, learning, listAlarms } from "./parts.js";
+import { choose, clockText, learning, listAlarms } from "./parts.js";
 import { COLOURS, Plot } from "./plot.js";
 import { Scene } from "./scene.js";
-import { loadWords, number, say } from "./words.js";
+import { language, loadWords, nameOf, number, say, sentence } from "./words.js";
 
 const BEAT_MS = 200;
 const at = (id) => document.getElementById(id);
@@ -38,11 +38,12 @@ function takeState(message) {
   const { shown, run } = message;
   at("rig").textContent = shown.title;
   at("twin").hidden = !shown.is_twin;
+  at("arm").textContent = say(`side.${shown.side}`);
   at("person").textContent = shown.participant ?? say("console.nobody");
-  at("mode").textContent = say(`mode.${shown.mode}`, {}, shown.mode_text);
-  at("mode").title = shown.mode_text;
+  at("mode").textContent = say(`mode.${shown.mode}`);
+  at("mode").title = sentence(shown.mode_text);
   document.body.dataset.mode = shown.mode;
-  at("latch").textContent = shown.latch ?? (shown.safe_state === "none" ? "" : shown.safe_state);
+  at("latch").textContent = why(shown);
   showSteering(message);
   showButtons(shown, run);
   showLevel(shown);
@@ -54,7 +55,13 @@ function takeState(message) {
     ? `${say("console.recorded", mapped(shown.recorded, { samples: "samples", lost: "lost" }))} ${shown.recorded.why}`
     : "";
   showRun(message);
+  showAircraft(message.aircraft);
   listAlarms(message, (of, alarm) => seen(of, alarm), isSteering());
+}
+
+function why({ mode, mode_text: modeText, latch, safe_state: safeState }) {
+  if (mode === "starting") return sentence(modeText);
+  return latch ? sentence(latch) : say(`safe.${safeState}`);
 }
 
 function mapped(values, names) {
@@ -101,13 +108,10 @@ function showButtons(shown, run) {
     button.disabled = !isSteering() || !may[button.dataset.run];
     button.hidden = run === null || (clocked && ["open", "close"].includes(button.dataset.run));
   }
-  const options = ["", ...shown.participants];
-  const select = at("participants");
-  if (select.dataset.options !== options.join()) {
-    select.dataset.options = options.join();
-    select.replaceChildren(...options.map((code) => new Option(code || say("console.nobody"), code)));
-    select.value = shown.participant ?? "";
-  }
+  choose(at("side"), shown.sides, shown.side, (side) => say(`side.${side}`));
+  at("participants").disabled = at("don").disabled;
+  at("side").disabled = at("don").disabled || shown.sides.length < 2;
+  choose(at("participants"), ["", ...shown.participants], shown.participant ?? "", (code) => code || say("console.nobody"));
 }
 
 function showLevel(shown) {
@@ -128,7 +132,7 @@ function showRun({ run, protocol }) {
     return;
   }
   const parts = [say(`status.${run.status}`)];
-  if (run.status === "running" && run.phase !== "window") parts.push(say(`phase.${run.phase}`, {}, run.phase));
+  if (run.status === "running" && run.phase !== "window") parts.push(say(`phase.${run.phase}`));
   if (run.window !== null) parts.push(say("console.window_of", { window: run.window, windows: protocol.windows }));
   if (run.countdown_s !== null) parts.push(clockText(run.countdown_s));
   if (run.left_s !== null) parts.push(say("console.left", { left: clockText(run.left_s) }));
@@ -140,6 +144,16 @@ function showRun({ run, protocol }) {
   at("totals").textContent =
     `${totals.touches} ${say("console.touches")}, ${totals.accepted} ${say("console.accepted")}` +
     (median ? `, ${say("console.median")} ${number(median.median, 1)} ${unit}` : "");
+}
+
+function showAircraft(aircraft) {
+  at("aircraft").hidden = aircraft === null;
+  if (aircraft === null) return;
+  const { sample, age_s: age, is_lost: isLost, is_window: isWindow } = aircraft;
+  at("g").textContent = sample ? say("console.aircraft_says", { ...sample, g: number(sample.g, 2) }) : "";
+  const feed = sample === null ? "none" : isLost ? "lost" : isWindow ? "window" : "heard";
+  at("aircraft").dataset.feed = feed;
+  at("feed").textContent = say(`feed.${feed}`, { port: aircraft.port, age: number(age, 1) });
 }
 
 function takeTrace({ trace }) {
@@ -162,8 +176,9 @@ function takeRecord({ record }) {
 let jointsShown = "";
 function legend() {
   const joints = state?.shown.joints ?? [];
-  if (jointsShown === joints.join()) return;
-  jointsShown = joints.join();
+  const key = [language, ...joints].join();
+  if (jointsShown === key) return;
+  jointsShown = key;
   const buttons = joints.map((joint, i) => {
     const button = document.createElement("button");
     button.type = "button";
@@ -171,7 +186,7 @@ function legend() {
     button.setAttribute("aria-pressed", "true");
     button.innerHTML = '<svg width="18" height="6" aria-hidden="true"><rect width="18" height="6" rx="3"/></svg>';
     button.firstChild.firstChild.setAttribute("fill", COLOURS[i % COLOURS.length]);
-    button.append(` ${joint.replaceAll("_", " ")}`);
+    button.append(` ${nameOf("joint", joint)}`);
     button.onclick = () => {
       const isOn = button.getAttribute("aria-pressed") === "true";
       button.setAttribute("aria-pressed", String(!isOn));
@@ -208,7 +223,7 @@ async function tell(question) {
     ? ""
     : answer.lost
       ? say("console.no_answer")
-      : say("console.refused", { why: answer.why });
+      : say("console.refused", { why: sentence(answer.why) });
   return answer;
 }
 
@@ -240,8 +255,10 @@ function wire() {
   };
   at("set-level").onclick = () => setLevel(Number(at("level").value));
   at("don").onclick = () => {
-    const code = at("participants").value;
-    return tell(line.act("don", code ? { participant: code } : {}, state.shown.version));
+    const [code, side] = [at("participants").value, at("side").value];
+    // Files are of one side.
+    const known = code && side === state.shown.side ? { participant: code } : {};
+    return tell(line.act("don", { side, ...known }, state.shown.version));
   };
   at("steer").onclick = () => tell(line.ask({ kind: "steer" }));
   at("note").onsubmit = async (event) => {
@@ -286,7 +303,6 @@ async function main() {
   at("copy").onclick = () => navigator.clipboard?.writeText(at("link").querySelector("code").textContent);
   addEventListener("languagechange", () => {
     links();
-    at("participants").dataset.options = "";
     if (state) takeState(state);
   });
   changed(line.state);

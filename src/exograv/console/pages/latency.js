@@ -1,7 +1,7 @@
 // Touches beside flashes in a steady rhythm: how late this panel is, as far as a person's rhythm tells.
 import { Line } from "./line.js";
 import { lockPage } from "./lock.js";
-import { loadWords, number, say } from "./words.js";
+import { loadWords, number, say, sentence } from "./words.js";
 
 const EVERY_MS = 1000;
 const FLASHES = 12;
@@ -52,7 +52,7 @@ async function measure() {
   const answer = await line.ask({ kind: "latency", method: "flash", delays_ms });
   at("found").textContent = answer.taken
     ? say("latency.done", { mean: number(mean), spread: number(spread) })
-    : answer.why || say("console.no_answer");
+    : sentence(answer.why) || say("console.no_answer");
 }
 
 async function main() {

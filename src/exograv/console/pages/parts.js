@@ -1,11 +1,20 @@
 // Parts of the console's page: alarms, and what is known of the arm.
-import { number, say } from "./words.js";
+import { nameOf, number, say, sentence } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 
 export function clockText(seconds) {
   const whole = Math.ceil(seconds);
   return whole < 100 ? `${whole} s` : `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+}
+
+// A choice that follows what the server says, but not under somebody's hand.
+export function choose(select, values, chosen, text) {
+  const key = JSON.stringify([values, chosen, document.documentElement.lang]);
+  if (select.dataset.key === key) return;
+  select.dataset.key = key;
+  select.replaceChildren(...values.map((value) => new Option(text(value), value)));
+  select.value = chosen;
 }
 
 // Those of machine, run and console in one list; the most urgent first.
@@ -30,7 +39,7 @@ function alarmItem(alarm, t, acknowledge, mayAcknowledge) {
   const text = document.createElement("span");
   const mark = { high: "‼", medium: "!", low: "·" }[alarm.priority];
   const times = alarm.times > 1 ? ` (${say("console.times", { times: alarm.times })})` : "";
-  text.textContent = `${mark} ${alarm.text}${times}`;
+  text.textContent = `${mark} ${sentence(alarm.text)}${times}`;
   const button = document.createElement("button");
   button.type = "button";
   button.textContent = say("console.acknowledge");
@@ -44,12 +53,12 @@ function alarmItem(alarm, t, acknowledge, mayAcknowledge) {
 export function learning(shown) {
   const { learning: learned } = shown;
   at("learned").value = learned?.share_done ?? 0;
-  at("outcome").textContent = learned?.outcome ?? "";
+  at("outcome").textContent = sentence(learned?.outcome);
   at("parameters").replaceChildren(...(learned?.parameters ?? []).map(parameterRow));
   const worst = Math.max(0.3, ...(learned?.left_over_prior_Nm ?? []), ...(learned?.left_over_Nm ?? []));
   const rows = (learned?.left_over_Nm ?? []).map((value, i) => {
     const before = learned.left_over_prior_Nm[i];
-    return leftOverRow(shown.joints[i] ?? "", value, before, worst);
+    return leftOverRow(nameOf("joint", shown.joints[i] ?? ""), value, before, worst);
   });
   at("left-over").replaceChildren(...rows);
 }
@@ -63,13 +72,13 @@ function parameterRow(parameter) {
   ], x(parameter.mean));
   const digits = parameter.half_width < 0.1 ? 3 : 2;
   const value = `${number(parameter.mean, digits)} ± ${number(parameter.half_width, digits)} ${parameter.unit}`;
-  return row(parameter.name, bar, value);
+  return row(nameOf("parameter", parameter.name), bar, value);
 }
 
 function leftOverRow(joint, value, before, worst) {
   const bar = interval([["prior", 0, (100 * before) / worst], ["now", 0, (100 * value) / worst]]);
   const text = `${number(value, 2)} (${say("console.before", { value: number(before, 2) })})`;
-  return row(joint.replaceAll("_", " "), bar, text);
+  return row(joint, bar, text);
 }
 
 function row(name, bar, value) {

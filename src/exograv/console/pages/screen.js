@@ -1,6 +1,6 @@
 // How long a pixel of this panel is: by a bank card laid upon it, or by a ruler. What it reports of itself is not asked.
 import { Line } from "./line.js";
-import { loadWords, number, say } from "./words.js";
+import { loadWords, number, say, sentence } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 const CARD_RATIO = 53.98 / 85.6;
@@ -23,7 +23,7 @@ async function measure(question) {
         y: number(screen.pitch_y_mm, 4),
         error: number(100 * screen.relative_error, 1),
       })
-    : answer.why || say("console.no_answer");
+    : sentence(answer.why) || say("console.no_answer");
 }
 
 async function main() {

@@ -1,7 +1,8 @@
 // One knob: how much of the arm's weight is taken away. One button for what comes next, and Stop.
 import { Line } from "./line.js";
 import { lockPage } from "./lock.js";
-import { loadWords, number, say } from "./words.js";
+import { choose } from "./parts.js";
+import { loadWords, number, say, sentence } from "./words.js";
 
 const BEAT_MS = 200;
 // A knob that is turned asks a few times a second; the guard's ramp does the rest.
@@ -39,8 +40,7 @@ function take(message) {
   const { shown, steers } = message;
   document.body.dataset.mode = shown.mode;
   document.body.dataset.steers = String(isSteering());
-  at("mode").textContent = say(`mode.${shown.mode}`, {}, shown.mode_text);
-  at("side").textContent = say(`therapist.side.${shown.side}`);
+  at("mode").textContent = say(`mode.${shown.mode}`);
   at("steer").hidden = steers !== null;
   at("now").textContent = say("therapist.now", { now: number(100 * (1 - shown.gravity_level)) });
   if (!isTurned) at("knob").value = 100 * (1 - shown.gravity_level_asked);
@@ -51,41 +51,37 @@ function take(message) {
   at("next").textContent = say(step?.[1] ?? "therapist.wait");
   at("next").disabled = !isSteering() || step === undefined;
   if (shown.mode === "exo_only" && !shown.is_known) at("why").textContent = say("therapist.unknown");
-  else if (shown.latch) at("why").textContent = shown.latch;
+  else if (shown.latch) at("why").textContent = sentence(shown.latch);
 }
 
+// Whose arm it is. Another one is put in at once, while the machine is off.
 function persons(shown) {
-  const select = at("person");
-  const codes = shown.participant && !shown.participants.includes(shown.participant)
-    ? [shown.participant, ...shown.participants]
-    : shown.participants;
-  if (select.dataset.codes !== codes.join()) {
-    select.dataset.codes = codes.join();
-    select.replaceChildren(...codes.map((code) => new Option(code, code)));
-    if (shown.participant) select.value = shown.participant;
-  }
-  select.disabled = !isSteering() || !shown.possible.includes("don");
+  const may = isSteering() && shown.possible.includes("don");
+  choose(at("side"), shown.sides, shown.side, (side) => say(`side.${side}`));
+  at("side").disabled = !may || shown.sides.length < 2;
+  const codes = new Set([...shown.participants, ...(shown.participant ? [shown.participant] : [])]);
+  choose(at("person"), ["", ...codes], shown.participant ?? "", (code) => code || say("console.nobody"));
+  at("person").disabled = !may;
+}
+
+async function put() {
+  const code = at("person").value;
+  // Files are of one side.
+  const isOther = at("side").value !== state.shown.side;
+  const who = { side: at("side").value, ...(code && !isOther ? { participant: code } : {}) };
+  const { taken } = await tell(line.act("don", who, state.shown.version));
+  if (!taken) for (const select of [at("side"), at("person")]) delete select.dataset.key;
 }
 
 async function tell(question) {
   const answer = await question;
-  at("why").textContent = answer.taken ? "" : answer.lost ? say("console.no_answer") : answer.why;
+  at("why").textContent = answer.taken ? "" : answer.lost ? say("console.no_answer") : sentence(answer.why);
   return answer;
 }
 
 async function begin() {
   const [act] = next() ?? [];
-  if (act === undefined) return;
-  const { shown } = state;
-  const person = at("person").value;
-  if (act === "make_ready" && person && person !== shown.participant) {
-    const put = await tell(line.act("don", { participant: person }, shown.version));
-    if (!put.taken) return;
-    // The person has changed, and with it the version; the next state brings it.
-    await new Promise((settle) => setTimeout(settle, 300));
-  }
-  const version = act === "give_back" ? undefined : state.shown.version;
-  await tell(line.act(act, {}, version));
+  if (act !== undefined) await tell(line.act(act, {}, act === "give_back" ? undefined : state.shown.version));
 }
 
 function turn() {
@@ -113,6 +109,7 @@ async function main() {
   setInterval(turn, ASK_EVERY_MS);
   at("next").disabled ||= state === null;
   at("next").onclick = begin;
+  at("side").onchange = at("person").onchange = put;
   at("steer").onclick = () => tell(line.ask({ kind: "steer" }));
   at("stop").addEventListener("pointerdown", () => tell(line.stop()));
   at("stop").addEventListener("keydown", (event) => ["Enter", " "].includes(event.key) && tell(line.stop()));

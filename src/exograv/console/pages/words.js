@@ -1,5 +1,7 @@
 // Words in the reader's language: every element with data-word shows one, data-label gives one to screen readers.
 const LANGUAGES = ["en", "de"];
+// Gaps that hold a name which pages have words for.
+const KNOWN = { role: "role", side: "side", begun: "side" };
 let words = {};
 let fallback = {};
 export let language = "en";
@@ -34,6 +36,25 @@ export async function loadWords() {
 export function say(name, values = {}, otherwise = name) {
   const text = words[name] ?? fallback[name] ?? otherwise;
   return text.replace(/\{(\w+)\}/g, (_, key) => values[key] ?? "");
+}
+
+// A sentence of the server, by its code. English is the server's own; what has no code in any language stays as it is.
+export function sentence(spoken) {
+  if (!spoken) return "";
+  const gaps = Object.entries(spoken.gaps).map(([name, gap]) => [name, own(name, gap)]);
+  return say(`said.${spoken.code}`, Object.fromEntries(gaps), spoken.text);
+}
+
+function own(name, gap) {
+  const family = KNOWN[name];
+  return family ? say(`${family}.${gap.text}`, {}, gap.text) : sentence(gap);
+}
+
+// The name of a joint or a parameter; in a machine for both arms it begins with its side.
+export function nameOf(family, name) {
+  const [, side, own] = /^(?:(right|left)_)?(.*)$/.exec(name);
+  const what = say(`${family}.${own}`, {}, own.replaceAll("_", " "));
+  return side ? say(`of.${side}`, { what }) : what;
 }
 
 export function translate(root) {

@@ -95,6 +95,8 @@ ELSEWHERE = (
             "tests/runtime/test_hearing.py::test_an_arm_that_is_carried_when_the_lease_ends_is_given_back",
             "tests/runtime/test_hearing.py::test_where_the_parent_is_gone_the_arm_comes_down_and_the_run_ends",
             "tests/session/steered/test_desk.py::test_where_nobody_steers_any_more_there_is_an_alarm_and_the_arm_is_given_back",
+            "tests/scenario/test_console_struck.py::test_a_console_that_is_killed_lets_the_arm_down_within_the_lease",
+            "tests/scenario/test_console_struck.py::test_a_console_that_stands_still_has_the_arm_given_back_when_the_lease_ends",
         ),
     ),
     Proved(

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 
 from pydantic import Field, TypeAdapter
 
-from exograv.model.rig_settings import Settings
+from exograv.model.rig_settings import Settings, Side
 
 from .shown import Shown, Skeleton, Trace
 
@@ -55,11 +55,13 @@ class _Seen(_Asked):
 
 
 class Don(_Seen):
-    """Somebody else is put into the machine, while it is off: begin with this person's file, or with nobody known."""
+    """Somebody else is put into the machine, or another arm, while it is off: begin with a file, or nobody known."""
 
     kind: Literal["don"] = "don"
     participant: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{3,16}$")] | None = None
     """Code of a file, one of `Shown.participants`; absent for an arm that is to be identified."""
+    side: Side | None = None
+    """Whose arm: one of `Shown.sides`; as before where absent. Files are of one side."""
     identify_s: Annotated[float, Field(ge=10.0, le=600.0)] = 60.0
     """Of motion, when it is identified [s]."""
 

@@ -1,6 +1,6 @@
 """How one set of processes is: what their parent's thread says of them, made into what pages show."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +9,14 @@ import numpy as np
 from exograv.dynamics.parameters import names_and_units
 from exograv.identification.interface import Outcome
 from exograv.runtime.recorder import Report as RecorderReport
-from exograv.session.lesson import Judged
+from exograv.session.arm_worker import Judged
 from exograv.session.live_control import Plan
 from exograv.session.live_processes import Running
 
-from .people import Don
+from .keeping import Keeping
+from .people import Donned
+from .place import Place
+from .sentences import say
 from .shown import LearnedParameter, Learning, Point, Recorded
 from .watching import Watching
 
@@ -28,8 +31,10 @@ SHOWN_UNITS = ("kg", "kg·m")
 class Course:
     """One set of processes, as their parent's thread has said last."""
 
-    doing: str = "The machine is calibrated."
-    who: Don = field(default_factory=lambda: Don(None, 60.0))
+    who: Donned
+    place: Place
+    keeping: Keeping
+    doing: str = say("flight.calibrates")
     plan: Plan | None = None
     running: Running | None = None
     watching: Watching | None = None
@@ -43,8 +48,15 @@ class Course:
     @property
     def is_known(self) -> bool:
         """Whether the arm may be taken without an identification."""
+        if self.keeping.is_contradicted:
+            return False
+        return self.who.participant is not None or self.is_learned
+
+    @property
+    def is_learned(self) -> bool:
+        """Whether nothing more is to be learned."""
         worker = None if self.running is None else self.running.worker
-        return self.who.participant is not None or (worker is not None and worker.learned is not None)
+        return worker is not None and worker.learned is not None
 
     def recorded(self) -> Recorded | None:
         """How the recording is."""

@@ -10,6 +10,7 @@ from .alarms import AlarmBook, Priority
 from .contract import LEASE_S, READY_S, Acknowledge, Act, Answer, Don, MakeReady, Note, SetLevel, Stop, Who
 from .flight import Flight, Moment
 from .reception import EVENTS, KINDS, Reception, Standing, why_not
+from .sentences import say
 from .shown import ModeName, Shown, Skeleton, Trace
 
 RECORD_TOPIC = "/act"
@@ -42,7 +43,7 @@ class SteeredDesk:
                 "version": s.version,
                 "t": now,
                 "mode": mode,
-                "mode_text": moment.failure or (moment.doing if moment.mode is None else moment.mode.value),
+                "mode_text": moment.failure or _mode_text(moment),
                 "take_within_s": _left(self._ready_until_s, now),
                 "possible": tuple(kind for kind in KINDS if not why_not(kind, s)),
                 "lease_left_s": _left(self._lease_until_s, now),
@@ -88,13 +89,13 @@ class SteeredDesk:
     def _done(self, act: Act, by: Who, now: float) -> str:
         """Why it could not be done; empty where it was."""
         if isinstance(act, Acknowledge):
-            return "" if self._alarms.acknowledge(act.alarm, by) else f"There is no alarm of number {act.alarm}."
+            return "" if self._alarms.acknowledge(act.alarm, by) else say("desk.no_alarm", number=act.alarm)
         if isinstance(act, Note | Stop):
             return ""
         if isinstance(act, SetLevel):
             return self._flight.feel(act.gravity_level, act.ramp_s)
         if isinstance(act, Don):
-            return self._flight.don(act.participant, act.identify_s)
+            return self._flight.don(act)
         why = self._flight.ask(EVENTS[act.kind])
         if not why:
             self._ready_until_s = now + READY_S if isinstance(act, MakeReady) else None
@@ -106,7 +107,7 @@ class SteeredDesk:
         if moment.latch is not None or not is_leased or moment.mode not in (Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY):
             self._ready_until_s = None
         is_ready = _left(self._ready_until_s, now) is not None
-        key = (moment.mode, moment.latch, is_ready, moment.participant, moment.is_known)
+        key = (moment.mode, moment.latch, is_ready, moment.participant, moment.is_known, moment.side)
         if key != self._key:
             self._key, self._version = key, self._version + 1
         self._look_for_alarms(moment, now, is_lost=self._lease_until_s is not None and not is_leased)
@@ -115,9 +116,11 @@ class SteeredDesk:
             moment.mode,
             moment.latch,
             moment.is_known,
+            moment.is_learned,
             is_ready,
             is_leased,
             moment.participants,
+            moment.sides,
             moment.failure,
         )
 
@@ -130,10 +133,19 @@ class SteeredDesk:
         if moment.latch is not None:
             causes[moment.latch] = "high"
         if is_lost:
-            causes["Nobody steers any more: the operator's page is silent."] = "medium"
+            causes[say("desk.nobody_any_more")] = "medium"
         if moment.recorded is not None and not moment.recorded.is_ok:
             causes[moment.recorded.why] = "medium"
         self._alarms.look(causes, now)
+
+
+def _mode_text(moment: Moment) -> str:
+    """What is the matter; of a stop, why."""
+    if moment.mode is None:
+        return moment.doing
+    if moment.mode is Mode.SAFE and moment.latch is not None:
+        return say("desk.let_down", latch=moment.latch)
+    return moment.mode.value
 
 
 def _left(until: float | None, now: float) -> float | None:

@@ -4,8 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
+from exograv.model.rig_settings import Side
 from exograv.safety.modes import Event, Mode
 
+from .contract import Don
 from .shown import Lateness, Learning, Recorded, SafeStateName, Skeleton, Trace
 
 
@@ -20,11 +22,14 @@ class Moment:
 
     rig: str
     title: str
-    side: str
+    side: Side
+    sides: tuple[Side, ...]
     is_twin: bool
     participant: str | None
     participants: tuple[str, ...]
     is_known: bool
+    is_learned: bool
+    """Whether its motion is over too: somebody whose file is there is checked by a short one."""
 
     joints: tuple[str, ...]
     q_rad: tuple[float, ...]
@@ -79,8 +84,8 @@ class Flight(Protocol):
         """Have another share of the arm's weight felt; waits for the guard's word."""
         ...
 
-    def don(self, participant: str | None, identify_s: float) -> str:
-        """Begin with somebody else; returns before that has begun."""
+    def don(self, who: Don) -> str:
+        """Begin with somebody else, or another arm; returns before that has begun."""
         ...
 
     def lease(self, until_s: float, window_left_s: float | None) -> None:

@@ -5,6 +5,7 @@ import itertools
 import threading
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +17,20 @@ from exograv.runtime.recorder import Recorder
 from exograv.runtime.steering import Asked, Heard, Leased, Pressed
 from exograv.safety.modes import Event, Mode
 from exograv.session.arm_controller import ArmController
-from exograv.session.calibration_run import twin_identity
-from exograv.session.learner import table_guess
 from exograv.session.live import parts_of, settings_of
 from exograv.session.live_processes import Running, fly
-from exograv.session.prepare import Prepared, machine_of
-from exograv.session.virtual import draw_laboratory, limits, refuse_motorless
+from exograv.session.prepare import Prepared
+from exograv.session.returning import FROM_FILE_S
 from exograv.signals import Reference
 
+from .contract import Don
 from .course import Course, points, told
 from .flight import Moment
+from .keeping import Keeping
 from .options import SteeredOptions
-from .people import Don, People
+from .people import Donned
+from .place import Place
+from .sentences import say
 from .shown import Skeleton, Trace
 from .watching import Watching
 
@@ -53,14 +56,10 @@ class LiveFlight:
             ConfigError: The rig or an option cannot be used.
         """
         self._options, self._folder = options, folder
-        self._laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed,
-                                           donning=options.donning)  # fmt: skip
-        refuse_motorless(self._laboratory.description)
-        identity = twin_identity(options.level, options.seed)
-        self._people = People(self._laboratory, identity, options.participants)
-        self._participants = tuple(self._people.files())
-        self._next = Don(options.participant, options.identify_s)
-        self._state, self._numbers = Course(who=self._next), itertools.count(1)
+        place = Place(options, options.side)
+        self._places = {place.side: place}
+        self._next = self._donned(place, options.participant, options.identify_s)
+        self._state, self._numbers = Course(self._next, place, Keeping(self._next)), itertools.count(1)
         self._answers: dict[int, str] = {}
         self._answered, self._drawing = threading.Condition(), threading.Lock()
         self._controller: ArmController | None = None
@@ -77,7 +76,8 @@ class LiveFlight:
 
     def moment(self) -> Moment:
         """By what the guard has recorded last."""
-        state, description = self._state, self._laboratory.description
+        state = self._state
+        description = state.place.description
         watching = None if self._is_ending or state.running is None else state.watching
         row = None if watching is None else watching.newest
         mode = None if watching is None or row is None else watching.mode
@@ -88,12 +88,14 @@ class LiveFlight:
             rig=description.name,
             title=description.settings.title,
             side=description.side,
+            sides=description.settings.urdf.sides,
             is_twin=True,
-            participant=state.who.participant,
-            participants=self._participants,
+            participant=state.keeping.code,
+            participants=state.place.participants,
             is_known=state.is_known,
+            is_learned=state.is_learned,
             joints=tuple(description.joints),
-            tau_limit_Nm=tuple(limits(description).torque_max_Nm.tolist()),
+            tau_limit_Nm=state.place.torque_max_Nm,
             gravity_level_asked=state.level_asked,
             **told(row, len(description.joints)),
             lateness=None if watching is None else watching.lateness(),
@@ -147,9 +149,15 @@ class LiveFlight:
             state.level_asked = gravity_level
         return why
 
-    def don(self, participant: str | None, identify_s: float) -> str:
-        """All processes end, and others begin."""
-        self._next = Don(participant, identify_s)
+    def don(self, who: Don) -> str:
+        """All processes end, and others begin; another side is another machine, and calibrated first."""
+        side = who.side or self._next.side
+        try:
+            # Made here, so that pages are told at once whose arm comes next.
+            place = self._places.get(side) or self._places.setdefault(side, Place(self._options, side))
+        except ExogravError as error:
+            return str(error)
+        self._next = self._donned(place, who.participant, who.identify_s)
         self._end()
         self._is_asked.set()
         return ""
@@ -172,6 +180,8 @@ class LiveFlight:
         rig_t = t + float(row["now"]) - float(row["monotonic"])
         if topic == "/task":  # a channel of its own, which the study reads
             state.running.recorder.write(topic, rig_t, {"kind": message["kind"], "record": dict(message)})
+        elif topic == "/aircraft":
+            state.running.recorder.write(topic, rig_t, message)
         else:
             state.running.recorder.write("/page", rig_t, {"topic": topic, "message": dict(message)})
 
@@ -194,14 +204,14 @@ class LiveFlight:
         """What the guard answers to a word of this number."""
         running = self._state.running
         if running is None or self._is_ending:
-            return "There is no guard. Wait until the machine is off."
+            return say("guard.absent")
         try:
             running.line.send(word)
         except OSError:
-            return "The guard's process has ended."
+            return say("guard.ended")
         with self._answered:
             if not self._answered.wait_for(lambda: number in self._answers, ANSWER_WITHIN_S):
-                return "The guard did not answer in time. Look at what is shown before you ask again."
+                return say("guard.silent")
             return self._answers.pop(number)
 
     def _hear(self, word: object) -> None:
@@ -212,36 +222,39 @@ class LiveFlight:
 
     def _live(self) -> None:
         """The thread that calibrates, and then is the parent of one set of processes after the other."""
-        try:
-            prepared = self._prepared()
-        except ExogravError as error:
-            self._state = Course(failure=str(error))
-            return
-        for number in itertools.count(1):
+        while True:
             self._is_asked.wait()
             self._is_asked.clear()
             if self._is_closing:
                 return
             self._is_ending, who = False, self._next
-            self._state = state = Course("Guard and control are starting.", who)
+            place = self._places[who.side]
+            self._state = state = Course(who, place, Keeping(who))
             try:
-                self._fly(state, prepared, self._folder / f"steered-{number}.mcap")
+                prepared = state.place.prepared
+                state.doing = say("flight.starts")
+                if not self._is_closing:
+                    self._fly(state, prepared, self._free_path())
                 if not self._is_ending:
-                    state.failure = "The recording has come to its end. Put the person in anew to go on."
+                    state.failure = say("flight.recording_over")
             except ExogravError as error:
                 state.failure = str(error)
             state.running = None
 
-    def _prepared(self) -> Prepared:
-        options, laboratory = self._options, self._laboratory
-        machine, t = machine_of(laboratory, options.level, options.seed, options.calibration, lambda *_: None)
-        assembly = laboratory.assembly()
-        return Prepared(assembly, machine, table_guess(assembly, machine), t)
+    def _donned(self, place: Place, participant: str | None, identify_s: float) -> Donned:
+        """Somebody whose file is there needs a check only; of anybody else all is learned."""
+        known = participant if participant in place.participants else None
+        return Donned(known, participant, FROM_FILE_S if known else identify_s, place.side)
+
+    def _free_path(self) -> Path:
+        """Of the next recording: what is there is somebody's data."""
+        paths = (self._folder / f"steered-{number}.mcap" for number in itertools.count(1))
+        return next(path for path in paths if not path.exists())
 
     def _fly(self, state: Course, prepared: Prepared, path: Path) -> None:
         options = self._options
         with contextlib.ExitStack() as stack:
-            plan = self._people.plan(state.who, prepared, options.seed, stack)
+            plan = state.place.people.plan(state.who, prepared, options.seed, stack)
             said = {"disturbance_level": options.level, "seed": options.seed,
                     "settings": {"options": options.written()}}  # fmt: skip
             self._controller = ArmController(
@@ -267,12 +280,14 @@ class LiveFlight:
     def _look_after(self, state: Course, running: Running) -> None:
         """Some times a second, in the thread that is the processes' parent."""
         state.recording = running.recorder.check()
+        if state.plan is not None:
+            state.keeping.look(running.worker, running.line.send, partial(state.place.keep, state.plan.prepared))
         left, warnings = self._options.session_s - (self.now() - state.begun_s), []
         if left < WARNED_S:
-            warnings.append("The recording ends in less than five minutes; the arm is let down then.")
+            warnings.append(say("flight.recording_ends"))
         if running.control.restarts:
-            warnings.append("Control has died or did not answer, and was started anew.")
-        state.warnings = tuple(warnings)
+            warnings.append(say("flight.control_again"))
+        state.warnings = (*warnings, *state.keeping.wrong)
         if left < ENDED_S:
             running.stop()
 

@@ -7,6 +7,7 @@ from typing import Any
 from exograv.errors import ConfigError
 from exograv.model.description import Side
 from exograv.runtime.steering import Loss
+from exograv.session.participant_file import refuse_name
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,9 @@ class SteeredOptions:
     calibration: Path | None = None
     """Of the machine; it is calibrated at the beginning where absent."""
     participants: Path | None = None
-    """Folder of files that `exograv identify --keep` has written."""
+    """Folder of people's files: read, and written when somebody has been learned."""
     participant: str | None = None
-    """Code of whoever is in it at the beginning; absent for somebody who is to be identified."""
+    """Code of whoever is in it at the beginning, who is identified where the folder has no such file yet."""
     identify_s: float = 60.0
     """Of motion, if so [s]."""
     session_s: float = 3600.0
@@ -35,6 +36,8 @@ class SteeredOptions:
     def __post_init__(self):
         if not 0 <= self.level <= 4:
             raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
+        if self.participant is not None:
+            refuse_name(self.participant, "--participant")
         if self.seed < 0:
             raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
         if not 60.0 <= self.session_s <= 7200.0:

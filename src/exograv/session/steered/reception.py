@@ -9,6 +9,7 @@ from typing import get_args
 from exograv.safety.modes import TRANSITIONS, Event, Mode
 
 from .contract import LATE_S, LEASE_S, Act, Answer
+from .sentences import say
 from .shown import ActKind
 
 REMEMBERED = 4096
@@ -43,10 +44,12 @@ class Standing:
     mode: Mode | None
     latch: str | None
     is_known: bool
+    is_learned: bool
     is_ready: bool
     """Step one was done not too long ago."""
     is_leased: bool
     participants: tuple[str, ...]
+    sides: tuple[str, ...] = ()
     failure: str = ""
     """Why no guard runs any more; then somebody can only be put in anew."""
 
@@ -56,15 +59,15 @@ def why_not(kind: ActKind, s: Standing) -> str:
     if kind in ALWAYS:
         return ""
     if s.mode is None:
-        return "The session has not begun yet. Wait until the machine is off."
+        return say("desk.not_begun")
     if not s.is_leased:
-        return f"Nobody steers: the operator's page was silent for {LEASE_S:g} s. Open it again."
+        return say("desk.nobody", seconds=f"{LEASE_S:g}")
     if s.failure:
         return "" if kind == "don" else s.failure
     if kind == "reset":
-        return "" if s.latch is not None or s.mode is Mode.SAFE else "Nothing was stopped."
+        return "" if s.latch is not None or s.mode is Mode.SAFE else say("desk.not_stopped")
     if s.latch is not None:
-        return f"{s.latch} Reset it first."
+        return say("desk.stopped", latch=s.latch)
     return _out_of_place(kind, s, s.mode) or _out_of_turn(kind, s)
 
 
@@ -75,17 +78,20 @@ def _out_of_place(kind: ActKind, s: Standing, mode: Mode) -> str:
         possible = mode in LEVEL_IN
     else:
         possible = (mode, EVENTS[kind]) in TRANSITIONS or (kind == "make_ready" and mode is Mode.EXO_ONLY)
-    return "" if possible else f"Not possible now. {mode.value}"
+    return "" if possible else say("desk.not_possible", mode=mode.value)
 
 
 def _out_of_turn(kind: ActKind, s: Standing) -> str:
     """Two steps before an arm is taken, and the right second one."""
     if kind in ("take_arm", "identify") and not s.is_ready:
-        return "Step one was not done in the last 30 s. Make the machine ready again."
+        return say("desk.no_step_one")
+    # An arm is learned, or checked, while all of its weight is carried.
+    if kind == "set_level" and s.is_known and not s.is_learned:
+        return say("desk.unchecked")
     if kind in ("take_arm", "set_level") and not s.is_known:
-        return "This arm is not known yet. Identify it first."
+        return say("desk.unknown_arm")
     if kind == "identify" and s.is_known:
-        return "This arm is known. To identify it again, switch off and put the person in anew."
+        return say("desk.known_arm")
     return ""
 
 
@@ -101,19 +107,21 @@ class Reception:
         if before is None:
             return None
         same = before[0] == act
-        return before[1] if same else Answer(id=act.id, taken=False, why="Another act had this identifier.")
+        return before[1] if same else Answer(id=act.id, taken=False, why=say("desk.same_id"))
 
     def refusal(self, act: Act, now: float, s: Standing) -> str:
         """Why this one is not done; empty where it may be."""
         if act.kind != "stop" and not now - LATE_S <= act.made_at_s <= now + LATE_S:
-            return f"It came {now - act.made_at_s:.1f} s after it was asked for; allowed: {LATE_S:g} s. Ask again."
+            return say("desk.late", seconds=f"{now - act.made_at_s:.1f}", allowed=f"{LATE_S:g}")
         seen = getattr(act, "seen_version", None)
         if seen is not None and seen != s.version:
-            return "Something has changed since this was shown. Look again."
+            return say("desk.changed")
         if why := why_not(act.kind, s):
             return why
+        if act.kind == "don" and act.side is not None and act.side not in s.sides:
+            return say("desk.no_side", side=act.side, sides=", ".join(s.sides))
         if act.kind == "don" and act.participant is not None and act.participant not in s.participants:
-            return f"There is no file of {act.participant} here. Files there: {', '.join(s.participants) or 'none'}."
+            return say("desk.no_file", person=act.participant, people=", ".join(s.participants) or "-")
         return ""
 
     def remember(self, act: Act, answer: Answer) -> Answer:

@@ -3,21 +3,29 @@
 import math
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from exograv.identification.interface import Outcome
+from exograv.model.rig_settings import Side
 from exograv.runtime.steering import Leased, Steering
 from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.safety.stops import StopReason
 
+from .contract import Don
 from .flight import Moment
+from .sentences import say
 from .shown import LearnedParameter, Learning, Point, Skeleton, Trace
 
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
 PLOT_HZ, PLOTTED_S = 50, 10.0
 STEP_S = 0.05
 DESCENT_S = 3.0
+WRITTEN_MAX = 10_000
+"""A rehearsal may run for a day, and nobody reads what it would have recorded."""
+
 UPPER_ARM_M, FOREARM_M = 0.3, 0.26
 PARAMETERS = (("upper_arm.mass", "kg", 2.0, 0.4), ("forearm.mass", "kg", 1.6, 0.3))
 """Name, unit, mean and half width of what a rehearsal pretends to learn."""
@@ -26,18 +34,24 @@ PARAMETERS = (("upper_arm.mass", "kg", 2.0, 0.4), ("forearm.mass", "kg", 1.6, 0.
 class RehearsedFlight:
     """A `Flight`; nothing moves, and nobody is hurt by a mistake of a page."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic, participants: tuple[str, ...] = ("P-07",)):
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        participants: tuple[str, ...] = ("P-07",),
+        side: Side = "right",
+    ):
         """Off, with nobody known in it."""
         self._clock, self._lock, self._t = clock, threading.RLock(), clock()
         self._begun_at, self._participants = self._t, participants
         self._modes, self._steering = ModeMachine(), Steering()
         self._participant: str | None = None
+        self._side: Side = side
         self._is_known, self._identify_s, self._moved_s = False, 60.0, 0.0
         self._latch: StopReason | None = None
         self._latched_at = 0.0
         self._level = self._level_asked = 0.0
-        self.written: list[tuple[str, float, dict[str, Any]]] = []
-        """What would have been recorded."""
+        self.written = deque[tuple[str, float, dict[str, Any]]](maxlen=WRITTEN_MAX)
+        """What would have been recorded, the newest."""
 
     def now(self) -> float:
         """By its own clock [s]."""
@@ -55,11 +69,13 @@ class RehearsedFlight:
                 safe_state="none" if self._latch is None else "descent",
                 rig="rehearsal",
                 title="A rehearsal without a machine",
-                side="right",
+                side=self._side,
+                sides=("right", "left"),
                 is_twin=True,
                 participant=self._participant,
                 participants=self._participants,
                 is_known=self._is_known,
+                is_learned=self._is_known,
                 joints=JOINTS,
                 q_rad=self._q(t),
                 v_rad_s=tuple(0.1 * math.cos(t + joint) for joint in range(n)),
@@ -99,7 +115,7 @@ class RehearsedFlight:
             self._advance()
             if event is Event.RESET and self._latch is not None:
                 if self._t - self._latched_at < DESCENT_S:
-                    return "The arm is still coming down."
+                    return say("rehearsal.still_down")
                 self._latch = None
             is_latched, now_ns = self._latch is not None, round(1e9 * self._t)
             why = self._steering.ask(event, self._modes.mode, is_latched=is_latched, now_ns=now_ns)
@@ -121,11 +137,11 @@ class RehearsedFlight:
             self._level_asked = gravity_level
             return ""
 
-    def don(self, participant: str | None, identify_s: float) -> str:
+    def don(self, who: Don) -> str:
         """At once."""
         with self._lock:
-            self._participant, self._is_known = participant, participant is not None
-            self._identify_s, self._moved_s = identify_s, 0.0
+            self._participant, self._is_known = who.participant, who.participant is not None
+            self._identify_s, self._moved_s, self._side = who.identify_s, 0.0, who.side or self._side
             return ""
 
     def lease(self, until_s: float, window_left_s: float | None) -> None:
@@ -185,6 +201,6 @@ class RehearsedFlight:
             parameters=parameters,
             left_over_Nm=(2.0 * left,) * len(JOINTS),
             left_over_prior_Nm=(2.0,) * len(JOINTS),
-            outcome="The arm is identified." if over else "The identification is still running.",
+            outcome=say("rehearsal.identified") if over else Outcome.RUNNING.value,
             is_over=over,
         )

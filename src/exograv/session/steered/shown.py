@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from exograv.model.rig_settings import Settings
+from exograv.model.rig_settings import Settings, Side
 
 ModeName = Literal[
     "off", "self_test", "exo_only", "ramp_in", "floating", "moving", "weighing", "ramp_out", "safe", "starting"
@@ -99,7 +99,9 @@ class Shown(Settings):
 
     rig: str
     title: str
-    side: str
+    side: Side
+    sides: tuple[Side, ...]
+    """That this machine can be made for: one arm or the other, or both at once."""
     is_twin: bool
     participant: str | None
     """Code of the person whose file is in force; absent where none is."""

@@ -28,6 +28,7 @@ from exograv.session.outcome import rounded
 from exograv.session.participant_run import ParticipantOptions, ParticipantRun
 from exograv.session.pilot import Controller, Pilot, Progress
 from exograv.session.prepare import MOTION_S, calibration_of
+from exograv.session.returning import FROM_FILE_S
 from exograv.session.self_test.run import virtual_subject
 from exograv.session.self_test.unworn import test_machine
 from exograv.session.virtual import VirtualLaboratory
@@ -39,9 +40,6 @@ from exograv.session.worn import Worn
 
 from .kept import Person
 from .options import TrainOptions
-
-FROM_FILE_S = 20.0
-"""Of motion for somebody who comes back: by then all of ten were within target (docs/participants.md)."""
 
 PilotOf = Callable[[Twin, ActuatorGain], Pilot]
 

@@ -1,0 +1,192 @@
+"""A real `exograv console` in a process of its own, and pages without a browser that call it."""
+
+import contextlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.typing import Origin
+
+from exograv.task.protocol import FOLDER
+
+SOON_S = 30.0
+"""For a program to start on a computer that does much else [s]."""
+
+BEAT_S = 0.2
+
+
+def short_file(folder: Path, window_s: float = 3.0) -> Path:
+    """A passive protocol of three short windows, the first after half a second."""
+    text = (FOLDER / "familiarisation.toml").read_text(encoding="utf-8")
+    for before, after in (
+        ("before_first_s = 35.0", "before_first_s = 0.5"),
+        ("after_last_s = 123.0", "after_last_s = 1.0"),
+        ('rests = "sets_of_five"', 'rests = "short"'),
+        ("unpublished = [", 'unpublished = [\n  "windows.duration_s", "windows.levels",'),
+        ("count = 31", "count = 3"),
+        ("duration_s = 22.0", f"duration_s = {window_s}"),
+        ("return_after_s = 0.8", "return_after_s = 0.1"),
+        ("tolerance_s = 0.5", "tolerance_s = 0.1"),
+    ):
+        assert before in text
+        text = text.replace(before, after, 1)
+    tables = re.compile(r"\[rest_tables\.cycle_180\].*?(?=# Red and green)", re.DOTALL)
+    path = folder / "short.toml"
+    path.write_text(tables.sub("[rest_tables.short]\nrest_s = 1.0\n\n", text), encoding="utf-8")
+    return path
+
+
+class Page:
+    """Somebody on a page: comes in by a link, tells the time of its clock, and beats where it steers."""
+
+    def __init__(self, link: str, name: str = "page-of-a-test"):
+        origin, _, token = link.partition("/#")
+        self.name, self._number, self.heard = name, 0, dict[str, Any]()
+        """The latest message of each kind."""
+        self.answers, self.touched = dict[str, Any](), list[dict[str, Any]]()
+        body, ours = json.dumps({"token": token}).encode(), {"X-Exograv": "1", "Origin": origin}
+        with urllib.request.urlopen(urllib.request.Request(f"{origin}/enter", body, ours)) as entered:
+            cookie, role = entered.headers["Set-Cookie"].partition(";")[0], json.loads(entered.read())["role"]
+        asked = urllib.request.Request(f"{origin}/{role}/ticket", b"", {**ours, "Cookie": cookie})
+        with urllib.request.urlopen(asked) as given:
+            ticket = json.loads(given.read())["ticket"]
+        self._stack = contextlib.ExitStack()
+        self._line = self._stack.enter_context(connect(
+            f"ws{origin.removeprefix('http')}/{role}/line", origin=Origin(origin),
+            additional_headers={"Cookie": cookie}, open_timeout=SOON_S,
+        ))  # fmt: skip
+        self._beats, self.pongs = role in ("operator", "therapist"), 0
+        self.say("hello", ticket=ticket, page=name)
+        for task in (self._hear, self._live):
+            threading.Thread(target=task, daemon=True).start()
+        self.until(lambda: self.pongs > 2)
+
+    def say(self, kind: str, **fields: Any) -> None:
+        self._line.send(json.dumps({"kind": kind, **fields}))
+
+    def ask(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """And wait for the answer."""
+        self._number += 1
+        name = f"asked-{self._number:06d}"
+        self.say(kind, id=name, **fields)
+        self.until(lambda: name in self.answers)
+        return self.answers[name]
+
+    def act(self, kind: str, **fields: Any) -> dict[str, Any]:
+        return self.ask("do", made=time.perf_counter() - BEGUN, act={"kind": kind}, **fields)
+
+    def run(self, word: str) -> dict[str, Any]:
+        return self.ask("run", made=time.perf_counter() - BEGUN, word=word)
+
+    def ask_link(self, role: str) -> str:
+        """For somebody else; only an operator has one."""
+        self._number += 1
+        name = f"asked-{self._number:06d}"
+        self.say("invite", id=name, role=role)
+        self.until(lambda: name in self.answers)
+        return self.heard["answer"]["link"]
+
+    def touch(self, sequence: int) -> None:
+        place = {"x_px": 963.0, "y_px": 544.0, "target_x_px": 960.0, "target_y_px": 540.0}
+        touch = {
+            "page": self.name, "origin_ms": 1.7e12, "at": time.perf_counter() - BEGUN, "sequence": sequence, **place,
+            "width_px": 10.0, "height_px": 12.0, "pressure": 0.5, "pointer": "touch", "is_primary": True, "ratio": 1.0,
+            "zoom": 1.0,
+        }  # fmt: skip
+        self.say("touches", touches=[touch])
+
+    def until(self, condition: Callable[[], object], seconds: float = SOON_S) -> None:
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, self.heard.get("state")
+            time.sleep(0.01)
+
+    @property
+    def shown(self) -> dict[str, Any]:
+        """Of the machine, as it was told last."""
+        self.until(lambda: "state" in self.heard)
+        return self.heard["state"]["shown"]
+
+    @property
+    def alarms(self) -> list[str]:
+        """Of the machine."""
+        return [alarm["text"]["text"] for alarm in self.shown["alarms"]]
+
+    @property
+    def run_shown(self) -> dict[str, Any]:
+        """The protocol's, as the operator's page was told last."""
+        self.until(lambda: "state" in self.heard)
+        return self.heard["state"]["run"]
+
+    @property
+    def window(self) -> int | None:
+        """The open one."""
+        return next((each["number"] for each in self.run_shown["windows"] if each["is_open"]), None)
+
+    def _hear(self) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            for text in self._line:
+                message = json.loads(text)
+                if message["kind"] == "answer":
+                    self.answers[message["answer"]["id"]] = message["answer"]
+                elif message["kind"] == "touched":
+                    self.touched.append(message)
+                elif message["kind"] == "pong":
+                    self.pongs, back = self.pongs + 1, time.perf_counter() - BEGUN
+                    if self.pongs < 3:
+                        self.say("ping", asked=back, previous={"asked": message["asked"], "back": back})
+                self.heard[message["kind"]] = message
+
+    def _live(self) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            self.until(lambda: "welcome" in self.heard)
+            self.say("ping", asked=time.perf_counter() - BEGUN)
+            while True:
+                if self._beats:
+                    self.say("beat")
+                time.sleep(BEAT_S)
+
+    def __enter__(self) -> "Page":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+
+BEGUN = time.perf_counter()
+
+
+@contextmanager
+def console(*options: str | Path, module: str = "exograv.cli") -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """The process, and the operator's link; killed at the end."""
+    command = [sys.executable, "-m", module, "console", "--no-browser", "--port", "0", *map(str, options)]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    assert process.stdout is not None
+    try:
+        said = ""
+        for line in process.stdout:
+            said += line
+            if found := re.search(r"https?://\S+/#\S+", line):
+                yield process, found[0]
+                return
+        raise AssertionError(said)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        process.stdout.close()

@@ -1,0 +1,91 @@
+"""A console is killed, or stands still, while an arm floats: the guard alone lets it down, or gives it back, in time.
+
+F30 and F31 at real processes, on the machine's own clock.
+"""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.console.of_process import Page, console
+
+from exograv.recording import read_recording
+from exograv.recording.reader import Recording
+from exograv.safety.guard import SafeState
+from exograv.safety.modes import RAMP_OUT_S
+from exograv.session.steered.contract import LEASE_S
+
+pytestmark = pytest.mark.slow
+
+LATE_S = 0.5
+"""For a guard to look at its parent's line, and for a computer that does much else."""
+
+SOON_S = 120.0
+OPTIONS = ("--level", "1", "--seed", "1001", "--identify", "10")
+
+
+def floating(operator: Page) -> None:
+    """Two steps, and the arm is learned."""
+    for act, mode in (("make_ready", "exo_only"), ("identify", "moving")):
+        operator.until(lambda a=act: a in operator.shown["possible"], SOON_S)
+        assert operator.act(act, seen_version=operator.shown["version"])["taken"]
+        operator.until(lambda m=mode: operator.shown["mode"] == m, SOON_S)
+    operator.until(lambda: operator.shown["mode"] == "floating", SOON_S)
+
+
+def whole(path: Path) -> Recording:
+    """When the recorder has completed it."""
+    end = time.monotonic() + SOON_S
+    while (recording := read_recording(path)).remark is not None:
+        assert time.monotonic() < end, recording.remark
+        time.sleep(0.5)
+    return recording
+
+
+def first_s(recording: Recording, rows: np.ndarray, after_s: float) -> float:
+    """From a moment on CLOCK_MONOTONIC to the first such tick after it [s]."""
+    times = recording.ticks["monotonic"][rows]
+    return float(times[times >= after_s][0]) - after_s
+
+
+def comes_down(recording: Recording) -> np.ndarray:
+    """In which ticks a soft descent, or what is harder, was in force."""
+    return recording.ticks["safe_state"].astype(int) - 1 >= SafeState.DESCENT
+
+
+def test_a_console_that_is_killed_lets_the_arm_down_within_the_lease(tmp_path: Path):
+    with console(*OPTIONS, "--out", tmp_path, module="tests.console.nominal_console") as (process, link):
+        with Page(link) as operator:
+            floating(operator)
+            struck = time.monotonic()
+            os.kill(process.pid, signal.SIGKILL)
+        recording = whole(tmp_path / "steered-1.mcap")
+    ticks, is_down = recording.ticks, comes_down(recording)
+    before = np.flatnonzero(ticks["monotonic"] < struck)[-1]
+    assert (ticks["arm_share"][before], is_down[before]) == (1.0, False)
+    assert first_s(recording, is_down, struck) < LEASE_S
+    assert is_down[-1]
+
+
+def test_a_console_that_stands_still_has_the_arm_given_back_when_the_lease_ends(tmp_path: Path):
+    with console(*OPTIONS, "--out", tmp_path, module="tests.console.nominal_console") as (process, link):
+        with Page(link) as operator:
+            floating(operator)
+            struck = time.monotonic()
+            os.kill(process.pid, signal.SIGSTOP)
+            time.sleep(LEASE_S + RAMP_OUT_S + 2.0 * LATE_S)
+            os.kill(process.pid, signal.SIGCONT)
+            operator.until(lambda: operator.shown["mode"] == "exo_only", SOON_S)
+            operator.until(lambda: any("Nobody steers" in text for text in operator.alarms), SOON_S)
+            os.kill(process.pid, signal.SIGKILL)
+        recording = whole(tmp_path / "steered-1.mcap")
+    ticks = recording.ticks
+    begins = first_s(recording, ticks["arm_share"] < 1.0, struck)
+    # It was kept last up to a beat before it stood still.
+    assert LEASE_S - LATE_S < begins < LEASE_S + LATE_S
+    assert first_s(recording, ticks["arm_share"] == 0.0, struck) - begins < RAMP_OUT_S + LATE_S
+    still = (ticks["monotonic"] > struck) & (ticks["monotonic"] < struck + LEASE_S + RAMP_OUT_S)
+    assert not comes_down(recording)[still].any()
