@@ -1,0 +1,170 @@
+"""A study's folder becomes a data set of BIDS: all of it or nothing, and the same bytes each time."""
+
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from exograv.errors import ConfigError, RecordingError
+from exograv.study.dataset.columns import KEY, SESSIONS, TABLES
+from exograv.study.dataset.folder import PARTIAL, StudyFolder
+from exograv.study.dataset.settings import read_settings
+from exograv.study.dataset.tables import Tables, read_tables
+
+from .behaviour import rows_of
+from .checking import problems_of
+from .files import sha256_of
+from .manifest import files_of, read_manifest, write_manifest
+from .names import SessionPlace, labels
+from .pages import TIDY, Cover
+from .session import SessionTables, write_session
+
+
+def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> dict[str, Any]:
+    """Export a study; what an earlier export has written there is replaced.
+
+    Args:
+        study: Its folder.
+        out: Of the data set.
+        rate_Hz: Rows a second of the motion; the next that is a whole part of the ticks' rate is taken.
+        with_raw: Give the recordings along.
+
+    Returns:
+        Figures of the export.
+
+    Raises:
+        ConfigError: The folder is no study, or two codes would have one label, or the place is not free.
+        RecordingError: A source cannot be read or is not what was added, or the place cannot be written.
+    """
+    if not rate_Hz > 0.0:
+        raise ConfigError(f"--rate is {rate_Hz:g} Hz; it must be positive, such as 100.")
+    folder = StudyFolder(Path(study))
+    settings, tables = read_settings(folder), read_tables(folder)
+    if not len(tables.sessions):
+        raise ConfigError(f"{study} holds no session. Add recordings by `exograv study add`.")
+    subjects, protocols = _labels(tables)
+    left, rows = list[str](), 0
+    with _in_place_of(Path(out), folder) as root:
+        for session in sessions_of(tables):
+            row = session.session
+            place = SessionPlace(subjects[row["participant"]], f"{protocols[row['protocol']]}{row['session']:02d}")
+            source = folder.source(row["source"])
+            _refuse_changed(source, row["sha256"])
+            if with_raw:
+                _give_along(source, root / row["source"])
+            not_exported, written = write_session(root, place, source, session, rate_Hz)
+            rows += written
+            left += [
+                f"Not exported of `sub-{place.subject}/ses-{place.session}`: a stream of type "
+                f"`{one.kind or 'not told'}`, because {one.why}."
+                for one in not_exported
+            ]
+        Cover(settings, tables, subjects, with_raw, left).write(root)
+        for name in TABLES:
+            shutil.copyfile(folder.table(name), root / TIDY / f"{name}.parquet")
+        known = {row["source"]: row["sha256"] for row in rows_of(tables.sessions, SESSIONS)}
+        manifest = write_manifest(root, known)
+        if problems := problems_of(root, with_hashes=False):
+            raise RecordingError(
+                f"The export is not as it should be, and not kept: {problems[0]} ({len(problems)} in all). That is "
+                "a mistake of exograv's: report it."
+            )
+        size = sum((root / name).stat().st_size for name in manifest)
+    return {
+        "dataset": str(out),
+        "participants": len(tables.participants),
+        "sessions": len(tables.sessions),
+        "touches": len(tables.touches),
+        "motion_rows": rows,
+        "files": len(manifest) + 1,
+        "bytes": size,
+        "not_exported": left,
+    }
+
+
+def sessions_of(tables: Tables) -> Iterator[SessionTables]:
+    """Each session with its own windows and touches, in the order of codes, protocols and numbers."""
+    names = [column.name for column in KEY]
+    for row in sorted(rows_of(tables.sessions, SESSIONS), key=lambda row: tuple(row[name] for name in names)):
+        of = [_of(table, {name: row[name] for name in names}) for table in (tables.windows, tables.touches)]
+        yield SessionTables(row, *of)
+
+
+def _of(table: pd.DataFrame, key: dict[str, Any]) -> pd.DataFrame:
+    """Its rows of one session."""
+    is_own = pd.Series(True, index=table.index)
+    for name, value in key.items():
+        is_own &= table[name] == value
+    return table.loc[is_own]
+
+
+def _labels(tables: Tables) -> tuple[dict[str, str], dict[str, str]]:
+    codes = tables.participants["participant"].tolist()
+    known = set(codes)
+    if strange := sorted(set(tables.sessions["participant"]) - known):
+        raise ConfigError(
+            f"Sessions of {', '.join(strange)} have no participant in the study. Add the participant, or erase them."
+        )
+    return labels(codes, "Participant"), labels(sorted(set(tables.sessions["protocol"])), "Protocol")
+
+
+def _refuse_changed(source: Path, sha256: str) -> None:
+    try:
+        found = sha256_of(source)
+    except OSError as error:
+        raise RecordingError(f"The source {source} cannot be read: {error.strerror}. Put it back.") from error
+    if found != sha256:
+        raise RecordingError(f"{source} is not what was added to the study: its hash differs. Put the original back.")
+
+
+def _give_along(source: Path, to: Path) -> None:
+    """The same bytes, without a second copy of them where the disk allows that."""
+    to.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        os.link(source.resolve(), to)
+    except OSError:
+        shutil.copyfile(source, to)
+
+
+@contextmanager
+def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
+    """A folder that takes the place of `out` when it is whole, and is gone when something fails."""
+    _refuse_taken(out, folder)
+    root = out.with_name(f"{PARTIAL}{secrets.token_hex(4)}-{out.name}")
+    old = out.with_name(f"{PARTIAL}{secrets.token_hex(4)}-{out.name}-old")
+    try:
+        root.mkdir(parents=True)
+        yield root
+        os.sync()
+        if out.exists():
+            out.rename(old)
+        root.rename(out)
+    except OSError as error:
+        raise RecordingError(
+            f"{out} cannot be written: {error.strerror}. What was there is unchanged. Free space, or give a folder "
+            "that you may write."
+        ) from error
+    finally:
+        shutil.rmtree(root, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def _refuse_taken(out: Path, folder: StudyFolder) -> None:
+    """Never write into a study, nor over what no export has written."""
+    study, place = folder.path.resolve(), out.resolve()
+    if place == study or study.is_relative_to(place) or place.is_relative_to(folder.sources.resolve()):
+        raise ConfigError(f"{out} is the study or holds it. Give --bids a folder of its own.")
+    if not out.exists():
+        return
+    if not out.is_dir():
+        raise ConfigError(f"{out} is a file. Give --bids a folder.")
+    if strange := sorted(set(files_of(out)) - set(read_manifest(out))):
+        raise ConfigError(
+            f"{out} holds {len(strange)} files that no export wrote, such as {strange[0]}. Move them, or give another "
+            "folder: an export replaces all of it."
+        )
