@@ -146,7 +146,11 @@ def test_any_file_that_changed_is_found_by_its_hash(dataset: Path, name: str):
 
 @pytest.mark.parametrize(
     ("change", "sentence"),
-    [(lambda text: "latency\tlead\n" + text, "neither"), (lambda text: text.replace("\n", "\t1\n"), "columns")],
+    [
+        (lambda text: "latency\tlead\n" + text, "neither"),
+        (lambda text: text.replace("\n", "\t1\n"), "columns"),
+        (lambda text: text + text, "latency does not begin"),
+    ],
 )
 def test_devices_are_checked_like_motion(dataset: Path, change: Callable[[str], str], sentence: str):
     path = next(dataset.rglob("*_physio.tsv.gz"))

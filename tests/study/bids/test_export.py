@@ -1,5 +1,6 @@
 """A study becomes a data set that the BIDS validator accepts: whole or not at all, always the same, without names."""
 
+import errno
 import gzip
 import hashlib
 import json
@@ -236,6 +237,41 @@ def test_what_fails_leaves_what_was_there(small_study: StudyFolder, tmp_path: Pa
         export_bids(study.path, out)
     assert read_manifest(out) == before
     assert {path.name for path in tmp_path.iterdir()} == {"study", "bids"}
+
+
+@pytest.mark.parametrize("where", ["session.write_behaviour", "export.os.sync", "export._swap"])
+def test_a_full_disk_leaves_what_was_there(
+    small_study: StudyFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: str
+):
+    out = tmp_path / "bids"
+    export_bids(small_study.path, out)
+    before = read_manifest(out)
+
+    def fails(*_args: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(f"exograv.study.bids.{where}", fails)
+    with pytest.raises(RecordingError, match=r"No space left.*unchanged"):
+        export_bids(small_study.path, out)
+    assert read_manifest(out) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["bids"]
+
+
+def test_what_cannot_take_its_place_gives_it_back(
+    small_study: StudyFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    out, renamed = tmp_path / "bids", Path.rename
+    export_bids(small_study.path, out)
+
+    def fails_once(path: Path, target: Path) -> Path:
+        if target == out and path.name.endswith("-bids"):
+            raise OSError(errno.EACCES, "Permission denied")
+        return renamed(path, target)
+
+    monkeypatch.setattr(Path, "rename", fails_once)
+    with pytest.raises(RecordingError, match="Permission denied"):
+        export_bids(small_study.path, out)
+    assert problems_of(out) == []
 
 
 def test_a_session_without_a_recording_has_touches_and_events(small_study: StudyFolder, tmp_path: Path):

@@ -5,7 +5,8 @@ import gzip
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -81,66 +82,88 @@ def _participants(root: Path, names: list[str]) -> Iterator[str]:
 def _motion(root: Path, name: str) -> Iterator[str]:
     path = root / name
     _, channels = read_rows(path.with_name(path.name.replace("_motion.tsv", "_channels.tsv")))
-    table = numbers_of(path)
-    if isinstance(table, str):
-        yield f"{name}: {table}"
+    types = [channel.get("type") for channel in channels]
+    numbers = read_numbers(path, [k for k, kind in enumerate(types) if kind == "LATENCY"])
+    if isinstance(numbers, str):
+        yield f"{name}: {numbers}"
         return
     if not _has_end(path):
         yield f"{name}: its last row has no end."
-    if table.num_columns != len(channels):
-        yield f"{name} has {table.num_columns} columns, and channels.tsv describes {len(channels)}."
+    if numbers.columns != len(channels):
+        yield f"{name} has {numbers.columns} columns, and channels.tsv describes {len(channels)}."
         return
-    for k, channel in enumerate(channels):
-        if channel.get("type") == "LATENCY":
-            latency = table.column(k).to_numpy()
-            if np.isnan(latency).any() or latency[0] != 0.0 or (np.diff(latency) <= 0.0).any():
-                yield f"{name}: LATENCY does not begin at 0 and increase from row to row."
+    if not numbers.is_time:
+        yield f"{name}: LATENCY does not begin at 0 and increase from row to row."
     sidecar = _json(path.with_suffix(".json"))
-    if sidecar.get("RowCount") != table.num_rows:
-        yield f"{name} has {table.num_rows} rows, and its sidecar counts {sidecar.get('RowCount')}."
+    if sidecar.get("RowCount") != numbers.rows:
+        yield f"{name} has {numbers.rows} rows, and its sidecar counts {sidecar.get('RowCount')}."
     if sidecar.get("MotionChannelCount") != len(channels):
         yield f"{name}: MotionChannelCount of the sidecar is not the number of channels, {len(channels)}."
-    counted = {
-        key.removesuffix("ChannelCount"): value for key, value in sidecar.items() if key.endswith("ChannelCount")
-    }
-    types = [channel.get("type") for channel in channels]
+    counted = {key.removesuffix("ChannelCount"): n for key, n in sidecar.items() if key.endswith("ChannelCount")}
     if wrong := [kind for kind, count in counted.items() if kind != "Motion" and types.count(kind) != count]:
         yield f"{name}: the sidecar counts other channels of type {', '.join(wrong)} than channels.tsv has."
 
 
 def _physio(root: Path, name: str) -> Iterator[str]:
-    sidecar = _json(root / name.replace(".tsv.gz", ".json"))
-    columns = sidecar.get("Columns", [])
-    table = numbers_of(root / name)
-    if isinstance(table, str):
-        yield f"{name}: {table}"
-    elif table.num_columns != len(columns):
-        yield f"{name} has {table.num_columns} columns, and its sidecar describes {len(columns)}."
+    columns = _json(root / name.replace(".tsv.gz", ".json")).get("Columns", [])
+    numbers = read_numbers(root / name, [k for k, column in enumerate(columns) if column == "latency"])
+    if isinstance(numbers, str):
+        yield f"{name}: {numbers}"
+    elif numbers.columns != len(columns):
+        yield f"{name} has {numbers.columns} columns, and its sidecar describes {len(columns)}."
+    elif not numbers.is_time:
+        yield f"{name}: latency does not begin at 0 and increase from row to row."
 
 
-def numbers_of(path: Path) -> pa.Table | str:
-    """A table without header, all finite numbers or `n/a`; or what is wrong with it."""
+@dataclass(frozen=True)
+class Numbers:
+    """What a table without header holds."""
+
+    rows: int
+    columns: int
+    is_time: bool
+    """The columns that should be times begin at 0 and increase from row to row."""
+
+
+def read_numbers(path: Path, times: Sequence[int]) -> Numbers | str:
+    """Read a table without header, all finite numbers or `n/a`; or say what is wrong with it.
+
+    Args:
+        path: Of the table, which may be packed.
+        times: Columns that should be times.
+    """
     opened = gzip.open if path.suffix == ".gz" else open
     with opened(path, "rb") as file:
         first = file.readline()
     if not first:
         return "it is empty."
     names = [f"c{k}" for k in range(first.count(b"\t") + 1)]
+    rows, is_time = 0, True
+    last = dict.fromkeys(times, -np.inf)
     try:
-        table = pacsv.read_csv(
-            path,
-            pacsv.ReadOptions(column_names=names),
-            pacsv.ParseOptions(delimiter="\t", quote_char=False, ignore_empty_lines=False),
-            pacsv.ConvertOptions(
-                column_types=dict.fromkeys(names, pa.float64()), null_values=[MISSING], strings_can_be_null=True
-            ),
-        )
+        for batch in _batches(path, names):
+            for k, column in enumerate(batch.columns):
+                values = column.to_numpy(zero_copy_only=False)
+                if np.count_nonzero(~np.isfinite(values)) != column.null_count:
+                    return f"a cell is not a finite number; BIDS writes {MISSING}."
+                if k in last and len(values):
+                    begins = rows > 0 or float(values[0]) == 0.0
+                    is_time = is_time and begins and bool((np.diff(values, prepend=last[k]) > 0.0).all())
+                    last[k] = float(values[-1])
+            rows += batch.num_rows
     except pa.ArrowInvalid as error:
         return f"a cell is neither a number nor {MISSING}, or rows have different lengths ({str(error)[:120]})."
-    strange = [np.count_nonzero(~np.isfinite(column.to_numpy())) - column.null_count for column in table.columns]
-    if any(strange):
-        return f"a cell is not a finite number; BIDS writes {MISSING}."
-    return table
+    return Numbers(rows, len(names), is_time)
+
+
+def _batches(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:
+    """Some thousand rows at a time: a session in all its ticks has a gigabyte of text."""
+    convert = pacsv.ConvertOptions(
+        column_types=dict.fromkeys(names, pa.float64()), null_values=[MISSING], strings_can_be_null=True
+    )
+    parse = pacsv.ParseOptions(delimiter="\t", quote_char=False, ignore_empty_lines=False)
+    with pacsv.open_csv(path, pacsv.ReadOptions(column_names=list(names)), parse, convert) as reader:
+        yield from reader
 
 
 def _events(root: Path, name: str) -> Iterator[str]:

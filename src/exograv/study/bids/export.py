@@ -141,9 +141,7 @@ def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
         root.mkdir(parents=True)
         yield root
         os.sync()
-        if out.exists():
-            out.rename(old)
-        root.rename(out)
+        _swap(root, out, old)
     except OSError as error:
         raise RecordingError(
             f"{out} cannot be written: {error.strerror}. What was there is unchanged. Free space, or give a folder "
@@ -152,6 +150,18 @@ def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
     finally:
         shutil.rmtree(root, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
+
+
+def _swap(root: Path, out: Path, old: Path) -> None:
+    """`root` becomes `out`; what was there becomes `old`, or stays if that fails."""
+    if out.exists():
+        out.rename(old)
+    try:
+        root.rename(out)
+    except OSError:
+        if old.exists():
+            old.rename(out)
+        raise
 
 
 def _refuse_taken(out: Path, folder: StudyFolder) -> None:
