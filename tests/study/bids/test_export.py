@@ -328,3 +328,18 @@ def test_the_command_says_what_there_is(small_study: StudyFolder, tmp_path: Path
     assert "Markers" in capsys.readouterr().out
     with pytest.raises(ConfigError, match="--rate"):
         run_export(Export(study=small_study.path, bids=tmp_path / "bids", rate=0.0))
+
+
+def test_devices_keep_their_time_where_the_robots_clock_stood_still(tmp_path: Path):
+    rows = ticks()
+    rows["monotonic"][5055:] += 0.040  # forty periods that the twin missed
+    study = write_study(
+        tmp_path / "study",
+        ((CODES[0], "flight", 1, lambda path: write_recording(path, "flight", with_devices=True, rows=rows)),),
+    )
+    export_bids(study.path, tmp_path / "bids")
+    path = next((tmp_path / "bids").rglob("*_physio.tsv.gz"))
+    latency, lead = columns_of(path, ["latency", "lead"]).values()
+    (stream,) = (one for one in read_recording(next(study.sources.rglob("*.mcap"))).streams if one.kind == "ECG")
+    t = stream.t[np.concatenate([[True], np.diff(np.maximum.accumulate(stream.t)) > 0.0])]
+    assert np.allclose(latency[np.isfinite(lead)], t - t[0], atol=2e-6)

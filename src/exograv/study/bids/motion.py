@@ -23,7 +23,10 @@ FILTERED = ("q_measured", "v", "tau_measured", "tau_commanded")
 IN_DEGREES = frozenset({"q_measured", "v"})
 
 CLOCK_EVERY = 100
-"""Ticks from one that ties the rig's clock to the computer's to the next; between, both run evenly enough."""
+"""Ticks from one that ties the rig's clock to the computer's to the next, where both run evenly."""
+
+UNEVEN_S = 10e-6
+"""By which they may come apart from one tick to the next: the twin's clock stands still in a missed period."""
 
 GAPS_TOLD = 100
 
@@ -65,7 +68,7 @@ def write_motion(
     with table.open("wb") as file:
         for ticks in passing.ticks():
             first_t = ticks["t"][0] if np.isnan(first_t) else first_t
-            clocks.append(ticks[::CLOCK_EVERY].copy())
+            clocks.append(_tying(ticks))
             filtered = np.column_stack([_in_file_units(name, ticks[name]) for name in FILTERED])
             plain = np.column_stack([ticks[channel.name].astype(float) for channel in PER_TICK])
             for block in decimation.feed(ticks["t"], ticks["sequence"], filtered, plain):
@@ -93,6 +96,15 @@ def write_channels(
 ) -> None:
     """Say what is in which column."""
     write_table(root / place.motion(system, "channels.tsv"), COLUMNS, [channel.row(rate_Hz) for channel in channels])
+
+
+def _tying(ticks: np.ndarray) -> np.ndarray:
+    """Those of a piece that say how the two clocks run: some, and all between which they come apart."""
+    is_kept = np.arange(len(ticks)) % CLOCK_EVERY == 0
+    is_kept[-1] = True
+    apart = np.flatnonzero(np.abs(np.diff(ticks["now"] - ticks["monotonic"])) > UNEVEN_S)
+    is_kept[apart] = is_kept[apart + 1] = True
+    return ticks[is_kept]
 
 
 def _in_file_units(name: str, values: np.ndarray) -> np.ndarray:
