@@ -4,10 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from exograv.study.bids.export import export_bids
 from exograv.study.dataset.folder import StudyFolder
 
-from .small_study import write_study
+from .small_study import export, write_study
 
 
 @pytest.fixture(scope="session")
@@ -20,5 +19,5 @@ def small_study(tmp_path_factory: pytest.TempPathFactory) -> StudyFolder:
 def exported(small_study: StudyFolder) -> Path:
     """Its data set. Never written into by a test."""
     out = small_study.path.parent / "bids"
-    export_bids(small_study.path, out)
+    export(small_study, out)
     return out

@@ -10,10 +10,11 @@ import numpy as np
 from exograv.recording import RecordingWriter
 from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
 from exograv.recording.stream_block import StreamBlock, StreamFormat, packed
+from exograv.study.bids.export import write_dataset
 from exograv.study.dataset.columns import PARTICIPANTS, SESSIONS, TOUCHES, WINDOWS
 from exograv.study.dataset.folder import StudyFolder
-from exograv.study.dataset.settings import AS_PUBLISHED, write_settings
-from exograv.study.dataset.tables import Tables, frame, write_tables
+from exograv.study.dataset.settings import AS_PUBLISHED, read_settings, write_settings
+from exograv.study.dataset.tables import Tables, frame, read_tables, write_tables
 from exograv.study.importers.recording import import_recording
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
@@ -64,12 +65,14 @@ def write_recording(
     with_aircraft: bool = False,
     with_devices: bool = False,
     rows: np.ndarray | None = None,
+    seed: int = 0,
 ) -> Path:
     """One session of one window."""
     settings = {
         "rig": "recupera_like",
         "title": "Made up",
         "side": "right",
+        "seed": seed,
         "command": "exograv train --simulate",
         "versions": {"exograv": "0.1.0"},
         "settings": {"protocol": {"name": protocol, "exo": "active", "windows": {"count": 1}}},
@@ -194,3 +197,8 @@ def write_study(path: Path, made: tuple[tuple[str, str, int, Callable[[Path], Pa
     )
     write_tables(folder, tables)
     return folder
+
+
+def export(folder: StudyFolder, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> dict[str, Any]:
+    """With the tables that are there, whatever the sources are."""
+    return write_dataset(folder, read_settings(folder), read_tables(folder), out, (rate_Hz, with_raw))

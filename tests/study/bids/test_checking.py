@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from exograv.study.bids.checking import problems_of
-from exograv.study.bids.files import sha256_of
 from exograv.study.bids.manifest import MANIFEST, read_manifest
+from exograv.study.dataset.sources import sha256_of
 
 from .small_study import CODES
 

@@ -19,10 +19,28 @@ from exograv.recording import read_recording
 from exograv.study.bids.checking import problems_of, read_rows
 from exograv.study.bids.export import export_bids
 from exograv.study.bids.manifest import MANIFEST, files_of, read_manifest
+from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.beginning import begin_study
 from exograv.study.dataset.folder import StudyFolder
+from exograv.study.dataset.journal import alone
+from exograv.study.dataset.settings import AS_PUBLISHED
 from exograv.study.dataset.tables import Tables, read_tables, write_tables
+from exograv.study.importers.imported import Said
+from exograv.study.participants.register import new_participant
 
-from .small_study import BEGINS_S, CODES, JOINTS, MADE, cut, ecg_stamps, swing, ticks, write_recording, write_study
+from .small_study import (
+    BEGINS_S,
+    CODES,
+    JOINTS,
+    MADE,
+    cut,
+    ecg_stamps,
+    export,
+    swing,
+    ticks,
+    write_recording,
+    write_study,
+)
 
 FLIGHT = f"sub-{CODES[0]}/ses-flight01"
 FLIGHT_STEM = f"sub-{CODES[0]}_ses-flight01"
@@ -76,7 +94,7 @@ def test_sessions_with_hardly_anything_in_them_are_valid_too(tmp_path: Path):
     write_tables(
         study, Tables(tables.touches.loc[is_kept], tables.windows.head(0), tables.sessions, tables.participants)
     )
-    export_bids(study.path, tmp_path / "bids")
+    export(study, tmp_path / "bids")
     assert problems_of(tmp_path / "bids") == []
     assert [issue for issue in issues_of(tmp_path / "bids") if issue["severity"] == "error"] == []
 
@@ -86,7 +104,7 @@ def test_our_own_checks_find_nothing(exported: Path):
 
 
 def test_the_same_study_gives_the_same_bytes(small_study: StudyFolder, exported: Path, tmp_path: Path):
-    export_bids(copied(small_study, tmp_path / "elsewhere").path, tmp_path / "again")
+    export(copied(small_study, tmp_path / "elsewhere"), tmp_path / "again")
     assert read_manifest(tmp_path / "again") == read_manifest(exported)
 
 
@@ -182,7 +200,7 @@ def test_raw_files_are_given_along_byte_for_byte_or_not_at_all(
 ):
     for path in small_study.sources.rglob("*.mcap"):
         assert (exported / path.relative_to(small_study.path)).read_bytes() == path.read_bytes()
-    export_bids(small_study.path, tmp_path / "bids", with_raw=False)
+    export(small_study, tmp_path / "bids", with_raw=False)
     assert not (tmp_path / "bids" / "sourcedata").exists()
     assert problems_of(tmp_path / "bids") == []
 
@@ -204,18 +222,18 @@ def test_acquisition_is_told_where_somebody_told_it(exported: Path):
 @pytest.mark.parametrize(("rate", "rows"), [(1000.0, 12_000), (128.0, 1500), (50.0, 600), (5000.0, 12_000)])
 def test_the_rate_that_is_wanted_is_met_by_whole_ticks(tmp_path: Path, rate: float, rows: int):
     study = write_study(tmp_path / "study", MADE[:1])
-    assert export_bids(study.path, tmp_path / "bids", rate_Hz=rate)["motion_rows"] == rows
+    assert export(study, tmp_path / "bids", rate_Hz=rate)["motion_rows"] == rows
     assert problems_of(tmp_path / "bids") == []
 
 
 def test_an_earlier_export_is_replaced_and_anything_else_refused(small_study: StudyFolder, tmp_path: Path):
     out = tmp_path / "bids"
-    export_bids(small_study.path, out)
-    export_bids(small_study.path, out, with_raw=False)
+    export(small_study, out)
+    export(small_study, out, with_raw=False)
     assert not (out / "sourcedata").exists()
     (out / "my_notes.txt").write_text("mine")
     with pytest.raises(ConfigError, match=r"my_notes\.txt"):
-        export_bids(small_study.path, out)
+        export(small_study, out)
     assert (out / "my_notes.txt").read_text() == "mine"
 
 
@@ -223,18 +241,18 @@ def test_an_earlier_export_is_replaced_and_anything_else_refused(small_study: St
 def test_nothing_is_exported_into_the_study_itself(tmp_path: Path, place: str):
     study = write_study(tmp_path / "in" / "study", MADE[:1])
     with pytest.raises(ConfigError, match="folder of its own"):
-        export_bids(study.path, study.path / place)
+        export(study, study.path / place)
 
 
 def test_what_fails_leaves_what_was_there(small_study: StudyFolder, tmp_path: Path):
     study = copied(small_study, tmp_path / "study")
     out = tmp_path / "bids"
-    export_bids(study.path, out)
+    export(study, out)
     before = read_manifest(out)
     source = next(study.sources.rglob("*.mcap"))
     source.write_bytes(source.read_bytes() + b"0")
     with pytest.raises(RecordingError, match="not what was added"):
-        export_bids(study.path, out)
+        export(study, out)
     assert read_manifest(out) == before
     assert {path.name for path in tmp_path.iterdir()} == {"study", "bids"}
 
@@ -244,7 +262,7 @@ def test_a_full_disk_leaves_what_was_there(
     small_study: StudyFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: str
 ):
     out = tmp_path / "bids"
-    export_bids(small_study.path, out)
+    export(small_study, out)
     before = read_manifest(out)
 
     def fails(*_args: object) -> None:
@@ -252,7 +270,7 @@ def test_a_full_disk_leaves_what_was_there(
 
     monkeypatch.setattr(f"exograv.study.bids.{where}", fails)
     with pytest.raises(RecordingError, match=r"No space left.*unchanged"):
-        export_bids(small_study.path, out)
+        export(small_study, out)
     assert read_manifest(out) == before
     assert [path.name for path in tmp_path.iterdir()] == ["bids"]
 
@@ -261,7 +279,7 @@ def test_what_cannot_take_its_place_gives_it_back(
     small_study: StudyFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     out, renamed = tmp_path / "bids", Path.rename
-    export_bids(small_study.path, out)
+    export(small_study, out)
 
     def fails_once(path: Path, target: Path) -> Path:
         if target == out and path.name.endswith("-bids"):
@@ -270,7 +288,7 @@ def test_what_cannot_take_its_place_gives_it_back(
 
     monkeypatch.setattr(Path, "rename", fails_once)
     with pytest.raises(RecordingError, match="Permission denied"):
-        export_bids(small_study.path, out)
+        export(small_study, out)
     assert problems_of(out) == []
 
 
@@ -279,7 +297,7 @@ def test_a_session_without_a_recording_has_touches_and_events(small_study: Study
     tables = read_tables(study)
     sessions = tables.sessions.assign(kind="csv", rate_Hz=np.nan, is_simulated=False)
     write_tables(study, Tables(tables.touches, tables.windows, sessions, tables.participants))
-    export_bids(study.path, tmp_path / "bids")
+    export(study, tmp_path / "bids")
     assert not list((tmp_path / "bids").rglob("*_motion.tsv"))
     assert len(list((tmp_path / "bids").rglob("beh/*_events.tsv"))) == 4
     assert problems_of(tmp_path / "bids") == []
@@ -295,7 +313,7 @@ def test_two_names_with_one_label_are_refused(small_study: StudyFolder, tmp_path
     people = tables.participants if column == "sessions" else people
     write_tables(study, Tables(tables.touches, tables.windows, sessions, people))
     with pytest.raises(ConfigError, match="letters and digits only"):
-        export_bids(study.path, tmp_path / "bids")
+        export(study, tmp_path / "bids")
 
 
 def test_a_session_of_nobody_is_refused(small_study: StudyFolder, tmp_path: Path):
@@ -303,7 +321,7 @@ def test_a_session_of_nobody_is_refused(small_study: StudyFolder, tmp_path: Path
     tables = read_tables(study)
     write_tables(study, Tables(tables.touches, tables.windows, tables.sessions, tables.participants.head(1)))
     with pytest.raises(ConfigError, match=CODES[1]):
-        export_bids(study.path, tmp_path / "bids")
+        export(study, tmp_path / "bids")
 
 
 def test_a_study_without_sessions_is_refused(small_study: StudyFolder, tmp_path: Path):
@@ -313,7 +331,7 @@ def test_a_study_without_sessions_is_refused(small_study: StudyFolder, tmp_path:
         study, Tables(tables.touches.head(0), tables.windows.head(0), tables.sessions.head(0), tables.participants)
     )
     with pytest.raises(ConfigError, match="holds no session"):
-        export_bids(study.path, tmp_path / "bids")
+        export(study, tmp_path / "bids")
 
 
 def test_authors_and_licence_are_the_studys(exported: Path):
@@ -322,12 +340,26 @@ def test_authors_and_licence_are_the_studys(exported: Path):
     assert about["DatasetType"] == "raw"
 
 
-def test_the_command_says_what_there_is(small_study: StudyFolder, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    result = run_export(Export(study=small_study.path, bids=tmp_path / "bids"))
-    assert (result["sessions"], result["participants"], result["touches"]) == (4, 2, 12)
+def test_a_study_is_added_to_and_exported_by_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    folder = begin_study(tmp_path / "study", AS_PUBLISHED)
+    people = [new_participant(folder, group).code for group in ("trained", "untrained")]
+    paths = [write_recording(tmp_path / f"{k}.mcap", with_devices=k == 0, seed=k) for k in range(2)]
+    for code, path in zip(people, paths, strict=True):
+        add_files(folder, [path], AddOptions(said=Said(code, "training", 1)))
+    folder.table("touches").unlink()  # made anew from the sources
+    result = run_export(Export(study=folder.path, bids=tmp_path / "bids"))
+    assert (result["sessions"], result["participants"], result["touches"]) == (2, 2, 6)
     assert "Markers" in capsys.readouterr().out
+    assert problems_of(tmp_path / "bids") == []
+    assert {path.name for path in (tmp_path / "bids").glob("sub-*")} == {f"sub-{code}" for code in people}
     with pytest.raises(ConfigError, match="--rate"):
-        run_export(Export(study=small_study.path, bids=tmp_path / "bids", rate=0.0))
+        run_export(Export(study=folder.path, bids=tmp_path / "bids", rate=0.0))
+
+
+def test_a_study_that_somebody_changes_is_not_exported(small_study: StudyFolder, tmp_path: Path):
+    study = copied(small_study, tmp_path / "study")
+    with alone(study), pytest.raises(ConfigError, match="Another exograv command"):
+        export_bids(study.path, tmp_path / "bids")
 
 
 def test_devices_keep_their_time_where_the_robots_clock_stood_still(tmp_path: Path):
@@ -337,7 +369,7 @@ def test_devices_keep_their_time_where_the_robots_clock_stood_still(tmp_path: Pa
         tmp_path / "study",
         ((CODES[0], "flight", 1, lambda path: write_recording(path, "flight", with_devices=True, rows=rows)),),
     )
-    export_bids(study.path, tmp_path / "bids")
+    export(study, tmp_path / "bids")
     path = next((tmp_path / "bids").rglob("*_physio.tsv.gz"))
     latency, lead = columns_of(path, ["latency", "lead"]).values()
     (stream,) = (one for one in read_recording(next(study.sources.rglob("*.mcap"))).streams if one.kind == "ECG")

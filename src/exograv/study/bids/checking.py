@@ -14,7 +14,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pacsv
 
-from .files import MISSING, sha256_of
+from exograv.study.dataset.sources import sha256_of
+
+from .files import MISSING
 from .manifest import files_of, read_manifest
 
 IDENTIFYING = frozenset(

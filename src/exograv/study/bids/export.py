@@ -13,12 +13,14 @@ import pandas as pd
 from exograv.errors import ConfigError, RecordingError
 from exograv.study.dataset.columns import KEY, SESSIONS, TABLES
 from exograv.study.dataset.folder import PARTIAL, StudyFolder
-from exograv.study.dataset.settings import read_settings
-from exograv.study.dataset.tables import Tables, read_tables
+from exograv.study.dataset.journal import alone
+from exograv.study.dataset.making import refresh
+from exograv.study.dataset.settings import StudySettings, read_settings
+from exograv.study.dataset.sources import sha256_of
+from exograv.study.dataset.tables import Tables
 
 from .behaviour import rows_of
 from .checking import problems_of
-from .files import sha256_of
 from .manifest import files_of, read_manifest, write_manifest
 from .names import SessionPlace, labels
 from .pages import TIDY, Cover
@@ -26,30 +28,51 @@ from .session import SessionTables, write_session
 
 
 def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> dict[str, Any]:
-    """Export a study; what an earlier export has written there is replaced.
+    """Export a study as it is now; nobody changes it meanwhile.
 
     Args:
         study: Its folder.
-        out: Of the data set.
+        out: Of the data set; what an earlier export has written there is replaced.
         rate_Hz: Rows a second of the motion; the next that is a whole part of the ticks' rate is taken.
-        with_raw: Give the recordings along.
+        with_raw: Give the raw files along.
 
     Returns:
         Figures of the export.
 
     Raises:
-        ConfigError: The folder is no study, or two codes would have one label, or the place is not free.
-        RecordingError: A source cannot be read or is not what was added, or the place cannot be written.
+        ConfigError: The folder is no study, somebody changes it, two codes would have one label, or `out` is not free.
+        RecordingError: A source cannot be read or is not what was added, or `out` cannot be written.
     """
+    folder = StudyFolder(Path(study))
+    settings = read_settings(folder)
+    with alone(folder):
+        return write_dataset(folder, settings, refresh(folder), Path(out), (rate_Hz, with_raw))
+
+
+def write_dataset(
+    folder: StudyFolder, settings: StudySettings, tables: Tables, out: Path, options: tuple[float, bool]
+) -> dict[str, Any]:
+    """The same, with tables that are at hand.
+
+    Args:
+        folder: Of the study.
+        settings: Of the study.
+        tables: Of the study.
+        out: Of the data set.
+        options: `rate_Hz` and `with_raw` of `export_bids`.
+
+    Raises:
+        ConfigError: As of `export_bids`.
+        RecordingError: As of `export_bids`.
+    """
+    rate_Hz, with_raw = options
     if not rate_Hz > 0.0:
         raise ConfigError(f"--rate is {rate_Hz:g} Hz; it must be positive, such as 100.")
-    folder = StudyFolder(Path(study))
-    settings, tables = read_settings(folder), read_tables(folder)
     if not len(tables.sessions):
-        raise ConfigError(f"{study} holds no session. Add recordings by `exograv study add`.")
+        raise ConfigError(f"{folder.path} holds no session. Add recordings by `exograv study add`.")
     subjects, protocols = _labels(tables)
     left, rows = list[str](), 0
-    with _in_place_of(Path(out), folder) as root:
+    with _in_place_of(out, folder) as root:
         for session in sessions_of(tables):
             row = session.session
             place = SessionPlace(subjects[row["participant"]], f"{protocols[row['protocol']]}{row['session']:02d}")

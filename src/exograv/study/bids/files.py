@@ -1,7 +1,6 @@
 """Files of a data set, the same bytes for the same content: tab-separated tables, JSON, and rows of numbers."""
 
 import gzip
-import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -70,9 +69,3 @@ def packed(path: Path) -> Iterator[gzip.GzipFile]:
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("wb") as raw, gzip.GzipFile("", "wb", compresslevel=6, fileobj=raw, mtime=0) as file:
         yield file
-
-
-def sha256_of(path: Path) -> str:
-    """Of a file, in a few megabytes of memory."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -3,7 +3,9 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from .files import sha256_of, write_text
+from exograv.study.dataset.sources import sha256_of
+
+from .files import write_text
 from .pages import TIDY
 
 MANIFEST = TIDY / "manifest.sha256"
