@@ -1,6 +1,7 @@
 """A study of two people, two sessions each, with everything that is special: cut, uncalibrated, flown, with devices."""
 
 import hashlib
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -202,3 +203,8 @@ def write_study(path: Path, made: tuple[tuple[str, str, int, Callable[[Path], Pa
 def export(folder: StudyFolder, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> dict[str, Any]:
     """With the tables that are there, whatever the sources are."""
     return write_dataset(folder, read_settings(folder), read_tables(folder), out, (rate_Hz, with_raw))
+
+
+def copied(folder: StudyFolder, to: Path) -> StudyFolder:
+    """A study that a test may change."""
+    return StudyFolder(Path(shutil.copytree(folder.path, to)))
