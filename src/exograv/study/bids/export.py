@@ -71,32 +71,19 @@ def write_dataset(
     if not len(tables.sessions):
         raise ConfigError(f"{folder.path} holds no session. Add recordings by `exograv study add`.")
     subjects, protocols = _labels(tables)
-    left, rows = list[str](), 0
     with _in_place_of(out, folder) as root:
+        rows, left = 0, list[str]()
         for session in sessions_of(tables):
             row = session.session
             place = SessionPlace(subjects[row["participant"]], f"{protocols[row['protocol']]}{row['session']:02d}")
-            source = folder.source(row["source"])
-            _refuse_changed(source, row["sha256"])
-            if with_raw:
-                _give_along(source, root / row["source"])
-            not_exported, written = write_session(root, place, source, session, rate_Hz)
-            rows += written
-            left += [
-                f"Not exported of `sub-{place.subject}/ses-{place.session}`: a stream of type "
-                f"`{one.kind or 'not told'}`, because {one.why}."
-                for one in not_exported
-            ]
+            more, not_exported = _write_one(folder, root, place, session, options)
+            rows, left = rows + more, [*left, *not_exported]
         Cover(settings, tables, subjects, with_raw, left).write(root)
         for name in TABLES:
             shutil.copyfile(folder.table(name), root / TIDY / f"{name}.parquet")
         known = {row["source"]: row["sha256"] for row in rows_of(tables.sessions, SESSIONS)}
         manifest = write_manifest(root, known)
-        if problems := problems_of(root, with_hashes=False):
-            raise RecordingError(
-                f"The export is not as it should be, and not kept: {problems[0]} ({len(problems)} in all). That is "
-                "a mistake of exograv's: report it."
-            )
+        _refuse_wrong(root)
         size = sum((root / name).stat().st_size for name in manifest)
     return {
         "dataset": str(out),
@@ -108,6 +95,31 @@ def write_dataset(
         "bytes": size,
         "not_exported": left,
     }
+
+
+def _write_one(
+    folder: StudyFolder, root: Path, place: SessionPlace, session: SessionTables, options: tuple[float, bool]
+) -> tuple[int, list[str]]:
+    """One session; returns its rows of motion, and sentences on what was not exported."""
+    rate_Hz, with_raw = options
+    relative = session.session["source"]
+    source = folder.source(relative)
+    _refuse_changed(source, session.session["sha256"])
+    if with_raw:
+        _give_along(source, root / relative)
+    left, rows = write_session(root, place, source, session, rate_Hz)
+    where = f"`sub-{place.subject}/ses-{place.session}`"
+    return rows, [
+        f"Not exported of {where}: a stream of type `{one.kind or 'not told'}`, because {one.why}." for one in left
+    ]
+
+
+def _refuse_wrong(root: Path) -> None:
+    if problems := problems_of(root, with_hashes=False):
+        raise RecordingError(
+            f"The export is not as it should be, and not kept: {problems[0]} ({len(problems)} in all). That is a "
+            "mistake of exograv's: report it."
+        )
 
 
 def sessions_of(tables: Tables) -> Iterator[SessionTables]:
