@@ -7,6 +7,7 @@ from exograv.cli.common import Common
 
 from .add import Add, run_add
 from .example import Example, run_example
+from .export import Export, run_export
 from .identity import Identity, run_identity
 from .init import Init, run_init
 from .participant import Participant, run_participant
@@ -20,6 +21,7 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "add": (Add, run_add),
     "example": (Example, run_example),
     "power": (Power, run_power),
+    "export": (Export, run_export),
     "status": (Status, run_status),
 }
 """Word after `exograv study`."""

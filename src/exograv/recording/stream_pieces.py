@@ -1,0 +1,36 @@
+"""Other messages than ticks, one at a time: streams of other devices, and what comes many times a second."""
+
+import json
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any
+
+from .contents import Contents, messages_in
+from .encoding import restored
+from .reader import read_content
+from .schema import CHANNELS
+from .stream_block import StreamBlock, unpacked, value_type_of
+
+
+def other_pieces(
+    path: Path, topics: Collection[str] = (), with_streams: bool = True
+) -> Iterator[tuple[str, StreamBlock | dict[str, Any]]]:
+    """Topic and message, in the order of the file; of `/lsl/…` a block of samples.
+
+    Args:
+        path: The recording.
+        topics: JSON channels whose messages are wanted.
+        with_streams: Streams of other devices are wanted.
+
+    Raises:
+        RecordingError: There is no such file, or it is of another kind.
+    """
+    found = Contents()
+    with read_content(path) as content:
+        for topic, data in messages_in(content, found):
+            if topic in topics:
+                yield topic, restored(CHANNELS[topic].fields, json.loads(data))
+            elif with_streams and topic not in CHANNELS:
+                types = {schema.id: value_type_of(schema.name) for schema in found.schemas}
+                kind = next(types[channel.schema_id] for channel in found.channels if channel.topic == topic)
+                yield topic, unpacked(data, kind)

@@ -1,0 +1,215 @@
+"""A study's folder becomes a data set of BIDS: all of it or nothing, and the same bytes each time."""
+
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from exograv.errors import ConfigError, RecordingError
+from exograv.study.dataset.columns import KEY, SESSIONS, TABLES
+from exograv.study.dataset.folder import PARTIAL, StudyFolder
+from exograv.study.dataset.journal import alone
+from exograv.study.dataset.making import refresh
+from exograv.study.dataset.settings import StudySettings, read_settings
+from exograv.study.dataset.sources import sha256_of
+from exograv.study.dataset.tables import Tables
+
+from .behaviour import rows_of
+from .checking import problems_of
+from .manifest import files_of, read_manifest, write_manifest
+from .names import SessionPlace, labels
+from .pages import TIDY, Cover
+from .session import SessionTables, write_session
+
+
+def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> dict[str, Any]:
+    """Export a study as it is now; nobody changes it meanwhile.
+
+    Args:
+        study: Its folder.
+        out: Of the data set; what an earlier export has written there is replaced.
+        rate_Hz: Rows a second of the motion; the next that is a whole part of the ticks' rate is taken.
+        with_raw: Give the raw files along.
+
+    Returns:
+        Figures of the export.
+
+    Raises:
+        ConfigError: The folder is no study, somebody changes it, two codes would have one label, or `out` is not free.
+        RecordingError: A source cannot be read or is not what was added, or `out` cannot be written.
+    """
+    folder = StudyFolder(Path(study))
+    settings = read_settings(folder)
+    with alone(folder):
+        return write_dataset(folder, settings, refresh(folder), Path(out), (rate_Hz, with_raw))
+
+
+def write_dataset(
+    folder: StudyFolder, settings: StudySettings, tables: Tables, out: Path, options: tuple[float, bool]
+) -> dict[str, Any]:
+    """The same, with tables that are at hand.
+
+    Args:
+        folder: Of the study.
+        settings: Of the study.
+        tables: Of the study.
+        out: Of the data set.
+        options: `rate_Hz` and `with_raw` of `export_bids`.
+
+    Raises:
+        ConfigError: As of `export_bids`.
+        RecordingError: As of `export_bids`.
+    """
+    rate_Hz, with_raw = options
+    if not rate_Hz > 0.0:
+        raise ConfigError(f"--rate is {rate_Hz:g} Hz; it must be positive, such as 100.")
+    if not len(tables.sessions):
+        raise ConfigError(f"{folder.path} holds no session. Add recordings by `exograv study add`.")
+    subjects, protocols = _labels(tables)
+    with _in_place_of(out, folder) as root:
+        rows, left = 0, list[str]()
+        for session in sessions_of(tables):
+            row = session.session
+            place = SessionPlace(subjects[row["participant"]], f"{protocols[row['protocol']]}{row['session']:02d}")
+            more, not_exported = _write_one(folder, root, place, session, options)
+            rows, left = rows + more, [*left, *not_exported]
+        Cover(settings, tables, subjects, with_raw, left).write(root)
+        for name in TABLES:
+            shutil.copyfile(folder.table(name), root / TIDY / f"{name}.parquet")
+        known = {row["source"]: row["sha256"] for row in rows_of(tables.sessions, SESSIONS)}
+        manifest = write_manifest(root, known)
+        _refuse_wrong(root)
+        size = sum((root / name).stat().st_size for name in manifest)
+    return {
+        "dataset": str(out),
+        "participants": len(tables.participants),
+        "sessions": len(tables.sessions),
+        "touches": len(tables.touches),
+        "motion_rows": rows,
+        "files": len(manifest) + 1,
+        "bytes": size,
+        "not_exported": left,
+    }
+
+
+def _write_one(
+    folder: StudyFolder, root: Path, place: SessionPlace, session: SessionTables, options: tuple[float, bool]
+) -> tuple[int, list[str]]:
+    """One session; returns its rows of motion, and sentences on what was not exported."""
+    rate_Hz, with_raw = options
+    relative = session.session["source"]
+    source = folder.source(relative)
+    _refuse_changed(source, session.session["sha256"])
+    if with_raw:
+        _give_along(source, root / relative)
+    left, rows = write_session(root, place, source, session, rate_Hz)
+    where = f"`sub-{place.subject}/ses-{place.session}`"
+    return rows, [
+        f"Not exported of {where}: a stream of type `{one.kind or 'not told'}`, because {one.why}." for one in left
+    ]
+
+
+def _refuse_wrong(root: Path) -> None:
+    if problems := problems_of(root, with_hashes=False):
+        raise RecordingError(
+            f"The export is not as it should be, and not kept: {problems[0]} ({len(problems)} in all). That is a "
+            "mistake of exograv's: report it."
+        )
+
+
+def sessions_of(tables: Tables) -> Iterator[SessionTables]:
+    """Each session with its own windows and touches, in the order of codes, protocols and numbers."""
+    names = [column.name for column in KEY]
+    for row in sorted(rows_of(tables.sessions, SESSIONS), key=lambda row: tuple(row[name] for name in names)):
+        of = [_of(table, {name: row[name] for name in names}) for table in (tables.windows, tables.touches)]
+        yield SessionTables(row, *of)
+
+
+def _of(table: pd.DataFrame, key: dict[str, Any]) -> pd.DataFrame:
+    """Its rows of one session."""
+    is_own = pd.Series(True, index=table.index)
+    for name, value in key.items():
+        is_own &= table[name] == value
+    return table.loc[is_own]
+
+
+def _labels(tables: Tables) -> tuple[dict[str, str], dict[str, str]]:
+    codes = tables.participants["participant"].tolist()
+    known = set(codes)
+    if strange := sorted(set(tables.sessions["participant"]) - known):
+        raise ConfigError(
+            f"Sessions of {', '.join(strange)} have no participant in the study. Add the participant, or erase them."
+        )
+    return labels(codes, "Participant"), labels(sorted(set(tables.sessions["protocol"])), "Protocol")
+
+
+def _refuse_changed(source: Path, sha256: str) -> None:
+    try:
+        found = sha256_of(source)
+    except OSError as error:
+        raise RecordingError(f"The source {source} cannot be read: {error.strerror}. Put it back.") from error
+    if found != sha256:
+        raise RecordingError(f"{source} is not what was added to the study: its hash differs. Put the original back.")
+
+
+def _give_along(source: Path, to: Path) -> None:
+    """The same bytes, without a second copy of them where the disk allows that."""
+    to.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        os.link(source.resolve(), to)
+    except OSError:
+        shutil.copyfile(source, to)
+
+
+@contextmanager
+def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
+    """A folder that takes the place of `out` when it is whole, and is gone when something fails."""
+    _refuse_taken(out, folder)
+    root = out.with_name(f"{PARTIAL}{secrets.token_hex(4)}-{out.name}")
+    old = out.with_name(f"{PARTIAL}{secrets.token_hex(4)}-{out.name}-old")
+    try:
+        root.mkdir(parents=True)
+        yield root
+        os.sync()
+        _swap(root, out, old)
+    except OSError as error:
+        raise RecordingError(
+            f"{out} cannot be written: {error.strerror}. What was there is unchanged. Free space, or give a folder "
+            "that you may write."
+        ) from error
+    finally:
+        shutil.rmtree(root, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def _swap(root: Path, out: Path, old: Path) -> None:
+    """`root` becomes `out`; what was there becomes `old`, or stays if that fails."""
+    if out.exists():
+        out.rename(old)
+    try:
+        root.rename(out)
+    except OSError:
+        if old.exists():
+            old.rename(out)
+        raise
+
+
+def _refuse_taken(out: Path, folder: StudyFolder) -> None:
+    """Never write into a study, nor over what no export has written."""
+    study, place = folder.path.resolve(), out.resolve()
+    if place == study or study.is_relative_to(place) or place.is_relative_to(folder.sources.resolve()):
+        raise ConfigError(f"{out} is the study or holds it. Give --bids a folder of its own.")
+    if not out.exists():
+        return
+    if not out.is_dir():
+        raise ConfigError(f"{out} is a file. Give --bids a folder.")
+    if strange := sorted(set(files_of(out)) - set(read_manifest(out))):
+        raise ConfigError(
+            f"{out} holds {len(strange)} files that no export wrote, such as {strange[0]}. Move them, or give another "
+            "folder: an export replaces all of it."
+        )

@@ -1,0 +1,146 @@
+"""What the exoskeleton measured, as `_motion.tsv`: angles, velocities and torques, at a rate that others can handle."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.recording import Recording, RecordingPass
+
+from .channels import COLUMNS, PER_TICK, MotionChannel, counts, exo_channels
+from .decimation import CUTOFF, HALF_STEPS, Account, Block, Decimation
+from .files import MISSING, number_rows, write_json, write_table
+from .names import EXO, SessionPlace
+
+TOPICS = ("/task", "/event", "/stream", "/correction")
+"""Read on the way: what events and other devices need."""
+
+FILTERED = ("q_measured", "v", "tau_measured", "tau_commanded")
+"""Of a tick, in the order of `filtered_channels`."""
+
+IN_DEGREES = frozenset({"q_measured", "v"})
+
+CLOCK_EVERY = 100
+"""Ticks from one that ties the rig's clock to the computer's to the next, where both run evenly."""
+
+UNEVEN_S = 10e-6
+"""By which they may come apart from one tick to the next: the twin's clock stands still in a missed period."""
+
+GAPS_TOLD = 100
+
+
+@dataclass(frozen=True)
+class Moved:
+    """What the other files of a session need."""
+
+    recording: Recording
+    """Settings and the messages of `TOPICS`. Of its ticks only some, for the clocks."""
+
+    first_t: float
+    """Of the first tick, with which the motion file begins, on the rig's clock [s]."""
+
+    account: Account
+
+
+def write_motion(
+    source: Path, root: Path, place: SessionPlace, rates_Hz: tuple[float, float], about: Mapping[str, Any]
+) -> Moved:
+    """Write the files of the tracking system `exo`.
+
+    Args:
+        source: The recording, which has ticks.
+        root: Of the data set.
+        place: Of the session in it.
+        rates_Hz: Of the ticks, nominal; and of the rows, of which the next is taken that is a whole part of the
+            ticks'.
+        about: What every sidecar of the session says.
+
+    Raises:
+        RecordingError: It cannot be read.
+    """
+    passing, (tick_rate, wanted) = RecordingPass(source, TOPICS), rates_Hz
+    step = max(1, round(tick_rate / wanted))
+    decimation, first_t, clocks = Decimation(step, tick_rate), np.nan, list[np.ndarray]()
+    table = root / place.motion(EXO, "motion.tsv")
+    table.parent.mkdir(parents=True, exist_ok=True)
+    with table.open("wb") as file:
+        for ticks in passing.ticks():
+            first_t = ticks["t"][0] if np.isnan(first_t) else first_t
+            clocks.append(_tying(ticks))
+            filtered = np.column_stack([_in_file_units(name, ticks[name]) for name in FILTERED])
+            plain = np.column_stack([ticks[channel.name].astype(float) for channel in PER_TICK])
+            for block in decimation.feed(ticks["t"], ticks["sequence"], filtered, plain):
+                file.write(_rows(block, first_t))
+        for block in decimation.end():
+            file.write(_rows(block, first_t))
+    some = passing.recording()
+    recording = Recording(
+        some.path, some.settings, np.concatenate(clocks), some.remark, {name: some.messages(name) for name in TOPICS}
+    )
+    channels = exo_channels(recording.joints)
+    write_channels(root, place, EXO, channels, tick_rate / step)
+    model = recording.settings.get("title") or recording.settings.get("rig")
+    sidecar = {
+        "TrackingSystemName": EXO,
+        "ManufacturersModelName": model,
+        **_sampling(decimation.account, tick_rate, step),
+    }
+    write_json(root / place.motion(EXO, "motion.json"), {**about, **sidecar, **counts(channels)})
+    return Moved(recording, float(first_t), decimation.account)
+
+
+def write_channels(
+    root: Path, place: SessionPlace, system: str, channels: Sequence[MotionChannel], rate_Hz: float
+) -> None:
+    """Say what is in which column."""
+    write_table(root / place.motion(system, "channels.tsv"), COLUMNS, [channel.row(rate_Hz) for channel in channels])
+
+
+def _tying(ticks: np.ndarray) -> np.ndarray:
+    """Those of a piece that say how the two clocks run: some, and all between which they come apart."""
+    is_kept = np.arange(len(ticks)) % CLOCK_EVERY == 0
+    is_kept[-1] = True
+    apart = np.flatnonzero(np.abs(np.diff(ticks["now"] - ticks["monotonic"])) > UNEVEN_S)
+    is_kept[apart] = is_kept[apart + 1] = True
+    return ticks[is_kept]
+
+
+def _in_file_units(name: str, values: np.ndarray) -> np.ndarray:
+    values = values.astype(float)
+    return np.rad2deg(values) if name in IN_DEGREES else values
+
+
+def _rows(block: Block, first_t: float) -> bytes:
+    columns = [block.t - first_t, *block.filtered.T, *block.plain.T]
+    joints = block.filtered.shape[1] // len(FILTERED)
+    return number_rows(columns, [channel.decimals for channel in exo_channels([""] * joints)])
+
+
+def _sampling(account: Account, tick_rate: float, step: int) -> dict[str, Any]:
+    """What the sidecar says of rows and ticks."""
+    told = account.gaps[:GAPS_TOLD]
+    first = "every tick" if step == 1 else f"every {step}th tick"
+    effective = account.steady / account.steady_s / step if account.steady_s > 0.0 else None
+    low_pass = {
+        "Kind": "symmetric FIR, Hamming window, no delay",
+        "Taps": 2 * HALF_STEPS * step + 1,
+        "HalfAmplitude_Hz": round(0.5 * CUTOFF * tick_rate / step, 6),
+        "AtGaps": "each stretch without a missing tick by itself, continued by point reflection",
+    }
+    return {
+        "SamplingFrequency": tick_rate / step,
+        "SamplingFrequencyEffective": MISSING if effective is None else round(effective, 6),
+        "MissingValues": MISSING,
+        "RowCount": account.rows,
+        "RecordingDuration": round(account.rows / (tick_rate / step), 6),
+        "SoftwareFilters": {"AntiAliasing": low_pass} if step > 1 else MISSING,
+        "RowsAre": f"{first}; rows whose tick is missing have no values but their latency",
+        "TickFrequency": tick_rate,
+        "TickCount": account.ticks,
+        "TicksLeftOut": account.dropped,
+        "RowsWithoutTick": account.missing,
+        "GapCount": len(account.gaps),
+        "Gaps": [{"LastTickBefore": round(a, 6), "FirstTickAfter": round(b, 6)} for a, b in told],
+    }

@@ -1,0 +1,160 @@
+"""The files of one session, and the list of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import pandas as pd
+
+from exograv.errors import RecordingError
+from exograv.recording import read_topics
+from exograv.recording.stream_block import StreamBlock
+from exograv.recording.stream_pieces import other_pieces
+
+from .behaviour import events_of, write_behaviour, write_events
+from .devices import Devices, Left, device_streams
+from .files import MISSING, write_json, write_table
+from .motion import TOPICS, Moved, write_motion
+from .names import EXO, TASK, SessionPlace
+from .pages import NOBODY
+from .tracks import tracks
+
+DESCRIPTION = (
+    "Touch the centre of a target on a touch screen, return to a resting place near the lap, and do so again, in "
+    "windows of about 22 s."
+)
+INSTRUCTIONS = "Touch the centre of the target. After each touch return to the resting place, until the window closes."
+
+Begins = dict[PurePosixPath, float]
+"""Files from the root, with when each begins after the first row of the exoskeleton's motion [s]."""
+
+NOT_TOLD = (
+    "Manufacturer", "DeviceSerialNumber", "InstitutionName", "InstitutionAddress", "InstitutionalDepartmentName",
+)  # fmt: skip
+"""What BIDS recommends to say and a recording does not hold; to be filled in by who publishes."""
+
+SCANS = {
+    "filename": {"Description": "file, from the session's folder"},
+    "acq_time": {"Description": "when it begins, where somebody told when the recording did"},
+    "simulated": {"Description": "nobody was there", "Levels": {"true": "yes", "false": "no"}},
+    "source_sha256": {"Description": "of the raw file that it was made of"},
+}
+
+
+@dataclass(frozen=True)
+class SessionTables:
+    """What the study's tables say of one session."""
+
+    session: Mapping[str, Any]
+    """Row of `SESSIONS` as `rows_of` gives it; NA is None."""
+
+    windows: pd.DataFrame
+    touches: pd.DataFrame
+
+
+def write_session(
+    root: Path, place: SessionPlace, source: Path, tables: SessionTables, rate_Hz: float
+) -> tuple[list[Left], int]:
+    """Write all files of a session.
+
+    Args:
+        root: Of the data set.
+        place: Of the session.
+        source: Its raw file.
+        tables: What is known of it.
+        rate_Hz: Wanted of the motion.
+
+    Returns:
+        Streams that are not exported, and rows of motion.
+
+    Raises:
+        RecordingError: The source cannot be read.
+    """
+    session, about = tables.session, sidecar_of(tables.session)
+    is_recording, rate = session["kind"] == "recording", session["rate_Hz"]
+    moved = write_motion(source, root, place, (rate, rate_Hz), about) if is_recording and rate else None
+    begins: Begins = {place.behaviour("beh.tsv"): 0.0}
+    write_behaviour(root, place, tables.touches, about)
+    if moved is None:
+        write_events(root / place.behaviour("events.tsv"), events_of(tables.windows, tables.touches), 0.0, about)
+        left = device_streams(read_topics(source, TOPICS))[1] if is_recording else []
+    else:
+        events = events_of(tables.windows, tables.touches, (moved.recording, moved.first_t))
+        tracks_begin, devices_begin, left = _write_others(source, root, place, moved, about)
+        for table, later_s in tracks_begin.items():
+            name = table.name.replace("_motion.tsv", "_events.tsv")
+            write_events(root / table.with_name(name), events, later_s, about)
+        begins |= tracks_begin | devices_begin
+    _write_scans(root, place, begins, session)
+    return left, 0 if moved is None else moved.account.rows
+
+
+def sidecar_of(session: Mapping[str, Any]) -> dict[str, Any]:
+    """What every sidecar of a session says."""
+    return {
+        "TaskName": TASK,
+        "TaskDescription": DESCRIPTION,
+        "Instructions": INSTRUCTIONS,
+        "SoftwareVersions": session["software"],
+        "Protocol": session["protocol"],
+        "Exoskeleton": session["exo"],
+        "Side": session["side"],
+        "Simulated": bool(session["simulated"]),
+        "SubjectArtefactDescription": NOBODY if session["simulated"] else "n/a",
+        "SourceRemark": session["remark"],
+        **dict.fromkeys(NOT_TOLD, MISSING),
+    }
+
+
+def _write_others(
+    source: Path, root: Path, place: SessionPlace, moved: Moved, about: Mapping[str, Any]
+) -> tuple[Begins, Begins, list[Left]]:
+    """Write what was recorded beside the ticks.
+
+    Returns:
+        Motion files, that of the exoskeleton too; files of devices; streams that are not exported.
+    """
+    points = {track.topic: track for track in tracks()}
+    with Devices(root, place, moved.recording, moved.first_t) as devices:
+        for topic, message in other_pieces(source, points):
+            if isinstance(message, StreamBlock):
+                devices.take(topic, message)
+            else:
+                points[topic].take(message)
+        files = devices.finish(about)
+    written = [track.write(root, place, moved.first_t, about) for track in points.values() if track.t]
+    return {place.motion(EXO, "motion.tsv"): 0.0, **dict(written)}, files, devices.left
+
+
+def _write_scans(root: Path, place: SessionPlace, begins: Begins, session: Mapping[str, Any]) -> None:
+    rows = [
+        {
+            "filename": name.relative_to(place.folder).as_posix(),
+            "acq_time": _acquired(session["acquired"], begins[name]),
+            "simulated": bool(session["simulated"]),
+            "source_sha256": session["sha256"],
+        }
+        for name in sorted(begins)
+    ]
+    write_table(root / place.scans, list(SCANS), rows)
+    write_json((root / place.scans).with_suffix(".json"), SCANS)
+
+
+def _acquired(told: str | None, later_s: float) -> str | None:
+    """When a file begins, by when the recording did.
+
+    Raises:
+        RecordingError: What was told is no date and time.
+    """
+    if told is None:
+        return None
+    try:
+        begun = datetime.fromisoformat(told)
+    except ValueError as error:
+        raise RecordingError(f"'{told}' is no date and time by ISO 8601. Correct it in the study.") from error
+    at = begun + timedelta(seconds=later_s)
+    if at.tzinfo is not None:
+        return at.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
+    return at.strftime("%Y-%m-%dT%H:%M:%S.%f")

@@ -1,0 +1,23 @@
+"""A small study and its export, made once."""
+
+from pathlib import Path
+
+import pytest
+
+from exograv.study.dataset.folder import StudyFolder
+
+from .small_study import export, write_study
+
+
+@pytest.fixture(scope="session")
+def small_study(tmp_path_factory: pytest.TempPathFactory) -> StudyFolder:
+    """Never written into by a test."""
+    return write_study(tmp_path_factory.mktemp("bids") / "study")
+
+
+@pytest.fixture(scope="session")
+def exported(small_study: StudyFolder) -> Path:
+    """Its data set. Never written into by a test."""
+    out = small_study.path.parent / "bids"
+    export(small_study, out)
+    return out
