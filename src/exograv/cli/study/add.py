@@ -32,8 +32,8 @@ class Add(Common):
     acquired: str | None = None
     """Date and time, ISO 8601: recordings hold none."""
 
-    new_code: tuple[str, ...] = ()
-    """OLD=CODE, for files that were made under another code."""
+    new_code: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
+    """OLD=CODE, for files that were made under another code; once for each."""
 
     gravity_level: float | None = None
     """Felt share of the arm's weight, for touches that say none."""
