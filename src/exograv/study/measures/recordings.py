@@ -1,0 +1,166 @@
+"""What a recording adds to the tidy tables: reaches of hand and joints, what the machine carried, traces."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.recording import Recording, read_topics, tick_pieces
+
+from .reaches import Measured, Motion, reaches, scatter_about_mean
+from .table import Row, rows_of
+from .traces import MARGIN_S, WindowTrace, flown_levels, trace_rows, window_trace
+
+KEPT = ("t", "gravity_level", "arm_share", "q_measured", "tau_measured")
+"""Fields of a tick that are held for a window's length."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """A complete one, on the recording's own clock."""
+
+    window: int
+    attempt: int
+    opened_s: float
+    closed_s: float
+    touches: tuple[dict[str, Any], ...]
+    """Records of those that count, in order of time."""
+
+
+def complete_windows(recording: Recording) -> list[Window]:
+    """Of a session with a task; of a window that was run again the last complete attempt."""
+    opened = dict[tuple[int, int], float]()
+    touches = defaultdict[tuple[int, int], list[dict[str, Any]]](list)
+    windows = dict[int, tuple[tuple[int, int], float]]()
+    # At a console a record's own time is the computer's; that of its message is the rig's, as ticks have it.
+    for record in ({**message["record"], "t": message["t"]} for message in recording.messages("/task")):
+        key = (record.get("window") or 0, record.get("attempt") or 0)
+        if record["kind"] == "window_opened":
+            opened[key] = record["t"]
+        elif record["kind"] == "touch" and record["is_accepted"]:
+            touches[key].append(record)
+        elif record["kind"] == "window_closed" and record["is_complete"] and key in opened:
+            windows[key[0]] = (key, record["t"])
+    in_order = {key: tuple(sorted(found, key=lambda touch: touch["t"])) for key, found in touches.items()}
+    return [Window(key[0], key[1], opened[key], closed, in_order.get(key, ())) for key, closed in windows.values()]
+
+
+def windowed(
+    pieces: Iterable[np.ndarray], windows: Iterable[Window], margin_s: float = 0.0
+) -> Iterator[tuple[Window, np.ndarray]]:
+    """Each window with its ticks and those of a margin about it, fields `KEPT` only.
+
+    No more than one window's ticks and a piece are held; margins must not overlap.
+    """
+    waiting = sorted(windows, key=lambda window: window.opened_s, reverse=True)
+    held: list[np.ndarray] = []
+    for piece in pieces:
+        while waiting and len(piece):
+            window = waiting[-1]
+            last_s = window.closed_s + margin_s
+            is_in = (piece["t"] >= window.opened_s - margin_s) & (piece["t"] <= last_s)
+            if is_in.any():
+                held.append(_narrowed(piece[is_in]))
+            if piece["t"][-1] <= last_s:
+                break
+            waiting.pop()
+            if held:
+                yield window, np.concatenate(held)
+            held = []
+    if waiting and held:
+        yield waiting[-1], np.concatenate(held)
+
+
+def _narrowed(ticks: np.ndarray) -> np.ndarray:
+    narrow = np.empty(len(ticks), [(name, ticks.dtype[name]) for name in KEPT])
+    for name in KEPT:
+        narrow[name] = ticks[name]
+    return narrow
+
+
+@dataclass(frozen=True)
+class FromRecording:
+    """What one session's recording adds."""
+
+    rows: list[Row]
+    """Of the table of measures."""
+
+    trace: list[Row]
+    """Of the table of traces (`traces.TRACES`)."""
+
+    unpublished: tuple[str, ...]
+    """Values of its protocol that are not the paper's but somebody's choice."""
+
+
+def read_measures(path: Path, key: dict[str, Any]) -> FromRecording:
+    """Everything that a recording adds, in two passes: one for what was said, one for the ticks.
+
+    Args:
+        path: The recording.
+        key: Participant, protocol and session.
+
+    Raises:
+        RecordingError: It cannot be read.
+    """
+    recording = read_topics(path, ("/task", "/skeleton", "/aircraft"))
+    windows = complete_windows(recording)
+    hand = hand_motion(recording)
+    rows = list[Row]()
+    if hand is not None:
+        for window in windows:
+            rows += _reach_rows(key, window, list(_reaches(hand, window)), "hand")
+    courses: list[np.ndarray] = []
+    traces: list[WindowTrace] = []
+    for window, ticks in windowed(tick_pieces(path), windows, MARGIN_S):
+        traces.append(window_trace(window.opened_s, ticks["t"], ticks["q_measured"], ticks["gravity_level"]))
+        inside = ticks[(ticks["t"] >= window.opened_s) & (ticks["t"] <= window.closed_s)]
+        if len(inside):
+            found = list(_reaches(Motion(inside["t"], inside["q_measured"]), window))
+            courses += [reach.course for reach in found if reach is not None]
+            rows += _reach_rows(key, window, found, "joint")
+            place = {"window": window.window, "attempt": window.attempt}
+            rows += rows_of("window", {**key, **place}, effort(inside))
+    if courses:
+        end, course = np.rad2deg(scatter_about_mean(np.array(courses)))
+        rows += rows_of("session", key, {"end_posture_scatter_deg": end, "path_scatter_deg": course})
+    flown = flown_levels(recording.messages("/aircraft"), [window.opened_s for window in windows])
+    protocol = (recording.settings.get("settings") or {}).get("protocol") or {}
+    return FromRecording(rows, trace_rows(key, traces, flown), tuple(protocol.get("unpublished") or ()))
+
+
+def hand_motion(recording: Recording) -> Motion | None:
+    """End of the line along the arm, about 20 times a second; None where nobody computed it."""
+    points = [(m["t"], m["arm"][-1]) for m in recording.messages("/skeleton") if len(m["arm"])]
+    return Motion(np.array([t for t, _ in points]), np.array([p for _, p in points], float)) if points else None
+
+
+def _reaches(motion: Motion, window: Window) -> Iterator[Measured | None]:
+    return reaches(motion, window.opened_s, [touch["t"] for touch in window.touches])
+
+
+def effort(ticks: np.ndarray) -> dict[str, float]:
+    """What the machine did in a window; the share is NaN where the recording does not say what was carried."""
+    carried: Float[np.ndarray, " tick"] = (1.0 - ticks["gravity_level"]) * ticks["arm_share"]
+    known = carried[np.isfinite(carried)]
+    return {
+        "motor_torque_rms_Nm": float(np.sqrt(np.mean(ticks["tau_measured"].astype(float) ** 2))),
+        "carried_share": float(known.mean()) if len(known) else np.nan,
+    }
+
+
+def _reach_rows(key: dict[str, Any], window: Window, found: list[Measured | None], which: str) -> Iterator[Row]:
+    for touch, reach in zip(window.touches, found, strict=True):
+        if reach is None:
+            continue
+        if which == "hand":
+            values = {"path_m": reach.length, "peak_speed_m_per_s": reach.peak_speed}
+        else:
+            values = {"path_rad": reach.length, "peak_speed_rad_per_s": reach.peak_speed, "ldlj": reach.ldlj}
+        values = {"movement_s": reach.movement_s, "sparc": reach.sparc, **values}
+        place = {"window": window.window, "attempt": window.attempt}
+        place |= {"sequence": touch["sequence"], "page": touch["page"]}
+        yield from rows_of("touch", {**key, **place}, {f"{which}_{name}": value for name, value in values.items()})
