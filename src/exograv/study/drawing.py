@@ -56,15 +56,16 @@ def house_style() -> Iterator[None]:
         yield
 
 
-def inline_svg(figure: Figure, name: str) -> str:
+def inline_svg(figure: Figure, name: str, letters: str = "none") -> str:
     """The figure as an `<svg>` element: same data, same text.
 
     Args:
         figure: Drawn in the house style.
         name: Tells the figures of one page apart: their identifiers must not clash.
+        letters: `none` for text that can be edited, `path` for shapes that need no font.
     """
     text = StringIO()
-    with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
+    with mpl.rc_context({**STYLE, "svg.hashsalt": name, "svg.fonttype": letters}):
         # `savefig` would draw everything once before, to lay it out, and gives the same picture.
         canvas = FigureCanvasSVG(figure)
         canvas.print_svg(text, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})

@@ -1,0 +1,71 @@
+"""How deviation changed: from session to session of each protocol, each person's line and the group's."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from exograv.study.measures.selecting import column, keys, rows
+from exograv.study.measures.study_data import PRIMARY, StudyData
+
+from .groups import WIDTH_2, label, look, marked, plain_log, second_axis_mm
+
+
+def draw(data: StudyData) -> Figure | None:
+    """A panel a protocol, as wide as it has sessions."""
+    medians = data.measure("median_deviation_px")
+    if medians.empty or len(set(keys(medians, ["participant", "protocol"]))) == len(medians):
+        return None
+    protocols = sorted(set(medians["protocol"]), key=lambda name: (name == PRIMARY, name))
+    sessions = [max(column(rows(medians, medians["protocol"] == name), "session").tolist()) for name in protocols]
+    widths = [max(n, 4) for n in sessions]
+    figure = Figure(figsize=(WIDTH_2, 3.0), layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, len(protocols), sharey=True, width_ratios=widths))
+    for ax, protocol, last in zip(panels, protocols, sessions, strict=True):
+        course(ax, data, rows(medians, medians["protocol"] == protocol), "session")
+        ax.set_title(protocol)
+        ax.set_xlim(0.5, last + 0.5)
+        ax.set_xlabel("session")
+    plain_log(panels[0], medians["value"].to_numpy(float))
+    panels[0].set_ylabel("median deviation [px]")
+    second_axis_mm(panels[-1], data)
+    handles = {h.get_label(): h for ax in panels for h in ax.get_lines() if not str(h.get_label()).startswith("_")}
+    figure.legend(handles=list(handles.values()), loc="outside upper left", ncols=len(handles))
+    return marked(figure, data)
+
+
+def course(ax: Axes, data: StudyData, medians: pd.DataFrame, over: str) -> None:
+    """A thin line a person with its gaps, a thick one a group: the geometric mean of its people."""
+    for group in data.groups:
+        style, of_group = look(data, group), rows(medians, medians["group"] == group)
+        for _, person in of_group.groupby("participant"):
+            line = dict(keys(person, [over, "value"]))
+            whole = range(min(line), max(line) + 1)
+            ax.plot(
+                whole, [line.get(at, np.nan) for at in whole], style.line, marker=style.marker, markersize=2.5,
+                color=style.colour, alpha=0.45, linewidth=0.8,
+            )  # fmt: skip
+        if not of_group.empty:
+            logs = dict[int, list[float]]()
+            for at, value in keys(of_group, [over, "value"]):
+                logs.setdefault(at, []).append(np.log(value))
+            ax.plot(
+                sorted(logs), [np.exp(np.mean(logs[at])) for at in sorted(logs)], style.line, marker=style.marker,
+                color=style.colour, markersize=4, linewidth=2.2, label=label(group),
+            )  # fmt: skip
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+
+
+def explain(data: StudyData) -> str:
+    """What one sees, and each group's slope."""
+    slopes = data.measure("slope_across_sessions", "participant")
+    said = [
+        f"{protocol}: {', '.join(f'{100 * np.expm1(value):+.0f} %' for value in of['value'])}".replace("-", "−")
+        for protocol, of in slopes.groupby("protocol")
+    ]
+    change = f" Change from session to session, one figure a person (Theil–Sen): {'; '.join(said)}." if said else ""
+    return (
+        "Median deviation of each session. Thin lines: people; where a line breaks a session is missing. Thick lines: "
+        f"geometric mean of the people who have that session.{change}"
+    )

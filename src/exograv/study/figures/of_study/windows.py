@@ -1,0 +1,68 @@
+"""The course of a session: median deviation of each window, and what a window's first touch and a rest cost."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exograv.study.measures.selecting import column, columns, rows
+from exograv.study.measures.study_data import StudyData
+from exograv.study.measures.table import SESSION
+
+from .groups import WIDTH_2, label, look, marked, plain_log, second_axis_mm
+from .learning import course
+
+COSTS = {
+    "first_window_cost": "first\nwindow",
+    "first_touch_cost": "first\ntouch",
+    "cost_of_rest": "after\na rest",
+    "cost_of_long_rest": "after a\nlong rest",
+}
+
+
+def draw(data: StudyData) -> Figure | None:
+    """Windows on the left, costs on the right."""
+    kept = columns(data.compared, SESSION).drop_duplicates()
+    medians = data.measure("median_deviation_px", "window").merge(kept)
+    if medians.empty:
+        return None
+    figure = Figure(figsize=(WIDTH_2, 2.9), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    # A person who flew twice has one line: the median of both.
+    by_person = medians.groupby(["participant", "group", "window"])["value"].median().reset_index()
+    course(left, data, by_person, "window")
+    plain_log(left, medians["value"].to_numpy(float))
+    left.set_xlabel("window")
+    left.set_ylabel("median deviation [px]")
+    figure.legend(handles=left.get_legend_handles_labels()[0], loc="outside upper left", ncols=len(data.groups))
+    second_axis_mm(left, data)
+    _costs(right, data, kept)
+    return marked(figure, data)
+
+
+def _costs(ax: Axes, data: StudyData, kept: pd.DataFrame) -> None:
+    found = {name: data.measure(name).merge(kept) for name in COSTS}
+    shown = [name for name in COSTS if not found[name].empty]
+    for at, name in enumerate(shown):
+        for k, group in enumerate(data.groups):
+            style = look(data, group)
+            values = np.exp(column(rows(found[name], found[name]["group"] == group), "value").to_numpy(float))
+            x = at + 0.24 * (k - 0.5 * (len(data.groups) - 1))
+            ax.plot([x] * len(values), values, style.marker, color=style.colour, markersize=4, alpha=0.8)
+            if len(values):
+                ax.plot([x - 0.09, x + 0.09], [np.exp(np.log(values).mean())] * 2, color=style.colour, linewidth=2.0)
+    ax.axhline(1.0, color="black", linewidth=0.8)
+    ax.set_xticks(range(len(shown)), [COSTS[name] for name in shown], fontsize=6.5)
+    ax.set_xlim(-0.6, len(shown) - 0.4)
+    ax.set_ylabel("deviation over the usual")
+
+
+def explain(data: StudyData) -> str:
+    """What one sees."""
+    names = " and ".join(label(group) for group in data.groups)
+    return (
+        f"Left: median deviation window by window, {data.compared_words}; thin lines people, thick lines {names}. "
+        "Right, a point a person: how many times larger the deviation is in the first window than in the others, at a "
+        "window's first touch than at its later ones, and in the first half of a window than in the second half of "
+        "the one before, after any rest and after one of 1.5 times the usual or more. Above 1 it is worse."
+    )
