@@ -12,6 +12,7 @@ from .identity import Identity, run_identity
 from .init import Init, run_init
 from .participant import Participant, run_participant
 from .power import Power, run_power
+from .report import StudyReport, run_study_report
 from .status import Status, run_status
 
 COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
@@ -23,5 +24,6 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "power": (Power, run_power),
     "export": (Export, run_export),
     "status": (Status, run_status),
+    "report": (StudyReport, run_study_report),
 }
 """Word after `exograv study`."""

@@ -1,0 +1,32 @@
+"""`exograv study report`."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from exograv.cli.common import Common
+
+
+@dataclass(frozen=True)
+class StudyReport(Common):
+    """Measure, compare and draw a study: report/ in its folder gets a page, a PDF and the figures."""
+
+    study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
+    """Folder of the study."""
+
+
+def run_study_report(command: StudyReport) -> dict[str, Any]:
+    """Write the report and say where."""
+    from exograv.study.findings.report import write_study_report
+
+    result = write_study_report(command.study, tell=lambda source: print(f"Reading {source}"))
+    if result["primary"] is None:
+        print(result["not_compared"])
+    else:
+        primary = result["primary"]
+        print(f"{primary['test']}: {primary['p_text']}")
+    print(f"Report: {result['report']}")
+    print(result["remark"] or f"For print: {result['pdf']}")
+    return result
