@@ -7,6 +7,7 @@ import pandas as pd
 
 from exograv.study.figures.of_study.groups import label
 from exograv.study.measures.catalogue import MEASURES, Measure
+from exograv.study.measures.catalogue import measure as measure_of
 from exograv.study.measures.selecting import column, columns, keys, middle, rows
 from exograv.study.measures.study_data import StudyData
 from exograv.study.measures.table import SESSION
@@ -56,10 +57,9 @@ def measures_table(data: StudyData) -> Table:
         is_twice = measure.level != "session" and measure.name in of_sessions
         if measure.name in NOT_SHOWN or is_telling or is_twice:
             continue
-        unit = "" if measure.unit == "-" else f" [{measure.unit}]"
         for protocol, values in _by_person(data, measure).items():
             cells = [_summary(column(rows(values, values["group"] == group), "value")) for group in data.groups]
-            lines.append((f"{in_words(measure.name)}{protocol}{unit}", *cells, measure.meaning))
+            lines.append((with_unit(measure, protocol), *cells, measure.meaning))
     return Table(("measure", *(label(group) for group in data.groups), "meaning"), lines)
 
 
@@ -88,6 +88,11 @@ def number(value: float) -> str:
     return f"{float(text):g}".replace("-", "−")
 
 
+def with_unit(measure: Measure, of: str = "") -> str:
+    """A measure's name in words, of what, and its unit."""
+    return f"{in_words(measure.name)}{of}" + ("" if measure.unit == "-" else f" [{measure.unit}]")
+
+
 def in_words(name: str) -> str:
     """A measure's name without its unit."""
     units = ("_px", "_mm", "_s", "_m", "_rad", "_deg", "_Nm", "_m_per_s", "_rad_per_s")
@@ -102,14 +107,16 @@ def family_of(data: StudyData, found: Findings) -> Family | None:
     if min(first, second) < 2:
         return None
     ways = relabellings(first, second, np.random.default_rng(0))
-    return family_of_sessions(data.measures, found.people, found.protocol, ways, f"Measures of a {found.protocol}")
+    # A difference of directions says nothing: they go round.
+    straight = rows(data.measures, ~data.measures["measure"].isin(list(NOT_SHOWN)))
+    return family_of_sessions(straight, found.people, found.protocol, ways, f"Measures of a {found.protocol}")
 
 
 def family_rows(family: Family) -> list[tuple[str, ...]]:
     """Smallest p first."""
     lines = keys(family.table, ["p", "measure", "difference", "p_holm", "p_max_t"])
     return [
-        (in_words(name), *(number(value) for value in (difference, p, holm, max_t)))
+        (with_unit(measure_of(name, "session")), *(number(value) for value in (difference, p, holm, max_t)))
         for p, name, difference, holm, max_t in sorted(lines)
     ]
 
