@@ -80,8 +80,10 @@ def _of_sessions(data: StudyData) -> Iterator[Issue]:
         ("sessions of a protocol of which there are several versions", files, "used together"),
         ("sessions of a protocol recorded by several versions of the software", codes, "used together"),
     )
-    remarked = s["remark"].notna()
-    told = (name[remarked] + ": " + s["remark"][remarked].str.rstrip(".")).tolist()
+    remarked, said = s["remark"].notna(), [*SESSION, "remark"]
+    told = [
+        f"{code} {protocol} {n}: {remark.rstrip('.')}" for code, protocol, n, remark in keys(rows(s, remarked), said)
+    ]
     yield from _issue("sources of which something is remarked", told, "what could be read is used")
     for what, is_flawed, consequence in flaws:
         yield from _issue(what, name[np.asarray(is_flawed, bool)].tolist(), consequence)
