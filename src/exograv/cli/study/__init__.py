@@ -20,10 +20,10 @@ COMMANDS: dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]] = {
     "participant": (Participant, run_participant),
     "identity": (Identity, run_identity),
     "add": (Add, run_add),
-    "example": (Example, run_example),
-    "power": (Power, run_power),
-    "export": (Export, run_export),
     "status": (Status, run_status),
     "report": (StudyReport, run_study_report),
+    "power": (Power, run_power),
+    "export": (Export, run_export),
+    "example": (Example, run_example),
 }
 """Word after `exograv study`."""

@@ -61,7 +61,7 @@ def explain(data: StudyData) -> str:
     """What one sees, and each group's slope."""
     slopes = data.measure("slope_across_sessions", "participant")
     said = [
-        f"{protocol}: {', '.join(f'{100 * np.expm1(value):+.0f} %' for value in of['value'])}".replace("-", "−")
+        f"{protocol}: {', '.join(f'{100 * np.expm1(value):+.1f} %' for value in of['value'])}".replace("-", "−")
         for protocol, of in slopes.groupby("protocol")
     ]
     change = f" Change from session to session, one figure a person (Theil–Sen): {'; '.join(said)}." if said else ""
