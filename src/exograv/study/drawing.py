@@ -56,6 +56,11 @@ def house_style() -> Iterator[None]:
         yield
 
 
+def mark_simulated(figure: Figure) -> None:
+    """Nobody took part: it has to stand on the figure wherever it is copied to."""
+    figure.suptitle("SIMULATED", x=0.995, ha="right", fontsize=7, fontweight="bold", color=RED)
+
+
 def inline_svg(figure: Figure, name: str, letters: str = "none") -> str:
     """The figure as an `<svg>` element: same data, same text.
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from exograv.errors import RecordingError
-from exograv.study.drawing import BLUE, GREEN, GREY, ORANGE, house_style
+from exograv.study.drawing import BLUE, GREEN, GREY, ORANGE, house_style, mark_simulated
 
 from .curve import TARGETS
 
@@ -25,7 +25,10 @@ def write_power_figure(result: dict[str, Any], path: Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with house_style():
-            power_figure(result).savefig(path, bbox_inches="tight", metadata={"Date": None})
+            figure = power_figure(result)
+            if (result.get("pilot") or {}).get("is_simulated"):
+                mark_simulated(figure)
+            figure.savefig(path, bbox_inches="tight", metadata={"Date": None})
     except OSError as error:
         raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another folder with --out.") from error
 

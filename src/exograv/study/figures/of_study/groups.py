@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
-from exograv.study.drawing import BLUE, GREEN, INK, ORANGE, PINK, RED, SKY
+from exograv.study.drawing import BLUE, GREEN, INK, ORANGE, PINK, SKY, mark_simulated
 from exograv.study.measures.study_data import StudyData
 from exograv.study.participants.told import SEALED
 
@@ -61,7 +61,7 @@ def label(group: str) -> str:
 def marked(figure: Figure, data: StudyData) -> Figure:
     """The figure, with what must stand on it wherever it is copied to."""
     if data.is_simulated:
-        figure.suptitle("SIMULATED", x=0.995, ha="right", fontsize=7, fontweight="bold", color=RED)
+        mark_simulated(figure)
     return figure
 
 
