@@ -13,8 +13,8 @@ from exograv.cli.common import Common
 class Export(Common):
     """Give a study on as a data set of BIDS, which other laboratories' programs read."""
 
-    study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Folder of the study."""
+    study: Annotated[Path, tyro.conf.Positional] = Path()
+    """Folder of the study; the one you are in if absent."""
 
     bids: Path = field(default=tyro.MISSING)
     """Folder of the data set. An earlier export there is replaced; anything else is refused."""

@@ -1,6 +1,6 @@
 """`exograv study report`."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,8 +13,8 @@ from exograv.cli.common import Common
 class StudyReport(Common):
     """Measure, compare and draw a study: report/ in its folder gets a page, a PDF and the figures."""
 
-    study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Folder of the study."""
+    study: Annotated[Path, tyro.conf.Positional] = Path()
+    """Folder of the study; the one you are in if absent."""
 
 
 def run_study_report(command: StudyReport) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """`exograv study status`."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,8 +13,8 @@ from exograv.cli.common import Common
 class Status(Common):
     """What a study holds, and what is missing."""
 
-    study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Folder of the study."""
+    study: Annotated[Path, tyro.conf.Positional] = Path()
+    """Folder of the study; the one you are in if absent."""
 
     remake: bool = False
     """Make all tables anew from the sources."""

@@ -165,7 +165,7 @@ class _Adding:
         except ConfigError as error:
             return self._refused(shown, str(error), one.sha256)
         refusals = f" Refused rows, {len(one.imported.refusals)}: " if one.imported.refusals else ""
-        refusals += "; ".join(one.imported.refusals[:5])
+        refusals += "; ".join(one.imported.refusals[:5]) + ("." if one.imported.refusals else "")
         sentence = f"{_named(key)}: {one.imported.session['touches']} touches that count.{refusals}"
         found = sentences(one.imported.session.get("remark"), source.note.remark)
         note(self._folder, what, sentence, participant=key.participant, sha256=source.note.sha256, remark=found)

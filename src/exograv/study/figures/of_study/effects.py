@@ -50,7 +50,7 @@ def ratios(findings: Findings) -> list[Line]:
     """Effects that are ratios of deviation, by whatever model."""
     effects = (findings.effect, *findings.other_effects)
     lines: list[Line] = [
-        (effect.name, effect.value, effect.interval)
+        (effect.name + _level(effect.interval), effect.value, effect.interval)
         for effect in effects
         if effect.value is not None and effect.value > 0.0 and "ratio" in effect.name
     ]
@@ -62,11 +62,16 @@ def ratios(findings: Findings) -> list[Line]:
     return lines
 
 
+def _level(interval: Interval | None) -> str:
+    """Where so few people allow no 95 %."""
+    return "" if interval is None or interval.level >= 0.95 else f", {100.0 * interval.level:.0f} %"
+
+
 def explain(findings: Findings) -> str:
     """What one sees."""
     first, _ = findings.groups
     return (
         f"Left of 1 the {first} deviate less. The uppermost line is the comparison that the study was made for; the "
-        "others rest on more assumptions and do not replace it. Bars are 95 % intervals; one that leaves the frame has "
-        "no bound there that this many people could give."
+        "others rest on more assumptions and do not replace it. Bars are 95 % intervals where nothing else is said, "
+        "and it is less where so few people give no 95 %; one that leaves the frame has no bound there."
     )
