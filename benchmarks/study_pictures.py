@@ -1,6 +1,6 @@
 """Pictures of a study's report for the documentation.
 
-    exograv study example --participants 3,3 --sessions 3,2 --seed 1001 --out STUDY && exograv study report STUDY
+    exograv study example --participants 3,3 --seed 1001 --out STUDY && exograv study report STUDY
     PYTHONPATH=. python benchmarks/study_pictures.py --study STUDY --out docs/pictures
 
 Needs Chromium as the browser tests do.
