@@ -67,7 +67,7 @@ class Habits:
     """Of what is learned about the own weight, from deviations that are seen."""
 
     learns_aim: float = 0.2
-    """Share of the rest of a deviation that is aimed away next time."""
+    """Share of a deviation that is aimed away next time, whatever explains it."""
 
     seen_sd_m: float = 0.002
     """How exactly it is seen: the finger appears only just before contact."""
@@ -187,7 +187,7 @@ class PointingPerson:
         self._contact = t
         seen = off + habits.seen_sd_m * self._random.standard_normal(2)
         by_weight = float(seen @ self._shift / (self._shift @ self._shift))
-        self._aim_off = self._aim_off - habits.learns_aim * (seen - by_weight * self._shift)
+        self._aim_off = self._aim_off - habits.learns_aim * seen
         before = self.gravity_expected
         self.adaptation.learn(by_weight / (1.0 - habits.trusts_felt))
         # What is anticipated from now on need not be held against.
