@@ -42,16 +42,21 @@ def hold(q: Joints, seconds: float, dt: float) -> Trajectory:
     return Trajectory(np.tile(q, (ticks, 1)), still, still, dt)
 
 
-def minimum_jerk(q_start: Joints, q_goal: Joints, seconds: float, dt: float) -> Trajectory:
-    """From rest to rest along the fifth-order polynomial.
+def smooth_share(s: np.ndarray) -> np.ndarray:
+    """Share of a way from rest to rest, at a share `s` of its time, both 0 to 1 [-].
 
     Source: Flash & Hogan 1985, J Neurosci 5:1688, eq. 7.
     """
+    return 10 * s**3 - 15 * s**4 + 6 * s**5
+
+
+def minimum_jerk(q_start: Joints, q_goal: Joints, seconds: float, dt: float) -> Trajectory:
+    """From rest to rest along `smooth_share`."""
     ticks = round(seconds / dt)
     seconds = ticks * dt  # of whole ticks: the last one stands still at the goal
     s = np.arange(1, ticks + 1)[:, None] / ticks
     way = q_goal - q_start
-    q = q_start + way * (10 * s**3 - 15 * s**4 + 6 * s**5)
+    q = q_start + way * smooth_share(s)
     v = way / seconds * (30 * s**2 - 60 * s**3 + 30 * s**4)
     a = way / seconds**2 * (60 * s - 180 * s**2 + 120 * s**3)
     return Trajectory(q, v, a, dt)

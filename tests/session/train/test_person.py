@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from exograv.rig.twin.own_arm import OwnArm
+from exograv.session.train.habits import Habits
 from exograv.session.train.kept import Learned
-from exograv.session.train.person import APPROACH_M, Doing, Habits, PointingPerson
+from exograv.session.train.person import APPROACH_M, Doing, PointingPerson
 from exograv.session.train.room import SimulatedRoom
 from exograv.session.virtual import draw_laboratory
 from exograv.task.picture import ParticipantPicture

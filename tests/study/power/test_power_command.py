@@ -17,9 +17,18 @@ from exograv.study.dataset.tables import Tables, frame, write_tables
 QUICK: dict[str, Any] = {"n_max": 6, "studies": 500}
 
 
-def pilot(folder: Path) -> Path:
-    """A study's folder with tables only: three trained, three untrained, simulated."""
+def pilot(folder: Path, complete: int = 5) -> Path:
+    """A study's folder with tables only: three trained, three untrained, simulated; five windows, so many to the end."""
     touches, participants = made_up_touches((3, 3))
+    window = {
+        "protocol": "flight", "session": 1, "attempt": 1, "opened_by": "clock", "marks": "", "gravity_level": 0.0,
+        "touches": 8, "rejected": 0,
+    }  # fmt: skip
+    windows = [
+        {"participant": code, "window": k, "opened_s": 180.0 * k, "is_complete": k <= complete, **window}
+        for code in participants["participant"]
+        for k in range(1, 6)
+    ]
     session = {
         "protocol": "flight", "session": 1, "source": "a.csv", "sha256": "0" * 64, "kind": "csv", "is_simulated": True,
         "is_complete": True, "duration_s": 60.0, "windows_complete": 5, "touches": 40, "rejected": 0, "ticks": 0,
@@ -27,7 +36,7 @@ def pilot(folder: Path) -> Path:
     }  # fmt: skip
     sessions = frame(SESSIONS, [{"participant": code, **session} for code in participants["participant"]])
     write_settings(StudyFolder(folder), AS_PUBLISHED)
-    write_tables(StudyFolder(folder), Tables(touches, frame(WINDOWS, []), sessions, participants))
+    write_tables(StudyFolder(folder), Tables(touches, frame(WINDOWS, windows), sessions, participants))
     return folder
 
 
@@ -40,6 +49,10 @@ def test_stated_assumptions_give_the_figures_of_the_contract(tmp_path: Path, cap
     assert "cannot reach 0.05" in " ".join(text.split())
     assert "36,000" in text
     assert "<svg" in Path(result["figure"]).read_text()
+
+
+def test_touches_of_windows_that_were_broken_off_are_no_pilot_as_they_are_none_for_the_report(tmp_path: Path):
+    assert run_power(Power(pilot=pilot(tmp_path, 3), out=tmp_path, **QUICK))["pilot"]["touches"] == 6 * 3 * 8
 
 
 def test_a_pilot_gives_assurance_beside_power_and_is_called_simulated(tmp_path: Path, capsys):

@@ -107,9 +107,12 @@ def run_power(command: Power) -> dict[str, Any]:
 
 def _pilot(command: Power, folder: Path) -> tuple[Any, bool]:
     """The pilot, and whether nobody took part in it."""
+    from exograv.study.dataset.columns import TOUCHES
     from exograv.study.dataset.folder import StudyFolder
     from exograv.study.dataset.settings import read_settings
     from exograv.study.dataset.tables import read_tables
+    from exograv.study.measures.pointing import counted
+    from exograv.study.measures.selecting import columns
     from exograv.study.power.pilot import read_pilot
 
     known = list(read_settings(StudyFolder(folder)).groups)
@@ -118,7 +121,8 @@ def _pilot(command: Power, folder: Path) -> tuple[Any, bool]:
         given = "absent" if command.groups is None else f"'{command.groups}'"
         raise ConfigError(f"--groups is {given}; give two by comma of those in study.toml: {', '.join(known)}.")
     tables = read_tables(folder)
-    pilot = read_pilot(tables.touches, tables.participants, (groups[0], groups[1]), command.protocol)
+    touches = columns(counted(tables), [one.name for one in TOUCHES])
+    pilot = read_pilot(touches, tables.participants, (groups[0], groups[1]), command.protocol)
     of_protocol = tables.sessions[tables.sessions["protocol"] == command.protocol]
     return pilot, bool(of_protocol["is_simulated"].any())
 

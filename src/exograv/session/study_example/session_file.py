@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from exograv.motion import smooth_share
 from exograv.recording import RecordingWriter
 from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
 from exograv.session.train.aircraft_feed import AircraftFeed
@@ -36,11 +37,10 @@ REACH_S, STAY_S = 0.9, 0.2
 """There, and back; on the screen."""
 
 ENCODER_RAD = 1e-4
+"""Step of an encoder; assumed."""
+
 TORQUE_SD = 0.1
 """Of what the motors' current says [N·m]; assumed."""
-
-LATE_S = 0.063
-"""From contact to its arrival: what a touch screen takes, and the network."""
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def _along(reaches: list[Reach], t: np.ndarray, n: int) -> tuple[np.ndarray, np.
         part = slice(*np.searchsorted(t, [begin, end]))
         there = np.clip((t[part] - begin) / REACH_S, 0.0, 1.0)
         back = np.clip((t[part] - reach.contact - STAY_S) / REACH_S, 0.0, 1.0)
-        share[part], change[part] = _minimum_jerk(there) - _minimum_jerk(back), reach.change
+        share[part], change[part] = smooth_share(there) - smooth_share(back), reach.change
     return share, change
 
 
@@ -248,7 +248,3 @@ def _between(nodes: np.ndarray, share: float) -> np.ndarray:
     place = share * (len(nodes) - 1)
     first = min(int(place), len(nodes) - 2)
     return nodes[first] + (place - first) * (nodes[first + 1] - nodes[first])
-
-
-def _minimum_jerk(s: np.ndarray) -> np.ndarray:
-    return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)

@@ -24,9 +24,10 @@ from exograv.task.run import Run
 
 from .aircraft_feed import AircraftFeed
 from .course import Course, silence, task_message
+from .habits import Habits
 from .kept import KeptSession, read_kept, refuse_kept, write_kept
 from .options import Asked, TrainOptions, asked_for
-from .person import Habits, PointingPerson
+from .person import PointingPerson
 from .preparing import Ready, empty_machine, known_again, known_arm, recording_only
 from .recording_pilot import RecordingPilot
 from .room import SimulatedRoom

@@ -44,6 +44,10 @@ class StudySettings(Settings):
 
     expected: list[Expected] = Field(default=[])
 
+    def expected_of(self, group: str | None) -> dict[str, int]:
+        """Sessions by protocol; of None, who is sealed, what is expected of everybody."""
+        return {one.protocol: one.sessions for one in self.expected if not one.groups or group in one.groups}
+
     @model_validator(mode="after")
     def _groups_are_known(self) -> "StudySettings":
         if "sealed" in self.groups:

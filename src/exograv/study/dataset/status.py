@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from exograv.study.participants.register import read_register
-from exograv.study.participants.told import SEALED, ParticipantRow
+from exograv.study.participants.told import ParticipantRow
 
 from .folder import StudyFolder
 from .journal import alone, read_journal
@@ -121,12 +121,10 @@ def _person(row: ParticipantRow, settings: StudySettings, sessions: list[dict[An
         if not one["is_complete"]:
             incomplete.setdefault(one["protocol"], []).append(int(one["session"]))
     missing = dict[str, tuple[int, ...]]()
-    for one in settings.expected:
-        if one.groups and (row.group == SEALED or row.group not in one.groups):
-            continue
-        lacking = set(range(1, one.sessions + 1)) - set(there.get(one.protocol, ()))
+    for protocol, count in settings.expected_of(row.group).items():
+        lacking = set(range(1, count + 1)) - set(there.get(protocol, ()))
         if lacking:
-            missing[one.protocol] = tuple(sorted(lacking))
+            missing[protocol] = tuple(sorted(lacking))
     return PersonStatus(
         row.code,
         row.group,

@@ -83,12 +83,11 @@ def missing_sessions(data: StudyData) -> list[tuple[str, str, int]]:
     """Expected of a person by the settings, and not there. Of who is sealed only what is expected of everybody."""
     there = set(keys(data.tables.sessions, SESSION))
     return [
-        (code, one.protocol, session)
+        (code, protocol, session)
         for code in sorted(data.group_of)
-        for one in data.settings.expected
-        if not one.groups or (not data.is_sealed and data.group_of[code] in one.groups)
-        for session in range(1, one.sessions + 1)
-        if (code, one.protocol, session) not in there
+        for protocol, sessions in data.settings.expected_of(None if data.is_sealed else data.group_of[code]).items()
+        for session in range(1, sessions + 1)
+        if (code, protocol, session) not in there
     ]
 
 
