@@ -18,7 +18,7 @@ QUICK: dict[str, Any] = {"n_max": 6, "studies": 500}
 
 
 def pilot(folder: Path, complete: int = 5) -> Path:
-    """A study's folder with tables only: three trained, three untrained, simulated; five windows, so many to the end."""
+    """A study's folder with tables only: three trained, three untrained; five windows, so many to the end."""
     touches, participants = made_up_touches((3, 3))
     window = {
         "protocol": "flight", "session": 1, "attempt": 1, "opened_by": "clock", "marks": "", "gravity_level": 0.0,
