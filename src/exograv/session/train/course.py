@@ -1,7 +1,6 @@
 """The windows of a run in lock-step: what the participant does becomes touches, what the run says becomes levels."""
 
 import json
-from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -12,11 +11,12 @@ from exograv.rig.twin import Twin
 from exograv.session.arm_controller import ArmController
 from exograv.session.identify import SKELETON_TICKS, record_skeleton
 from exograv.session.pilot import Controller, Moment, Pilot
-from exograv.task.events import Distance, Event, Pause, Resume, Stop, Tick, Touch
+from exograv.task.events import Distance, Event, Pause, Resume, Stop, Tick
 from exograv.task.picture import participant_picture
 from exograv.task.records import Record, marker
 from exograv.task.run import Run
 
+from .panel import Panel
 from .participant import Participant
 from .room import SimulatedRoom
 
@@ -27,9 +27,6 @@ LEVEL_TICKS = 10
 """Between two at which the level follows; a hundredth of a second of a ramp moves no arm by what can be felt."""
 
 CHUNK_S = 1.0
-LIFT_S = 0.05
-"""So long a finger must be away before its next contact is another touch: what touch panels do against bouncing."""
-
 KEPT_EVERY_S = 10.0
 """At least, whatever happens."""
 
@@ -68,11 +65,8 @@ class Course:
 
     def __post_init__(self):
         """The participant's page is open; nothing has been touched."""
-        self._random = np.random.default_rng([self.seed, 32])
-        self._target_px = self.room.target_px(self.run.plan.protocol.target)
-        self._target = self.room.on_panel(*self._target_px)
-        self._arriving: deque[Touch] = deque()
-        self._touches, self._last_contact, self._ticks = 0, -np.inf, 0
+        self._panel = Panel(self.room, self.run.plan.protocol.target, self.seed, self.page)
+        self._ticks = 0
         self._q_rest, self._kept_at = self.pilot.q.copy(), -np.inf
         self._verified_after = len(self.run.state.complete)
 
@@ -158,38 +152,13 @@ class Course:
             record_skeleton(self.pilot, self.controller, moment)
 
     def _feel_screen(self, t: float) -> None:
-        """A finger that comes down is a touch; the page's report of it is late."""
-        finger = self.twin.finger_on_screen()
-        if finger is None:
-            return
-        is_new = t - self._last_contact > LIFT_S
-        self._last_contact = t
-        if not is_new:
-            return
-        self.participant.touched(t, finger - self._target)
-        pixel, room = self.room.pixel_of(finger), self.room
-        if pixel is None:
-            return
-        at = t + max(room.touch_lag_s + room.touch_lag_sd_s * float(self._random.standard_normal()), 0.0)
-        x_px, y_px = pixel
-        self._arriving.append(
-            Touch(
-                t=at,
-                received=at + room.delivery_s,
-                page=self.page,
-                sequence=self._touches,
-                x_px=x_px,
-                y_px=y_px,
-                target_x_px=self._target_px[0],
-                target_y_px=self._target_px[1],
-                contact_px=room.contact_mm / room.pitch_mm,
-            )
-        )
-        self._touches += 1
+        off = self._panel.feel(t, self.twin.finger_on_screen())
+        if off is not None:
+            self.participant.touched(t, off)
 
     def _tell(self, t: float, moment: Moment) -> None:
-        while self._arriving and self._arriving[0].received <= t:
-            self.feed(self._arriving.popleft())
+        for touch in self._panel.reported(t):
+            self.feed(touch)
         for event in self.feed_from(t):
             self.feed(event)
         if self.run.plan.protocol.pointing.return_check in ("joints", "fingertip"):
