@@ -260,3 +260,54 @@ def test_a_divergence_is_told_and_not_restarted(make_twin, tmp_path, monkeypatch
     twin._scene.data.qvel[0] = np.inf
     with pytest.raises(RigError, match="diverged"):
         run(twin, 0.002)
+
+
+def held(twin: Twin, ticks: int) -> list[JointState]:
+    """Carried by what the motors carried at the start."""
+    drives = twin.truth.machine.drives
+    current = twin.truth.tau_motor / drives.gain
+    return run(twin, ticks * twin.period_s, lambda _state: current)
+
+
+@pytest.mark.parametrize("level", range(5))
+def test_time_that_passes_moves_nothing_and_no_drive_brakes(make_twin, level: int):
+    twin = make_twin(LEVELS[level])
+    before = held(twin, 50)[-1].t
+    here, measured = twin.truth, twin.read()
+    twin.pass_time(300.0)
+    there = twin.truth
+    assert twin.t == pytest.approx(before + 300.0 + twin.period_s)
+    for name in ("q", "v", "q_arm", "v_arm", "tau_motor", "tau_muscle"):
+        np.testing.assert_array_equal(getattr(there, name), getattr(here, name))
+    np.testing.assert_array_equal(twin.read().q, measured.q)
+    assert twin.read().t == twin.t
+    held(twin, 1)
+    assert not twin.drive_damping().any()
+
+
+@pytest.mark.parametrize("level", [0, 2, 4])
+def test_after_time_has_passed_the_twin_goes_on_as_if_none_had(make_twin, level: int):
+    cold = LEVELS[level].without("warm_up")
+    waits, goes_on = make_twin(cold), make_twin(cold)
+    for twin in (waits, goes_on):
+        held(twin, 50)
+    waits.pass_time(1024.0)  # a power of two: the clock rounds nothing
+    for late, soon in zip(held(waits, 50), held(goes_on, 50), strict=True):
+        assert late.t == pytest.approx(soon.t + 1024.0)
+        np.testing.assert_allclose(late.q, soon.q, atol=REPEATED)
+
+
+def test_a_machine_warms_up_while_time_passes(make_twin):
+    speeds = []
+    for seconds in (0.0, 1800.0):
+        twin = make_twin(LEVELS[4], is_worn=False)
+        twin.pass_time(seconds)
+        run(twin, 0.3)
+        speeds.append(float(np.abs(twin.truth.v).max()))
+    assert speeds[1] > speeds[0]
+
+
+@pytest.mark.parametrize("seconds", [-1.0, np.nan, np.inf])
+def test_no_time_passes_backwards_or_for_ever(make_twin, seconds: float):
+    with pytest.raises(RigError, match="finite one that is not negative"):
+        make_twin(LEVELS[0]).pass_time(seconds)

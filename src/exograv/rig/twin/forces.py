@@ -1,5 +1,6 @@
 """All forces of the twin that MuJoCo does not know, as one function on MuJoCo's own memory."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
@@ -105,6 +106,13 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
         "twin_step_forces", list(inputs.values()), list(results.values()), list(inputs), list(results)
     )
     return kernel.compile(function, _bindings(scene, kinematics), carry={name: f"{name}_next" for name in carried})
+
+
+def pass_clock(memory: Mapping[str, np.ndarray], seconds: float) -> None:
+    """Move the clock on while nothing happens [s]: commands in force and on their way are as old afterwards."""
+    memory["start"][0] += seconds
+    memory["valid_until"][0] += seconds
+    np.atleast_2d(memory["commands"].T)[:, -1] += seconds
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import TracebackType
 
@@ -17,7 +17,7 @@ from exograv.signals import Command, JointState, TorqueSource
 
 from .cuff_sensors import CuffSensors, Wrenches
 from .drive import OMEGA, TAU_MOTOR, THETA
-from .forces import measured_truth, step_forces
+from .forces import measured_truth, pass_clock, step_forces
 from .machine import Machine
 from .muscles import Muscles
 from .scene import TIMESTEP, build_scene
@@ -187,6 +187,19 @@ class Twin:
                 f"The twin diverged before {self.t:.3f} s: a velocity is not finite. A command outside every limit "
                 "does that; look at the commands before this time."
             )
+
+    def pass_time(self, seconds: float) -> None:
+        """Let time go by in which nothing moves: clock and warm-up go on, all else is as it was, commands included.
+
+        Raises:
+            RigError: The time is negative or not finite.
+        """
+        if not (math.isfinite(seconds) and seconds >= 0.0):
+            raise RigError(f"No time of {seconds} s can pass; give a finite one that is not negative.")
+        self._t0 += seconds
+        pass_clock(self._memory, seconds)
+        if self._measured is not None:
+            self._measured = replace(self._measured, t=self.t)
 
     def hang(self, mount: str, mass_kg: float) -> None:
         """Hang a known weight [kg] at a mount; zero takes it off.
