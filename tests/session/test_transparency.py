@@ -115,7 +115,7 @@ def test_a_fading_controller_gives_its_share():
     np.testing.assert_allclose(fading.step(STILL, STILL, Reference(STILL, STILL, STILL)), 0.5)
 
 
-def test_only_the_transparency_test_builds_controllers_from_the_truth():
+def test_only_the_two_that_need_a_yardstick_build_controllers_from_the_truth():
     source = Path(exograv.__file__).parent
     users = {
         path.relative_to(source).as_posix()
@@ -123,7 +123,7 @@ def test_only_the_transparency_test_builds_controllers_from_the_truth():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.ImportFrom) and node.module and node.module.endswith("ideal_from_truth")
     }
-    assert users == {"session/transparency_trial.py"}
+    assert users == {"session/transparency_trial.py", "session/virtual_study/stage.py"}
 
 
 def test_the_ideal_controller_leaves_nothing_over_but_what_its_model_has_not():

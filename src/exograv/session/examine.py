@@ -89,7 +89,10 @@ class Examination:
 
     def exo_only(self, x: Parameters) -> Joints:
         """What is left over when only the exoskeleton is carried, RMS per joint [N·m]."""
-        mode = Mode(arm_share=0.0)
+        return self.left_over(x, Mode(arm_share=0.0))
+
+    def left_over(self, x: Parameters, mode: Mode) -> Joints:
+        """What is left over in this mode, RMS per joint [N·m]."""
         return rms(self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, mode).tau_desired)))
 
     def doubt(self, estimate: Estimate) -> Doubt | None:

@@ -1,7 +1,8 @@
 """A controller that knows what nobody can know, built from the twin's truth: the best that any identification could do.
 
-Only the transparency test may use it, as a yardstick beside what was really identified. Nothing of control or
-identification may see it (tests/session/test_transparency.py holds that).
+Only the transparency test and the virtual study may use it, as a yardstick beside what was really identified: how much
+a machine could do for its wearer if nothing were left to find. Nothing of control or identification may see it
+(tests/session/test_transparency.py holds that).
 """
 
 from dataclasses import replace

@@ -16,6 +16,7 @@ from .arm_controller import ArmController
 from .calibration_run import take_calibration, twin_identity
 from .identify import Identifier, identify_arm
 from .learner import table_guess
+from .names import MethodName
 from .pilot import Pilot, Progress
 from .stage_0 import EmptyTwin
 from .virtual import VirtualLaboratory, limits
@@ -39,8 +40,8 @@ class Prepared:
     """Of the empty machine, where it was measured."""
 
 
-def prepare(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Prepared:
-    """Calibrate and identify one machine and its wearer.
+def prepare(laboratory: VirtualLaboratory, seed: int, progress: Progress, method: MethodName = "recursive") -> Prepared:
+    """Calibrate and identify one machine and its wearer, by this method.
 
     Raises:
         ExogravError: The machine, the wearer or the run was refused.
@@ -49,7 +50,7 @@ def prepare(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Pre
     twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=known.t)
     pilot = pilot_of(twin, known.machine.actuators, laboratory, progress)
     controller = ArmController(known.assembly, known.machine, known.x, twin.period_s)
-    identifier = Identifier(pilot, controller, known.machine, "recursive", "current", lambda *_found: None)
+    identifier = Identifier(pilot, controller, known.machine, method, "current", lambda *_found: None)
     found = identify_arm(pilot, controller, identifier, MOTION_S)
     return replace(known, x=found.last.x, t=twin.t)
 

@@ -44,9 +44,21 @@ class Statics:
         self._forces = static_forces(scene, wearer, with_passive) if wearer is not None else None
         self._arm, self._followers = scene.arm, scene.followers
         self._last = scene.fastened
+        self._is_held = wearer is None or bool(wearer.cuffs.stiffness.any())
         if self._forces is not None:
             self._led = self._forces.outputs["led"].reshape(-1)
             self._slope = self._forces.outputs["slope"].reshape(len(self._led), len(self._arm))
+
+    def begin(self, q: Joints) -> tuple[Arm, Joints]:
+        """As `settle`; an arm that weighs and that no cuff holds is where it was put on, as if in somebody's hands.
+
+        Raises:
+            RigError: The arm finds no rest.
+        """
+        if self._is_held or not self._scene.model.opt.gravity.any():
+            return self.settle(q)
+        q_arm = self._scene.fastened[1]
+        return q_arm, -self._net_torque(q, q_arm)[self._scene.exo]
 
     def settle(self, q: Joints, guess: Arm | None = None) -> tuple[Arm, Joints]:
         """Posture of the arm (arm,) [rad] and torque on the locks (joint,) [N·m] with the machine's joints at `q`.

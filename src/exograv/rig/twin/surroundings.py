@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from .arm_bodies import body_name
 from .skeleton import Skeleton
+from .water import Water, flood
 
 Vector = Float[np.ndarray, " 3"]
 
@@ -41,6 +42,9 @@ class Surroundings:
 
     support_z: float
     """Height of the support's upper side [m]."""
+
+    water: Water | None = None
+    """In which the arm is; air where absent."""
 
     @property
     def screen_axes(self) -> Float[np.ndarray, "3 3"]:
@@ -94,6 +98,8 @@ def add_surroundings(spec: mujoco.MjSpec, surroundings: Surroundings, skeletons:
                 conaffinity=0,
                 mass=0.0,
             )
+    if surroundings.water is not None:
+        flood(spec, surroundings.water, skeletons)
 
 
 class TouchedScreen:

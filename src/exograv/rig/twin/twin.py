@@ -283,7 +283,7 @@ class Twin:
         return self._forces.outputs["damping_in_force"].copy()
 
     def _start(self, q: Joints) -> None:
-        q_arm, tau = Statics(self._scene, self._wearer, with_passive=True).settle(q)
+        q_arm, tau = Statics(self._scene, self._wearer, with_passive=True).begin(q)
         memory = self._memory
         memory["start"][0] = self._t0
         drives = memory["drives"]

@@ -1,0 +1,77 @@
+"""What a virtual study compares: in what people train, by which machine, and what of the weight is left on purpose."""
+
+import re
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from exograv.errors import ConfigError
+
+Training = Literal["table", "gcm", "gradient", "dam", "ideal", "water", "parabolic"]
+"""Machine calibrated, arm by the table; machine carried and the arm not; arm identified by the paper's gradient
+descent, or by ours; arm and machine as they truly are; in a tank of water without machine; in flight alone."""
+
+Drives = Literal["harmonic", "quasi-direct"]
+
+MOTORLESS: tuple[Training, ...] = ("water", "parabolic")
+"""Trainings in which no motor acts."""
+
+FRICTION_MAX = 4.0
+
+_GRAMMAR = re.compile(
+    rf"(?P<training>{'|'.join(get_args(Training))})"
+    rf"(?:@(?P<drives>{'|'.join(get_args(Drives))}))?"
+    r"(?:\+left=(?P<left>\d*\.?\d+))?(?:\+friction=(?P<friction>\d*\.?\d+))?"
+)
+_ALLOWED = (
+    f"Allowed: one of {', '.join(get_args(Training))}; with a machine also @quasi-direct, then +left=0 to 1 (share of "
+    f"the arm's weight that is left on purpose), then +friction=0 to {FRICTION_MAX:g} (over the machine's own), such "
+    "as dam@quasi-direct or ideal+left=0.2+friction=2."
+)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One of them; two with the same name are the same."""
+
+    name: str
+    """Canonical text: what is as usual is not said."""
+
+    training: Training
+    drives: Drives
+    left: float
+    """Share of the arm's weight that is left on purpose [-]."""
+
+    friction: float
+    """Over the machine's own [-]."""
+
+    @property
+    def rig(self) -> str:
+        """Machine that is trained in."""
+        return "recupera_like" if self.drives == "harmonic" else "recupera_like_qdd"
+
+    @property
+    def has_motors(self) -> bool:
+        """Whether a machine carries anything."""
+        return self.training not in MOTORLESS
+
+
+def condition_of(text: str) -> Condition:
+    """The condition of this name.
+
+    Raises:
+        ConfigError: There is none; the error lists what is allowed.
+    """
+    found = _GRAMMAR.fullmatch(text.strip())
+    if found is None:
+        raise ConfigError(f"'{text}' is no condition of a virtual study. {_ALLOWED}")
+    training, drives = found["training"], found["drives"] or "harmonic"
+    left, friction = float(found["left"] or 0.0), float(1.0 if found["friction"] is None else found["friction"])
+    if left > 1.0 or friction > FRICTION_MAX:
+        raise ConfigError(f"'{text}' is no condition of a virtual study: a number is too large. {_ALLOWED}")
+    if training in MOTORLESS and any(found[name] is not None for name in ("drives", "left", "friction")):
+        raise ConfigError(f"'{text}' names drives, but '{training}' has no machine that carries. {_ALLOWED}")
+    if training == "gcm" and left:
+        raise ConfigError(f"'{text}' leaves a share of the arm's weight, but 'gcm' leaves all of it. {_ALLOWED}")
+    name = training + ("" if drives == "harmonic" else f"@{drives}")
+    name += (f"+left={left:g}" if left else "") + ("" if friction == 1.0 else f"+friction={friction:g}")
+    return Condition(name, training, drives, left, friction)
