@@ -19,7 +19,7 @@ from friction_candidates import CANDIDATES, KEPT, Candidate
 from friction_joint import DT, LOADS, Circumstances, Hand, JointWorld
 
 from exograv import motion
-from exograv.rig.twin.acting import Physiology
+from exograv.rig.twin.acting import Nerves, Physiology
 from exograv.rig.twin.practice import Practice
 
 REACH_FROM, REACH_RAD, REACH_S, PAUSE_S = 0.5, np.deg2rad(40.0), 1.0, 0.5
@@ -48,7 +48,7 @@ def effort(world: JointWorld) -> tuple[float, float]:
         parts += [motion.minimum_jerk(np.array([a]), np.array([b]), REACH_S, DT)]
         parts += [motion.hold(np.array([b]), PAUSE_S, DT)]
     path = motion.joined(parts)
-    body = Physiology(np.array([load.stiffness]), np.array([load.damping]), np.array([60.0]), reflex_share=0.0)
+    body = Physiology(np.array([load.stiffness]), np.array([load.damping]), np.array([60.0]), Nerves(reflex_share=0.0))
     body = replace(body, muscle_lag=0.0)
     practice = Practice(path, body, np.array([[load.arm_inertia]]), np.zeros((len(path), 1)))
     world.start(REACH_FROM)

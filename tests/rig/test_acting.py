@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from exograv import motion
 from exograv.model.description import load_rig
 from exograv.rig.twin import Disturbances, Examiner, Twin, draw_machine, draw_wearer
-from exograv.rig.twin.acting import ActingWearer, usual_physiology
+from exograv.rig.twin.acting import ActingWearer, Nerves, usual_physiology
 from exograv.rig.twin.own_arm import out_of_the_machine, weightless
 from exograv.signals import Command
 
@@ -49,11 +49,11 @@ def test_where_the_arm_is_as_wanted_there_is_no_torque():
 
 
 def test_a_reflex_comes_no_sooner_than_its_delay_and_no_later():
-    with_reflex, without = holding(), holding(replace(BODY, reflex_share=0.0))
+    with_reflex, without = holding(), holding(replace(BODY, nerves=Nerves(reflex_share=0.0)))
     away = POSTURE + 0.05
     pairs = [(with_reflex.step(k * DT, away, STILL), without.step(k * DT, away, STILL)) for k in range(100)]
     differs = [bool((one != other).any()) for one, other in pairs]
-    assert np.argmax(differs) == round(BODY.delay / DT)
+    assert np.argmax(differs) == round(BODY.nerves.delay / DT)
 
 
 def test_tensed_muscles_are_stiffer_at_once():
@@ -67,7 +67,7 @@ def test_anticipation_passes_the_muscles_with_their_lag():
     person.want(motion.hold(POSTURE, 0.01, DT), np.full((1, 4), 5.0), 0.0)
     torques = np.array([person.step(k * DT, POSTURE, STILL) for k in range(200)])
     reached = int(np.argmax(torques[:, 0] >= 5.0 * (1.0 - np.exp(-1.0)) - 1e-9))
-    assert reached == pytest.approx(BODY.muscle_lag / DT, abs=1.0)
+    assert reached == pytest.approx(BODY.nerves.muscle_lag / DT, abs=1.0)
 
 
 @settings(max_examples=30)

@@ -6,7 +6,7 @@ import pytest
 from exograv.rig.twin.own_arm import OwnArm
 from exograv.session.train.habits import Habits
 from exograv.session.train.kept import Learned
-from exograv.session.train.person import APPROACH_M, Doing, PointingPerson
+from exograv.session.train.person import Doing, PointingPerson
 from exograv.session.train.room import SimulatedRoom
 from exograv.session.virtual import draw_laboratory
 from exograv.task.picture import ParticipantPicture
@@ -82,7 +82,7 @@ def test_a_reach_comes_to_the_target_from_before_the_glass(person: PointingPerso
     way = person._way(person._posture_at(person._target))
     tips = np.array([around.screen_axes.T @ (own.fingertip(q) - around.screen_centre) for q in way.q[::25]])
     np.testing.assert_allclose(1e3 * tips[-1, :2], 1e3 * person._target, atol=AIM_MM)
-    near = tips[tips[:, 2] < 0.3 * APPROACH_M]
+    near = tips[tips[:, 2] < 0.3 * Habits().approach_m]
     assert 1e3 * np.abs(near[:, :2] - person._target).max() < 25.0
     assert np.abs(way.v).max() < 4.0
 

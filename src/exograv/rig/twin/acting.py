@@ -6,20 +6,54 @@ It knows where its own arm is and what it wants, never what the machine does. Wh
 (`practice`) or comes from a model of the own arm (`own_arm`); either may be wrong.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
+from exograv import kernel
 from exograv.motion import Trajectory
+
+from .constant import constant
+from .delays import passed
 
 PerFreedom = Float[np.ndarray, " arm"]
 Table = Float[np.ndarray, "tick arm"]
 
 
 @dataclass(frozen=True)
+class Nerves:
+    """What is the same at every freedom."""
+
+    reflex_share: float = constant(0.5, "-", "assumed", "below 1 the delay cannot make it unstable", 0.0, 0.9)
+    """Reflex over elastic torque at the same error."""
+
+    delay: float = constant(
+        0.06, "s", "source", "long-latency responses of shoulder, elbow and wrist come 50–100 ms after a perturbation, "
+        "https://ir.lib.uwo.ca/brainpub/781/ (abstract)", 0.05, 0.1,
+    )  # fmt: skip
+    """Of the reflex."""
+
+    muscle_lag: float = constant(0.04, "s", "unverified", "models of the arm use 30–60 ms", 0.03, 0.06)
+    """From command to torque, time constant."""
+
+    hold_rate: float = constant(
+        1.0, "1/s", "assumed", "that the torque which holds a posture is an integral: Albert et al. (2020), eLife 9:e52507",
+        0.3, 2.0,
+    )  # fmt: skip
+    """How quickly a lasting error makes the arm hold against it, of stiffness."""
+
+    hold_threshold: float = constant(
+        float(np.deg2rad(0.8)), "rad", "source", "joint-angle SD of proprioception 0.6–1.1°, van Beers et al. (1998)",
+        float(np.deg2rad(0.6)), float(np.deg2rad(1.1)),
+    )  # fmt: skip
+    """Smaller errors are not felt and change no holding torque."""
+
+
+@dataclass(frozen=True)
 class Physiology:
-    """Muscles and nerves of one arm, one entry per freedom where not a single number."""
+    """Muscles and nerves of one arm, one entry per freedom where not in `Nerves`."""
 
     stiffness: PerFreedom
     """Of contracted muscles against being moved off the wanted path, at once [N·m/rad]."""
@@ -30,23 +64,7 @@ class Physiology:
     torque_max: PerFreedom
     """[N·m]"""
 
-    reflex_share: float = 0.5
-    """Reflex over elastic torque at the same error [-]. Assumed; below 1 the delay cannot make it unstable."""
-
-    delay: float = 0.06
-    """Of the reflex [s]. Source: long-latency responses of shoulder, elbow and wrist come 50–100 ms after a
-    perturbation, https://ir.lib.uwo.ca/brainpub/781/ (abstract)."""
-
-    muscle_lag: float = 0.04
-    """From command to torque, time constant [s]. Unverified: models of the arm use 30–60 ms."""
-
-    hold_rate: float = 1.0
-    """How quickly a lasting error makes the arm hold against it, of `stiffness` [1/s]. Assumed; that the torque which
-    holds a posture is an integral: Albert et al. (2020), eLife 9:e52507."""
-
-    hold_threshold: float = float(np.deg2rad(0.8))
-    """Smaller errors are not felt and change no holding torque [rad]. Source: joint-angle SD of proprioception
-    0.6–1.1°, van Beers et al. (1998)."""
+    nerves: Nerves = field(default_factory=Nerves)
 
 
 # Stiffness of shoulder and elbow in posture and reaching: some 10–30 N·m/rad, growing with torque (Gomi & Osu 1998, J
@@ -77,23 +95,37 @@ class ActingWearer:
 
     def __init__(self, physiology: Physiology, period_s: float):
         """Relaxed: it wants nothing yet and gives no torque."""
-        n = len(physiology.stiffness)
         self.physiology, self._period = physiology, period_s
-        self._wanted: Trajectory | None = None
-        self._anticipated: Table = np.zeros((1, n))
+        self._step = kernel.compile(step_function(physiology, period_s), carry=CARRIED)
+        self._inputs, self._evaluate, self._tau = self._step.inputs, self._step.evaluate, self._step.outputs["tau"]
+        self._inputs["tension"][:] = 1.0
+        self._table: Table | None = None
         self._begin = 0.0
-        self._late = np.zeros((max(1, round(physiology.delay / period_s)), 2, n))
-        self._ticks = 0
-        self._follow = 1.0 - np.exp(-period_s / physiology.muscle_lag)
-        self._active = np.zeros(n)
-        self.hold = np.zeros(n)
-        """What it has come to hold against (arm,) [N·m]."""
         self.trusts_anticipation = False
         """Set while a movement is learned: what lasts is anticipated then, and two that learn the same would fight."""
-        self.tension = np.ones(n)
+
+    @property
+    def hold(self) -> PerFreedom:
+        """What it has come to hold against (arm,) [N·m]."""
+        return self._inputs["hold"].copy()
+
+    @hold.setter
+    def hold(self, tau: PerFreedom) -> None:
+        self._inputs["hold"][:] = tau
+
+    @property
+    def tension(self) -> PerFreedom:
         """Stiffness and damping over those of `physiology` (arm,) [-]: antagonists that are tensed together."""
-        self.error = np.zeros(n)
+        return self._inputs["tension"].copy()
+
+    @tension.setter
+    def tension(self, over_usual: PerFreedom) -> None:
+        self._inputs["tension"][:] = over_usual
+
+    @property
+    def error(self) -> PerFreedom:
         """Wanted minus true position at the last step (arm,) [rad]."""
+        return self._step.outputs["error"].copy()
 
     def want(self, movement: Trajectory, anticipated: Table, t: float) -> None:
         """Begin a movement at time `t`; its last posture is kept after its end.
@@ -103,32 +135,55 @@ class ActingWearer:
             anticipated: Torque that the wearer expects it to need (tick, arm), or one row for all of it [N·m].
             t: On the clock of `step` [s].
         """
-        self._wanted, self._anticipated, self._begin = movement, anticipated, t
+        ticks, n = movement.q.shape
+        table = np.empty((ticks + 1, 3 * n))
+        table[:-1, :n], table[:-1, n : 2 * n], table[:-1, 2 * n :] = movement.q, movement.v, anticipated
+        table[-1] = table[-2]
+        table[-1, n : 2 * n] = 0.0
+        self._table, self._begin = table, t
 
     def step(self, t: float, q_arm: PerFreedom, v_arm: PerFreedom) -> PerFreedom:
         """Muscle torque (arm,) [N·m] at time `t` [s] with the arm at `q_arm` [rad], moving with `v_arm` [rad/s]."""
-        if self._wanted is None:
+        table, inputs = self._table, self._inputs
+        if table is None:
             return np.zeros_like(q_arm)
-        body, tick = self.physiology, max(round((t - self._begin) / self._period), 0)
-        anticipated = self._anticipated[min(tick, len(self._anticipated) - 1)]
-        v_wanted = self._wanted.v[tick] if tick < len(self._wanted) else 0.0
-        self.error = self._wanted.q[min(tick, len(self._wanted) - 1)] - q_arm
-        elastic = self.tension * (body.stiffness * self.error + body.damping * (v_wanted - v_arm))
-        late_error, late_elastic = self._delayed(self.error, elastic)
-        felt = late_error - np.clip(late_error, -body.hold_threshold, body.hold_threshold)
-        if not self.trusts_anticipation:
-            self.hold = self._within_strength(self.hold + self._period * body.hold_rate * body.stiffness * felt)
-        command = self._within_strength(anticipated + body.reflex_share * late_elastic + self.hold)
-        self._active += self._follow * (command - self._active)
-        return self._within_strength(self._active + elastic)
+        inputs["wanted"][:] = table[min(max(round((t - self._begin) / self._period), 0), len(table) - 1)]
+        inputs["q"][:], inputs["v"][:] = q_arm, v_arm
+        inputs["holds"][0] = not self.trusts_anticipation
+        self._evaluate()
+        return self._tau.copy()
 
-    def _delayed(self, error: PerFreedom, elastic: PerFreedom) -> tuple[PerFreedom, PerFreedom]:
-        """What the nerves report now: both as they were one delay ago, against what was wanted then."""
-        place = self._late[self._ticks % len(self._late)]
-        late = place.copy()
-        place[0], place[1] = error, elastic
-        self._ticks += 1
-        return late[0], late[1]
 
-    def _within_strength(self, tau: PerFreedom) -> PerFreedom:
-        return np.clip(tau, -self.physiology.torque_max, self.physiology.torque_max)
+CARRIED = {"late": "late_next", "hold": "hold_next", "active": "active_next"}
+"""State of `step_function` from one period to the next."""
+
+
+def step_function(body: Physiology, period_s: float) -> ca.Function:
+    """One period of muscles and nerves.
+
+    `wanted` holds position, velocity and anticipated torque; `late`, a column a period, error and elastic torque as
+    they were, against what was wanted then; `holds` is 1, or 0 where nothing new is held against.
+    """
+    n, nerves = len(body.stiffness), body.nerves
+    q, v, tension, hold, active = (ca.SX.sym(name, n) for name in ("q", "v", "tension", "hold", "active"))
+    wanted, holds = ca.SX.sym("wanted", 3 * n), ca.SX.sym("holds")
+    late = ca.SX.sym("late", 2 * n, max(1, round(nerves.delay / period_s)))
+    q_wanted, v_wanted, anticipated = ca.vertsplit(wanted, n)
+    stiffness, torque_max = ca.DM(body.stiffness), ca.DM(body.torque_max)
+
+    def within_strength(tau: ca.SX) -> ca.SX:
+        return ca.fmin(ca.fmax(tau, -torque_max), torque_max)
+
+    error = q_wanted - q
+    elastic = tension * (stiffness * error + ca.DM(body.damping) * (v_wanted - v))
+    reported, late_next = passed(late, ca.vertcat(error, elastic))
+    late_error, late_elastic = ca.vertsplit(reported, n)
+    felt = late_error - ca.fmin(ca.fmax(late_error, -nerves.hold_threshold), nerves.hold_threshold)
+    hold_next = within_strength(hold + holds * period_s * nerves.hold_rate * stiffness * felt)
+    command = within_strength(anticipated + nerves.reflex_share * late_elastic + hold_next)
+    active_next = active + (1.0 - np.exp(-period_s / nerves.muscle_lag)) * (command - active)
+    inputs = {"q": q, "v": v, "wanted": wanted, "tension": tension, "holds": holds}
+    inputs |= {"late": late, "hold": hold, "active": active}
+    results = {"tau": within_strength(active_next + elastic), "error": error}
+    results |= {"late_next": late_next, "hold_next": hold_next, "active_next": active_next}
+    return ca.Function("acting", [*inputs.values()], [*results.values()], [*inputs], [*results])

@@ -4,10 +4,8 @@ import numpy as np
 from jaxtyping import Float
 
 from .streams import stream
+from .wander import BLOCK, Wander
 from .wearer import Unrest
-
-BLOCK = 4096
-"""Ticks that are drawn at once."""
 
 BURST_TORQUE = (2.0, 6.0)
 """At shoulder and elbow [N·m]."""
@@ -22,10 +20,8 @@ class Muscles:
     def __init__(self, unrest: Unrest, seed: int, period_s: float, owner: str = "run") -> None:
         self._unrest, self._n = unrest, len(unrest.bias_rms)
         self._period = period_s
-        self._bias_stream = stream(seed, owner, "slow_bias")
+        self._bias = Wander(unrest.bias_rms, unrest.bias_correlation, period_s, stream(seed, owner, "slow_bias"))
         self._burst_stream = stream(seed, owner, "bursts")
-        self._decay = np.exp(-period_s / unrest.bias_correlation)
-        self._bias = unrest.bias_rms * self._bias_stream.standard_normal(self._n)
         self._next_burst = self._pause()
         self._overhang = np.zeros((0, self._n))
         self._block = self.next_block()
@@ -40,18 +36,7 @@ class Muscles:
 
     def next_block(self) -> Float[np.ndarray, "tick freedom"]:
         """Torque at the arm's joints for the next `BLOCK` periods [N·m]."""
-        return self._draw_bias() + self._draw_bursts()
-
-    def _draw_bias(self) -> Float[np.ndarray, "tick freedom"]:
-        """An Ornstein–Uhlenbeck process per joint, exact at the ticks."""
-        from scipy.signal import lfilter  # 0.1 s that an empty machine does not have to wait for
-
-        bias = np.empty((BLOCK, self._n))
-        kicks = self._bias_stream.standard_normal(bias.shape) * self._unrest.bias_rms * np.sqrt(1.0 - self._decay**2)
-        for joint, decay in enumerate(self._decay):
-            bias[:, joint], _ = lfilter([1.0], [1.0, -decay], kicks[:, joint], zi=[decay * self._bias[joint]])
-        self._bias = bias[-1].copy()
-        return bias
+        return self._bias.block() + self._draw_bursts()
 
     def _draw_bursts(self) -> Float[np.ndarray, "tick freedom"]:
         """Half waves at one joint, either way, that begin at random.

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 from jaxtyping import Float
 
+from exograv import kernel
 from exograv.model.description import RigDescription
 from exograv.motion import Trajectory
 
@@ -33,22 +34,34 @@ class OwnArm:
         q = ca.SX.sym("q", len(self._scene.arm))
         led = follower_paths(wearer, q)
         results = [led, ca.densify(ca.jacobian(led, q)), elastic_torque(wearer.passive, q)]
-        self._at_posture = ca.Function("own_arm", [q], results)
+        self._at_posture = kernel.compile(ca.Function("own_arm", [q], results, ["q"], ["led", "slope", "elastic"]))
+        skeleton = self._scene.arms[0].skeleton
+        bone, self._tip = fingertip_of(skeleton)
+        self._finger = self._scene.data.body(body_name(skeleton, bone))
+        self._turns, self._no_turns = np.zeros((3, self._scene.model.nv)), None
 
-    def torque(self, q: PerFreedom, v: PerFreedom, a: PerFreedom, gravity_level: float = 1.0) -> PerFreedom:
+    def torque(
+        self, q: PerFreedom, v: PerFreedom, a: PerFreedom, gravity_level: float = 1.0, inertia_share: float = 1.0
+    ) -> PerFreedom:
         """Muscle torque [N·m] for position [rad], velocity [rad/s] and acceleration [rad/s²] of the arm's freedoms.
 
-        The shoulder's own path is followed to first order; hysteresis is left out.
+        Where the share is not 1, the arm is taken for one that resists so much as it does and weighs the same. The
+        shoulder's own path is followed to first order; hysteresis is left out.
         """
         scene, model, data = self._scene, self._scene.model, self._scene.data
-        led, slope, elastic = (np.asarray(value) for value in self._at_posture(q))
+        led, slope, elastic = self._follow(q)
+        slowed = np.sqrt(inertia_share) * v  # what turning costs grows with the square of speed
         model.opt.gravity = gravity_level * self._gravity
-        data.qpos[scene.arm], data.qvel[scene.arm], data.qacc[scene.arm] = q, v, a
+        data.qpos[scene.arm], data.qvel[scene.arm], data.qacc[scene.arm] = q, slowed, inertia_share * a
         followers = scene.followers
-        data.qpos[followers], data.qvel[followers], data.qacc[followers] = led.ravel(), slope @ v, slope @ a
+        data.qpos[followers], data.qvel[followers], data.qacc[followers] = (
+            led,
+            slope @ slowed,
+            inertia_share * (slope @ a),
+        )
         mujoco.mj_inverse(model, data)
         load = data.qfrc_inverse
-        return load[scene.arm] + slope.T @ load[followers] - elastic.ravel() + self._wearer.passive.damping * v
+        return load[scene.arm] + slope.T @ load[followers] - elastic + self._wearer.passive.damping * v
 
     def torques(self, movement: Trajectory, gravity_level: float = 1.0) -> Float[np.ndarray, "tick arm"]:
         """The same along a movement of the arm's freedoms."""
@@ -58,13 +71,25 @@ class OwnArm:
     def fingertip(self, q: PerFreedom) -> Float[np.ndarray, " 3"]:
         """Where the first arm's fingertip is in the base frame with the freedoms at `q` [m]."""
         scene, data = self._scene, self._scene.data
-        skeleton = scene.arms[0].skeleton
         data.qpos[scene.arm] = q
-        data.qpos[scene.followers] = np.asarray(self._at_posture(q)[0]).ravel()
+        data.qpos[scene.followers] = self._follow(q)[0]
         mujoco.mj_kinematics(scene.model, data)
-        bone, place = fingertip_of(skeleton)
-        body = data.body(body_name(skeleton, bone))
-        return body.xpos + body.xmat.reshape(3, 3) @ place
+        return self._finger.xpos + self._finger.xmat.reshape(3, 3) @ self._tip
+
+    def fingertip_slope(self, q: PerFreedom) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "3 arm"]]:
+        """The same, and how it moves with the freedoms [m/rad]."""
+        tip, scene = self.fingertip(q), self._scene
+        mujoco.mj_comPos(scene.model, scene.data)
+        mujoco.mj_jac(scene.model, scene.data, self._turns, self._no_turns, tip, self._finger.id)
+        return tip, self._turns[:, scene.arm] + self._turns[:, scene.followers] @ self._at_posture.outputs["slope"]
+
+    def _follow(self, q: PerFreedom) -> tuple[np.ndarray, np.ndarray, PerFreedom]:
+        """What follows the freedoms (follower,), its slope (follower, arm), and elastic torque (arm,) [N·m]."""
+        at_posture = self._at_posture
+        at_posture.inputs["q"][:] = q
+        at_posture.evaluate()
+        outputs = at_posture.outputs
+        return outputs["led"], outputs["slope"], outputs["elastic"]
 
     def inertia(self, q: PerFreedom) -> Float[np.ndarray, "arm arm"]:
         """Inertia matrix about the arm's freedoms [kg·m²]."""

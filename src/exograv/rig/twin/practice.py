@@ -89,8 +89,8 @@ class Practice:
         q, v, a = smooth_derivatives(error, self._dt, learner.bandwidth_Hz)
         self._become_sensitive(v)
         missed = a @ self._inertia.T
-        missed += (1.0 + body.reflex_share) * (self._sensitivity * v * body.damping + q * body.stiffness)
-        missed = np.roll(missed, -round(body.muscle_lag / self._dt), axis=0)
+        missed += (1.0 + body.nerves.reflex_share) * (self._sensitivity * v * body.damping + q * body.stiffness)
+        missed = np.roll(missed, -round(body.nerves.muscle_lag / self._dt), axis=0)
         # Nobody lets go at a joint that wanders: on friction it would slip from one side to the other for ever.
         strays = np.sqrt(np.mean(error**2, axis=0)) / (2.0 * learner.tolerance)
         share = learner.let_go * _spare(np.abs(q) / learner.tolerance) * _spare(strays)

@@ -10,29 +10,34 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from exograv.rig.twin.constant import constant
+
+SMITH = "Smith, Ghazizadeh & Shadmehr (2006), PLoS Biology 4:e179; other code has 0.92, 0.06, 0.995, 0.02"
+
 
 @dataclass(frozen=True)
 class Rates:
-    """What a touch changes, and what stays; none of these is verified against its source."""
+    """What a touch changes, and what stays."""
 
-    fast_keeps: float = 0.59
-    fast_learns: float = 0.21
-    slow_keeps: float = 0.992
-    slow_learns: float = 0.02
+    fast_keeps: float = constant(0.59, "-", "unverified", SMITH, 0.4, 0.92)
+    fast_learns: float = constant(0.21, "-", "unverified", SMITH, 0.06, 0.3)
+    slow_keeps: float = constant(0.992, "-", "unverified", SMITH, 0.98, 0.998)
+    slow_learns: float = constant(0.02, "-", "unverified", SMITH, 0.01, 0.04)
     """A touch's share."""
 
-    night_keeps: float = 0.9
-    """Of a slow state from one session to the next; assumed."""
+    night_keeps: float = constant(0.9, "-", "assumed", "most is kept overnight", 0.7, 1.0)
+    """Of a slow state from one session to the next."""
 
-    width: float = 0.3
-    """By how much felt gravity levels may differ and still be the same context [-]; assumed."""
+    width: float = constant(0.3, "-", "assumed", "of the inference of contexts; nothing published was found", 0.1, 1.0)
+    """By how much felt gravity levels may differ and still be nearly the same context: what was learned at one level
+    is worth exp(−(difference / 2 width)²) of it at another."""
 
-    felt_sd: float = 0.05
-    """Of the gravity level that is felt in a window [-]; assumed."""
+    felt_sd: float = constant(0.05, "-", "assumed", "a twentieth of the own weight is felt", 0.02, 0.15)
+    """Of the gravity level that is felt in a window."""
 
 
-CONTEXTS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75)
-"""Felt gravity levels that have a slow state each [-]."""
+CONTEXTS = tuple(k / 8.0 for k in range(17))
+"""Felt gravity levels that have a slow state each, from none to twice Earth's [-]."""
 
 
 class Adaptation:
@@ -75,10 +80,13 @@ class Adaptation:
 
     def learn(self, error: float) -> None:
         """More was expected than there was, by so much [-]."""
-        rates = self._rates
+        rates, recalled = self._rates, self._recalled
         self._fast = rates.fast_keeps * self._fast + rates.fast_learns * error
-        self._slow += self._recalled * ((rates.slow_keeps - 1.0) * self._slow + rates.slow_learns * error)
+        known = float(recalled @ self._slow)
+        self._slow += recalled * ((rates.slow_keeps - 1.0) * known + rates.slow_learns * error)
 
     def _weights(self, felt: float) -> Float[np.ndarray, " context"]:
-        likely = np.exp(-0.5 * ((np.array(CONTEXTS) - felt) / self._rates.width) ** 2)
-        return likely / likely.sum()
+        """Of unit length: how wide the inference is changes where learning goes, never how fast it is at one level."""
+        off = ((np.array(CONTEXTS) - felt) / self._rates.width) ** 2
+        likely = np.exp(-0.5 * (off - off.min()))
+        return likely / np.linalg.norm(likely)

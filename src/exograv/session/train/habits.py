@@ -1,6 +1,12 @@
-"""What makes one virtual participant: constants, each with its source or called assumed."""
+"""What makes one virtual participant: constants with unit, standing, source and the range of their sweep."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.rig.twin.acting import Nerves
+from exograv.rig.twin.constant import Constant, constant, constants_of
+from exograv.session.movements import REACH_S
 
 from .adapting import Rates
 
@@ -9,51 +15,122 @@ from .adapting import Rates
 class Habits:
     """What makes one participant."""
 
-    bias_sd_deg: float = 0.8
-    """Of the personal map, joint by joint: where an unseen arm is felt. Source: 0.6–1.1°, van Beers et al. (1998);
-    personal maps are stable (docs/train.md)."""
+    bias_sd_deg: float = constant(
+        0.8, "°", "source", "0.6–1.1°, van Beers et al. (1998); personal maps are stable (PMC3217916)", 0.6, 1.1
+    )
+    """Of the personal map, joint by joint: where an unseen arm is felt."""
 
-    felt_sd_deg: float = 0.4
+    felt_sd_deg: float = constant(0.4, "°", "assumed", "the part of it that does not last", 0.2, 0.8)
     """The same from reach to reach."""
 
-    felt_s: float = 2.0
+    felt_s: float = constant(2.0, "s", "assumed", "about a reach", 0.5, 10.0)
     """How long such an error lasts."""
 
-    motor_noise: float = 0.03
+    motor_noise: float = constant(
+        0.03, "-", "unverified", "1.5–4 % for proximal joints; it grows with torque: Hamilton et al. (2004)", 0.015, 0.1
+    )  # fmt: skip
     """Share of a muscle's torque, standard deviation."""
 
-    motor_noise_s: float = 0.2
+    motor_noise_s: float = constant(0.2, "s", "assumed", "several times a muscle's lag", 0.05, 0.5)
     """How long it lasts."""
 
-    trusts_felt: float = 0.7
-    """Share of a wrong expectation of the own weight that is put right by what the arm feels like before it reaches;
-    with what is corrected on the way 0.8 to 0.9 of an error (docs/train.md)."""
+    trusts_felt: float = constant(
+        0.9, "-", "fitted", "first error without weight 1–3 cm, unverified (docs/virtual_participant.md)", 0.7, 0.95
+    )
+    """Share of a wrong expectation of the own weight that is put right by what the arm feels like, before the reach and
+    on the way."""
+
+    mass_doubt: float = constant(
+        0.3, "-", "source", "slower, earlier-peaked reaches in space fit a mass underestimated by 30 %, eLife RP107472",
+        0.0, 0.5,
+    )  # fmt: skip
+    """Share of the own inertia that is not believed in where the arm is felt to weigh nothing."""
 
     rates: Rates = field(default_factory=Rates)
     """Of what is learned about the own weight, from deviations that are seen."""
 
-    learns_aim: float = 0.2
+    nerves: Nerves = field(default_factory=Nerves)
+
+    stiffness_share: float = constant(1.0, "-", "unverified", "of the stiffness in `USUAL` (Gomi & Osu 1998)", 0.5, 1.5)
+    damping_share: float = constant(1.0, "-", "unverified", "of the damping in `USUAL`", 0.5, 1.5)
+    strength_share: float = constant(1.0, "-", "unverified", "of the strength in `USUAL`", 0.5, 1.3)
+
+    tension: float = constant(
+        2.0,
+        "-",
+        "assumed",
+        "a shoulder then has 40 N·m/rad, between the 20 and 60 of the project's generator",
+        1.0,
+        3.0,
+    )
+    """Stiffness over that of a usual reach, of antagonists that are tensed together for a small target."""
+
+    learns_aim: float = constant(0.2, "-", "assumed", "as the fast state", 0.0, 0.4)
     """Share of a deviation that is aimed away next time, whatever explains it."""
 
-    seen_sd_m: float = 0.002
-    """How exactly it is seen: the finger appears only just before contact."""
+    seen_sd_m: float = constant(0.002, "m", "assumed", "the finger appears only just before contact", 0.0, 0.01)
+    """How exactly a deviation is seen."""
 
-    interval_s: float = 2.75
+    effort_s: float = constant(0.3, "s", "assumed", "short against a window", 0.1, 0.6)
+    """Over which the own effort is felt."""
+
+    reach_s: float = constant(REACH_S, "s", "assumed", "an unhurried reach at the paper's pace", 0.7, 1.1)
+    """To the screen, and back."""
+
+    interval_s: float = constant(2.75, "s", "source", "the paper: 8 touches in 22 s", 2.75, 2.75)
     """From touch to touch, as instructed."""
 
-    interval_sd: float = 0.04
+    interval_sd: float = constant(0.04, "-", "assumed", "a pace that is kept by feeling", 0.02, 0.08)
     """Share by which an interval is missed."""
 
-    hurries: float = 0.1
-    """Share of the interval by which an arrow changes the own pace."""
+    hurries: float = constant(0.1, "-", "assumed", "a few arrows to a pace", 0.0, 0.2)
+    """Share by which an arrow changes the own interval."""
 
-    tension: float = 2.0
-    """Stiffness over that of a usual reach, of antagonists that are tensed together for a small target [-]. With it a
-    shoulder has 40 N·m/rad, between the 20 and 60 of docs/train.md."""
-
-    reaction_s: float = 0.35
-    touch_s: float = 0.2
+    reaction_s: float = constant(0.35, "s", "assumed", "to a target that is expected", 0.2, 0.5)
+    touch_s: float = constant(0.2, "s", "assumed", "a tap", 0.1, 0.4)
     """For which the finger stays on the screen."""
 
-    depth_m: float = 0.02
+    depth_m: float = constant(0.02, "m", "assumed", "a finger that means to arrive", 0.01, 0.04)
     """Beyond the glass to where the reach is aimed; farther after a reach that met nothing."""
+
+    approach_m: float = constant(0.12, "m", "assumed", "nobody slides along a screen", 0.06, 0.2)
+    """Before the glass, where the way bends towards it."""
+
+    full_s: float = constant(1.0, "s", "assumed", "unhurried", 0.5, 1.5)
+    """From relaxed to tense, and back."""
+
+    ready_s: float = constant(2.5, "s", "assumed", "with the last counts of the countdown", 1.5, 4.0)
+    """Before a window from when on the arm is held."""
+
+
+def register(habits: Habits | None = None) -> list[Constant]:
+    """Every constant of a virtual participant."""
+    return list(constants_of(habits or Habits()))
+
+
+def swept() -> list[Constant]:
+    """Those over which results are swept: all that is not fixed by the instruction."""
+    return [one for one in register() if one.low < one.high]
+
+
+def with_constant(habits: Habits, name: str, value: float) -> Habits:
+    """The same person with one constant changed, wherever it stands.
+
+    Raises:
+        ConfigError: There is no such constant.
+    """
+    known = [one.name for one in register()]
+    if name not in known:
+        raise ConfigError(f"A virtual participant has no constant '{name}'. There are {', '.join(sorted(known))}.")
+    return _with(habits, name, value)
+
+
+def _with(settings: Any, name: str, value: float) -> Any:
+    """Of dataclasses in dataclasses, whose fields' names are all different."""
+    for one in fields(settings):
+        inner = getattr(settings, one.name)
+        if one.name == name:
+            return replace(settings, **{name: value})
+        if is_dataclass(inner) and any(constant.name == name for constant in constants_of(inner)):
+            return replace(settings, **{one.name: _with(inner, name, value)})
+    return settings

@@ -18,8 +18,11 @@ class Participant(Protocol):
         """What the participant's page shows at time `t` [s]: countdown, arrow, half of the target."""
         ...
 
-    def touched(self, t: float, off: Float[np.ndarray, " 2"]) -> None:
-        """The finger has met the screen; the half-visible target lets it be seen how far off, right and up [m]."""
+    def touched(self, t: float, off: Float[np.ndarray, " 2"] | None) -> None:
+        """The finger has met the screen; the half-visible target lets it be seen how far off, right and up [m].
+
+        None where it lets nothing be seen.
+        """
         ...
 
     def act(self, t: float, q_arm: PerFreedom, v_arm: PerFreedom) -> PerFreedom:

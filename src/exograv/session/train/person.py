@@ -1,11 +1,12 @@
 """A virtual participant: reaches from the lap to where the target is believed to be, and comes back.
 
 Where the finger lands follows from muscles, from what is felt of the own arm, and from what the machine leaves over;
-no deviation is put in. All constants are assumed, but where a source is named. It shows that the software works and is
-no evidence about people.
+no deviation is put in. Its constants stand in `Habits`, its equations in docs/virtual_participant.md. It shows that the
+software works and is no evidence about people.
 """
 
 import enum
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +16,8 @@ from exograv.motion import Trajectory
 from exograv.rig.twin.acting import ActingWearer, Physiology, usual_physiology
 from exograv.rig.twin.own_arm import OwnArm
 from exograv.rig.twin.surroundings import Surroundings
-from exograv.session.movements import REACH_S, REST_DEG, TARGET_DEG
+from exograv.rig.twin.wander import BLOCK, Wander
+from exograv.session.movements import REST_DEG, TARGET_DEG
 from exograv.task.picture import ParticipantPicture
 
 from .adapting import Adaptation
@@ -29,11 +31,8 @@ Place = Float[np.ndarray, " 3"]
 PLANNED_HZ = 50.0
 """Of a way to the screen; muscles follow 4."""
 
-APPROACH_M = 0.12
-"""Before the glass, where the way bends towards it."""
-
-TABLE_EVERY = 20
-"""Ticks between two at which it is worked out what a movement needs."""
+TABLE_S = 0.02
+"""Between two moments for which it is worked out what a movement needs."""
 
 POSTURE_WEIGHT = 0.03
 """Of an unusual posture [1/rad] against a finger that is off [1/m]: 10° for 2 mm."""
@@ -46,16 +45,6 @@ class Doing(enum.Enum):
     READY = "the arm is held above it"
     REACHING = "on the way to the target"
     RETURNING = "on the way back"
-
-
-EFFORT_S = 0.3
-"""Over which the own effort is felt; assumed."""
-
-FULL_S = 1.0
-"""From relaxed to tense, and back."""
-
-READY_S = 2.5
-"""Before a window from when on the arm is held."""
 
 
 class PointingPerson:
@@ -90,20 +79,24 @@ class PointingPerson:
         self._rest, self._usual = (
             np.deg2rad([*angles, *[0.0] * (freedoms - len(angles))]) for angles in (REST_DEG, TARGET_DEG)
         )
-        self._body: Physiology = usual_physiology(freedoms)
+        self._body = physiology_of(self.habits, freedoms)
         self._muscles = ActingWearer(self._body, period_s)
         self._muscles.tension = np.full(freedoms, self.habits.tension)
-        self._random = np.random.default_rng([seed, 31])
-        self._bias = np.deg2rad(self.habits.bias_sd_deg) * self._random.standard_normal(freedoms)
-        self._felt, self._noise = np.zeros(freedoms), np.zeros(freedoms)
-        self._effort = np.zeros(freedoms)
+        # Of each kind its own: whoever does something more often is not another person for it.
+        drawn, felt, noise, self._random, contexts = (np.random.default_rng([seed, 31, k]) for k in range(5))
+        self._bias = np.deg2rad(self.habits.bias_sd_deg) * drawn.standard_normal(freedoms)
+        each = np.ones(freedoms)
+        self._felt = Wander(np.deg2rad(self.habits.felt_sd_deg) * each, self.habits.felt_s, period_s, felt)
+        self._noise = Wander(self.habits.motor_noise * each, self.habits.motor_noise_s, period_s, noise)
+        self._draw()
+        self._effort, self._effort_follows = np.zeros(freedoms), 1.0 - np.exp(-period_s / self.habits.effort_s)
         self._relaxed = np.zeros(freedoms)
         self.doing, self._tension = Doing.LYING, 0.0
-        self.adaptation = Adaptation(self.habits.rates, self._random)
+        self.adaptation = Adaptation(self.habits.rates, contexts)
         self._aim_off, self._depth, self._is_felt = np.zeros(2), self.habits.depth_m, False
         self._shift = self._shift_per_level()
         self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
-        self._began, self._takes_s = 0.0, REACH_S
+        self._began, self._takes_s = 0.0, self.habits.reach_s
         self._contact: float | None = None
         self._arrow: str | None = None
         self._is_task, self._is_first = False, True
@@ -117,27 +110,24 @@ class PointingPerson:
         if is_task and not self._is_task:
             self._is_first = True  # nobody waits for the pace before the first touch
             self._is_felt = False
-            self._begins = t + self.habits.reaction_s + (FULL_S if self.doing is Doing.LYING else 0.0)
+            self._begins = t + self.habits.reaction_s + (self.habits.full_s if self.doing is Doing.LYING else 0.0)
         self._is_task = is_task
-        comes = picture.screen == "rest" and picture.countdown_s is not None and picture.countdown_s < READY_S
+        comes = (
+            picture.screen == "rest" and picture.countdown_s is not None and picture.countdown_s < self.habits.ready_s
+        )
         self._is_awaited = is_task or comes
         if not is_task:
             self._begins = np.inf
         self._left_s = picture.countdown_s if is_task and picture.countdown_s is not None else np.inf
 
-    def touched(self, t: float, off: OnScreen) -> None:
+    def touched(self, t: float, off: OnScreen | None) -> None:
         """Learn from what was seen and what was held against; the next touch is timed from this one."""
         if self.doing is not Doing.REACHING or self._contact is not None:
             return
         habits = self.habits
         self._contact = t
-        seen = off + habits.seen_sd_m * self._random.standard_normal(2)
-        by_weight = float(seen @ self._shift / (self._shift @ self._shift))
-        self._aim_off = self._aim_off - habits.learns_aim * seen
-        before = self.gravity_expected
-        self.adaptation.learn(by_weight / (1.0 - habits.trusts_felt))
-        # What is anticipated from now on need not be held against.
-        self._muscles.hold = self._muscles.hold + (before - self.gravity_expected) * self._weight(self._wants)
+        if off is not None:
+            self._learn(off + habits.seen_sd_m * self._random.standard_normal(2))
         if self._arrow is not None and not self._is_first:
             slower = 1.0 if self._arrow == self._too_short else -1.0
             self._interval_s *= 1.0 + habits.hurries * slower
@@ -149,11 +139,24 @@ class PointingPerson:
         self._want(t, Doing.REACHING, motion.hold(self._q_felt + self._muscles.error, habits.touch_s, self._dt))
         self._ends = t + habits.touch_s
 
+    def _learn(self, seen: OnScreen) -> None:
+        by_weight = float(seen @ self._shift / (self._shift @ self._shift))
+        self._aim_off = self._aim_off - self.habits.learns_aim * seen
+        before = self.gravity_expected
+        self.adaptation.learn(by_weight / (1.0 - self.habits.trusts_felt))
+        # What is anticipated from now on need not be held against.
+        self._muscles.hold = self._muscles.hold + (before - self.gravity_expected) * self._weight(self._wants)
+
     @property
     def gravity_expected(self) -> float:
         """Share of its weight that muscles are prepared for [-]."""
         known = self.adaptation.expected
         return known + self.habits.trusts_felt * (self.adaptation.felt - known)
+
+    @property
+    def inertia_expected(self) -> float:
+        """Share of its inertia that muscles are prepared for [-]: who feels no weight doubts the mass."""
+        return 1.0 - self.habits.mass_doubt * (1.0 - self.adaptation.felt)
 
     @property
     def learned(self) -> Learned:
@@ -168,35 +171,41 @@ class PointingPerson:
     def act(self, t: float, q_arm: PerFreedom, v_arm: PerFreedom) -> PerFreedom:
         """Muscle torque (arm,) [N·m]."""
         self._decide(t, q_arm)
-        is_tense = self.doing is not Doing.LYING
-        change = self._dt / FULL_S
-        self._tension = min(self._tension + change, 1.0) if is_tense else max(self._tension - change, 0.0)
+        change = self._dt / self.habits.full_s
+        self._tension = (
+            max(self._tension - change, 0.0) if self.doing is Doing.LYING else min(self._tension + change, 1.0)
+        )
         if self._tension == 0.0:
             return self._relaxed
-        habits = self.habits
-        _wander(self._felt, np.deg2rad(habits.felt_sd_deg), habits.felt_s, self._dt, self._random)
-        _wander(self._noise, habits.motor_noise, habits.motor_noise_s, self._dt, self._random)
-        self._q_felt = q_arm + self._bias + self._felt
-        tau = self._tension * (1.0 + self._noise) * self._muscles.step(t, self._q_felt, v_arm)
-        self._effort += self._dt / EFFORT_S * (tau - self._effort)
+        if self._row == BLOCK:
+            self._draw()
+        self._q_felt = q_arm + self._offs[self._row]
+        tau = self._tension * self._gains[self._row] * self._muscles.step(t, self._q_felt, v_arm)
+        self._row += 1
+        self._effort += self._effort_follows * (tau - self._effort)
         return tau
+
+    def _draw(self) -> None:
+        """Where the arm is felt beside where it is, and what muscles give over what they should, for the next ticks."""
+        self._offs, self._gains, self._row = self._bias + self._felt.block(), 1.0 + self._noise.block(), 0
 
     def _decide(self, t: float, q_arm: PerFreedom) -> None:
         doing = self.doing
         if doing is Doing.LYING and self._is_awaited:
             self._muscles.hold = np.zeros_like(self._muscles.hold)
-            felt = q_arm + self._bias + self._felt
-            self._want(t, Doing.READY, motion.go_to(felt, self._rest, 0.6, self._dt))
+            self._want(
+                t, Doing.READY, motion.go_to(q_arm + self._offs[min(self._row, BLOCK - 1)], self._rest, 0.6, self._dt)
+            )
         elif doing is Doing.READY and t >= self._begins and self._left_s > self._takes_s:
             self._feel()
             self._begins, self._began, self._contact = np.inf, t, None
             self._want(t, Doing.REACHING, self._way(self._posture_at(self._target + self._aim_off)))
-            self._ends = t + REACH_S + 2.0 * self.habits.touch_s
+            self._ends = t + self.habits.reach_s + 2.0 * self.habits.touch_s
         elif doing is Doing.REACHING and t >= self._ends:
             if self._contact is None:
-                self._depth, self._begins = self._depth + 0.01, t + REACH_S
+                self._depth, self._begins = self._depth + 0.01, t + self.habits.reach_s
             self._want(t, Doing.RETURNING, motion.backwards(self._way(self._wants)))
-            self._ends = t + REACH_S
+            self._ends = t + self.habits.reach_s
         elif doing is Doing.RETURNING and t >= self._ends:
             self.doing = Doing.READY
         elif doing is Doing.READY and not self._is_awaited:
@@ -213,14 +222,15 @@ class PointingPerson:
 
     def _want(self, t: float, doing: Doing, path: Trajectory) -> None:
         self.doing, self._wants = doing, path.q[-1]
-        rows = np.unique([*range(0, len(path), TABLE_EVERY), len(path) - 1])
-        known = [self._needed(path.q[k], path.v[k], path.a[k]) for k in rows]
+        is_moving = path.v.any()
+        every = max(1, round(TABLE_S / self._dt)) if is_moving else len(path)
+        rows = np.unique([*range(0, len(path), every), len(path) - 1]) if is_moving else np.zeros(1, dtype=int)
+        known = np.array([self._needed(path.q[k], path.v[k], path.a[k]) for k in rows])
         ticks = np.arange(len(path))
-        table = np.column_stack([np.interp(ticks, rows, column) for column in np.array(known).T])
-        self._muscles.want(path, table, t)
+        self._muscles.want(path, np.column_stack([np.interp(ticks, rows, column) for column in known.T]), t)
 
     def _needed(self, q: PerFreedom, v: PerFreedom, a: PerFreedom) -> PerFreedom:
-        return self._own.torque(q, v, a, self.gravity_expected) + self._worn_inertia @ a
+        return self._own.torque(q, v, a, self.gravity_expected, self.inertia_expected) + self._worn_inertia @ a
 
     def _weight(self, q: PerFreedom) -> PerFreedom:
         """What the arm's whole weight takes at a posture [N·m]."""
@@ -229,17 +239,18 @@ class PointingPerson:
 
     def _shift_per_level(self) -> OnScreen:
         """How far right and up the finger comes for a weight that is not there, by stiffness and reflex [m]."""
-        stiffness = self._body.stiffness * self._muscles.tension * (1.0 + self._body.reflex_share)
+        stiffness = self._body.stiffness * self._muscles.tension * (1.0 + self._body.nerves.reflex_share)
         turn, tip = self._weight(self._usual) / stiffness, self._own.fingertip(self._usual)
         moved = (self._own.fingertip(self._usual + 1e-3 * turn) - tip) / 1e-3
         return self._surroundings.screen_axes[:, :2].T @ moved
 
     def _way(self, q_screen: PerFreedom) -> Trajectory:
         """From rest to a posture at the screen: the finger comes from before it, not along it."""
-        ticks, n = round(REACH_S / self._dt), round(REACH_S * PLANNED_HZ)
-        shares = motion.minimum_jerk(np.zeros(1), np.ones(1), REACH_S, REACH_S / n).q[:, 0]
+        seconds = self.habits.reach_s
+        ticks, n = round(seconds / self._dt), round(seconds * PLANNED_HZ)
+        shares = motion.minimum_jerk(np.zeros(1), np.ones(1), seconds, seconds / n).q[:, 0]
         tips = self._own.fingertip(self._rest), self._own.fingertip(q_screen)
-        before = tips[1] + APPROACH_M * self._surroundings.screen_axes[:, 2]
+        before = tips[1] + self.habits.approach_m * self._surroundings.screen_axes[:, 2]
         q, rows = self._rest, [self._rest]
         for s in shares.tolist():
             place = (1 - s) ** 2 * tips[0] + 2 * s * (1 - s) * before + s**2 * tips[1]
@@ -247,7 +258,7 @@ class PointingPerson:
             rows.append(q)
         from scipy.interpolate import CubicSpline  # 0.1 s that only a participant has to wait for
 
-        spline = CubicSpline(np.arange(n + 1) * REACH_S / n, np.array(rows), bc_type="clamped")
+        spline = CubicSpline(np.arange(n + 1) * seconds / n, np.array(rows), bc_type="clamped")
         t = np.arange(1, ticks + 1) * self._dt
         return Trajectory(spline(t), spline(t, 1), spline(t, 2), self._dt)
 
@@ -260,15 +271,19 @@ class PointingPerson:
     def _reached(self, wanted: Place, usual: PerFreedom, q: PerFreedom, steps: int) -> PerFreedom:
         """The posture nearest to a usual one in which the finger is at a place [m], in so many steps from `q`."""
         for _ in range(steps):
-            tip = self._own.fingertip(q)
-            J = np.column_stack([(self._own.fingertip(q + row) - tip) / 1e-5 for row in 1e-5 * np.eye(len(q))])
+            tip, J = self._own.fingertip_slope(q)
             H = J.T @ J + POSTURE_WEIGHT**2 * np.eye(len(q))
             q = q + np.linalg.solve(H, J.T @ (wanted - tip) + POSTURE_WEIGHT**2 * (usual - q))
         return q
 
 
-def _wander(value: PerFreedom, sd: float, lasts_s: float, dt: float, random: np.random.Generator) -> None:
-    """One step of an Ornstein–Uhlenbeck process, in place."""
-    keeps = np.exp(-dt / lasts_s)
-    value *= keeps
-    value += sd * np.sqrt(1.0 - keeps**2) * random.standard_normal(len(value))
+def physiology_of(habits: Habits, freedoms: int) -> Physiology:
+    """Muscles and nerves of this person."""
+    usual = usual_physiology(freedoms)
+    return replace(
+        usual,
+        stiffness=habits.stiffness_share * usual.stiffness,
+        damping=habits.damping_share * usual.damping,
+        torque_max=habits.strength_share * usual.torque_max,
+        nerves=habits.nerves,
+    )

@@ -24,7 +24,7 @@ from exograv.task.run import Run
 
 from .aircraft_feed import AircraftFeed
 from .course import Course, silence, task_message
-from .habits import Habits
+from .habits import Habits, register
 from .kept import KeptSession, read_kept, refuse_kept, write_kept
 from .options import Asked, TrainOptions, asked_for
 from .person import PointingPerson
@@ -248,6 +248,7 @@ class _Training:
 
     def _settings(self) -> dict[str, Any]:
         options, asked = self._options, self._asked
+        habits = Habits(interval_s=asked.loaded.settings.windows.interval_s)
         whole = laboratory_settings(self._laboratory)
         whole["settings"] |= {
             # A file's place changes nothing; which files were read stands in the hashes.
@@ -267,7 +268,8 @@ class _Training:
                 "screen_tilt_rad": self._surroundings.screen_tilt,
                 "support_z_m": self._surroundings.support_z,
             },
-            "participant_model": asdict(Habits(interval_s=asked.loaded.settings.windows.interval_s)),
+            "participant_model": asdict(habits),
+            "participant_constants": [asdict(one) for one in register(habits)],
         }
         whole["hashes"] |= {"protocol": asked.loaded.sha256}
         if asked.allocation_sha256 is not None:

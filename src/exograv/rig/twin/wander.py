@@ -1,0 +1,30 @@
+"""What wanders about zero: an Ornstein–Uhlenbeck process per entry, exact at the ticks, drawn in blocks."""
+
+import numpy as np
+from jaxtyping import Float
+
+BLOCK = 4096
+"""Ticks that are drawn at once."""
+
+PerEntry = Float[np.ndarray, " entry"]
+
+
+class Wander:
+    """It begins as if it had wandered for long."""
+
+    def __init__(self, sd: PerEntry, lasts_s: PerEntry | float, period_s: float, random: np.random.Generator):
+        """Standard deviation and correlation time [s] of each entry."""
+        self._sd, self._random = sd, random
+        self._decay = np.broadcast_to(np.exp(-period_s / np.asarray(lasts_s)), sd.shape)
+        self._value = sd * random.standard_normal(len(sd))
+
+    def block(self) -> Float[np.ndarray, "tick entry"]:
+        """The next `BLOCK` ticks."""
+        from scipy.signal import lfilter  # 0.1 s that an empty machine does not have to wait for
+
+        rows = np.empty((BLOCK, len(self._sd)))
+        kicks = self._random.standard_normal(rows.shape) * self._sd * np.sqrt(1.0 - self._decay**2)
+        for entry, decay in enumerate(self._decay):
+            rows[:, entry], _ = lfilter([1.0], [1.0, -decay], kicks[:, entry], zi=[decay * self._value[entry]])
+        self._value = rows[-1].copy()
+        return rows
