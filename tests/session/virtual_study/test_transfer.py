@@ -1,4 +1,4 @@
-"""Transfer is the share of the same people's first error that a training took away; where it cannot be told, it says why."""
+"""Transfer is the share of the first error that a training took away; where it cannot be told, it says why."""
 
 from dataclasses import replace
 
