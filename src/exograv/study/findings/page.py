@@ -71,18 +71,24 @@ def write_page(folder: Path, content: Content) -> Written:
         for chapter in drawn(content.data, content.found, content.planned):
             # On the page letters are shapes: fonts differ from reader to reader, and labels would be cut.
             svg = inline_svg(chapter.figure, chapter.name, letters="path")
-            figures += _write_figure(folder / "figures", chapter.name, chapter.figure)
+            figures += write_figure(folder / "figures", chapter.name, chapter.figure)
             chapters.append({"name": chapter.name, "title": chapter.title, "text": chapter.text, "svg": Markup(svg)})
         narrow = deviation.draw(content.data, WIDTH_1)
         if narrow is not None:
-            figures += _write_figure(folder / "figures", "deviation_one_column", narrow)
+            figures += write_figure(folder / "figures", "deviation_one_column", narrow)
     html = render(content, chapters)
     write_text_whole(folder / "report.html", html)
     pdf, remark = write_pdf(folder / "report.pdf", html)
     return Written(folder / "report.html", pdf, tuple(figures), remark)
 
 
-def _write_figure(folder: Path, name: str, figure: Figure) -> list[Path]:
+def write_figure(folder: Path, name: str, figure: Figure) -> list[Path]:
+    """As SVG and PNG.
+
+    Raises:
+        RecordingError: The folder cannot be written.
+    """
+
     def png(path: Path) -> None:
         with path.open("wb") as file:
             figure.savefig(file, format="png", dpi=DPI, metadata={"Software": None})

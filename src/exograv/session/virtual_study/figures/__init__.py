@@ -1,0 +1,1 @@
+"""Pictures of a virtual study, each marked as simulated."""

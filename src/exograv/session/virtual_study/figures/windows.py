@@ -1,0 +1,67 @@
+"""How high the touches were, window by window of the flight: each condition beside familiarisation only."""
+
+from collections.abc import Sequence
+from math import ceil
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exograv.session.virtual_study.flight import FAMILIARISED, Flight, compared
+from exograv.study.drawing import BLUE, GREY, INK, mark_simulated
+from exograv.study.figures.of_study.groups import WIDTH_2
+from exograv.study.statistics.fieller import mean_interval
+
+COLUMNS = 4
+TEXT = (
+    "Mean height of the touches above the target (signed), window by window. Lines: mean over people; bands: 95 % "
+    "interval of it by Student's t, without bound and left out where fewer than two people have the window. Blue, "
+    "whole: after the training; grey, broken: after familiarisation only, the same in every panel."
+)
+
+
+def draw(flights: Sequence[Flight]) -> Figure | None:
+    """A panel a condition; None where nobody touched anything."""
+    by_name = {name: of for name, own in compared(flights).items() if (of := by_window(own))}
+    if not by_name:
+        return None
+    usual = next((of for name, of in by_name.items() if name.startswith(FAMILIARISED)), None)
+    names = [name for name in by_name if not name.startswith(FAMILIARISED)] or list(by_name)
+    across = min(COLUMNS, len(names))
+    lines = ceil(len(names) / across)
+    figure = Figure(figsize=(WIDTH_2, 0.6 + 1.55 * lines), layout="constrained")
+    panels = figure.subplots(lines, across, squeeze=False, sharex=True, sharey=True).ravel()
+    for ax in panels[len(names) :]:
+        ax.set_axis_off()
+    for ax, name in zip(panels, names, strict=False):
+        if usual is not None and not name.startswith(FAMILIARISED):
+            _course(ax, usual, GREY, "--")
+        _course(ax, by_name[name], BLUE, "-")
+        ax.axhline(0.0, color=INK, linewidth=0.7)
+        ax.set_title(name, fontsize=7)
+        ax.xaxis.get_major_locator().set_params(integer=True)
+    figure.supxlabel("window", fontsize=8)
+    figure.supylabel("above the target [mm]", fontsize=8)
+    mark_simulated(figure)
+    return figure
+
+
+def by_window(flights: Sequence[Flight]) -> dict[int, np.ndarray]:
+    """Mean `up_mm` of each person who has the window."""
+    found = dict[int, list[float]]()
+    for flight in flights:
+        own = dict[int, list[float]]()
+        for touch in flight.touches:
+            own.setdefault(touch.window, []).append(touch.up_mm)
+        for window, values in own.items():
+            found.setdefault(window, []).append(float(np.mean(values)))
+    return {window: np.array(found[window]) for window in sorted(found)}
+
+
+def _course(ax: Axes, values: dict[int, np.ndarray], colour: str, line: str) -> None:
+    windows = list(values)
+    ax.plot(windows, [values[w].mean() for w in windows], line, color=colour, marker="o", markersize=1.8)
+    bands = {w: band for w in windows if (band := mean_interval(values[w])) is not None}
+    if bands:
+        low, high = ([getattr(band, end) for band in bands.values()] for end in ("low", "high"))
+        ax.fill_between(list(bands), low, high, color=colour, alpha=0.18, linewidth=0)

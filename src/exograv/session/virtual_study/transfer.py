@@ -1,0 +1,129 @@
+"""What a training is worth: the share of a person's first error in weightlessness that it took away."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.study.statistics.fieller import Ratio, fieller, mean_interval
+from exograv.study.statistics.findings import Interval
+
+from .flight import FAMILIARISED, Flight, compared, familiarised
+
+DEFINITION = (
+    "Transfer is 1 − E/E₀. E is the mean, over people, of the signed constant error in the first window of the flight "
+    "after this training: the mean of `up_mm` over the window's accepted touches. E₀ is the same of the same people "
+    "after familiarisation only. 1: nothing of the error was left; 0: the training was worth nothing; below 0: it did "
+    "harm; above 1: the error was on the other side. Flights that compare conditions enter; those of the main study "
+    "only where a condition has no other. Whoever has no accepted touch in window 1 of both flights is left out. The "
+    "95 % interval is Fieller's over people."
+)
+
+Measure = Callable[[Flight], float]
+
+
+def constant_error_mm(flight: Flight) -> float:
+    """Mean height above the target in the first window [mm]; NaN without a touch there."""
+    return _mean([touch.up_mm for touch in flight.first_window])
+
+
+def first_touch_mm(flight: Flight) -> float:
+    """Height of the very first accepted touch [mm]; NaN without one in the first window."""
+    return _mean([touch.up_mm for touch in flight.first_window if touch.number == 1])
+
+
+def first_deviation_mm(flight: Flight) -> float:
+    """Median deviation in the first window [mm], whatever its direction; NaN without a touch there."""
+    found = [touch.deviation_mm for touch in flight.first_window]
+    return float(np.median(found)) if found else float("nan")
+
+
+def _mean(values: list[float]) -> float:
+    return float(np.mean(values)) if values else float("nan")
+
+
+SECONDARY: Mapping[str, Measure] = {"first_touch": first_touch_mm, "median_deviation": first_deviation_mm}
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """The same people after a training and after familiarisation only."""
+
+    people: tuple[int, ...]
+    trained: Float[np.ndarray, " person"]
+    familiarised: Float[np.ndarray, " person"]
+    left_out: tuple[int, ...]
+    """People of the condition for whom one of the two is missing."""
+
+    @property
+    def ratio(self) -> Ratio:
+        """Of the means, trained over familiarised."""
+        return fieller(self.trained, self.familiarised)
+
+
+def pairs(flights: Iterable[Flight], before: Mapping[int, Flight], measure: Measure = constant_error_mm) -> Pairs:
+    """Pairs of a condition's flights with those of the same people in `before`."""
+    whole, left_out = dict[int, tuple[float, float]](), list[int]()
+    for flight in flights:
+        other = before.get(flight.person)
+        values = (measure(flight), measure(other) if other is not None else float("nan"))
+        if np.isfinite(values).all():
+            whole[flight.person] = values
+        else:
+            left_out.append(flight.person)
+    people = tuple(sorted(whole))
+    values = np.array([whole[person] for person in people]).reshape(-1, 2)
+    return Pairs(people, values[:, 0], values[:, 1], tuple(sorted(left_out)))
+
+
+def transfer(found: Pairs) -> dict[str, Any]:
+    """`transfer`, `ci95` and `reason`, why one of them is missing."""
+    ratio = found.ratio
+    ends = ends_of(ratio.interval)
+    value = None if ratio.value is None else 1.0 - ratio.value
+    # 1 − rho turns the ends round.
+    return {"transfer": value, "ci95": ends and [1.0 - ends[1], 1.0 - ends[0]], "reason": ratio.reason or None}
+
+
+def ends_of(interval: Interval | None) -> list[float] | None:
+    """As JSON; None without two ends."""
+    if interval is None or interval.low is None or interval.high is None:
+        return None
+    return [interval.low, interval.high]
+
+
+def transfers(flights: Iterable[Flight]) -> dict[str, dict[str, Any]]:
+    """By condition: transfer by the first window's constant error, and by the measures beside it.
+
+    Returns:
+        Each with `transfer`, `ci95`, `reason`, `people`, `left_out_people`, `first_window_up_mm` with its interval
+        `first_window_up_mm_ci95`, and `first_touch` and `median_deviation` with the first three.
+    """
+    flights = list(flights)
+    before = familiarised(flights)
+    return {name: _of_condition(own, before) for name, own in compared(flights).items()}
+
+
+def _of_condition(own: tuple[Flight, ...], before: Mapping[int, Flight]) -> dict[str, Any]:
+    if own[0].condition == FAMILIARISED:
+        reason = "it is what the others are compared with"
+        nothing: dict[str, Any] = {"transfer": None, "ci95": None, "reason": reason}
+        found, told, others = pairs(own, {}), nothing, dict.fromkeys(SECONDARY, nothing)
+        errors = np.array([constant_error_mm(flight) for flight in own])
+        errors = errors[np.isfinite(errors)]
+        people, left_out = len(errors), len(own) - len(errors)
+    else:
+        found = pairs(own, before)
+        told, errors = transfer(found), found.trained
+        others = {name: transfer(pairs(own, before, measure)) for name, measure in SECONDARY.items()}
+        people, left_out = len(found.people), len(found.left_out)
+    return {
+        **told,
+        "people": people,
+        "left_out_people": left_out,
+        "first_window_up_mm": float(errors.mean()) if len(errors) else None,
+        "first_window_up_mm_ci95": ends_of(mean_interval(errors)),
+        **others,
+    }

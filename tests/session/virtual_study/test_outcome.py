@@ -1,0 +1,109 @@
+"""The figures of a virtual study are those of its report, go through JSON, and claim no more than people can show."""
+
+import json
+from dataclasses import asdict
+
+import pytest
+from tests.session.virtual_study.made_up_flights import PITCH_MM, comparison, flight, main_study
+
+from exograv.errors import ConfigError
+from exograv.session.virtual_study.flight import FAMILIARISED, flight_of
+from exograv.session.virtual_study.outcome import outcome_of
+
+LEFT_NM = {"ideal": 0.1, "dam": 0.2, "table": 1.0, "gcm": 8.0}
+
+
+def with_machines(slope: float = -0.5) -> list:
+    """Transfer that changes by `slope` for ten times as much left over, 0.9 at 0.1 N·m."""
+    from math import log10
+
+    flights = []
+    for k in range(1, 7):
+        flights.append(flight(k, FAMILIARISED))
+        for name, nm in LEFT_NM.items():
+            flights.append(flight(k, name, 0.1 - slope * log10(nm / 0.1), left_over_Nm=nm, friction_Nm=1.0))
+    return flights
+
+
+def test_a_flight_comes_back_from_json_as_it_was():
+    one = flight(1, "dam", left_over_Nm=0.2)
+    assert flight_of(json.loads(json.dumps(asdict(one)))) == one
+
+
+def test_all_figures_are_json_without_nan():
+    json.dumps(outcome_of([*main_study(), *with_machines()], "dam"), allow_nan=False)
+    json.dumps(outcome_of([flight(1, "dam")], "dam"), allow_nan=False)
+
+
+def test_each_person_weighs_the_same_in_a_median():
+    found = outcome_of(main_study(), "dam")["groups"]["untrained"]
+    # Persons 4, 5 and 6: 28, 35 and 22 mm in window 1, half and a quarter of it later; the middle one of nine.
+    assert found["median_px"] == pytest.approx(14.0 / PITCH_MM)
+    assert found["people"] == 3
+
+
+def test_three_against_three_show_the_direction_and_claim_nothing():
+    found = outcome_of(main_study(), "dam")["direction"]
+    for name in ("whole_flight", "first_window", "first_window_up_mm"):
+        assert found[name]["appears"]
+        assert found[name]["p"] == pytest.approx(0.1)
+        assert found[name]["p_min"] == pytest.approx(0.1)
+    assert not found["whole_flight"]["is_shown"]
+    assert "cannot reach 0.05" in found["whole_flight"]["sentence"]
+
+
+def test_where_the_trained_do_worse_the_direction_does_not_appear():
+    assert not outcome_of(main_study(share=3.0), "dam")["direction"]["whole_flight"]["appears"]
+
+
+def test_without_a_group_there_is_no_direction_and_a_reason():
+    found = outcome_of(comparison({"dam": 0.5}), "dam")["direction"]["whole_flight"]
+    assert found["appears"] is None
+    assert "trained" in found["reason"]
+
+
+def test_the_slope_over_what_is_left_over_is_that_of_the_law():
+    found = outcome_of(with_machines(), "dam")["transfer"]["by_left_over"]
+    assert found["slope"]["value"] == pytest.approx(-0.5)
+    assert "it falls" in found["sentence"]
+    curve = found["curve"]
+    assert curve["transfer"][0] == pytest.approx(0.9)
+    assert all(
+        low - 1e-9 <= at <= high + 1e-9
+        for low, at, high in zip(curve["low"], curve["transfer"], curve["high"], strict=True)
+    )
+
+
+def test_what_rises_is_not_called_falling_by_a_curve_that_may_not_rise():
+    found = outcome_of(with_machines(slope=0.3), "dam")["transfer"]["by_left_over"]
+    assert found["slope"]["value"] == pytest.approx(0.3)
+    assert "it rises" in found["sentence"]
+    assert max(found["curve"]["transfer"]) - min(found["curve"]["transfer"]) < 1e-9
+
+
+def test_friction_compares_only_conditions_that_are_alike_but_for_it():
+    flights = with_machines()
+    flights += [flight(k, "dam@quasi-direct+friction=2", 0.3, left_over_Nm=0.2, friction_Nm=0.5) for k in range(1, 7)]
+    found = outcome_of(flights, "dam")["transfer"]
+    assert {one["condition"] for one in found["by_friction"]["points"]} == {"dam", "dam@quasi-direct+friction=2"}
+    assert not any("friction=" in one["condition"] for one in found["by_left_over"]["points"])
+
+
+def test_one_condition_makes_no_curve():
+    flights = comparison({"dam": 0.5}, left_over_Nm=0.2, friction_Nm=1.0)
+    assert "nothing can be read" in outcome_of(flights, "dam")["transfer"]["by_friction"]["sentence"]
+
+
+def test_few_people_have_no_band():
+    flights = [one for one in with_machines() if one.person <= 3]
+    assert outcome_of(flights, "dam")["transfer"]["by_left_over"]["curve"]["low"] is None
+
+
+def test_nobody_counts_twice():
+    with pytest.raises(ConfigError, match="flew twice"):
+        outcome_of([flight(1, "dam"), flight(1, "dam")], "dam")
+
+
+def test_without_a_flight_there_is_a_sentence():
+    with pytest.raises(ConfigError, match="Nobody flew"):
+        outcome_of([], "dam")
