@@ -34,6 +34,7 @@ from .rig_test import RigTest, run_rig_test_command
 from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
 from .streams import Streams, run_streams
+from .simulate_study import SimulateStudy, run_simulate_study
 from .study import COMMANDS as STUDY_COMMANDS
 from .sync import Sync, run_sync
 from .train import Train, run_train_command
@@ -49,6 +50,7 @@ COMMANDS: Commands = {
     "calibrate": (Calibrate, run_calibrate_command),
     "weigh": (Weigh, run_weigh_command),
     "train": (Train, run_train_command),
+    "simulate-study": (SimulateStudy, run_simulate_study),
     "verify": (Verify, run_verify_command),
     "transparency": (Transparency, run_transparency_command),
     "identify-log": (IdentifyLog, run_identify_log),

@@ -60,6 +60,7 @@ class PointingPerson:
         seed: int,
         period_s: float,
         habits: Habits | None = None,
+        day: int = 0,
     ):
         """Lying, and knowing nothing of weightlessness yet.
 
@@ -69,9 +70,10 @@ class PointingPerson:
             surroundings: Where the screen is seen.
             target: Its place there, right and up of the screen's centre [m].
             too_short: Shape of the arrow that means a touch too soon, as instructed.
-            seed: Draws the personal map and all noise.
+            seed: Draws the personal map, and with the day all noise.
             period_s: Between two acts [s].
             habits: What makes this one.
+            day: Noise is another on each.
         """
         self.habits, self._own, self._worn_inertia = habits or Habits(), own, worn_inertia
         self._surroundings, self._target, self._too_short, self._dt = surroundings, target, too_short, period_s
@@ -83,8 +85,8 @@ class PointingPerson:
         self._muscles = ActingWearer(self._body, period_s)
         self._muscles.tension = np.full(freedoms, self.habits.tension)
         # Of each kind its own: whoever does something more often is not another person for it.
-        drawn, felt, noise, self._random, contexts = (np.random.default_rng([seed, 31, k]) for k in range(5))
-        self._bias = np.deg2rad(self.habits.bias_sd_deg) * drawn.standard_normal(freedoms)
+        felt, noise, self._random, contexts = (np.random.default_rng([seed, 31, k, day]) for k in range(1, 5))
+        self._bias = np.deg2rad(self.habits.bias_sd_deg) * np.random.default_rng([seed, 31]).standard_normal(freedoms)
         each = np.ones(freedoms)
         self._felt = Wander(np.deg2rad(self.habits.felt_sd_deg) * each, self.habits.felt_s, period_s, felt)
         self._noise = Wander(self.habits.motor_noise * each, self.habits.motor_noise_s, period_s, noise)

@@ -177,9 +177,10 @@ class _Training:
             self._surroundings,
             self._room.on_panel(*self._room.target_px(protocol.target)),
             protocol.pace.too_short.shape,
-            self._day,
+            self._options.seed,
             twin.period_s,
             Habits(interval_s=protocol.windows.interval_s),
+            self._day,
         )
         if self._before is not None and self._before.learned is not None:
             person.remember(self._before.learned)

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from exograv.control.observer import Observer
 from exograv.errors import RigError
@@ -89,6 +88,11 @@ class Sitting:
         self._rows = TickRows(len(self._twin.joints))
         self._ticks = 0
         self._feed_from: Callable[[float], Iterable[Event]] = silence
+
+    @property
+    def simulated_s(self) -> float:
+        """In which the twin ran, rests left out."""
+        return self._ticks * self._twin.period_s
 
     def fly(self, recording: RecordingWriter | None, progress: Callable[[float], None]) -> None:
         """To the end of the protocol.
@@ -217,6 +221,3 @@ class Sitting:
         closed = run.state.windows[-1].closed if run.state.windows else None
         is_done = run.state.complete >= set(protocol.windows.numbers)
         return is_done and closed is not None and self._twin.t >= closed + protocol.after_last_s
-
-
-Joints = Float[np.ndarray, " joint"]

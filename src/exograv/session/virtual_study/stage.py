@@ -68,6 +68,7 @@ class PreparedTraining:
     """None where no machine carries."""
 
     left_over_Nm: float | None
+    friction_Nm: float | None
 
 
 def prepared_for(condition: Condition, seed: int, level: int, progress: Progress) -> PreparedTraining:
@@ -77,14 +78,15 @@ def prepared_for(condition: Condition, seed: int, level: int, progress: Progress
         ExogravError: Machine, wearer or run was refused.
     """
     if not condition.has_motors:
-        return PreparedTraining(condition, seed, level, None, None)
+        return PreparedTraining(condition, seed, level, None, None, None)
     laboratory = _laboratory(condition, seed, level)
     known = _known(condition, laboratory, seed, progress)
     progress("Examining what is left over", 0.0)
     examination = Examination(laboratory, known.assembly, known.machine)
     left_over = examination.left_over(known.x, Mode(arm_share=_arm_share(condition)))
     places = np.array(laboratory.description.places)
-    return PreparedTraining(condition, seed, level, known, float(left_over[places == "shoulder"].max()))
+    worst = float(left_over[places == "shoulder"].max())
+    return PreparedTraining(condition, seed, level, known, worst, float(laboratory.machine.friction.coulomb.mean()))
 
 
 def stage_on(prepared: PreparedTraining, day: int) -> Stage:

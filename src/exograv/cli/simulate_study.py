@@ -1,0 +1,114 @@
+"""`exograv simulate-study`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from exograv.errors import ConfigError
+
+from .common import Common, whole_pair
+
+
+@dataclass(frozen=True)
+class SimulateStudy(Common):
+    """Virtual people train, fly and are compared: how much of a training is left in flight. No evidence about people."""
+
+    participants: Annotated[str, tyro.conf.arg(metavar="A,B")] = "3,3"
+    """Trained and untrained."""
+
+    sessions: Annotated[str, tyro.conf.arg(metavar="A,B")] = "16,4"
+    """Of each before the flight: trainings, familiarisations."""
+
+    conditions: str = "dam"
+    """By commas; the trained group has the first. table, gcm, gradient, dam, ideal, water, parabolic; with a machine
+    also @quasi-direct, +left=0.2 (share of the weight left on purpose), +friction=2 (over the machine's own)."""
+
+    compared: Annotated[str, tyro.conf.arg(metavar="A,B")] = "4,1"
+    """Sessions before flights that only compare conditions, at most."""
+
+    level: int = 2
+    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
+
+    windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
+    """Only so many of each protocol, to try it."""
+
+    constant: tuple[str, ...] = ()
+    """NAME=VALUE of the virtual participants (docs/virtual_participant.md), such as width=0.1."""
+
+    processes: int = 2
+    """At the same time; figures do not depend on it."""
+
+    resume: bool = False
+    """Go on with the study in the folder of `--out`."""
+
+
+def run_simulate_study(command: SimulateStudy) -> dict[str, Any]:
+    """Run it and say what came out."""
+    from exograv.session.virtual_study.options import StudyOptions
+    from exograv.session.virtual_study.study import Work, simulate_study
+    from exograv.terminal import bars
+
+    if not 1 <= command.processes <= 64:
+        raise ConfigError(f"--processes is {command.processes}; allowed: 1 to 64.")
+    options = StudyOptions(
+        participants=whole_pair(command.participants, "--participants"),
+        sessions=whole_pair(command.sessions, "--sessions"),
+        conditions=tuple(name.strip() for name in command.conditions.split(",") if name.strip()),
+        compared=whole_pair(command.compared, "--compared"),
+        seed=command.seed,
+        level=command.level,
+        windows=command.windows,
+        constants=dict(_constant(text) for text in command.constant),
+    )
+    folder = command.out / f"simulated_study_{command.seed}" if command.out == Path("out") else command.out
+    print(f"The study goes into {folder}. Ctrl-C keeps who is done; --resume goes on.")
+    with bars() as progress:
+        result = simulate_study(options, Work(folder, command.processes, command.resume), progress)
+    show_study(result)
+    return result
+
+
+def _constant(text: str) -> tuple[str, float]:
+    name, equals, value = text.partition("=")
+    try:
+        if not equals:
+            raise ValueError
+        return name.strip(), float(value)
+    except ValueError:
+        raise ConfigError(f"--constant is '{text}'; give NAME=VALUE with a number, such as width=0.1.") from None
+
+
+def show_study(result: dict[str, Any]) -> None:
+    """One table of all conditions, and the two groups."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title="Simulated: nobody took part")
+    for heading in ("after", "people", "median in flight, px", "left over, N·m", "first window, mm up", "transfer"):
+        table.add_column(heading, justify="left" if heading == "after" else "right")
+    for name, one in result["conditions"].items():
+        interval = one.get("ci95")
+        transfer = _number(one["transfer"], 2)
+        if interval:
+            transfer += f" ({_number(interval[0], 2)} to {_number(interval[1], 2)})"
+        table.add_row(
+            name, str(one["people"]), _number(one["median_px"], 1), _number(one["left_over_Nm"], 2),
+            _number(one["first_window_up_mm"], 1), transfer,
+        )  # fmt: skip
+    console = Console()
+    console.print(table)
+    for group, one in result["groups"].items():
+        console.print(f"{group}: {one['people']} people, median {_number(one['median_px'], 1)} px", highlight=False)
+    console.print(result["note"], highlight=False)
+    took = result["time"]
+    console.print(
+        f"{took['simulated_s'] / 3600:.1f} h of movement simulated in {took['wall_s'] / 60:.1f} min.", highlight=False
+    )
+    for name, key in (("Page", "report"), ("Report of the study", "study_report"), ("Data set", "dataset")):
+        console.print(f"{name}: {result[key]}", highlight=False, soft_wrap=True)
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"

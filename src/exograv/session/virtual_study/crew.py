@@ -1,0 +1,91 @@
+"""Careers worked off by several processes; what came of each arrives when it is done."""
+
+import signal
+from collections.abc import Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from multiprocessing import get_context
+from multiprocessing.queues import Queue
+from pathlib import Path
+from queue import Empty
+
+from exograv.session.pilot import Progress
+
+from .options import Career, StudyOptions
+from .people import Lived, live
+
+WAIT_S = 0.3
+TOLD_EVERY = 0.01
+"""Share of a session between two sentences of a worker."""
+
+Done = tuple[Career, Lived]
+
+_queue: "Queue[tuple[str, float]] | None" = None
+"""Of a worker process: what it is doing."""
+
+
+def live_all(
+    careers: Sequence[Career], options: StudyOptions, folder: Path, processes: int, tell: Progress
+) -> Generator[Done, None, None]:
+    """Everybody's, as they are done; closing the generator ends the processes.
+
+    Args:
+        careers: To be gone through.
+        options: Of the study.
+        folder: For recordings.
+        processes: At the same time.
+        tell: Told what somebody is doing, and the share of that.
+
+    Raises:
+        ExogravError: A machine or run was refused, or the disk is full.
+    """
+    if processes == 1:
+        for career in careers:
+            yield career, live(career, options, folder, tell)
+        return
+    context = get_context("spawn")
+    queue: Queue[tuple[str, float]] = context.Queue()
+    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(queue,))
+    try:
+        waiting = {pool.submit(_work, career, options, folder): career for career in careers}
+        yield from _arriving(waiting, queue, tell)
+    finally:
+        for process in list(pool._processes.values()):
+            process.terminate()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _arriving(
+    waiting: dict[Future[Lived], Career], queue: "Queue[tuple[str, float]]", tell: Progress
+) -> Generator[Done, None, None]:
+    while waiting:
+        done, _ = wait(waiting, WAIT_S, FIRST_COMPLETED)
+        said = None
+        try:
+            while True:
+                said = queue.get_nowait()
+        except Empty:
+            if said is not None:
+                tell(*said)
+        for future in done:
+            yield waiting.pop(future), future.result()
+
+
+def _begin(queue: "Queue[tuple[str, float]]") -> None:
+    # Ctrl-C reaches every process of the terminal; this one is ended by the one that started it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    global _queue  # noqa: PLW0603 - the one thing that a worker process is given
+    _queue = queue
+
+
+def _work(career: Career, options: StudyOptions, folder: Path) -> Lived:
+    queue, said = _queue, ("", -1.0)
+    if queue is None:
+        raise RuntimeError("A worker of the study was started without its queue.")
+
+    def tell(text: str, share: float) -> None:
+        nonlocal said
+        if text != said[0] or share >= said[1] + TOLD_EVERY:
+            said = (text, share)
+            queue.put(said)
+
+    return live(career, options, folder, tell)
