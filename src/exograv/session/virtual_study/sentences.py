@@ -1,0 +1,103 @@
+"""What the figures of a virtual study say, in sentences that claim no more than they carry."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from exograv.study.findings.results import number
+
+from .figures.sensitivity import Swept
+from .flight import FAMILIARISED
+
+MECHANISM = (
+    "No effect is put in. What a training is worth comes of how the arm felt in it: a person recalls what was learned "
+    "at a felt weight like the one now felt, and aims away what was seen to be off. The name of a condition never "
+    "reaches the person."
+)
+
+
+def headline(outcome: Mapping[str, Any]) -> str:
+    """Whether the paper's direction of effect appears."""
+    whole = outcome["direction"]["whole_flight"]
+    if whole["appears"] is None:
+        return "Simulated flights after different trainings, compared by what was left of the first error."
+    medians = ", ".join(
+        f"{number(outcome['groups'][group]['median_px'])} px {group}" for group in ("trained", "untrained")
+    )
+    verb = "appears" if whole["appears"] else "does not appear"
+    return f"Simulated: the published direction of effect {verb}, median deviation in flight {medians}."
+
+
+def sentences(outcome: Mapping[str, Any], swept: Sequence[Swept] = ()) -> list[str]:
+    """Direction, mechanism, what makes it vanish, what it depends on."""
+    return [*_direction(outcome["direction"]), MECHANISM, *_conditions(outcome), *_swept(outcome, swept)]
+
+
+def _direction(direction: Mapping[str, Any]) -> Iterator[str]:
+    for name, words in (("whole_flight", "Over the whole flight"), ("first_window", "In the first window")):
+        of = direction[name]
+        if of["appears"] is None:
+            yield f"{words} nothing is compared: {of['reason']}"
+            continue
+        less = "less" if of["appears"] else "no less"
+        yield (
+            f"{words} the trained deviate {less} than the untrained: ratio {number(of['ratio'])}{_interval(of)}, exact "
+            f"{of['p_text']}. {of['sentence']}"
+        )
+    signed = direction["first_window_up_mm"]
+    if signed["appears"] is not None:
+        yield (
+            f"The first window's constant error is {number(signed['trained_mm'])} mm for the trained and "
+            f"{number(signed['untrained_mm'])} mm for the untrained, positive upwards; difference "
+            f"{number(signed['difference_mm'])} mm{_interval(signed)}, exact {signed['p_text']}."
+        )
+
+
+def _interval(of: Mapping[str, Any]) -> str:
+    ends = of["ci95"]
+    return " (no interval)" if ends is None else f" (95 % interval {number(ends[0])} to {number(ends[1])})"
+
+
+def _conditions(outcome: Mapping[str, Any]) -> Iterator[str]:
+    told = {name: of for name, of in outcome["conditions"].items() if of["condition"] != FAMILIARISED}
+    kinds = (
+        ("Of the first error something was surely taken away by", lambda low, high: low > 0.0),
+        ("Whether anything was taken away is open for", lambda low, high: low <= 0.0 <= high),
+        ("Surely worse than without it is the flight after", lambda low, high: high < 0.0),
+    )
+    for words, holds in kinds:
+        names = [
+            f"{name} (transfer {number(of['transfer'])})"
+            for name, of in told.items()
+            if of["ci95"] is not None and of["transfer"] is not None and holds(*of["ci95"])
+        ]
+        if names:
+            yield f"{words} {', '.join(names)}."
+    if untold := [f"{name} ({of['reason']})" for name, of in told.items() if of["ci95"] is None]:
+        yield f"No interval of transfer can be told for {'; '.join(untold)}."
+    for name in ("by_left_over", "by_friction"):
+        what = "What is left over" if name == "by_left_over" else "Friction"
+        yield f"{what}: {outcome['transfer'][name]['sentence']}"
+
+
+def _swept(outcome: Mapping[str, Any], swept: Sequence[Swept]) -> Iterator[str]:
+    usual = usual_transfer(outcome)
+    if not swept or usual is None:
+        return
+    gone = [f"{row.name} = {row.value:g}" for row in swept if row.transfer is not None and vanishes(row, usual)]
+    held = [row for row in swept if row.transfer is not None]
+    if gone:
+        yield f"With {', '.join(gone)} transfer is less than half of {number(usual)}, or cannot be told from 0."
+    elif held:
+        yield "No constant alone, within what is plausible, takes half of the transfer away."
+
+
+def vanishes(row: Swept, usual: float) -> bool:
+    """Less than half is left of what there was, or it may be nothing."""
+    is_small = row.transfer is not None and row.transfer < 0.5 * usual
+    return is_small or (row.ci95 is not None and row.ci95[0] <= 0.0)
+
+
+def usual_transfer(outcome: Mapping[str, Any]) -> float | None:
+    """Of the main study's condition, all constants as they are."""
+    of = outcome["conditions"].get(outcome["main"])
+    return None if of is None else of["transfer"]

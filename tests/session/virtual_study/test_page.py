@@ -1,0 +1,97 @@
+"""The page of a virtual study says SIMULATED on every part, and claims what its figures carry."""
+
+import re
+from pathlib import Path
+
+import pytest
+from tests.session.virtual_study.made_up_flights import comparison, flight, main_study
+
+from exograv.session.virtual_study.figures.sensitivity import Swept, spans
+from exograv.session.virtual_study.flight import FAMILIARISED, Flight
+from exograv.session.virtual_study.outcome import NO_EVIDENCE, outcome_of
+from exograv.session.virtual_study.page import Content, drawn, render, write_virtual_page
+from exograv.session.virtual_study.sentences import headline, sentences
+
+SWEPT = (
+    Swept("width", 0.1, 0.05, (-0.1, 0.2)),
+    Swept("width", 0.6, 0.7, (0.6, 0.8)),
+    Swept("learns_aim", 0.1, 0.45, (0.4, 0.5)),
+    Swept("learns_aim", 0.4, 0.55, (0.5, 0.6)),
+    Swept("interval_sd", 0.0, None, None),
+)
+
+
+def flights() -> list[Flight]:
+    found = main_study()
+    for k in range(1, 7):
+        found.append(flight(k, FAMILIARISED))
+        found.append(flight(k, "dam", 0.5, left_over_Nm=0.2, friction_Nm=1.0))
+        found.append(flight(k, "dam+friction=2", 0.6, left_over_Nm=0.3, friction_Nm=2.0))
+        found.append(flight(k, "gcm", 1.0 + 0.1 * (-1) ** k, left_over_Nm=8.0, friction_Nm=1.0))
+        found.append(flight(k, "water", 0.7))
+    return found
+
+
+def content(swept: tuple[Swept, ...] = SWEPT, of: list[Flight] | None = None) -> Content:
+    of = flights() if of is None else of
+    links = {"report of the study": "report/report.html"}
+    return Content(outcome_of(of, "dam"), of, {"seed": "1000", "people": "<3>"}, swept, links)
+
+
+def words(figure) -> str:
+    return " ".join(text.get_text() for text in figure.findobj(match=lambda one: hasattr(one, "get_text")))
+
+
+@pytest.mark.slow
+def test_the_page_needs_nothing_beside_it_but_its_links_and_has_four_pictures_twice(tmp_path: Path):
+    page, figures = write_virtual_page(tmp_path, content())
+    html = page.read_text(encoding="utf-8")
+    assert re.findall(r'(?:src|href)="(?!#|data:)([^"]*)"', html) == ["report/report.html"]
+    assert len(figures) == 8
+    assert all(path.stat().st_size > 1000 for path in figures)
+    assert html == write_virtual_page(tmp_path, content())[0].read_text(encoding="utf-8")
+
+
+def test_simulated_stands_on_every_section_and_every_picture():
+    said = content()
+    sections = re.findall(r"<section.*?</section>", render(said, []), flags=re.DOTALL)
+    assert len(sections) >= 5
+    assert all("SIMULATED" in section for section in sections)
+    assert all("SIMULATED" in words(figure) for _, _, figure, _ in drawn(said))
+    assert NO_EVIDENCE in render(said, [])
+
+
+def test_settings_cannot_change_the_page():
+    assert "&lt;3&gt;" in render(content(), [])
+
+
+def test_the_headline_says_whether_the_published_direction_appears():
+    assert "appears" in headline(outcome_of(main_study(share=0.4), "dam"))
+    assert "does not appear" in headline(outcome_of(main_study(share=2.0), "dam"))
+    assert "direction" not in headline(outcome_of(comparison({"dam": 0.5}), "dam"))
+
+
+def test_conditions_are_sorted_by_what_their_interval_carries():
+    said = " ".join(sentences(outcome_of(flights(), "dam")))
+    assert re.search(r"surely taken away by dam \(transfer 0\.5\)", said)
+    assert re.search(r"open for gcm", said)
+    assert "significant" not in said
+
+
+def test_a_constant_that_takes_the_transfer_away_is_named():
+    said = " ".join(sentences(outcome_of(flights(), "dam"), SWEPT))
+    assert "With width = 0.1 transfer is less than half of 0.5" in said
+    assert "No constant alone" in sentences(outcome_of(flights(), "dam"), SWEPT[1:])[-1]
+
+
+def test_the_most_telling_constant_is_on_top_and_goes_from_low_to_high():
+    order = spans([SWEPT[1], SWEPT[0], *SWEPT[2:]])
+    assert [own[0].name for own in order] == ["width", "learns_aim", "interval_sd"]
+    assert [row.value for row in order[0]] == [0.1, 0.6]
+
+
+@pytest.mark.parametrize("few", [[flight(1, "dam")], [flight(1, "dam", windows=())], main_study(people=1)])
+def test_a_study_that_lacks_something_has_a_page_without_nan(few: list[Flight]):
+    said = content((), few)
+    assert "nan" not in re.sub(r"<[^>]*>", " ", render(said, [])).lower().split()
+    list(drawn(said))
