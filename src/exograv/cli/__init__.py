@@ -33,8 +33,8 @@ from .report import Report, run_report
 from .rig_test import RigTest, run_rig_test_command
 from .rigs import Rigs, run_rigs
 from .self_test import SelfTest, run_self_test_command
-from .streams import Streams, run_streams
 from .simulate_study import SimulateStudy, run_simulate_study
+from .streams import Streams, run_streams
 from .study import COMMANDS as STUDY_COMMANDS
 from .sync import Sync, run_sync
 from .train import Train, run_train_command

@@ -13,7 +13,7 @@ from .common import Common, whole_pair
 
 @dataclass(frozen=True)
 class SimulateStudy(Common):
-    """Virtual people train, fly and are compared: how much of a training is left in flight. No evidence about people."""
+    """Virtual people train, fly and are compared: what a training is worth in flight. No evidence about people."""
 
     participants: Annotated[str, tyro.conf.arg(metavar="A,B")] = "3,3"
     """Trained and untrained."""

@@ -60,7 +60,6 @@ class PointingPerson:
         seed: int,
         period_s: float,
         habits: Habits | None = None,
-        day: int = 0,
     ):
         """Lying, and knowing nothing of weightlessness yet.
 
@@ -70,10 +69,9 @@ class PointingPerson:
             surroundings: Where the screen is seen.
             target: Its place there, right and up of the screen's centre [m].
             too_short: Shape of the arrow that means a touch too soon, as instructed.
-            seed: Draws the personal map, and with the day all noise.
+            seed: Draws the personal map, and with the day (`begin_day`) all noise.
             period_s: Between two acts [s].
             habits: What makes this one.
-            day: Noise is another on each.
         """
         self.habits, self._own, self._worn_inertia = habits or Habits(), own, worn_inertia
         self._surroundings, self._target, self._too_short, self._dt = surroundings, target, too_short, period_s
@@ -84,17 +82,12 @@ class PointingPerson:
         self._body = physiology_of(self.habits, freedoms)
         self._muscles = ActingWearer(self._body, period_s)
         self._muscles.tension = np.full(freedoms, self.habits.tension)
-        # Of each kind its own: whoever does something more often is not another person for it.
-        felt, noise, self._random, contexts = (np.random.default_rng([seed, 31, k, day]) for k in range(1, 5))
+        self._seed = seed
         self._bias = np.deg2rad(self.habits.bias_sd_deg) * np.random.default_rng([seed, 31]).standard_normal(freedoms)
-        each = np.ones(freedoms)
-        self._felt = Wander(np.deg2rad(self.habits.felt_sd_deg) * each, self.habits.felt_s, period_s, felt)
-        self._noise = Wander(self.habits.motor_noise * each, self.habits.motor_noise_s, period_s, noise)
-        self._draw()
+        self.begin_day(0)
         self._effort, self._effort_follows = np.zeros(freedoms), 1.0 - np.exp(-period_s / self.habits.effort_s)
         self._relaxed = np.zeros(freedoms)
         self.doing, self._tension = Doing.LYING, 0.0
-        self.adaptation = Adaptation(self.habits.rates, contexts)
         self._aim_off, self._depth, self._is_felt = np.zeros(2), self.habits.depth_m, False
         self._shift = self._shift_per_level()
         self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
@@ -106,6 +99,16 @@ class PointingPerson:
         self._is_task, self._is_first = False, True
         self._wants = self._q_felt = self._rest
         self._is_awaited, self._left_s = False, np.inf
+
+    def begin_day(self, day: int) -> None:
+        """The same person with noise of its own on each day, who knows nothing of weightlessness."""
+        habits, each = self.habits, np.ones(len(self._bias))
+        # Of each kind its own: whoever does something more often is not another person for it.
+        felt, noise, self._random, contexts = (np.random.default_rng([self._seed, 31, k, day]) for k in range(1, 5))
+        self._felt = Wander(np.deg2rad(habits.felt_sd_deg) * each, habits.felt_s, self._dt, felt)
+        self._noise = Wander(habits.motor_noise * each, habits.motor_noise_s, self._dt, noise)
+        self.adaptation = Adaptation(habits.rates, contexts)
+        self._draw()
 
     def see(self, t: float, picture: ParticipantPicture) -> None:
         """Begin when the target appears, get ready shortly before, rest when it has gone."""

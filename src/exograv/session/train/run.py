@@ -180,8 +180,8 @@ class _Training:
             self._options.seed,
             twin.period_s,
             Habits(interval_s=protocol.windows.interval_s),
-            self._day,
         )
+        person.begin_day(self._day)
         if self._before is not None and self._before.learned is not None:
             person.remember(self._before.learned)
         return person

@@ -1,5 +1,6 @@
 """What a virtual study is asked for, and who does what in it."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -42,7 +43,9 @@ class Career:
     def name(self) -> str:
         """Of the file that keeps what came out."""
         group = "" if self.code is None else "-study"
-        return f"V{self.person:02d}-{self.condition_name}{group}".replace("@", "-at-").replace("+", "-").replace("=", "-")
+        return (
+            f"V{self.person:02d}-{self.condition_name}{group}".replace("@", "-at-").replace("+", "-").replace("=", "-")
+        )
 
 
 @dataclass(frozen=True)

@@ -147,15 +147,13 @@ class Life:
             self._career.seed,
             ACT_TICKS * stage.twin.period_s,
             self._options.habits,
-            day,
         )
+        person.begin_day(day)
         if self._learned is not None:
             person.remember(self._learned)
         return person
 
-    def _settings(
-        self, stage: Stage, loaded: LoadedProtocol, number: int, seed: int, habits: Habits
-    ) -> dict[str, Any]:
+    def _settings(self, stage: Stage, loaded: LoadedProtocol, number: int, seed: int, habits: Habits) -> dict[str, Any]:
         whole = laboratory_settings(stage.laboratory)
         whole["settings"] |= {
             "options": {"participant": self._career.code, "protocol": loaded.settings.name, "session": number},

@@ -1,4 +1,4 @@
-"""`exograv simulate-study`: everybody's sessions and flights, the study's folder, its report and the page of all conditions."""
+"""`exograv simulate-study`: everybody's sessions and flights, the study's folder, its report, the page."""
 
 import json
 import os
