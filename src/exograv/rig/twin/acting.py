@@ -39,7 +39,7 @@ class Nerves:
     """From command to torque, time constant."""
 
     hold_rate: float = constant(
-        1.0, "1/s", "assumed", "that the torque which holds a posture is an integral: Albert et al. (2020), eLife 9:e52507",
+        1.0, "1/s", "assumed", "that what holds a posture is an integral: Albert et al. (2020), eLife 9:e52507",
         0.3, 2.0,
     )  # fmt: skip
     """How quickly a lasting error makes the arm hold against it, of stiffness."""

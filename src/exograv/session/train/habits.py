@@ -99,6 +99,9 @@ class Habits:
     approach_m: float = constant(0.12, "m", "assumed", "nobody slides along a screen", 0.06, 0.2)
     """Before the glass, where the way bends towards it."""
 
+    lift_m: float = constant(0.03, "m", "assumed", "clear of the lap by more than an arm is felt wrongly", 0.02, 0.05)
+    """Of the hand above its support while the arm is held."""
+
     full_s: float = constant(1.0, "s", "assumed", "unhurried", 0.5, 1.5)
     """From relaxed to tense, and back."""
 

@@ -28,7 +28,7 @@ PerFreedom = Float[np.ndarray, " arm"]
 OnScreen = Float[np.ndarray, " 2"]
 Place = Float[np.ndarray, " 3"]
 
-PLANNED_HZ = 50.0
+PLANNED_HZ = 25.0
 """Of a way to the screen; muscles follow 4."""
 
 TABLE_S = 0.02
@@ -90,6 +90,9 @@ class PointingPerson:
         self.doing, self._tension = Doing.LYING, 0.0
         self._aim_off, self._depth, self._is_felt = np.zeros(2), self.habits.depth_m, False
         self._shift = self._shift_per_level()
+        # Off the support: an arm that lies half on it would feel lighter than it is.
+        above = own.fingertip(self._rest) + np.array([0.0, 0.0, self.habits.lift_m])
+        self._rest = self._reached(above, self._rest, self._rest, 8)
         self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
         self._began, self._takes_s = 0.0, self.habits.reach_s
         lifted = own.fingertip(self._rest) + np.array([0.0, 0.0, self.habits.ready_m])
@@ -223,9 +226,12 @@ class PointingPerson:
         if self._is_felt:
             return
         self._is_felt = True
-        weight, before = self._weight(self._rest), self.gravity_expected
-        self.adaptation.window(float(self._effort @ weight / (weight @ weight)))
-        self._muscles.hold = self._muscles.hold + (before - self.gravity_expected) * weight
+        weight, still = self._weight(self._rest), np.zeros_like(self._rest)
+        felt = self._effort - self._own.torque(self._rest, still, still, 0.0)  # the own joints' elasticity is known
+        share = float(felt @ weight / (weight @ weight))
+        self.adaptation.window(share)
+        # What is no weight is held against as before; the weight is anticipated from now on, as far as it is trusted.
+        self._muscles.hold = felt - share * weight
 
     def _want(self, t: float, doing: Doing, path: Trajectory) -> None:
         self.doing, self._wants = doing, path.q[-1]
