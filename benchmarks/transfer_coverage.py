@@ -3,9 +3,9 @@
     python benchmarks/transfer_coverage.py --studies 10000 --save transfer_coverage.json
 
 Made-up people: the first error after familiarisation is normal, 30 mm and so much between people; after training
-(1 − transfer) of it is left, and 5 mm of their own come and go. `alike`: a third of the error between people; `apart`: two
-thirds; `skewed`: a third, lognormal. Studies whose E₀ cannot be told from 0 have no transfer: their share is `untold`,
-and coverage is of the others, for the bootstrap too.
+(1 − transfer) of it is left, and 5 mm of their own come and go. `alike`: a third of the error between people; `apart`:
+two thirds; `skewed`: a third, lognormal. Studies whose E₀ cannot be told from 0 have no transfer: their share is
+`untold`, and coverage is of the others, for the bootstrap too.
 """
 
 import argparse
@@ -60,11 +60,11 @@ def run(case: str, n: int, studies: int, seed: int) -> dict[str, Any]:
 def table(rows: list[dict[str, Any]]) -> str:
     """Markdown."""
     lines = ["| people | case | Fieller | bootstrap of pairs | untold | width, median |", "|---" * 6 + "|"]
-    for row in rows:
-        lines.append(
-            f"| {row['n']} | {row['case']} | {row['fieller']:.3f} | {row['bootstrap']:.3f} | {row['untold']:.3f} | "
-            f"{row['median_width']:.2f} |"
-        )
+    lines += [
+        f"| {row['n']} | {row['case']} | {row['fieller']:.3f} | {row['bootstrap']:.3f} | {row['untold']:.3f} | "
+        f"{row['median_width']:.2f} |"
+        for row in rows
+    ]
     return "\n".join(lines)
 
 

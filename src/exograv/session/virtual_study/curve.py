@@ -149,15 +149,24 @@ def _drawn(
 
 
 def _falling(points: Sequence[Point], scale: Callable[[Xs], Xs], grid: Xs, people: Sequence[Point] | None = None) -> Xs:
-    """Least squares of all curves that never rise, at the grid; `people` holds a point of each, drawn twice or not."""
+    """Of all curves that never rise the nearest to the conditions' means, at the grid; `people` holds a point of each, drawn twice or not."""
     usual = _usual_mm(points) if people is None else np.array([one.familiarised_mm for one in people])
     x = scale(np.array([one.x for one in points]))
     y = np.array([one.familiarised_mm - one.trained_mm for one in points])
-    # Points of one x, several machines alike, are one: their mean with their number as weight.
-    at, where, counts = np.unique(x, return_inverse=True, return_counts=True)
-    means = np.bincount(where, y) / counts
-    fitted = optimize.isotonic_regression(means, weights=counts.astype(float), increasing=False).x
+    # A condition's machines are much alike: by their own places the curve would follow the people's noise.
+    _, where, counts = np.unique([one.condition for one in points], return_inverse=True, return_counts=True)
+    at, means = np.bincount(where, x) / counts, np.bincount(where, y) / counts
+    # Conditions of one place are one.
+    at, same, weights = _merged(at, counts.astype(float))
+    means = np.bincount(same, means * counts) / weights
+    fitted = optimize.isotonic_regression(means, weights=weights, increasing=False).x
     return np.interp(grid, at, fitted) / usual.mean()
+
+
+def _merged(at: Xs, counts: Xs) -> tuple[Xs, np.ndarray, Xs]:
+    """Different places in their order, which of them each condition has, and how many points there are."""
+    places, same = np.unique(at, return_inverse=True)
+    return places, same, np.bincount(same, counts)
 
 
 def _sentence(slope: Mapping[str, Any], step: str, people: int) -> str:

@@ -119,7 +119,8 @@ def tiles(outcome: Mapping[str, Any]) -> list[Tile]:
             shown.append(Tile(f"{name}, n = {of['people']}", f"{number(of['median_px'])} px", note))
     main = outcome["conditions"].get(outcome["main"])
     if main is not None and main["transfer"] is not None:
-        note = f"simulated; {ends(main['ci95']) or main['reason']}"
+        interval = main["ci95"] and f"95 % interval {ends(main['ci95'])}"
+        note = f"simulated; {interval or main['reason']}"
         shown.append(Tile(f"transfer of {outcome['main']}", number(main["transfer"]), note))
     return shown
 

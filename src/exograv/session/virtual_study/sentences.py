@@ -60,9 +60,9 @@ def _interval(of: Mapping[str, Any]) -> str:
 def _conditions(outcome: Mapping[str, Any]) -> Iterator[str]:
     told = {name: of for name, of in outcome["conditions"].items() if of["condition"] != FAMILIARISED}
     kinds = (
-        ("Of the first error something was surely taken away by", lambda low, high: low > 0.0),
-        ("Whether anything was taken away is open for", lambda low, high: low <= 0.0 <= high),
-        ("Surely worse than without it is the flight after", lambda low, high: high < 0.0),
+        ("The 95 % interval of transfer lies above 0 after", lambda low, high: low > 0.0),
+        ("It holds 0, so that it is open whether anything was taken away, after", lambda low, high: low <= 0.0 <= high),
+        ("It lies below 0, so that the flight was worse than without, after", lambda low, high: high < 0.0),
     )
     for words, holds in kinds:
         names = [

@@ -14,7 +14,7 @@ from .flight import FAMILIARISED, Flight, compared, familiarised
 
 DEFINITION = (
     "Transfer is 1 − E/E₀. E is the mean, over people, of the signed constant error in the first window of the flight "
-    "after this training: the mean of `up_mm` over the window's accepted touches. E₀ is the same of the same people "
+    "after this training: the mean of the height over the window's accepted touches. E₀ is the same of the same people "
     "after familiarisation only. 1: nothing of the error was left; 0: the training was worth nothing; below 0: it did "
     "harm; above 1: the error was on the other side. Flights that compare conditions enter; those of the main study "
     "only where a condition has no other. Whoever has no accepted touch in window 1 of both flights is left out. The "

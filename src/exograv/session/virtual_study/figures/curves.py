@@ -13,8 +13,8 @@ from exograv.study.figures.of_study.groups import WIDTH_2, plain_ticks
 MARKERS = "osD^vPX<>*"
 TEXT = (
     "Share of the first error that training took away. Small marks: one person after one training; large ones: a "
-    "condition's mean over people, where the machines on average are. The line is the curve that never rises and fits "
-    "best, of no other given shape; its band, from five people on, holds 95 % of such curves when people are drawn "
+    "condition's mean over people, where the machines on average are. The line is, of all curves that never "
+    "rise, the nearest to these means; its band, from five people on, holds 95 % of such curves when people are drawn "
     "again, all their points with them. It is forced to fall: whether transfer falls at all is told by the slope."
 )
 

@@ -39,6 +39,7 @@ def draw(flights: Sequence[Flight]) -> Figure | None:
         _course(ax, by_name[name], BLUE, "-")
         ax.axhline(0.0, color=INK, linewidth=0.7)
         ax.set_title(name, fontsize=7)
+        ax.tick_params(labelbottom=True)
         ax.xaxis.get_major_locator().set_params(integer=True)
     figure.supxlabel("window", fontsize=8)
     figure.supylabel("above the target [mm]", fontsize=8)
