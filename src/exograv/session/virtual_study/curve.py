@@ -149,7 +149,7 @@ def _drawn(
 
 
 def _falling(points: Sequence[Point], scale: Callable[[Xs], Xs], grid: Xs, people: Sequence[Point] | None = None) -> Xs:
-    """Of all curves that never rise the nearest to the conditions' means, at the grid; `people` holds a point of each, drawn twice or not."""
+    """Of all curves that never rise the nearest to the conditions' means, at the grid; `people`: a point of each."""
     usual = _usual_mm(points) if people is None else np.array([one.familiarised_mm for one in people])
     x = scale(np.array([one.x for one in points]))
     y = np.array([one.familiarised_mm - one.trained_mm for one in points])
