@@ -86,9 +86,6 @@ class Habits:
     hurries: float = constant(0.1, "-", "assumed", "a few arrows to a pace", 0.0, 0.2)
     """Share by which an arrow changes the own interval."""
 
-    ready_m: float = constant(0.06, "m", "assumed", "clear of the lap: a hand that lies feels no weight", 0.03, 0.1)
-    """Above the support to where the arm is held between reaches."""
-
     reaction_s: float = constant(0.35, "s", "assumed", "to a target that is expected", 0.2, 0.5)
     touch_s: float = constant(0.2, "s", "assumed", "a tap", 0.1, 0.4)
     """For which the finger stays on the screen."""

@@ -95,8 +95,6 @@ class PointingPerson:
         self._rest = self._reached(above, self._rest, self._rest, 8)
         self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
         self._began, self._takes_s = 0.0, self.habits.reach_s
-        lifted = own.fingertip(self._rest) + np.array([0.0, 0.0, self.habits.ready_m])
-        self._rest = self._reached(lifted, self._rest, self._rest, 8)
         self._contact: float | None = None
         self._arrow: str | None = None
         self._is_task, self._is_first = False, True

@@ -125,16 +125,15 @@ class Sitting:
     def _begin(self) -> Times:
         twin, plan = self._twin, self.run.plan
         protocol, begun = plan.protocol, twin.t
-        if not plan.is_clocked:
-            feed = AircraftFeed(protocol, twin, self._seed, self._hear_aircraft)
-            self._feed_from = feed
-            windows = tuple((begun + opens, begun + closes) for opens, closes in feed.profile.windows_s)
+        feed = None if plan.is_clocked else AircraftFeed(protocol, twin, self._seed, self._hear_aircraft)
         self._feed(Start(t=begun))
-        if plan.is_clocked:
-            origin = self.run.state.origin
-            windows = tuple((origin + w.start_s, origin + w.end_s) for w in plan.timeline.windows.values())
         self._set_level(protocol.windows.level_of(protocol.windows.first_number).start)
-        return Times(windows, LEAD_S["clock" if plan.is_clocked else "aircraft"])
+        if feed is not None:
+            self._feed_from = feed
+            flown = tuple((begun + opens, begun + closes) for opens, closes in feed.profile.windows_s)
+            return Times(flown, LEAD_S["aircraft"])
+        origin, windows = self.run.state.origin, plan.timeline.windows.values()
+        return Times(tuple((origin + w.start_s, origin + w.end_s) for w in windows), LEAD_S["clock"])
 
     def _act(self, ticks: int) -> None:
         """Run the twin, with a person in it who may move."""

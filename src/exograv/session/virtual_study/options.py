@@ -43,9 +43,7 @@ class Career:
     def name(self) -> str:
         """Of the file that keeps what came out."""
         group = "" if self.code is None else "-study"
-        return (
-            f"V{self.person:02d}-{self.condition_name}{group}".replace("@", "-at-").replace("+", "-").replace("=", "-")
-        )
+        return re.sub(r"[^A-Za-z0-9.]+", "-", f"V{self.person:02d}-{self.condition_name}{group}")
 
 
 @dataclass(frozen=True)
