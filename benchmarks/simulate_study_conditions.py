@@ -52,6 +52,7 @@ def felt_level(stage: Stage) -> float:
 
 
 def main() -> None:
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("conditions", nargs="*", default=CONDITIONS)
     parser.add_argument("--level", type=int, default=2)
@@ -74,6 +75,7 @@ def main() -> None:
 
 
 def row(name: str, stages: list[Stage]) -> None:
+    """One line of it, a stage a seed."""
     columns = (
         [_told(stage.left_over_Nm) for stage in stages],
         [_told(stage.friction_Nm) for stage in stages],
