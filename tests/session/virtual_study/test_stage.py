@@ -82,7 +82,7 @@ def test_what_was_prepared_goes_to_another_process():
 
 
 def test_weight_left_on_purpose_counts_as_left_over():
-    left_over = {name: stage_of(name).left_over_Nm for name in ("ideal", "ideal+left=0.2", "ideal+left=1")}
+    left_over = {name: stage_of(name).left_over_Nm or 0.0 for name in ("ideal", "ideal+left=0.2", "ideal+left=1")}
     assert left_over["ideal"] == pytest.approx(0.0, abs=0.1)
     assert left_over["ideal+left=0.2"] == pytest.approx(0.2 * left_over["ideal+left=1"], rel=0.05)
     assert left_over["ideal+left=1"] > 3.0
