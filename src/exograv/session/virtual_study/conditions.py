@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 from exograv.errors import ConfigError
 
@@ -64,7 +64,7 @@ def condition_of(text: str) -> Condition:
     found = _GRAMMAR.fullmatch(text.strip())
     if found is None:
         raise ConfigError(f"'{text}' is no condition of a virtual study. {_ALLOWED}")
-    training, drives = found["training"], found["drives"] or "harmonic"
+    training, drives = cast(Training, found["training"]), cast(Drives, found["drives"] or "harmonic")
     left, friction = float(found["left"] or 0.0), float(1.0 if found["friction"] is None else found["friction"])
     if left > 1.0 or friction > FRICTION_MAX:
         raise ConfigError(f"'{text}' is no condition of a virtual study: a number is too large. {_ALLOWED}")
