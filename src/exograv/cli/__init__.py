@@ -39,6 +39,7 @@ from .study import COMMANDS as STUDY_COMMANDS
 from .sync import Sync, run_sync
 from .train import Train, run_train_command
 from .transparency import Transparency, run_transparency_command
+from .validate_participant import ValidateParticipant, run_validate_participant
 from .verify import Verify, run_verify_command
 from .weigh import Weigh, run_weigh_command
 
@@ -53,6 +54,7 @@ COMMANDS: Commands = {
     "simulate-study": (SimulateStudy, run_simulate_study),
     "verify": (Verify, run_verify_command),
     "transparency": (Transparency, run_transparency_command),
+    "validate-participant": (ValidateParticipant, run_validate_participant),
     "identify-log": (IdentifyLog, run_identify_log),
     "export-urdf": (ExportUrdf, run_export_command),
     "report": (Report, run_report),

@@ -73,3 +73,34 @@ def test_a_night_costs_a_share_of_it_and_never_turns_it_round():
     one.night()
     one.window(0.0)
     assert 1.0 - one.expected == pytest.approx(STEADY.night_keeps * before)
+
+
+def known(at: float, of: float, width: float) -> float:
+    """Share of what was learned at one level that is worth something at another."""
+    one = trained(31, of, Rates(felt_sd=0.0, width=width))
+    one.window(of)
+    there = 1.0 - one.expected
+    one.window(at)
+    return (1.0 - one.expected) / there
+
+
+def test_with_a_narrow_inference_what_was_learned_in_one_gravity_is_worth_nothing_in_another():
+    assert known(at=1.0, of=0.0, width=1e-6) == 0.0
+    assert known(at=0.0, of=1.8, width=1e-6) == 0.0
+
+
+def test_with_a_wide_inference_it_is_worth_everything():
+    assert known(at=1.0, of=0.0, width=1e6) == pytest.approx(1.0)
+
+
+def test_how_wide_the_inference_is_does_not_change_how_fast_one_level_is_learned():
+    left = [trained(3, 0.0, Rates(felt_sd=0.0, width=width)).expected for width in (1e-6, 0.3, 1e6)]
+    np.testing.assert_allclose(left, left[0])
+
+
+def test_what_was_learned_comes_back_by_what_is_felt_and_by_no_name():
+    one = trained(31, 0.0)
+    one.window(0.05)
+    nearly = one.expected
+    one.window(0.0)
+    assert nearly == pytest.approx(one.expected, abs=0.02)

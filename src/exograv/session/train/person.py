@@ -156,6 +156,11 @@ class PointingPerson:
         self._muscles.hold = self._muscles.hold + (before - self.gravity_expected) * self._weight(self._wants)
 
     @property
+    def is_under_way(self) -> bool:
+        """Whether the next contact is the touch that is meant."""
+        return self.doing is Doing.REACHING and self._contact is None
+
+    @property
     def gravity_expected(self) -> float:
         """Share of its weight that muscles are prepared for [-]."""
         known = self.adaptation.expected
