@@ -34,6 +34,9 @@ class SimulateStudy(Common):
     windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
     """Only so many of each protocol, to try it."""
 
+    flight_windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
+    """Only so many of the flight's: one is enough for transfer."""
+
     constant: tuple[str, ...] = ()
     """NAME=VALUE of the virtual participants (docs/virtual_participant.md), such as width=0.1."""
 
@@ -60,6 +63,7 @@ def run_simulate_study(command: SimulateStudy) -> dict[str, Any]:
         seed=command.seed,
         level=command.level,
         windows=command.windows,
+        flight_windows=command.flight_windows,
         constants=dict(_constant(text) for text in command.constant),
     )
     folder = command.out / f"simulated_study_{command.seed}" if command.out == Path("out") else command.out

@@ -69,6 +69,9 @@ class StudyOptions:
     windows: int | None = None
     """So many of each protocol's, to try it; all where absent."""
 
+    flight_windows: int | None = None
+    """So many of the flight's, which is long enough for what is left in the first; as `windows` where absent."""
+
     constants: Mapping[str, float] = field(default_factory=dict)
     """Of the virtual participants, changed."""
 

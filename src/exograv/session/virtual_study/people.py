@@ -108,7 +108,10 @@ class Life:
 
     def _loaded(self, protocol: str) -> LoadedProtocol:
         loaded = load_protocol(protocol)
-        return loaded if self._options.windows is None else first_windows(loaded, self._options.windows)
+        options = self._options
+        is_last = protocol == "flight" and self._protocol != "flight"
+        count = options.flight_windows if is_last and options.flight_windows is not None else options.windows
+        return loaded if count is None else first_windows(loaded, count)
 
     def _sit(
         self, stage: Stage, loaded: LoadedProtocol, day: int, number: int, is_kept: bool

@@ -176,7 +176,9 @@ def _shown(options: StudyOptions) -> dict[str, str]:
         "Conditions": ", ".join(options.conditions),
         "Disturbance level": str(options.level),
         "Seed": str(options.seed),
-        "Windows of each protocol": "all" if options.windows is None else str(options.windows),
+        "Windows of each protocol, of the flight": ", ".join(
+            "all" if count is None else str(count) for count in (options.windows, options.flight_windows)
+        ),
         "Constants changed": ", ".join(f"{name} = {value:g}" for name, value in options.constants.items()) or "none",
         "exograv": __version__,
     }
