@@ -1,7 +1,7 @@
 """One session of one virtual person, quickly: the twin runs while somebody moves, and rests are passed over.
 
-Control, task, screen and aircraft are those of `exograv train`. Guard and recorder's process are not there: nobody can
-be hurt, and a test holds that the guard changes no torque of such a session.
+Control, envelope, task, screen and aircraft are those of `exograv train`. The guard around the envelope and the
+recorder's process are not there: nobody can be hurt, and a test holds that the guard changes no torque of such a session.
 """
 
 import math
@@ -9,16 +9,19 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
 from exograv.control.observer import Observer
 from exograv.errors import RigError
 from exograv.recording import RecordingWriter
+from exograv.safety.envelope import Envelope
 from exograv.session.arm_controller import ArmController
 from exograv.session.train.aircraft_feed import AircraftFeed
 from exograv.session.train.course import TASK_TICKS, silence, task_message
 from exograv.session.train.panel import Panel
 from exograv.session.train.person import Doing, PointingPerson
 from exograv.session.train.room import SimulatedRoom
+from exograv.session.virtual import limits
 from exograv.signals import Command, Reference
 from exograv.task.aircraft_line import AircraftSample
 from exograv.task.events import Event, Start, Stop, Tick
@@ -46,6 +49,8 @@ PASSED_S, PASSED_IN_FLIGHT_S = 0.5, 0.1
 """Steps in which a rest is passed over; an aircraft sends ten samples a second."""
 
 COMMAND_LIFE_S = 0.005
+
+Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
@@ -82,9 +87,13 @@ class Sitting:
         """Those that count, so far."""
         self._twin, self._seed = stage.twin, seed
         self._panel = Panel(room, plan.protocol.target, seed, "simulated")
+        self._envelope = Envelope(limits(stage.laboratory.description), self._twin.period_s)
+        self.stops = 0
+        """How often the envelope brought the machine down: somebody was too fast for it."""
         self._observer = Observer(len(self._twin.joints), self._twin.period_s)
         self._reference = Reference(self._twin.read().q.copy(), *np.zeros((2, len(self._twin.joints))))
         self._recording: RecordingWriter | None = None
+        self._is_driven = isinstance(stage.controller, ArmController)
         self._rows = TickRows(len(self._twin.joints))
         self._ticks = 0
         self._feed_from: Callable[[float], Iterable[Event]] = silence
@@ -132,6 +141,10 @@ class Sitting:
             self._feed_from = feed
             flown = tuple((begun + opens, begun + closes) for opens, closes in feed.profile.windows_s)
             return Times(flown, LEAD_S["aircraft"])
+        if self._is_driven:
+            # The twin begins as if held: the torque that carries is there.
+            state = twin.read()
+            self._envelope.begin(self.stage.controller.step(state.q, np.zeros_like(state.q), self._reference))
         origin, windows = self.run.state.origin, plan.timeline.windows.values()
         return Times(tuple((origin + w.start_s, origin + w.end_s) for w in windows), LEAD_S["clock"])
 
@@ -143,6 +156,8 @@ class Sitting:
             state = twin.read()
             observer.update(state.q)
             tau = controller.step(observer.q, observer.v, self._reference)
+            if self._is_driven:
+                tau = self._limited(tau, state.q)
             current = actuators.current(tau)
             if k == 0:
                 gained = actuators.torque(state.current)
@@ -161,15 +176,26 @@ class Sitting:
         self._draw_skeleton()
         self._tell()
 
+    def _limited(self, tau: Joints, q: Joints) -> Joints:
+        """Within the envelope; after a stop the machine has come down softly, and an operator begins anew."""
+        envelope = self._envelope
+        was_stopped = envelope.stop is not None
+        tau = envelope.limit(tau, q, self._observer.v)
+        if envelope.stop is None:
+            return tau
+        self.stops += not was_stopped
+        if envelope.descent_is_over:
+            envelope.reset()
+        return tau
+
     def _pass(self, until_s: float) -> None:
         """Somebody rests: the clock goes on, and with it the task and the aircraft."""
         step = PASSED_S if self.run.plan.is_clocked else PASSED_IN_FLIGHT_S
         step = min(step, until_s)
-        self._twin.pass_time(max(step, self._twin.period_s))
         state = self._twin.read()
-        self._rows.add(
-            state, np.zeros_like(state.q), self.stage.actuators.torque(state.current), self.stage.controller, None
-        )  # fmt: skip
+        gained = self.stage.actuators.torque(state.current)
+        self._rows.add(state, np.zeros_like(state.q), gained, self.stage.controller, None)
+        self._twin.pass_time(max(step, self._twin.period_s))
         self._tell()
 
     def _tell(self) -> None:
