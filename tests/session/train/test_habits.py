@@ -1,4 +1,4 @@
-"""Every constant of a virtual participant stands in the register once, with where it comes from and how far it is swept."""
+"""Every constant of a virtual participant stands in the register once, with its origin and its range."""
 
 from dataclasses import fields
 
