@@ -40,6 +40,9 @@ class SimulateStudy(Common):
     constant: tuple[str, ...] = ()
     """NAME=VALUE of the virtual participants (docs/virtual_participant.md), such as width=0.1."""
 
+    sensitivity: bool = False
+    """Sweep every constant of the virtual people, too: transfer at its low and at its high end."""
+
     processes: int = 2
     """At the same time; figures do not depend on it."""
 
@@ -69,7 +72,7 @@ def run_simulate_study(command: SimulateStudy) -> dict[str, Any]:
     folder = command.out / f"simulated_study_{command.seed}" if command.out == Path("out") else command.out
     print(f"The study goes into {folder}. Ctrl-C keeps who is done; --resume goes on.")
     with bars() as progress:
-        result = simulate_study(options, Work(folder, command.processes, command.resume), progress)
+        result = simulate_study(options, Work(folder, command.processes, command.resume, command.sensitivity), progress)
     show_study(result)
     return result
 

@@ -35,7 +35,7 @@ def flights() -> list[Flight]:
 def content(swept: tuple[Swept, ...] = SWEPT, of: list[Flight] | None = None) -> Content:
     of = flights() if of is None else of
     links = {"report of the study": "report/report.html"}
-    return Content(outcome_of(of, "dam"), of, {"seed": "1000", "people": "<3>"}, swept, links)
+    return Content(outcome_of(of, "dam"), of, {"seed": "1000", "people": "<3>"}, swept, 0.5, links)
 
 
 def words(figure) -> str:
@@ -79,9 +79,9 @@ def test_conditions_are_sorted_by_what_their_interval_carries():
 
 
 def test_a_constant_that_takes_the_transfer_away_is_named():
-    said = " ".join(sentences(outcome_of(flights(), "dam"), SWEPT))
+    said = " ".join(sentences(outcome_of(flights(), "dam"), SWEPT, 0.5))
     assert "With width = 0.1 transfer is less than half of 0.5" in said
-    assert "No constant alone" in sentences(outcome_of(flights(), "dam"), SWEPT[1:])[-1]
+    assert "No constant alone" in sentences(outcome_of(flights(), "dam"), SWEPT[1:], 0.5)[-1]
 
 
 def test_the_most_telling_constant_is_on_top_and_goes_from_low_to_high():

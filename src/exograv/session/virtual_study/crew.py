@@ -17,20 +17,20 @@ WAIT_S = 0.3
 TOLD_EVERY = 0.01
 """Share of a session between two sentences of a worker."""
 
-Done = tuple[Career, Lived]
+Done = tuple[int, Lived]
+"""Which of the careers, and what came of it."""
 
 _queue: "Queue[tuple[str, float]] | None" = None
 """Of a worker process: what it is doing."""
 
 
 def live_all(
-    careers: Sequence[Career], options: StudyOptions, folder: Path, processes: int, tell: Progress
+    careers: Sequence[tuple[Career, StudyOptions]], folder: Path, processes: int, tell: Progress
 ) -> Generator[Done, None, None]:
     """Everybody's, as they are done; closing the generator ends the processes.
 
     Args:
-        careers: To be gone through.
-        options: Of the study.
+        careers: To be gone through, each with the options that hold for it.
         folder: For recordings.
         processes: At the same time.
         tell: Told what somebody is doing, and the share of that.
@@ -39,14 +39,14 @@ def live_all(
         ExogravError: A machine or run was refused, or the disk is full.
     """
     if processes == 1:
-        for career in careers:
-            yield career, live(career, options, folder, tell)
+        for k, (career, options) in enumerate(careers):
+            yield k, live(career, options, folder, tell)
         return
     context = get_context("spawn")
     queue: Queue[tuple[str, float]] = context.Queue()
     pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(queue,))
     try:
-        waiting = {pool.submit(_work, career, options, folder): career for career in careers}
+        waiting = {pool.submit(_work, *one, folder): k for k, one in enumerate(careers)}
         yield from _arriving(waiting, queue, tell)
     finally:
         for process in list(pool._processes.values()):
@@ -55,7 +55,7 @@ def live_all(
 
 
 def _arriving(
-    waiting: dict[Future[Lived], Career], queue: "Queue[tuple[str, float]]", tell: Progress
+    waiting: dict[Future[Lived], int], queue: "Queue[tuple[str, float]]", tell: Progress
 ) -> Generator[Done, None, None]:
     while waiting:
         done, _ = wait(waiting, WAIT_S, FIRST_COMPLETED)

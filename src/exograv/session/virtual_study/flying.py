@@ -1,7 +1,7 @@
 """One session of one virtual person, quickly: the twin runs while somebody moves, and rests are passed over.
 
-Control, envelope, task, screen and aircraft are those of `exograv train`. The guard around the envelope and the
-recorder's process are not there: nobody can be hurt, and a test holds that the guard changes no torque of such a session.
+Control, envelope, task, screen and aircraft are those of `exograv train`. The guard around the envelope is not there:
+nobody can be hurt, and a test holds that it would change no torque of such a session.
 """
 
 import math

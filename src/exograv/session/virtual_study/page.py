@@ -21,7 +21,7 @@ from .figures import curves, flights, sensitivity, windows
 from .figures.sensitivity import Swept
 from .flight import Flight
 from .outcome import NO_EVIDENCE
-from .sentences import headline, sentences, usual_transfer
+from .sentences import headline, sentences
 
 Row = tuple[str, ...]
 
@@ -38,6 +38,8 @@ class Content:
     """What it was made with, in the order in which it is shown: seed, people, sessions, versions …"""
 
     swept: Sequence[Swept] = ()
+    swept_usual: float | None = None
+    """Transfer with all constants as they are, in the sweep's own shorter sessions."""
     links: Mapping[str, str] = field(default_factory=dict)
     """The study's own report, its data set: words and address, best relative to the page."""
 
@@ -66,7 +68,7 @@ def drawn(content: Content) -> Iterator[tuple[str, str, Figure, str]]:
         ("windows", "The course of the flight", windows.draw(content.flights), windows.TEXT),
         ("transfer", "Transfer, what is left over, friction", curves.draw(told), curves.TEXT),
         ("sensitivity", "What it depends on",
-         sensitivity.draw(content.swept, usual_transfer(content.outcome)), sensitivity.TEXT),
+         sensitivity.draw(content.swept, content.swept_usual), sensitivity.TEXT),
     )  # fmt: skip
     for name, title, figure, text in found:
         if figure is not None:
@@ -96,7 +98,7 @@ def render(content: Content, chapters: Sequence[Mapping[str, Any]]) -> str:
         headline=headline(outcome),
         tiles=tiles(outcome),
         note=NO_EVIDENCE,
-        sentences=sentences(outcome, content.swept),
+        sentences=sentences(outcome, content.swept, content.swept_usual),
         chapters=chapters,
         condition_rows=condition_rows(outcome),
         secondary_rows=secondary_rows(outcome),

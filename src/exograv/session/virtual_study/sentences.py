@@ -27,9 +27,9 @@ def headline(outcome: Mapping[str, Any]) -> str:
     return f"Simulated: the published direction of effect {verb}, median deviation in flight {medians}."
 
 
-def sentences(outcome: Mapping[str, Any], swept: Sequence[Swept] = ()) -> list[str]:
-    """Direction, mechanism, what makes it vanish, what it depends on."""
-    return [*_direction(outcome["direction"]), MECHANISM, *_conditions(outcome), *_swept(outcome, swept)]
+def sentences(outcome: Mapping[str, Any], swept: Sequence[Swept] = (), usual: float | None = None) -> list[str]:
+    """Direction, mechanism, what makes it vanish, what it depends on; `usual` is transfer before the sweep."""
+    return [*_direction(outcome["direction"]), MECHANISM, *_conditions(outcome), *_swept(swept, usual)]
 
 
 def _direction(direction: Mapping[str, Any]) -> Iterator[str]:
@@ -79,8 +79,7 @@ def _conditions(outcome: Mapping[str, Any]) -> Iterator[str]:
         yield f"{what}: {outcome['transfer'][name]['sentence']}"
 
 
-def _swept(outcome: Mapping[str, Any], swept: Sequence[Swept]) -> Iterator[str]:
-    usual = usual_transfer(outcome)
+def _swept(swept: Sequence[Swept], usual: float | None) -> Iterator[str]:
     if not swept or usual is None:
         return
     gone = [f"{row.name} = {row.value:g}" for row in swept if row.transfer is not None and vanishes(row, usual)]
@@ -95,9 +94,3 @@ def vanishes(row: Swept, usual: float) -> bool:
     """Less than half is left of what there was, or it may be nothing."""
     is_small = row.transfer is not None and row.transfer < 0.5 * usual
     return is_small or (row.ci95 is not None and row.ci95[0] <= 0.0)
-
-
-def usual_transfer(outcome: Mapping[str, Any]) -> float | None:
-    """Of the main study's condition, all constants as they are."""
-    of = outcome["conditions"].get(outcome["main"])
-    return None if of is None else of["transfer"]

@@ -26,6 +26,7 @@ from .options import Career, StudyOptions, careers
 from .outcome import NO_EVIDENCE, outcome_of
 from .page import Content, write_virtual_page
 from .people import Lived
+from .sensitivity import USUAL, sensitivity
 
 SETTINGS, CAREERS, RECORDINGS, STUDY = "simulate_study.json", "careers", ".recordings", "study"
 
@@ -37,6 +38,8 @@ class Work:
     folder: Path
     processes: int
     resume: bool
+    sensitivity: bool = False
+    """Whether every constant of the virtual person is swept, too."""
 
 
 def simulate_study(options: StudyOptions, work: Work, progress: Progress) -> dict[str, Any]:
@@ -51,15 +54,19 @@ def simulate_study(options: StudyOptions, work: Work, progress: Progress) -> dic
     everybody = careers(options, _codes(options))
     study = _begin(options, work, everybody)
     lived = _everybody_lived(everybody, options, work, study, progress)
+    rows = sensitivity(options, options.participants[0], work.processes, progress) if work.sensitivity else []
     progress("Writing the reports", 0.0)
     flights = [flight for career in everybody for flight in lived[career.name].flights]
     outcome = outcome_of(flights, options.main.name)
     report = write_study_report(study.path)
     links = {"The report of the study": f"{STUDY}/report/{Path(report['report']).name}"}
-    page, figures = write_virtual_page(work.folder, Content(outcome, flights, _shown(options), links=links))
+    page, figures = write_virtual_page(
+        work.folder, Content(outcome, flights, _shown(options), rows[1:], rows[0].transfer if rows else None, links)
+    )
     progress("Writing the reports", 1.0)
     return {
         **outcome,
+        "sensitivity": [asdict(row) | {"value": None if row.name == USUAL else row.value} for row in rows],
         "options": asdict(options),
         "dataset": str(study.path),
         "study_report": report["report"],
@@ -106,9 +113,11 @@ def _everybody_lived(
     def tell(text: str, share: float) -> None:
         progress(f"{len(done)} of {len(everybody)} done; {text}", share)
 
-    arriving = live_all(left, options, work.folder / RECORDINGS, min(work.processes, max(len(left), 1)), tell)
+    asked = [(career, options) for career in left]
+    arriving = live_all(asked, work.folder / RECORDINGS, min(work.processes, max(len(left), 1)), tell)
     try:
-        for career, lived in arriving:
+        for k, lived in arriving:
+            career = left[k]
             _add(study, lived)
             write_text_whole(kept / f"{career.name}.json", json.dumps(asdict(lived)))
             done[career.name] = lived
