@@ -90,6 +90,7 @@ def test_a_guard_changes_no_torque_of_a_session_but_the_first_steps_towards_it()
     assert twin.changed_Nm < 1e-9
 
 
+@pytest.mark.slow  # three sessions with every shape checked
 def test_the_same_day_gives_the_same_touches_and_another_day_others():
     first = flown(1)
     assert len(first) >= 7

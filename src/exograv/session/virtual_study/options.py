@@ -9,6 +9,7 @@ import numpy as np
 from exograv.errors import ConfigError
 from exograv.session.study_example.making import ExampleOptions
 from exograv.session.train.habits import Habits, register, with_constant
+from exograv.task.protocol import load_protocol
 
 from .conditions import Condition, condition_of
 from .flight import FAMILIARISED, Group
@@ -16,6 +17,8 @@ from .flight import FAMILIARISED, Group
 LEVEL_MAX = 4
 COMPARED = (4, 1)
 """Sessions before flights that only compare conditions: trainings, familiarisations; so many suffice."""
+
+PROTOCOLS = ("training", "familiarisation", "flight")
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,10 @@ class StudyOptions:
             raise ConfigError("--compared takes two numbers of 0 to 99, trainings and familiarisations, as 4,1.")
         if not 0 <= self.level <= LEVEL_MAX:
             raise ConfigError(f"--level is {self.level}; allowed: 0 to {LEVEL_MAX}.")
+        for option, count in (("--windows", self.windows), ("--flight-windows", self.flight_windows)):
+            most = min(load_protocol(name).settings.windows.count for name in PROTOCOLS)
+            if count is not None and not 1 <= count <= most:
+                raise ConfigError(f"{option} is {count}; the protocols have 1 to {most}.")
         if not self.conditions:
             raise ConfigError("--conditions names none; the trained group trains in the first. Give one, such as dam.")
         names = [condition_of(text).name for text in self.conditions]

@@ -1,0 +1,86 @@
+"""`exograv simulate-study` as somebody types it: one short study, told in JSON, recorded, reported, gone on with."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+SHORT = ("--participants", "1,1", "--sessions", "1,1", "--windows", "1", "--flight-windows", "1", "--seed", "1005")
+
+
+def command(*words: str) -> list[str]:
+    return [sys.executable, "-m", "exograv.cli", "simulate-study", *words]
+
+
+def study(folder: Path, *words: str) -> dict:
+    told = folder.with_suffix(".json")
+    run = subprocess.run(
+        command(*SHORT, "--out", str(folder), "--json", str(told), *words), capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    return json.loads(told.read_text(encoding="utf-8"))
+
+
+def without_time(result: dict) -> dict:
+    """Places and time differ between two runs, and nothing else."""
+    return {name: value for name, value in result.items() if name in ("groups", "direction", "conditions", "transfer")}
+
+
+def test_a_short_study_follows_the_contract_and_says_that_it_is_simulated(tmp_path):
+    result = study(tmp_path / "one", "--conditions", "ideal", "--processes", "1")
+    assert {"groups", "conditions", "transfer", "dataset", "report"} <= set(result)
+    for group in ("trained", "untrained"):
+        assert {"median_px", "iqr_px"} <= set(result["groups"][group])
+        assert result["groups"][group]["median_px"] > 0.0
+    assert {"median_px", "left_over_Nm", "transfer"} <= set(result["conditions"]["ideal"])
+    assert result["conditions"]["ideal"]["left_over_Nm"] > 0.0
+    assert "SIMULATED" in Path(result["report"]).read_text(encoding="utf-8").upper()
+    sessions = list((Path(result["dataset"]) / "sourcedata").glob("*/*"))
+    assert sorted(path.name.rsplit("-", 1)[0] for path in sessions) == [
+        "familiarisation-first-1", "flight-first-1", "flight-first-1", "training-first-1",
+    ]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_figures_do_not_depend_on_the_number_of_processes_nor_on_an_interruption(tmp_path):
+    first = study(tmp_path / "one", "--conditions", "ideal,water", "--processes", "1")
+    second = study(tmp_path / "two", "--conditions", "ideal,water", "--processes", "2")
+    assert without_time(second) == without_time(first)
+
+    folder = tmp_path / "broken"
+    words = [*SHORT, "--conditions", "ideal,water", "--processes", "2", "--out", str(folder)]
+    run = subprocess.Popen(command(*words), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    while not list((folder / "careers").glob("*.json")):
+        assert run.poll() is None
+        time.sleep(0.1)
+    os.kill(run.pid, signal.SIGINT)
+    assert run.wait(30) == 130
+    kept = len(list((folder / "careers").glob("*.json")))
+    assert 0 < kept < 4
+    assert without_time(study(folder, "--conditions", "ideal,water", "--resume")) == without_time(first)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--conditions", "swimming"), "swimming"),
+        (("--participants", "three"), "--participants"),
+        (("--sessions", "1,2,3"), "--sessions"),
+        (("--windows", "99"), "--windows"),
+        (("--constant", "luck=1"), "luck"),
+        (("--constant", "width"), "NAME=VALUE"),
+        (("--processes", "0"), "--processes"),
+        (("--resume",), "--resume"),
+    ],
+)
+def test_a_wrong_option_is_named_and_nothing_begins(tmp_path, words, says):
+    run = subprocess.run(command("--out", str(tmp_path / "s"), *words), capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert says in run.stderr
+    assert "Traceback" not in run.stderr
+    assert not (tmp_path / "s").exists()
