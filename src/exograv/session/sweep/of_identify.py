@@ -78,11 +78,11 @@ class IdentifyTask(CaseTask):
 class IdentifyGrid(WearerGrid):
     """Methods on wearers."""
 
-    methods: Annotated[list[MethodName], Several] = ["recursive"]
-    settings: Annotated[list[Setting], Several] = ["open_loop"]
+    methods: Annotated[list[MethodName], Several] = Field(default=["recursive"])
+    settings: Annotated[list[Setting], Several] = Field(default=["open_loop"])
     """A recorded stream that every method meets alike, or the method drives the arm."""
 
-    motion_s: Annotated[list[Annotated[float, Field(ge=5.0, le=600.0)]], Several] = [60.0]
+    motion_s: Annotated[list[Annotated[float, Field(ge=5.0, le=600.0)]], Several] = Field(default=[60.0])
     """Seconds of motion; each is a motion of its own."""
 
     def __len__(self) -> int:

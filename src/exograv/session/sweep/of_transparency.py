@@ -32,8 +32,8 @@ class TransparencyGrid(Grid):
 
     first_seed: Seed
     machines: Annotated[int, Field(ge=1, le=100_000_000)]
-    rigs: Annotated[list[str], Several] = ["recupera_like"]
-    levels: Annotated[list[Level], Several] = [2]
+    rigs: Annotated[list[str], Several] = Field(default=["recupera_like"])
+    levels: Annotated[list[Level], Several] = Field(default=[2])
     movement: MovementName = "pointing"
 
     def __len__(self) -> int:

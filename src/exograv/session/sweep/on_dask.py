@@ -3,6 +3,7 @@
 import logging
 from collections import Counter
 from collections.abc import Generator
+from dataclasses import replace
 from secrets import token_hex
 from typing import Any
 
@@ -40,13 +41,15 @@ class OnDask:
             ) from error
         self._address, self._distributed = address, distributed
         # What it says of itself is for who operates the cluster; what concerns the sweep is said here, in a sentence.
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        for name in ("distributed", "distributed.client", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
+            distributed.comm.get_address_host_port(address)
             self._client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise ConfigError(
-                f"No scheduler answers at '{address}' ({error or type(error).__name__}). Start one with `dask scheduler`, "
-                "and give the address that it prints, such as tcp://10.0.0.5:8786."
+                f"No scheduler answers at '{address}' ({error}). Start one with `dask scheduler`, and give the address "
+                "that it prints, such as tcp://10.0.0.5:8786."
             ) from error
         try:
             self.workers = self._examined()
@@ -67,8 +70,8 @@ class OnDask:
         threads = self._client.nthreads()
         if wide := [worker for worker, count in threads.items() if count != 1]:
             raise ConfigError(
-                f"The worker {wide[0]} runs {threads[wide[0]]} tasks at a time in one process, where they would wait for "
-                "each other. Start workers with --nthreads 1, and --nworkers for as many as it has cores."
+                f"The worker {wide[0]} runs {threads[wide[0]]} tasks at a time in one process, where they would wait "
+                "for each other. Start workers with --nthreads 1, and --nworkers for as many as it has cores."
             )
         expected = versions()
 
@@ -81,7 +84,8 @@ class OnDask:
             return same_versions(expected)
 
         for worker, told in self._client.run(differs, on_error="return").items():
-            if told is not None:
+            # A worker that goes this moment is the scheduler's affair; each says it again before it begins.
+            if told is not None and not isinstance(told, OSError):
                 raise ConfigError(f"{worker}: {told}. Put the same exograv and packages on all computers.")
         return len(threads)
 
@@ -94,7 +98,7 @@ class OnDask:
         waiting: dict[Any, Batch] = {}
         self._client.subscribe_topic(self._topic, self._started)
         try:
-            arriving = self._distributed.as_completed()
+            arriving = self._distributed.as_completed(loop=self._client.loop)
             while True:
                 while len(waiting) < self._room() and (batch := take()) is not None:
                     future = self._client.submit(
@@ -114,10 +118,11 @@ class OnDask:
         return (AHEAD + 1) * max(1, len(self._client.nthreads()))
 
     def _came(self, future: Any, batch: Batch) -> Generator[Event, None, None]:
-        if again := self._again(batch):
+        again = self._again(batch)
+        if again:
             yield RunAgain(again * len(batch.tasks))
         if future.status == "finished":
-            yield Finished(future.result())
+            yield Finished([replace(result, retries=again) for result in future.result()])
             return
         error = future.exception() if future.status == "error" else None
         if isinstance(error, self._distributed.KilledWorker):

@@ -1,5 +1,6 @@
 """Processes of this computer, each with a line of its own: one that dies takes down nothing but its task."""
 
+import contextlib
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
@@ -58,10 +59,8 @@ class OnProcesses:
                 return
             worker = idle.pop() if idle else self._hired()
             worker.batch, worker.done = batch, set()
-            try:
+            with contextlib.suppress(OSError):  # it has died; its line says so when it is listened to
                 worker.line.send(batch)
-            except OSError:
-                pass  # it has died; its line says so when it is listened to
 
     def _heard(self, worker: _Worker) -> Generator[Event, None, None]:
         try:

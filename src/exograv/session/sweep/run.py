@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -112,9 +112,9 @@ class Sweep:
     def _take(self) -> Batch | None:
         return self._again.popleft() if self._again else next(self._fresh, None)
 
-    def _keep(self, results: Any) -> None:
+    def _keep(self, results: Sequence[Result]) -> None:
         for result in results:
-            self._open.append(replace(result, retries=self._losses[result.task.key]))
+            self._open.append(replace(result, retries=result.retries + self._losses[result.task.key]))
             self.ran += 1
             self.busy_s += result.wall_s
         done = len(self._store.done) + len(self._open)

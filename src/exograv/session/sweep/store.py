@@ -138,8 +138,7 @@ class Store:
 
     def _read(self, path: Path) -> pa.Table:
         with _readable(path):
-            rows = pq.read_table(path, partitioning=None)
-        return rows
+            return pq.read_table(path, partitioning=None)
 
     def _refuse_other(self, path: Path) -> None:
         with _readable(path):

@@ -33,13 +33,13 @@ class WearerGrid(Grid):
     arms: Literal["drawn", "mixed"] = "drawn"
     """Drawn, or every sixth a third party's as in the benchmark."""
 
-    rigs: Annotated[list[str], Several] = ["recupera_like"]
+    rigs: Annotated[list[str], Several] = Field(default=["recupera_like"])
     """Names of machines, or folders that every worker can read."""
 
     machine_seeds: list[Seed] | None = None
     """Every wearer in each of these; a machine for every three wearers where it is left out."""
 
-    levels: Annotated[list[Level], Several] = [2]
+    levels: Annotated[list[Level], Several] = Field(default=[2])
     whole: bool = True
     """Also with no row switched."""
 
@@ -109,6 +109,6 @@ def refuse_other_rig(case: Case, sha256: str) -> None:
     """
     if (found := case.description.sha256) != sha256:
         raise ConfigError(
-            f"The machine '{case.rig}' of this worker has another rig.toml or URDF ({found[:12]}…, not {sha256[:12]}…). "
-            "Put the same folder there."
+            f"The machine '{case.rig}' of this worker has another rig.toml or URDF ({found[:12]}, not "
+            f"{sha256[:12]}). Put the same folder there."
         )
