@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from .task import Batch, Result
 from .work import place, work_off
@@ -37,6 +37,7 @@ Take = Callable[[], Batch | None]
 """The next batch; none while there is none. A lost one comes back through it."""
 
 
+@runtime_checkable
 class Runner(Protocol):
     """Runs batches until there are no more."""
 

@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from exograv.model.rig_settings import Settings
 from exograv.study.dataset.columns import Column
@@ -85,12 +85,11 @@ class Grid(Settings):
         raise NotImplementedError
 
 
-class Run(Protocol):
-    """Does tasks of one group; an exception is the failure of the first task that has no result yet."""
+Run = Callable[[Sequence[Task]], Iterator[tuple[Task, Values | str]]]
+"""Does tasks of one group: each with its results, or with the sentence that says why there are none.
 
-    def __call__(self, tasks: Sequence[Task], /) -> Iterator[tuple[Task, Values | str]]:
-        """Each task with its results, or with the sentence that says why there are none."""
-        ...
+An exception of several tasks lets each run alone; an exception of one is its failure.
+"""
 
 
 @dataclass(frozen=True)
