@@ -1,5 +1,6 @@
 """A cluster by Dask: its scheduler hands our batches to workers on any computers, and again when one is lost."""
 
+import contextlib
 import logging
 from collections import Counter
 from collections.abc import Generator
@@ -73,17 +74,8 @@ class OnDask:
                 f"The worker {wide[0]} runs {threads[wide[0]]} tasks at a time in one process, where they would wait "
                 "for each other. Start workers with --nthreads 1, and --nworkers for as many as it has cores."
             )
-        expected = versions()
-
-        def differs() -> str | None:
-            # Sent as it stands here: a worker without this module can still say so.
-            try:
-                from exograv.session.sweep.work import same_versions
-            except ImportError as error:
-                return f"a worker lacks this exograv ({error})"
-            return same_versions(expected)
-
-        for worker, told in self._client.run(differs, on_error="return").items():
+        told_by = self._client.run(same_versions, versions(), on_error="return")
+        for worker, told in told_by.items():
             # A worker that goes this moment is the scheduler's affair; each says it again before it begins.
             if told is not None and not isinstance(told, OSError):
                 raise ConfigError(f"{worker}: {told}. Put the same exograv and packages on all computers.")
@@ -111,11 +103,18 @@ class OnDask:
                 future = next(arriving)
                 yield from self._came(future, waiting.pop(future))
         finally:
-            self._client.cancel(list(waiting))
-            self._client.close()
+            with contextlib.suppress(OSError):  # where nobody is any more, nothing runs
+                self._client.cancel(list(waiting))
+                self._client.close()
 
     def _room(self) -> int:
-        return (AHEAD + 1) * max(1, len(self._client.nthreads()))
+        try:
+            return (AHEAD + 1) * max(1, len(self._client.nthreads()))
+        except OSError as error:
+            raise self._away() from error
+
+    def _away(self) -> RigError:
+        return RigError(f"The scheduler at {self._address} went away. {GO_ON}")
 
     def _came(self, future: Any, batch: Batch) -> Generator[Event, None, None]:
         again = self._again(batch)
@@ -128,7 +127,7 @@ class OnDask:
         if isinstance(error, self._distributed.KilledWorker):
             yield Lost(batch)
         elif error is None:
-            raise RigError(f"The scheduler at {self._address} went away. {GO_ON}")
+            raise self._away()
         else:
             raise RigError(f"A worker cannot do the tasks: {error}. {GO_ON}")
 

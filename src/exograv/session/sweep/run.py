@@ -129,7 +129,7 @@ class Sweep:
         self._losses.update(task.key for task in batch.tasks)
         # Once may be chance; who it is that takes workers down shows when each is alone.
         alone = batch.losses > 1 and len(batch.tasks) > 1
-        pieces = [replace(batch, tasks=(task,), losses=1) for task in batch.tasks] if alone else [batch]
+        pieces = [replace(batch, tasks=(task,)) for task in batch.tasks] if alone else [batch]
         for piece in pieces:
             if piece.losses >= LOSSES_MAX:
                 told = f"Its worker was lost {piece.losses} times: no memory left, or the task takes it down."
