@@ -8,11 +8,14 @@ import pytest
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.session.account import versions
+from exograv.session.sweep.kinds import KINDS
 from exograv.session.sweep.on_processes import OnProcesses
 from exograv.session.sweep.plan import plan
 from exograv.session.sweep.run import SweepOptions, run_sweep
 from exograv.session.sweep.store import Store
-from exograv.session.sweep.study_file import Study
+from exograv.session.sweep.study_file import Study, load_study
+
+ROOT = Path(__file__).parents[3]
 
 StudyOf = Callable[..., Study]
 
@@ -95,11 +98,31 @@ def test_rows_of_another_exograv_are_refused(study_of: StudyOf, tmp_path: Path, 
         ("identify", {"first_seed": 1000, "wearers": 1, "without": ["magic"]}, "no disturbance 'magic'"),
         ("identify", {"first_seed": 1000, "wearers": 1, "methods": ["magic"]}, "methods"),
         ("identify", {"first_seed": 1000, "wearers": 90_000_000}, "Divide it"),
+        ("identify", {"first_seed": 1000, "wearers": 1, "levels": [2, 2]}, "levels has a value twice"),
     ],
 )
 def test_a_file_that_cannot_be_used_is_refused_by_its_mistake(study_of: StudyOf, kind: str, grid: dict, told: str):
     with pytest.raises(ConfigError, match=told):
         study_of(kind, **grid)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples" / "sweeps").glob("*.toml")), ids=lambda path: path.stem)
+def test_an_example_can_be_used(path: Path):
+    study = load_study(path)
+    assert len(next(study.batches()).tasks) <= len(study.grid)
+
+
+def test_the_file_on_the_page_can_be_used(tmp_path: Path):
+    page = (ROOT / "docs" / "sweep.md").read_text(encoding="utf-8")
+    (tmp_path / "STUDY.toml").write_text(page.split("```toml\n")[1].split("```")[0])
+    assert len(load_study(tmp_path / "STUDY.toml").grid) == 6 * 2 * 2 * 2
+
+
+def test_every_kind_of_task_stands_on_the_page_with_its_keys():
+    page = (ROOT / "docs" / "sweep.md").read_text(encoding="utf-8")
+    for kind in KINDS.values():
+        assert f"| `{kind.name}` |" in page
+        assert all(f"`{name}`" in page for name in kind.grid.model_fields)
 
 
 def test_a_grid_has_as_many_tasks_as_it_says_and_each_once(study_of: StudyOf):

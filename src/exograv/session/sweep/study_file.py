@@ -64,6 +64,9 @@ def load_study(path: Path) -> Study:
         raise ConfigError(f"{path} is not valid TOML: {error}. Correct it there.") from error
     except ValidationError as error:
         raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there (docs/sweep.md).") from error
+    for name, value in file.grid.items():
+        if isinstance(value, list) and len({str(one) for one in value}) < len(value):
+            raise ConfigError(f"{path}: grid.{name} has a value twice. Name each once.")
     if not 1 <= len(grid) <= TASKS_MAX:
         raise ConfigError(
             f"{path} asks for {len(grid)} tasks; allowed: 1 to {TASKS_MAX}. Divide it: other seeds in another file."
