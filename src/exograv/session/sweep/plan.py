@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from exograv.errors import ConfigError, RecordingError
@@ -43,7 +42,7 @@ def plan(study: Study, folder: Path, workers: Sequence[int], price: float | None
             f"{times} has {len(rows)} tasks of kind '{kind}', and the study's kind is '{study.kind.name}'."
         )
     people = len(rows.group_by(list(study.kind.person)).aggregate([]))
-    busy_s = float(pc.sum(rows["wall_s"]).as_py())
+    busy_s = sum(rows["wall_s"].to_pylist())
     core_h, bytes_each = busy_s / 3600 / people, size / people
     return {
         "title": study.title,

@@ -1,12 +1,12 @@
 """Rows of a sweep as Parquet: parts as they are done, one table of results and one of times at the end."""
 
 import contextlib
-from collections.abc import Iterable, Iterator, Sequence
+import secrets
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from exograv.errors import RecordingError
@@ -90,20 +90,20 @@ class Store:
         paths = self._paths()
         if len(paths) > 1:
             rows = self._rows(paths)
-            name = f"all-{pc.count_distinct(rows['key']).as_py()}-{paths[-1].stem[-8:]}"
+            name = f"all-{secrets.token_hex(8)}"
             write_parquet(self.parts / f"{name}.parquet", rows)
             for path in paths:
                 if path.stem != name:
                     path.unlink(missing_ok=True)
 
-    def write_tables(self, study: Study, keys: Iterable[str]) -> tuple[Path, Path]:
+    def write_tables(self, study: Study, keys: Collection[str]) -> tuple[Path, Path]:
         """Results and times of these tasks, sorted by settings; the results' bytes follow from the tasks alone.
 
         Raises:
             RecordingError: The disk takes no more.
         """
         rows = self._rows(self._paths())
-        rows = rows.filter(pc.is_in(rows["key"], pa.array(list(keys), pa.string())))
+        rows = rows.filter(_mask(key in keys for key in rows["key"].to_pylist()))
         order = [column.name for column in self._kind.settings]
         rows = rows.sort_by([(name, "ascending") for name in (*order, "key")])
         told = {
@@ -127,8 +127,9 @@ class Store:
         if not paths:
             return self._whole.empty_table()
         rows = pa.concat_tables([self._read(path) for path in paths])
-        lost = pc.equal(rows["outcome"], "lost")
-        rows = pa.concat_tables([rows.filter(pc.invert(lost)), rows.filter(lost)])
+        outcomes = rows["outcome"].to_pylist()
+        kept, lost = (_mask((one == "lost") is is_lost for one in outcomes) for is_lost in (False, True))
+        rows = pa.concat_tables([rows.filter(kept), rows.filter(lost)])
         numbered = pa.table({"key": rows["key"], "number": pa.array(range(len(rows)), pa.int64())})
         first = numbered.group_by("key").aggregate([("number", "min")])["number_min"]
         return rows.take(first)
@@ -138,12 +139,12 @@ class Store:
 
     def _read(self, path: Path) -> pa.Table:
         with _readable(path):
-            return pq.read_table(path, partitioning=None)
+            return _whole(path)
 
     def _refuse_other(self, path: Path) -> None:
         with _readable(path):
             found = pq.read_schema(path)
-            table = None if found.names != self._whole.names else pq.read_table(path, partitioning=None).slice(0, 1)
+            table = None if found.names != self._whole.names else _whole(path).slice(0, 1)
         if table is not None:
             row = table.to_pylist()[0]
             if all(row[f"version_{name}"] == value for name, value in versions().items()):
@@ -160,3 +161,13 @@ def _readable(path: Path) -> Iterator[None]:
         yield
     except (OSError, pa.ArrowException) as error:
         raise RecordingError(f"{path} cannot be read: {error}. Delete it; its tasks run again.") from error
+
+
+def _whole(path: Path) -> pa.Table:
+    # One file and no data set: a folder of the user's that is named a=b is no column.
+    with pq.ParquetFile(path) as file:
+        return file.read()
+
+
+def _mask(rows: Iterable[bool]) -> pa.Array:
+    return pa.array(list(rows), pa.bool_())
