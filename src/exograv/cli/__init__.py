@@ -36,6 +36,7 @@ from .self_test import SelfTest, run_self_test_command
 from .simulate_study import SimulateStudy, run_simulate_study
 from .streams import Streams, run_streams
 from .study import COMMANDS as STUDY_COMMANDS
+from .sweep import Sweep, run_sweep_command
 from .sync import Sync, run_sync
 from .train import Train, run_train_command
 from .transparency import Transparency, run_transparency_command
@@ -75,6 +76,7 @@ COMMANDS: Commands = {
     "aircraft": (Aircraft, run_aircraft_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),
+    "sweep": (Sweep, run_sweep_command),
 }
 """Word on the command line: its options, and what runs them and returns the figures of `--json`."""
 

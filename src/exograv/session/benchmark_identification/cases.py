@@ -53,6 +53,9 @@ class Case:
     restless: bool = False
     """Whether the wearer never lets go: stirs as at level 4."""
 
+    rig: str | None = None
+    """A machine by name or folder, in place of the profile's."""
+
     @property
     def disturbances(self) -> Disturbances:
         """Level of every row."""
@@ -64,15 +67,15 @@ class Case:
         return rows if self.without is None else rows.without(self.without)
 
     @property
-    def machine_key(self) -> tuple[str, int, tuple[int | None, ...]]:
+    def machine_key(self) -> tuple[str, int, tuple[int | None, ...], str | None]:
         """Cases with the same key share a machine, and its calibration: the wearer's rows are not the machine's."""
         levels = self.disturbances.levels
-        return self.profile, self.machine_seed, tuple(levels[row] for row in MACHINE)
+        return self.profile, self.machine_seed, tuple(levels[row] for row in MACHINE), self.rig
 
     @property
     def description(self) -> RigDescription:
         """The machine as its folder describes it."""
-        return load_rig(RIGS[self.profile])
+        return load_rig(self.rig or RIGS[self.profile])
 
     def laboratory(self) -> VirtualLaboratory:
         """Machine and wearer; only the twin and its examiner look inside.

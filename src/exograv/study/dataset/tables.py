@@ -67,7 +67,7 @@ def write_tables(folder: StudyFolder, tables: Tables) -> None:
     """
     made_by = {MADE_BY: f"{__version__};tables {SCHEMA_VERSION};code {code_sha256()}".encode()}
     for name, columns in TABLES.items():
-        table = pa.Table.from_pandas(getattr(tables, name), schema=_schema(columns), preserve_index=False)
+        table = pa.Table.from_pandas(getattr(tables, name), schema=schema(columns), preserve_index=False)
         write_parquet(folder.table(name), table.replace_schema_metadata({**(table.schema.metadata or {}), **made_by}))
 
 
@@ -106,6 +106,7 @@ def _read(path: Path, columns: Sequence[Column]) -> pd.DataFrame:
     return table.to_pandas().astype({column.name: dtype(column) for column in columns})
 
 
-def _schema(columns: Sequence[Column]) -> pa.Schema:
+def schema(columns: Sequence[Column]) -> pa.Schema:
+    """Names and types of a table's columns."""
     kinds = {"string": pa.string(), "int64": pa.int64(), "float64": pa.float64(), "bool": pa.bool_()}
     return pa.schema([pa.field(c.name, kinds[c.kind], nullable=c.is_nullable) for c in columns])

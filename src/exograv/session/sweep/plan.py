@@ -1,0 +1,65 @@
+"""What many more wearers would take, by the times that a sweep has measured."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from exograv.errors import ConfigError, RecordingError
+
+from .study_file import Study
+
+WEARERS = (10_000, 1_000_000, 100_000_000)
+
+
+def plan(study: Study, folder: Path, workers: Sequence[int], price: float | None) -> dict[str, Any]:
+    """A row for each number of wearers, every wearer in all that the study asks of one.
+
+    Args:
+        study: What was swept.
+        folder: Where its tables are.
+        workers: Numbers of workers, one a core.
+        price: Of a core hour; none where nobody told it.
+
+    Raises:
+        ConfigError: An option cannot be used.
+        RecordingError: No sweep was finished there.
+    """
+    if not workers or min(workers) < 1:
+        raise ConfigError(f"--plan-workers is {','.join(map(str, workers))}; allowed: 1 and above, by commas.")
+    if price is not None and price < 0.0:
+        raise ConfigError(f"--price-per-core-hour is {price}; allowed: 0 and above.")
+    times, table = folder / "sweep_times.parquet", folder / "sweep.parquet"
+    try:
+        rows, size = pq.read_table(times), table.stat().st_size
+    except (OSError, pa.ArrowException) as error:
+        raise RecordingError(f"{times} cannot be read. Run `exograv sweep` with this --out first.") from error
+    kind = (rows.schema.metadata or {}).get(b"exograv_sweep_kind", b"").decode()
+    if kind != study.kind.name or not len(rows):
+        raise RecordingError(
+            f"{times} has {len(rows)} tasks of kind '{kind}', and the study's kind is '{study.kind.name}'."
+        )
+    people = len(rows.group_by(list(study.kind.person)).aggregate([]))
+    busy_s = sum(rows["wall_s"].to_pylist())
+    core_h, bytes_each = busy_s / 3600 / people, size / people
+    return {
+        "title": study.title,
+        "measured": (
+            f"Measured: {len(rows)} tasks on {people} wearers, {busy_s:.1f} s of a core in all, "
+            f"{busy_s / people:.3g} s a wearer. Workers that wait for each other or for a disk are not in it."
+        ),
+        "wearers_measured": people,
+        "core_s_per_wearer": busy_s / people,
+        "rows": [
+            {
+                "wearers": count,
+                "core_h": count * core_h,
+                "price": None if price is None else count * core_h * price,
+                "table_bytes": count * bytes_each,
+                "hours": {str(number): count * core_h / number for number in workers},
+            }
+            for count in WEARERS
+        ],
+    }

@@ -1,0 +1,74 @@
+"""`STUDY.toml`: which kind of task, and the grid that all its tasks are made of."""
+
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError
+
+from exograv.errors import ConfigError
+from exograv.model.description import validation_sentences
+from exograv.model.rig_settings import Settings
+
+from .kinds import KINDS
+from .task import Batch, Grid, Task, TaskKind
+
+TASKS_MAX = 10_000_000
+"""Keys of all tasks are kept in memory."""
+
+
+class StudyFile(Settings):
+    """The file as a whole; what may stand in `grid` the kind of task says."""
+
+    schema_version: Literal[1] = 1
+    title: Annotated[str, Field(min_length=1, max_length=200)]
+    kind: str
+    grid: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Study:
+    """A sweep as its file asks for it."""
+
+    kind: TaskKind
+    grid: Grid
+    title: str
+    text: str
+    """Of the file, as it stands in the table."""
+
+    def batches(self) -> Iterator[Batch]:
+        """All tasks."""
+        for group in self.grid.groups():
+            yield Batch(tuple(Task(self.kind.name, settings) for settings in group))
+
+
+def load_study(path: Path) -> Study:
+    """Read it.
+
+    Raises:
+        ConfigError: It cannot be read, or holds something that cannot be used.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        file = StudyFile.model_validate(tomllib.loads(text))
+        if file.kind not in KINDS:
+            known = " ".join(f"{kind.name}: {kind.what}" for kind in KINDS.values())
+            raise ConfigError(f"{path}: kind is '{file.kind}', which is none. {known}")
+        kind = KINDS[file.kind]
+        grid = kind.grid.model_validate(file.grid)
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be read: {error.strerror}. Give the path of a study's TOML file.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ConfigError(f"{path} is not valid TOML: {error}. Correct it there.") from error
+    except ValidationError as error:
+        raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there (docs/sweep.md).") from error
+    for name, value in file.grid.items():
+        if isinstance(value, list) and len({str(one) for one in value}) < len(value):
+            raise ConfigError(f"{path}: grid.{name} has a value twice. Name each once.")
+    if not 1 <= len(grid) <= TASKS_MAX:
+        raise ConfigError(
+            f"{path} asks for {len(grid)} tasks; allowed: 1 to {TASKS_MAX}. Divide it: other seeds in another file."
+        )
+    return Study(kind, grid, file.title, text)
