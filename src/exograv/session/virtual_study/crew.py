@@ -1,5 +1,6 @@
 """Careers worked off by several processes; what came of each arrives when it is done."""
 
+import os
 import signal
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -82,8 +83,12 @@ def _work(career: Career, options: StudyOptions, folder: Path) -> Lived:
     if queue is None:
         raise RuntimeError("A worker of the study was started without its queue.")
 
+    begun_by = os.getppid()
+
     def tell(text: str, share: float) -> None:
         nonlocal said
+        if os.getppid() != begun_by:
+            os._exit(1)  # whoever started this was killed: nobody waits for what comes out
         if text != said[0] or share >= said[1] + TOLD_EVERY:
             said = (text, share)
             queue.put(said)
