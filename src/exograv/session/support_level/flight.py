@@ -95,9 +95,7 @@ class Flight:
         if held:
             self._person.reach(self.places[target])
             self._run(TIME_S, lambda t: judge.see(t, self._tip) or self._rescued)
-        result = Attempt(
-            target, support, judge.reached, judge.nearest_m if held else None, self._rescued
-        )
+        result = Attempt(target, support, judge.reached, judge.nearest_m if held else None, self._rescued)
         self._note("reach_ended", target, support, reached=judge.reached, rescued=self._rescued)
         self._come_back()
         return result

@@ -74,9 +74,9 @@ def search_flight(flight: Flight, seed: int, progress: Progress) -> tuple[Needed
     """Search with attempts that are flown; they are returned too."""
     attempts: list[Attempt] = []
 
-    def tries(target: int, support: float) -> Attempt:
+    def tries(target: int, support: float) -> bool:
         attempts.append(flight.attempt(target, support))
-        return attempts[-1]
+        return attempts[-1].reached
 
     return search(tries, seed, progress), attempts
 

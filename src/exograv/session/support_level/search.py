@@ -1,7 +1,7 @@
 """The search itself: which target with how much support next, until the answer is narrow enough."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -28,21 +28,8 @@ ATTEMPT_S = 6.0
 """About, there and back."""
 
 
-class Tried(Protocol):
-    """What came of an attempt."""
-
-    @property
-    def reached(self) -> bool:
-        """Whether the target was."""
-        ...
-
-
-class Tries(Protocol):
-    """Somebody who can be asked to reach a target with a support [share of the weight]."""
-
-    def __call__(self, target: int, support: float, /) -> Tried:
-        """Once."""
-        ...
+Tries = Callable[[int, float], bool]
+"""Asks somebody for one attempt at a target with a support [share of the weight]; whether it was reached."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +66,7 @@ def search(tries: Tries, seed: int, progress: Progress, width: float = WIDTH_ENO
         allowed = SUPPORTS[least - STEP_DOWN_MAX - 1e-9 <= SUPPORTS]
         seconds = ATTEMPT_S + np.array([slewing_s(at, support) for support in allowed])
         target, at = found.most_telling(allowed, seconds)
-        reached = tries(target, at).reached
+        reached = tries(target, at)
         found.take(target, at, reached)
         least, attempts = min(least, at) if reached else least, attempts + 1
         progress(f"Reaching with {100 * at:.0f} % of the weight carried", attempts / ATTEMPTS_MAX)
