@@ -1,5 +1,6 @@
 """Support follows what a person reaches, within its bounds, never down after a failure, and without swinging."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -45,7 +46,7 @@ def session(chosen: AssistSettings, state: AssistState, blocks: list[tuple[int, 
 @given(chosen=settings, blocks=shares)
 def test_support_never_leaves_its_bounds_nor_falls_by_more_than_a_session_may_take(chosen, blocks):
     states = session(chosen, first_session(chosen, 50.0), blocks)
-    for before, after in zip(states, states[1:], strict=False):
+    for before, after in itertools.pairwise(states):
         assert chosen.least_percent <= after.support_percent <= chosen.most_percent
         assert -chosen.step_down_percent <= after.support_percent - before.support_percent + 1e-9
         assert after.support_percent - before.support_percent <= chosen.step_up_percent + 1e-9

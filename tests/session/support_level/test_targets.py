@@ -11,7 +11,7 @@ SHOULDER, PLACE = np.array([0.0, -0.2, 0.5]), np.array([0.5, 0.0, 0.3])
 def seen(offsets: list[float], dt: float = 0.02) -> ReachJudge:
     judge = ReachJudge(PLACE)
     for k, offset in enumerate(offsets):
-        judge.see(k * dt, PLACE + [offset, 0.0, 0.0])
+        judge.see(k * dt, PLACE + np.array([offset, 0.0, 0.0]))
     return judge
 
 

@@ -1,5 +1,7 @@
 """The search finds what virtual persons of known thresholds need, says how sure it is, and never lowers in leaps."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -73,7 +75,7 @@ def test_more_successes_never_ask_for_more_support():
         for target in range(12):
             one.take(target, 0.5, target < hits)
         answers.append(one.posterior(2000).interval()[0])
-    assert all(later <= earlier + 0.01 for earlier, later in zip(answers, answers[1:], strict=False))
+    assert all(later <= earlier + 0.01 for earlier, later in itertools.pairwise(answers))
 
 
 def test_needed_support_is_where_the_mean_chance_meets_the_criterion():

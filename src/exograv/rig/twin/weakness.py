@@ -1,4 +1,4 @@
-"""A wearer whose muscles are weak, as after a stroke: less torque, never quite the same, and an elbow that lifting bends.
+"""A wearer of little strength, as after a stroke: less torque, never quite the same, an elbow that lifting bends.
 
     tau = clip(tau_wanted, ± mobilised · strength · torque_max) · (1 + noise)
     tau_elbow += synergy · |lifting torque of the shoulder|
@@ -40,7 +40,7 @@ class Weakness:
 
     synergy: float = 0.0
     """Torque that bends the elbow over the torque with which the shoulder lifts [-]; 0 is none. That lifting bends the
-    elbow, the more the stronger it is: Sukal, Ellis & Dewald (2007), Exp Brain Res 183:215, abstract; in flexion of the
+    elbow, more the stronger it is: Sukal, Ellis & Dewald (2007), Exp Brain Res 183:215, abstract; in flexion of the
     shoulder too: Ito et al. (2024), J NeuroEng Rehabil 21:229. Its size here is unverified."""
 
     mobilised_sd: float = 0.1

@@ -29,8 +29,8 @@ SETTLE_S = 0.5
 SINK_M = 0.12
 """Lower than the fingertip at rest: the arm is not held any more, and is carried again."""
 
-FALL_M_S = 0.5
-"""A fingertip that comes down faster is falling; a quick voluntary way down is slower at `MOVE_S`."""
+FALL_M_S = 0.8
+"""A fingertip that comes down faster is falling; the way back from the highest target has 0.5 at `MOVE_S`."""
 
 ASTRAY_M = 0.10
 """From the place at rest: who is not there before an attempt cannot hold the arm at rest."""

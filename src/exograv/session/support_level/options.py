@@ -36,7 +36,7 @@ class SupportOptions:
             raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
         if self.strength is not None and not 0.0 < self.strength <= 1.0:
             raise ConfigError(
-                f"--strength is {self.strength:g}; allowed: above 0 to 1, the strength of a healthy adult. Somebody who "
+                f"--strength is {self.strength:g}; allowed: above 0 to 1, a healthy adult. Somebody who "
                 "needs half of the arm's weight carried has about 0.1."
             )
         if self.synergy is not None and not 0.0 <= self.synergy <= 1.0:
@@ -70,7 +70,7 @@ def weakness_of(options: SupportOptions, freedoms: int) -> Weakness:
         strength = np.array(person.strength)
     if len(strength) != freedoms or not ((strength > 0.0) & (strength <= 1.0)).all():
         raise ConfigError(
-            f"strength in {path} is {person.strength}; give one number above 0 to 1, or {freedoms} of them, in the order "
+            f"strength in {path} is {person.strength}; give a number above 0 to 1, or {freedoms} of them, in the order "
             "flexion, abduction, rotation, elbow."
         )
     return Weakness(strength, person.synergy, person.mobilised_sd, person.noise)

@@ -1,5 +1,6 @@
 """Attempts in a recording: with which support, at which target, and whether the fingertip was there for long enough."""
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,7 @@ def recorded_attempts(path: Path) -> tuple[list[tuple[int, float, bool]], bool]:
     skeleton = recording.messages("/skeleton")
     times, tips = np.array([one["t"] for one in skeleton]), [one["arm"][-1] for one in skeleton]
     tried: list[tuple[int, float, bool]] = []
-    for began, ended in zip(task, task[1:], strict=False):
+    for began, ended in itertools.pairwise(task):
         if (began["kind"], ended["kind"]) != ("reach_began", "reach_ended"):
             continue
         record = _checked(path, began["record"])

@@ -49,7 +49,7 @@ TARGETS = tuple(
     [Target(outward, up, FAR) for up in (-40.0, -15.0, 10.0) for outward in (-10.0, 15.0, 40.0)]
     + [Target(15.0, up, NEAR) for up in (-25.0, -10.0, 10.0)]
 )
-"""Nine with the arm nearly straight and three nearer ones: hip, chest and head height, across, ahead and to the side."""
+"""Nine with the arm nearly straight and three nearer: hip, chest and head height, across, ahead and to the side."""
 
 
 @dataclass

@@ -55,7 +55,7 @@ def _plot_share(ax: Axes, result: Result) -> None:
     curve = result["curve"]
     x = np.array(curve["support_percent"])
     ax.fill_between(x, 100 * np.array(curve["low"]), 100 * np.array(curve["high"]), color=BLUE, alpha=0.2, lw=0)
-    ax.plot(x, 100 * np.array(curve["share"]), color=BLUE, label="targets reached, 95 % band")
+    ax.plot(x, 100 * np.array(curve["share"]), color=BLUE, label="targets reached, 95 % band; ticks: attempts")
     ax.axhline(100 * result["criterion"], color=GREY, ls="--", lw=1)
     low, high = result["ci95"]
     ax.axvspan(low, high, color=ORANGE, alpha=0.25, lw=0, label="support needed, 95 % interval")
@@ -67,7 +67,7 @@ def _plot_share(ax: Axes, result: Result) -> None:
     ax.set_xlim(101, -1)  # as it is done: support comes down
     ax.set_ylim(-7, 107)
     ax.set_xlabel("weight of the arm that is carried [%]")
-    ax.set_ylabel("targets reached [%]; ticks: attempts, met above, missed below")
+    ax.set_ylabel("targets reached [%]")
     ax.legend(loc="lower left")
 
 
