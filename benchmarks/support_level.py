@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-STRENGTHS = (0.05, 0.075, 0.1, 0.125, 0.15)
+STRENGTHS = (0.07, 0.09, 0.11, 0.14, 0.18)
 SYNERGY = 0.3
 KNOWN_SEED = 500_000
 """Added to the wearer's: the known answer has noise of its own."""

@@ -102,10 +102,10 @@ class Flight:
 
     def carry_all(self) -> None:
         """Take the whole weight again."""
+        seconds = max(slewing_s(1.0 - self.support, 0.0), MOVE_S)
         self._feel(0.0)
-        self._person.go_to(self._person.rest)
-        self._run(slewing_s(1.0 - self.support, 0.0) + SETTLE_S)
-        self._person.gravity_felt = 0.0
+        self._person.go_to(self._person.rest, seconds, 0.0)
+        self._run(seconds + SETTLE_S)
 
     def _brought_to(self, support: float) -> bool:
         """Whether the person holds the arm at rest with that."""
@@ -113,10 +113,10 @@ class Flight:
         ramp_s = slewing_s(1.0 - self.support, level)
         if ramp_s > 0.0:
             self._feel(level)
-            self._person.gravity_felt = level
-            self._person.go_to(self._person.rest, max(ramp_s, MOVE_S / 2))
+            self._person.go_to(self._person.rest, max(ramp_s, SETTLE_S), level)
             self._run(ramp_s + SETTLE_S, lambda _t: self._rescued)
-        return not self._rescued and bool(np.linalg.norm(self._tip - self._rest_tip) < ASTRAY_M)
+        astray = 0.0 if self._rest_tip is None else float(np.linalg.norm(self._tip - self._rest_tip))
+        return not self._rescued and astray < ASTRAY_M
 
     def _come_back(self) -> None:
         if self._rescued:

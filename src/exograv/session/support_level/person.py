@@ -73,12 +73,14 @@ class ReachingPerson:
         self.gravity_felt = 0.0
         """Share of the arm's weight that muscles are prepared for; who lets it sink in feels it [-]."""
 
-    def go_to(self, posture: PerFreedom, seconds: float = MOVE_S) -> None:
-        """Want to be in a posture [rad], from where the arm is."""
+    def go_to(self, posture: PerFreedom, seconds: float = MOVE_S, gravity_level: float | None = None) -> None:
+        """Want to be in a posture [rad], from where the arm is, feeling the gravity level come to another one."""
         at = self._twin.truth.q_arm
         if np.abs(at - posture).max() < STRAYED_RAD:
             at = posture
-        self._want(motion.minimum_jerk(at, posture, seconds, self._twin.period_s))
+        level = self.gravity_felt if gravity_level is None else gravity_level
+        self._want(motion.minimum_jerk(at, posture, seconds, self._twin.period_s), level)
+        self.gravity_felt = level
 
     def reach(self, place: Place) -> None:
         """Want to have the fingertip at a place [m]."""
@@ -96,11 +98,12 @@ class ReachingPerson:
         truth = self._twin.truth
         self._twin.tau_voluntary[:] = self._muscles.step(self._twin.t, truth.q_arm, truth.v_arm)
 
-    def _want(self, path: Trajectory) -> None:
+    def _want(self, path: Trajectory, level: float) -> None:
         body, ticks = self._body, np.arange(len(path))
         rows = np.unique([*range(0, len(path), TABLE_EVERY), len(path) - 1])
+        felt = self.gravity_felt + (level - self.gravity_felt) * rows / ticks[-1]
         needed = np.array([
-            body.own.torque(path.q[k], path.v[k], path.a[k], self.gravity_felt) + body.worn_inertia @ path.a[k]
-            for k in rows
+            body.own.torque(path.q[k], path.v[k], path.a[k], g) + body.worn_inertia @ path.a[k]
+            for k, g in zip(rows, felt, strict=True)
         ])  # fmt: skip
         self._muscles.want(path, np.column_stack([np.interp(ticks, rows, one) for one in needed.T]), self._twin.t)
