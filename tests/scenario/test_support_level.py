@@ -7,9 +7,11 @@ from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.session.support_level.flight import SINK_M, Flight
 from exograv.session.support_level.options import SupportOptions
 from exograv.session.support_level.ready import Subject, subject
-from exograv.session.support_level.targets import TARGETS
 
 pytestmark = pytest.mark.slow
+
+HIGH = (6, 8)
+"""Of the targets: the arm nearly straight, above the shoulder, across and to the side."""
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +32,10 @@ def watched(flight: Flight) -> list[float]:
     return supports
 
 
-def test_fully_carried_the_weak_reach_nearly_all_and_alone_hardly_any(weak: Subject):
+def test_fully_carried_the_weak_reach_high_targets_and_alone_they_do_not(weak: Subject):
     flight = weak.flight(1000)
-    carried = [flight.attempt(k, 1.0).reached for k in range(len(TARGETS))]
-    assert sum(carried) >= 11
-    far = [flight.attempt(k, 0.0).reached for k in range(3, 9)]
-    assert sum(far) <= 1
+    assert [flight.attempt(k, 1.0).reached for k in HIGH] == [True, True]
+    assert [flight.attempt(k, 0.0).reached for k in HIGH] == [False, False]
     flight.carry_all()
     assert flight.support == 1.0
 
@@ -43,7 +43,7 @@ def test_fully_carried_the_weak_reach_nearly_all_and_alone_hardly_any(weak: Subj
 def test_support_changes_by_the_guards_ramp_and_an_arm_that_sinks_is_carried_again(weak: Subject):
     flight = weak.flight(1001)
     supports = watched(flight)
-    tried = [flight.attempt(k, 0.0) for k in (2, 5)]
+    tried = [flight.attempt(k, 0.0) for k in (5,)]
     steps = np.diff(supports)
     assert np.abs(steps).max() <= 0.02 / GRAVITY_LEVEL_S + 1e-6  # a look every 20 ms
     assert any(one.rescued for one in tried)
