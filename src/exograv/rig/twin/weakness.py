@@ -23,7 +23,7 @@ PerFreedom = Float[np.ndarray, " arm"]
 
 STRENGTH_SPREAD = 0.2
 """Between the freedoms of one arm, SD of the logarithm. Source: one person's muscle groups are hit very unequally, the
-means over people from 0.52 to 0.73 of the other arm (Mercier & Bourbonnais 2004, Clin Rehabil 18:215, abstract); the
+means over people from 0.52 to 0.73 of the other arm (PubMed 15053131, abstract); the
 number is assumed."""
 
 FLEXION, ABDUCTION, ELBOW = (FREEDOMS.index(name) for name in ("flexion", "abduction", "elbow"))
@@ -40,8 +40,8 @@ class Weakness:
 
     synergy: float = 0.0
     """Torque that bends the elbow over the torque with which the shoulder lifts [-]; 0 is none. That lifting bends the
-    elbow, more the stronger it is: Sukal, Ellis & Dewald (2007), Exp Brain Res 183:215, abstract; in flexion of the
-    shoulder too: Ito et al. (2024), J NeuroEng Rehabil 21:229. Its size here is unverified."""
+    elbow, more the stronger it is: PMC2827935, abstract; in flexion of the
+    shoulder too: PMC11674131. Its size here is unverified."""
 
     mobilised_sd: float = 0.1
     """Of the share of the strength that an attempt falls short by; half a normal distribution [-]. Unverified: the
