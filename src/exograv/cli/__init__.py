@@ -36,6 +36,7 @@ from .self_test import SelfTest, run_self_test_command
 from .simulate_study import SimulateStudy, run_simulate_study
 from .streams import Streams, run_streams
 from .study import COMMANDS as STUDY_COMMANDS
+from .support_level import SupportLevel, run_support_level_command
 from .sweep import Sweep, run_sweep_command
 from .sync import Sync, run_sync
 from .train import Train, run_train_command
@@ -73,6 +74,7 @@ COMMANDS: Commands = {
     "streams": (Streams, run_streams),
     "sync": (Sync, run_sync),
     "faults": (Faults, run_faults_command),
+    "support-level": (SupportLevel, run_support_level_command),
     "aircraft": (Aircraft, run_aircraft_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from exograv.session.steered import sentences as steered
-from exograv.task import operating
+from exograv.task import assist_as_needed, operating
 
 OWN: Mapping[str, str] = MappingProxyType(
     {
@@ -38,7 +38,7 @@ OWN: Mapping[str, str] = MappingProxyType(
         "aircraft.lost_in_window": operating.FEED_LOST_IN_WINDOW,
     }
 )
-SENTENCES: Mapping[str, str] = MappingProxyType({**steered.SENTENCES, **OWN})
+SENTENCES: Mapping[str, str] = MappingProxyType({**steered.SENTENCES, **assist_as_needed.SENTENCES, **OWN})
 """English, with gaps; a page has the same under `said.` and the code in every other language."""
 
 GAP = re.compile(r"\{(\w+)\}")

@@ -1,0 +1,68 @@
+"""Attempts in a recording: with which support, at which target, and whether the fingertip was there for long enough."""
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import RecordingError
+from exograv.recording import read_recording
+
+from .targets import TARGETS, ReachJudge
+
+SUPPORTS_LEAST = 2
+"""Different supports that a recording has to hold, for anything to be said between them."""
+
+WHAT_IT_TAKES = (
+    "A recording for this holds, for each attempt, two messages on /task of kind reach_began (with target, targets, "
+    "support as a share of the arm's weight, and place_m in the base frame) and reach_ended, and /skeleton between "
+    "them, with at least two different supports; `exograv support-level` writes such recordings "
+    "(docs/support_level.md)."
+)
+
+
+def recorded_attempts(path: Path) -> tuple[list[tuple[int, float, bool]], bool]:
+    """Target, support [share of the weight] and whether it was reached, attempt by attempt; whether it is simulated.
+
+    Reached is judged anew, by where the fingertip was.
+
+    Raises:
+        RecordingError: The file cannot be read, or does not hold what it takes.
+    """
+    recording = read_recording(path)
+    task = [message for message in recording.messages("/task") if message["kind"] in ("reach_began", "reach_ended")]
+    if not task:
+        raise RecordingError(f"{path} holds no attempts at targets. {WHAT_IT_TAKES}")
+    skeleton = recording.messages("/skeleton")
+    times, tips = np.array([one["t"] for one in skeleton]), [one["arm"][-1] for one in skeleton]
+    tried: list[tuple[int, float, bool]] = []
+    for began, ended in itertools.pairwise(task):
+        if (began["kind"], ended["kind"]) != ("reach_began", "reach_ended"):
+            continue
+        record = _checked(path, began["record"])
+        judge = ReachJudge(np.array(record["place_m"], dtype=float))
+        first, last = np.searchsorted(times, [began["t"], ended["t"]], side="right")
+        for k in range(int(first), int(last)):
+            judge.see(float(times[k]), tips[k])
+        tried.append((int(record["target"]), float(record["support"]), judge.reached))
+    supports = {support for _, support, _ in tried}
+    if len(supports) < SUPPORTS_LEAST:
+        raise RecordingError(
+            f"{path} holds {len(tried)} whole attempts at {len(supports)} support; {SUPPORTS_LEAST} supports are "
+            f"needed. {WHAT_IT_TAKES}"
+        )
+    return tried, not recording.settings.get("is_real", False)
+
+
+def _checked(path: Path, record: dict[str, Any]) -> dict[str, Any]:
+    missing = [name for name in ("target", "targets", "support", "place_m") if name not in record]
+    if missing:
+        raise RecordingError(f"{path}: an attempt does not say {', '.join(missing)}. {WHAT_IT_TAKES}")
+    if record["targets"] != len(TARGETS) or not 0 <= record["target"] < len(TARGETS):
+        raise RecordingError(
+            f"{path}: target {record['target']} of {record['targets']}; the set has {len(TARGETS)}. {WHAT_IT_TAKES}"
+        )
+    if not 0.0 <= record["support"] <= 1.0:
+        raise RecordingError(f"{path}: a support of {record['support']}; allowed: 0 to 1. {WHAT_IT_TAKES}")
+    return record

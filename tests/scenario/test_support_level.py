@@ -1,0 +1,56 @@
+"""A weak wearer in a flown machine: carried at first, let down by the guard's ramp, and carried again when it sinks."""
+
+import numpy as np
+import pytest
+
+from exograv.safety.guard import GRAVITY_LEVEL_S
+from exograv.session.support_level.flight import SINK_M, Flight
+from exograv.session.support_level.options import SupportOptions
+from exograv.session.support_level.ready import Subject, subject
+
+pytestmark = pytest.mark.slow
+
+HIGH = (6, 8)
+"""Of the targets: the arm nearly straight, above the shoulder, across and to the side."""
+
+
+@pytest.fixture(scope="module")
+def weak() -> Subject:
+    return subject(SupportOptions(seed=1000, strength=0.1), lambda _text, _share: None)
+
+
+def watched(flight: Flight) -> list[float]:
+    """Supports at every look."""
+    supports: list[float] = []
+    look = flight._look
+
+    def see(moment, dt):
+        look(moment, dt)
+        supports.append(flight.support)
+
+    flight._look = see
+    return supports
+
+
+def test_fully_carried_the_weak_reach_high_targets_and_alone_they_do_not(weak: Subject):
+    flight = weak.flight(1000)
+    assert [flight.attempt(k, 1.0).reached for k in HIGH] == [True, True]
+    assert [flight.attempt(k, 0.0).reached for k in HIGH] == [False, False]
+    flight.carry_all()
+    assert flight.support == 1.0
+
+
+def test_support_changes_by_the_guards_ramp_and_an_arm_that_sinks_is_carried_again(weak: Subject):
+    flight = weak.flight(1001)
+    supports = watched(flight)
+    tried = [flight.attempt(k, 0.0) for k in (5,)]
+    steps = np.diff(supports)
+    assert np.abs(steps).max() <= 0.02 / GRAVITY_LEVEL_S + 1e-6  # a look every 20 ms
+    assert any(one.rescued for one in tried)
+    assert flight._rest_tip is not None
+    assert flight._tip[2] > flight._rest_tip[2] - 3.0 * SINK_M
+
+
+def test_the_same_seeds_give_the_same_attempts(weak: Subject):
+    first, second = (weak.flight(1002).attempt(4, 0.7) for _ in range(2))
+    assert first == second
