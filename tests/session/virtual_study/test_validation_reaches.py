@@ -1,5 +1,7 @@
 """A virtual participant without machine: what was not learned is not known, and no chance makes two people alike."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,13 @@ from exograv.session.train.person import PointingPerson
 from exograv.session.virtual_study import validation_reaches
 from exograv.session.virtual_study.validation_reaches import Reaching
 
-SURE = {"bias_sd_deg": 0.0, "felt_sd_deg": 0.0, "motor_noise": 0.0, "seen_sd_m": 0.0, "interval_sd": 0.0}
+SURE: dict[str, Any] = {
+    "bias_sd_deg": 0.0,
+    "felt_sd_deg": 0.0,
+    "motor_noise": 0.0,
+    "seen_sd_m": 0.0,
+    "interval_sd": 0.0,
+}
 STEADY = Rates(felt_sd=0.0)
 PERIODS_MM = 3.0
 """Between acting every 1 and every 2 ms: muscles lag by 40 ms."""

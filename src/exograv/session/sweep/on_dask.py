@@ -36,6 +36,7 @@ class OnDask:
         """
         try:
             import distributed
+            from distributed.comm import get_address_host_port
         except ImportError as error:
             raise ConfigError(
                 "--scheduler needs dask.distributed, which is not installed: pip install 'exograv[cluster]'."
@@ -45,8 +46,9 @@ class OnDask:
         for name in ("distributed", "distributed.client", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
-            distributed.comm.get_address_host_port(address)
-            self._client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+            get_address_host_port(address)
+            # A client that is told nothing else answers at once; its types leave that open.
+            self._client: Any = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise ConfigError(
                 f"No scheduler answers at '{address}' ({error}). Start one with `dask scheduler`, and give the address "
