@@ -36,7 +36,7 @@ class OnDask:
         """
         try:
             import distributed
-            from distributed.comm import get_address_host_port
+            from distributed.comm.addressing import get_address_host_port
         except ImportError as error:
             raise ConfigError(
                 "--scheduler needs dask.distributed, which is not installed: pip install 'exograv[cluster]'."
