@@ -68,6 +68,9 @@ class Habits:
     learns_aim: float = constant(0.2, "-", "assumed", "as the fast state", 0.0, 0.4)
     """Share of a deviation that is aimed away next time, whatever explains it."""
 
+    keeps_aim: float = constant(0.5, "-", "assumed", "no value was found; with 1 nothing is ever forgotten", 0.0, 1.0)
+    """Share of what is aimed away that is left after a rest."""
+
     seen_sd_m: float = constant(0.002, "m", "assumed", "the finger appears only just before contact", 0.0, 0.01)
     """How exactly a deviation is seen."""
 

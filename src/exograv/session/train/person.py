@@ -118,6 +118,7 @@ class PointingPerson:
         if is_task and not self._is_task:
             self._is_first = True  # nobody waits for the pace before the first touch
             self._is_felt = False
+            self._aim_off = self.habits.keeps_aim * self._aim_off
             self._begins = t + self.habits.reaction_s + (self.habits.full_s if self.doing is Doing.LYING else 0.0)
         self._is_task = is_task
         comes = (
