@@ -97,6 +97,11 @@ class StudyOptions:
                 raise ConfigError(f"{option} is {count}; the protocols have 1 to {most}.")
         if not self.conditions:
             raise ConfigError("--conditions names none; the trained group trains in the first. Give one, such as dam.")
+        if self.main.training == "parabolic":
+            raise ConfigError(
+                "--conditions begins with 'parabolic', whose trainings are flights: the study's report would count them "
+                "as the flight. Put another one first, and it is compared all the same."
+            )
         names = [condition_of(text).name for text in self.conditions]
         if twice := [name for name in names if names.count(name) > 1]:
             raise ConfigError(f"--conditions names '{twice[0]}' twice. Give each once.")

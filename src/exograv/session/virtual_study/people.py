@@ -76,7 +76,7 @@ class Life:
 
     def _train(self, session: int) -> None:
         career, level = self._career, self._options.level
-        loaded = self._loaded(self._protocol)
+        loaded = self._loaded(self._protocol, self._options.windows)
         if self._prepared is None:
             stage = familiarisation_stage(career.seed, level, session)
         else:
@@ -84,10 +84,11 @@ class Life:
         _sitting, self._learned = self._sit(stage, loaded, session, session, is_kept=True)
 
     def _fly(self, session: int, group: Group) -> Flight:
-        career = self._career
-        stage = flight_stage(career.seed, self._options.level, FLIGHT_DAY)
+        career, options = self._career, self._options
+        loaded = self._loaded("flight", options.windows if options.flight_windows is None else options.flight_windows)
+        stage = flight_stage(career.seed, options.level, FLIGHT_DAY)
         is_main = group != "comparison"
-        sitting, _learned = self._sit(stage, self._loaded("flight"), FLIGHT_DAY, 1, is_kept=is_main)
+        sitting, _learned = self._sit(stage, loaded, FLIGHT_DAY, 1, is_kept=is_main)
         prepared = self._prepared
         return Flight(
             person=career.person,
@@ -106,12 +107,9 @@ class Life:
             return "familiarisation"
         return "flight" if condition.training == "parabolic" else "training"
 
-    def _loaded(self, protocol: str) -> LoadedProtocol:
+    def _loaded(self, protocol: str, windows: int | None) -> LoadedProtocol:
         loaded = load_protocol(protocol)
-        options = self._options
-        is_last = protocol == "flight" and self._protocol != "flight"
-        count = options.flight_windows if is_last and options.flight_windows is not None else options.windows
-        return loaded if count is None else first_windows(loaded, count)
+        return loaded if windows is None else first_windows(loaded, windows)
 
     def _sit(
         self, stage: Stage, loaded: LoadedProtocol, day: int, number: int, is_kept: bool

@@ -155,11 +155,10 @@ def _codes(options: StudyOptions) -> tuple[str, ...]:
 
 def _settings_of_study(options: StudyOptions) -> StudySettings:
     trained, untrained = options.sessions
-    protocol = "flight" if options.main.training == "parabolic" else "training"
     expected = [
-        Expected(protocol=protocol, sessions=trained + (protocol == "flight"), groups=["trained"]) if trained else None,
+        Expected(protocol="training", sessions=trained, groups=["trained"]) if trained else None,
         Expected(protocol="familiarisation", sessions=untrained, groups=["untrained"]) if untrained else None,
-        Expected(protocol="flight", sessions=1, groups=["untrained"] if protocol == "flight" else []),
+        Expected(protocol="flight", sessions=1),
     ]
     groups = {
         "trained": f"{trained} trainings, condition {options.main.name}",
