@@ -99,8 +99,8 @@ class StudyOptions:
             raise ConfigError("--conditions names none; the trained group trains in the first. Give one, such as dam.")
         if self.main.training == "parabolic":
             raise ConfigError(
-                "--conditions begins with 'parabolic', whose trainings are flights: the study's report would count them "
-                "as the flight. Put another one first, and it is compared all the same."
+                "--conditions begins with 'parabolic', whose trainings are flights, which the study's report would "
+                "count. Put another one first, and it is compared all the same."
             )
         names = [condition_of(text).name for text in self.conditions]
         if twice := [name for name in names if names.count(name) > 1]:
