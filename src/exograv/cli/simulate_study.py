@@ -35,13 +35,13 @@ class SimulateStudy(Common):
     """Only so many of each protocol, to try it."""
 
     flight_windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
-    """Only so many of the flight's: one is enough for transfer."""
+    """Only so many of the flight's: one is enough for transfer. As --windows where absent."""
 
     constant: tuple[str, ...] = ()
     """NAME=VALUE of the virtual participants (docs/virtual_participant.md), such as width=0.1."""
 
     sensitivity: bool = False
-    """Sweep every constant of the virtual people, too: transfer at its low and at its high end."""
+    """Sweep every constant of the virtual people that no source was read for, too: transfer at its low and high end."""
 
     processes: int = 2
     """At the same time; figures do not depend on it."""

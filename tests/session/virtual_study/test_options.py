@@ -61,6 +61,9 @@ def test_another_seed_draws_other_people():
         ({"compared": (-1, 1)}, "--compared"),
         ({"constants": {"luck": 1.0}}, "luck"),
         ({"constants": {"width": float("nan")}}, "width"),
+        ({"constants": {"width": 0.0}}, "width is 0; allowed: above 0"),
+        ({"constants": {"trusts_felt": 1.0}}, "trusts_felt is 1; allowed: from 0 to 0.99"),
+        ({"constants": {"motor_noise": -0.1}}, "motor_noise"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(changes, word):

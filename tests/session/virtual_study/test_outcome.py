@@ -89,6 +89,18 @@ def test_friction_compares_only_conditions_that_are_alike_but_for_it():
     assert not any("friction=" in one["condition"] for one in found["by_left_over"]["points"])
 
 
+def test_what_other_kinds_of_training_differ_by_is_none_of_the_slope_over_friction():
+    # Friction does nothing here; of the two kinds, the one that removes less happens to rub more.
+    rows = {"gcm": (1.0, 2.0), "gcm+friction=2": (1.0, 4.0), "ideal": (0.1, 2.0), "ideal@quasi-direct": (0.1, 0.3)}
+    flights = [flight(k, FAMILIARISED) for k in range(1, 7)]
+    flights += [
+        flight(k, name, share, left_over_Nm=1.0, friction_Nm=friction + 0.01 * k)
+        for k in range(1, 7)
+        for name, (share, friction) in rows.items()
+    ]
+    assert outcome_of(flights, "gcm")["transfer"]["by_friction"]["slope"]["value"] == pytest.approx(0.0, abs=1e-12)
+
+
 def test_one_condition_makes_no_curve():
     flights = comparison({"dam": 0.5}, left_over_Nm=0.2, friction_Nm=1.0)
     assert "nothing can be read" in outcome_of(flights, "dam")["transfer"]["by_friction"]["sentence"]

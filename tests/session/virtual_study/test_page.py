@@ -66,7 +66,7 @@ def test_settings_cannot_change_the_page():
 
 
 def test_the_headline_says_whether_the_published_direction_appears():
-    assert "appears" in headline(outcome_of(main_study(share=0.4), "dam"))
+    assert "appears and is not shown (p = 0.1" in headline(outcome_of(main_study(share=0.4), "dam"))
     assert "does not appear" in headline(outcome_of(main_study(share=2.0), "dam"))
     assert "direction" not in headline(outcome_of(comparison({"dam": 0.5}), "dam"))
 
@@ -81,7 +81,12 @@ def test_conditions_are_sorted_by_what_their_interval_carries():
 def test_a_constant_that_takes_the_transfer_away_is_named():
     said = " ".join(sentences(outcome_of(flights(), "dam"), SWEPT, 0.5))
     assert "With width = 0.1 transfer is less than half of 0.5" in said
-    assert "No constant alone" in sentences(outcome_of(flights(), "dam"), SWEPT[1:], 0.5)[-1]
+    assert "No constant alone" in " ".join(sentences(outcome_of(flights(), "dam"), SWEPT[1:], 0.5))
+
+
+def test_a_constant_that_leaves_no_transfer_to_tell_is_not_passed_over():
+    said = sentences(outcome_of(flights(), "dam"), SWEPT, 0.5)[-1]
+    assert said.startswith("With interval_sd = 0 no transfer can be told")
 
 
 def test_the_most_telling_constant_is_on_top_and_goes_from_low_to_high():

@@ -3,12 +3,25 @@
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from exograv.errors import ConfigError
 from exograv.rig.twin.acting import Nerves
 from exograv.rig.twin.constant import Constant, constant, constants_of
 from exograv.session.movements import REACH_S
 
 from .adapting import Rates
+
+MOST = {
+    "trusts_felt": 0.99,  # at 1 nothing seen changes what is expected, and learning divides by the rest
+    "mass_doubt": 0.99,  # a share of the inertia has to be left
+    "reflex_share": 0.99,  # at 1 the delay makes the reflex unstable
+    **dict.fromkeys(("fast_keeps", "slow_keeps", "night_keeps"), 1.0),  # what is kept does not grow
+}
+"""Greatest value of a constant that has one [-]."""
+
+DIVIDES = ("width", "stiffness_share", "tension")
+"""Constants that something is divided by."""
 
 
 @dataclass(frozen=True)
@@ -123,11 +136,17 @@ def with_constant(habits: Habits, name: str, value: float) -> Habits:
     """The same person with one constant changed, wherever it stands.
 
     Raises:
-        ConfigError: There is no such constant.
+        ConfigError: There is no such constant, or it cannot have this value.
     """
-    known = [one.name for one in register()]
+    known = {one.name: one for one in register()}
     if name not in known:
         raise ConfigError(f"A virtual participant has no constant '{name}'. There are {', '.join(sorted(known))}.")
+    one = known[name]
+    least_is_out, most = one.unit == "s" or name in DIVIDES, MOST.get(name, np.inf)
+    if not (value > 0.0 if least_is_out else value >= 0.0) or not value <= most:
+        allowed = f"{'above' if least_is_out else 'from'} 0" + (f" to {most:g}" if most < np.inf else "")
+        plausible = f"{one.low:g} to {one.high:g} are plausible" if one.low < one.high else f"{one.value:g} is usual"
+        raise ConfigError(f"Constant {name} is {value:g}; allowed: {allowed}. Give another value: {plausible}.")
     return _with(habits, name, value)
 
 

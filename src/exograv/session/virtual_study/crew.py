@@ -2,13 +2,16 @@
 
 import os
 import signal
+import threading
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from multiprocessing import get_context
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context, parent_process
 from multiprocessing.queues import Queue
 from pathlib import Path
 from queue import Empty
 
+from exograv.errors import RigError
 from exograv.session.pilot import Progress
 
 from .options import Career, StudyOptions
@@ -49,6 +52,11 @@ def live_all(
     try:
         waiting = {pool.submit(_work, *one, folder): k for k, one in enumerate(careers)}
         yield from _arriving(waiting, queue, tell)
+    except BrokenProcessPool:
+        raise RigError(
+            "A process of the study was ended from outside, perhaps because memory ran out. Careers that were done are "
+            "kept: go on with --resume, and with fewer --processes."
+        ) from None
     finally:
         for process in list(pool._processes.values()):
             process.terminate()
@@ -67,15 +75,24 @@ def _arriving(
         except Empty:
             if said is not None:
                 tell(*said)
-        for future in done:
+        for future in sorted(done, key=lambda one: one.exception() is not None):  # what came of others is kept first
             yield waiting.pop(future), future.result()
 
 
 def _begin(queue: "Queue[tuple[str, float]]") -> None:
     # Ctrl-C reaches every process of the terminal; this one is ended by the one that started it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     global _queue  # noqa: PLW0603 - the one thing that a worker process is given
     _queue = queue
+
+
+def _end_with_parent() -> None:
+    """Whoever started this was killed: nobody waits for what comes out, and nobody would end a process that waits."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _work(career: Career, options: StudyOptions, folder: Path) -> Lived:
@@ -83,12 +100,8 @@ def _work(career: Career, options: StudyOptions, folder: Path) -> Lived:
     if queue is None:
         raise RuntimeError("A worker of the study was started without its queue.")
 
-    begun_by = os.getppid()
-
     def tell(text: str, share: float) -> None:
         nonlocal said
-        if os.getppid() != begun_by:
-            os._exit(1)  # whoever started this was killed: nobody waits for what comes out
         if text != said[0] or share >= said[1] + TOLD_EVERY:
             said = (text, share)
             queue.put(said)

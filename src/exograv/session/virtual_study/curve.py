@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy import optimize
 
 from exograv.session.benchmark_identification.bootstrap import interval, resamples
@@ -21,6 +21,9 @@ GRID = 60
 LEAST_NM = 0.01
 """Left over that counts as none, on a logarithmic axis."""
 
+ALIKE = 1e-18
+"""Share of their squares below which places do not differ: rounding."""
+
 Xs = Float[np.ndarray, " point"]
 
 LEFT_OVER_ENTERS = (
@@ -29,7 +32,8 @@ LEFT_OVER_ENTERS = (
 )
 FRICTION_ENTERS = (
     "Conditions that are alike but for friction and drives, such as dam, dam@quasi-direct and dam+friction=2; what "
-    "friction does to the identification, and so to what is left over, is in the curve too."
+    "friction does to the identification, and so to what is left over, is in the curve too. Where there are several "
+    "such kinds, as of dam and of gcm, the slope compares within each; the curve is through all of them."
 )
 
 
@@ -50,7 +54,7 @@ def by_left_over(flights: Sequence[Flight]) -> dict[str, Any]:
     """Over the logarithm of what is left over [N·m]; the slope is for ten times as much."""
     points = [one for one in _points(flights, "left_over_Nm") if "+friction=" not in one.condition]
     scale: Callable[[Xs], Xs] = lambda x: np.log10(np.maximum(x, LEAST_NM))  # noqa: E731
-    return _curve(points, scale, "ten times as much left over", LEFT_OVER_ENTERS)
+    return _curve(points, scale, "ten times as much left over", LEFT_OVER_ENTERS, lambda _condition: "")
 
 
 def by_friction(flights: Sequence[Flight]) -> dict[str, Any]:
@@ -60,7 +64,7 @@ def by_friction(flights: Sequence[Flight]) -> dict[str, Any]:
     for one in points:
         families.setdefault(family(one.condition), set()).add(one.condition)
     kept = [one for one in points if len(families[family(one.condition)]) > 1]
-    return _curve(kept, lambda x: x, "1 N·m more friction", FRICTION_ENTERS)
+    return _curve(kept, lambda x: x, "1 N·m more friction", FRICTION_ENTERS, family)
 
 
 def family(condition: str) -> str:
@@ -83,7 +87,9 @@ def _points(flights: Sequence[Flight], x: str) -> list[Point]:
     return found
 
 
-def _curve(points: Sequence[Point], scale: Callable[[Xs], Xs], step: str, enters: str) -> dict[str, Any]:
+def _curve(
+    points: Sequence[Point], scale: Callable[[Xs], Xs], step: str, enters: str, alike: Callable[[str], str]
+) -> dict[str, Any]:
     told: dict[str, Any] = {"which_flights": enters, "points": [], "curve": None, "slope": None}
     people = sorted({one.person for one in points})
     usual = _usual_mm(points)
@@ -99,7 +105,7 @@ def _curve(points: Sequence[Point], scale: Callable[[Xs], Xs], step: str, enters
         }
         for one in points
     ]  # fmt: skip
-    slope = _slope(points, scale)
+    slope = _slope(points, scale, alike)
     told |= {"curve": _monotone(points, people, scale), "slope": slope | {"per": step}}
     return told | {"people": len(people), "sentence": _sentence(slope, step, len(people))}
 
@@ -110,17 +116,22 @@ def _usual_mm(points: Sequence[Point]) -> Float[np.ndarray, " person"]:
     return np.array([by_person[person] for person in sorted(by_person)])
 
 
-def _slope(points: Sequence[Point], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
-    """Each person has a straight line through the own conditions; their mean slope, over the usual error."""
+def _slope(points: Sequence[Point], scale: Callable[[Xs], Xs], alike: Callable[[str], str]) -> dict[str, Any]:
+    """Each person has parallel straight lines, one through the own conditions of each kind that is `alike`.
+
+    Their mean slope, over the usual error. What two kinds differ by is none of the slope.
+    """
     by_person = dict[int, list[Point]]()
     for one in points:
         by_person.setdefault(one.person, []).append(one)
     slopes, usual = list[float](), list[float]()
     for own in by_person.values():
+        _, kind = np.unique([alike(one.condition) for one in own], return_inverse=True)
         x = scale(np.array([one.x for one in own]))
-        if np.ptp(x) > 0.0:
+        off = x - (np.bincount(kind, x) / np.bincount(kind))[kind]
+        if off @ off > ALIKE * (1.0 + x @ x):
             away = np.array([one.familiarised_mm - one.trained_mm for one in own])
-            slopes.append(float((x - x.mean()) @ away / ((x - x.mean()) @ (x - x.mean()))))
+            slopes.append(float(off @ away / (off @ off)))
             usual.append(own[0].familiarised_mm)
     found = fieller(np.array(slopes), np.array(usual))
     return {"value": found.value, "ci95": ends_of(found.interval), "reason": found.reason or None}
@@ -163,7 +174,9 @@ def _falling(points: Sequence[Point], scale: Callable[[Xs], Xs], grid: Xs, peopl
     return np.interp(grid, at, fitted) / usual.mean()
 
 
-def _merged(at: Xs, counts: Xs) -> tuple[Xs, np.ndarray, Xs]:
+def _merged(
+    at: Float[np.ndarray, " condition"], counts: Float[np.ndarray, " condition"]
+) -> tuple[Float[np.ndarray, " place"], Int[np.ndarray, " condition"], Float[np.ndarray, " place"]]:
     """Different places in their order, which of them each condition has, and how many points there are."""
     places, same = np.unique(at, return_inverse=True)
     return places, same, np.bincount(same, counts)

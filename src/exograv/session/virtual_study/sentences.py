@@ -24,6 +24,8 @@ def headline(outcome: Mapping[str, Any]) -> str:
         f"{number(outcome['groups'][group]['median_px'])} px {group}" for group in ("trained", "untrained")
     )
     verb = "appears" if whole["appears"] else "does not appear"
+    if whole["appears"] and not whole["is_shown"]:
+        verb = f"appears and is not shown ({whole['p_text']})"
     return f"Simulated: the published direction of effect {verb}, median deviation in flight {medians}."
 
 
@@ -87,7 +89,9 @@ def _swept(swept: Sequence[Swept], usual: float | None) -> Iterator[str]:
     if gone:
         yield f"With {', '.join(gone)} transfer is less than half of {number(usual)}, or cannot be told from 0."
     elif held:
-        yield "No constant alone, within what is plausible, takes half of the transfer away."
+        yield "No constant alone, at an end of what is plausible, takes half of the transfer away."
+    if untold := [f"{row.name} = {row.value:g}" for row in swept if row.transfer is None]:
+        yield f"With {', '.join(untold)} no transfer can be told: the error after familiarisation may be 0."
 
 
 def vanishes(row: Swept, usual: float) -> bool:

@@ -83,15 +83,21 @@ def _begin(options: StudyOptions, work: Work, everybody: Sequence[Career]) -> St
     study = StudyFolder(folder / STUDY)
     if work.resume:
         if not path.is_file():
-            raise ConfigError(f"There is nothing to go on with: {path} is missing. Leave --resume out.")
+            raise ConfigError(
+                f"There is nothing to go on with: {path} is missing. Leave --resume out, and where {folder} is not "
+                "empty give another --out."
+            )
         if path.read_text(encoding="utf-8") != text:
             raise ConfigError(
                 f"{folder} holds a study with other options, or of another version of exograv. Give the same as in "
                 f"{path}, or another --out without --resume."
             )
         return study
+    if folder.exists() and not folder.is_dir():
+        raise ConfigError(f"--out is {folder}, a file; give a folder that is empty or not there yet.")
     if folder.exists() and any(folder.iterdir()):
-        raise ConfigError(f"{folder} is not empty. Go on with the study in it by --resume, or give another --out.")
+        further = "Go on with the study in it by --resume, or give" if path.is_file() else "Give"
+        raise ConfigError(f"{folder} is not empty. {further} another --out.")
     (folder / CAREERS).mkdir(parents=True)
     (folder / RECORDINGS).mkdir()
     study = begin_study(folder / STUDY, _settings_of_study(options))
@@ -141,9 +147,15 @@ def _add(study: StudyFolder, lived: Lived) -> None:
 def _read(path: Path) -> Lived | None:
     if not path.is_file():
         return None
-    plain = json.loads(path.read_text(encoding="utf-8"))
-    flights = tuple(flight_of(one) for one in plain["flights"])
-    return Lived(flights, tuple(plain["files"]), plain["spent_s"], plain["simulated_s"])
+    try:
+        plain = json.loads(path.read_text(encoding="utf-8"))
+        flights = tuple(flight_of(one) for one in plain["flights"])
+        return Lived(flights, tuple(plain["files"]), plain["spent_s"], plain["simulated_s"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise ConfigError(
+            f"{path} cannot be read as what came of a career ({error}). Delete this file, and --resume goes through "
+            "that career again."
+        ) from None
 
 
 def _codes(options: StudyOptions) -> tuple[str, ...]:
