@@ -155,13 +155,13 @@ class Sitting:
         for k in range(ticks):
             state = twin.read()
             observer.update(state.q)
-            tau = controller.step(observer.q, observer.v, self._reference)
+            tau_desired = tau = controller.step(observer.q, observer.v, self._reference)
             if self._is_driven:
-                tau = self._limited(tau, state.q)
+                tau = self._limited(tau_desired, state.q)
             current = actuators.current(tau)
             if k == 0:
                 gained = actuators.torque(state.current)
-                self._rows.add(state, observer.v, gained, controller, tau)
+                self._rows.add(state, observer.v, gained, controller, (tau_desired, tau))
             t = twin.t
             twin.write(Command(t, state.sequence, t + COMMAND_LIFE_S, tau, current))
             if k % ACT_TICKS == 0:

@@ -30,9 +30,14 @@ class TickRows:
         self._blocks, self._count = list[np.ndarray](), AT_ONCE
 
     def add(
-        self, state: JointState, v: Joints, tau_measured: Joints, controller: Controller, tau_desired: Joints | None
+        self,
+        state: JointState,
+        v: Joints,
+        tau_measured: Joints,
+        controller: Controller,
+        tau: tuple[Joints, Joints] | None,
     ) -> None:
-        """One tick; None of a rest that was passed over, where nothing is asked for."""
+        """One tick; `tau` is what control asked for and what the envelope let through, None in a rest passed over."""
         if self._count == AT_ONCE:
             self._blocks.append(np.repeat(self._empty, AT_ONCE))
             self._count = 0
@@ -42,8 +47,8 @@ class TickRows:
         row["sequence"] = 0  # not counted: most are left out
         row["q_measured"], row["v"], row["current"] = state.q, v, state.current
         row["tau_measured"], row["tau_feedforward"] = tau_measured, controller.tau_feedforward
-        wanted = controller.tau_feedforward if tau_desired is None else tau_desired
-        row["tau_desired"] = row["tau_commanded"] = wanted
+        resting = controller.tau_feedforward, controller.tau_feedforward
+        row["tau_desired"], row["tau_commanded"] = resting if tau is None else tau
         row["closure_slope"] = controller.closure_slope
         if isinstance(controller, ArmController):
             row["gravity_level"], row["drive"] = controller.mode.gravity_level, controller.mode.drive

@@ -125,7 +125,7 @@ def rows_of(people: list[Person]) -> list[Row]:
         _with(Row("scatter of unseen touches, SD", "mm", "4.5°: 55 at 0.7 m", "Watt 1997", "source", None,
                   memorised), scatter.mean(axis=1)),
         _with(Row("constant error of unseen touches, horizontal", "mm", "8.8 ± 8.7", "JEMS", "source", (0.1, 17.5),
-                  "mean and SD over people, a wide band: nearly any personal map fits"), np.abs(constant[:, 0])),
+                  "within one SD over people, a wide band for a mean"), np.abs(constant[:, 0])),
         Row("constant error of the unseen hand, sagittal", "mm", "12.4 ± 9.6", "JEMS", "source", None,
             "the glass stops the finger"),
         _with(Row("first touch, 0 g against 1 g, up", "mm", "downwards", "Chen et al.", "source", down,
