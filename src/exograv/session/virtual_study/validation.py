@@ -136,7 +136,7 @@ def rows_of(people: list[Person]) -> list[Row]:
         _with(Row("size of that at 0 g", "mm", "10 to 30", REFERENCE, "unverified", (10.0, 30.0),
                   "trusts_felt was fitted to this row"), np.abs(away[:, 0])),
         _with(Row("half-life at 0 g", "movements", "3 to 8", REFERENCE, "unverified", (3.0, 8.0),
-                  "aim, expectation and holding torque all learn from one touch"), away, half_life),
+                  "aim and holding torque both learn from one touch"), away, half_life),
         _with(Row("residual, first touch of window 6 at 0 g, up", "mm", "one is left after 5 to 10", REFERENCE,
                   "unverified", None, "no size is given"), last),
         _with(Row("movement time, 0 g over 1 g", "-", "distinctly longer", "Bock 2001; eLife RP107472", "source",
