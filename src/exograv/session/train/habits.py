@@ -16,7 +16,7 @@ MOST = {
     "trusts_felt": 0.99,  # at 1 nothing seen changes what is expected, and learning divides by the rest
     "mass_doubt": 0.99,  # a share of the inertia has to be left
     "reflex_share": 0.99,  # at 1 the delay makes the reflex unstable
-    **dict.fromkeys(("fast_keeps", "slow_keeps", "night_keeps"), 1.0),  # what is kept does not grow
+    **dict.fromkeys(("fast_keeps", "slow_keeps", "night_keeps", "keeps_aim"), 1.0),  # what is kept does not grow
 }
 """Greatest value of a constant that has one [-]."""
 
