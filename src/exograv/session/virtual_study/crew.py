@@ -1,5 +1,6 @@
 """Careers worked off by several processes; what came of each arrives when it is done."""
 
+import contextlib
 import os
 import signal
 import threading
@@ -37,7 +38,7 @@ def live_all(
         careers: To be gone through, each with the options that hold for it.
         folder: For recordings.
         processes: At the same time.
-        tell: Told what somebody is doing, and the share of that.
+        tell: Told the name of a career, and the share of it that is done.
 
     Raises:
         ExogravError: A machine or run was refused, or the disk is full.
@@ -68,13 +69,9 @@ def _arriving(
 ) -> Generator[Done, None, None]:
     while waiting:
         done, _ = wait(waiting, WAIT_S, FIRST_COMPLETED)
-        said = None
-        try:
+        with contextlib.suppress(Empty):
             while True:
-                said = queue.get_nowait()
-        except Empty:
-            if said is not None:
-                tell(*said)
+                tell(*queue.get_nowait())
         for future in sorted(done, key=lambda one: one.exception() is not None):  # what came of others is kept first
             yield waiting.pop(future), future.result()
 

@@ -48,6 +48,9 @@ TAIL_S = 2.0
 PASSED_S, PASSED_IN_FLIGHT_S = 0.5, 0.1
 """Steps in which a rest is passed over; an aircraft sends ten samples a second."""
 
+LANDED_S = 60.0
+"""After the end of a flight as it was planned: a window that never became whole does not come any more."""
+
 COMMAND_LIFE_S = 0.005
 
 Joints = Float[np.ndarray, " joint"]
@@ -126,8 +129,9 @@ class Sitting:
             else:
                 self._pass(times.until_awake(twin.t))
             progress(min((twin.t - begun) / duration_s, 1.0))
-            if not plan.is_clocked and self._is_over():
-                self._feed(Stop(t=twin.t, why="all windows are complete"))
+            landed = twin.t > begun + duration_s + plan.protocol.after_last_s + LANDED_S
+            if not plan.is_clocked and (self._is_over() or landed):
+                self._feed(Stop(t=twin.t, why="the flight is over"))
         if recording is not None:
             self._rows.write(recording)
 

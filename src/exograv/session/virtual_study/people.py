@@ -1,8 +1,8 @@
 """One person's sessions and flights, one after the other: what is learned goes along."""
 
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +52,7 @@ class Life:
         self._learned: Learned | None = None
         self._spent = {"preparing": 0.0, "sessions": 0.0, "flights": 0.0}
         self._simulated_s, self._files = 0.0, list[str]()
+        self._parts_done = 0
         self._prepared: PreparedTraining | None = None
 
     def live(self) -> Lived:
@@ -63,7 +64,8 @@ class Life:
         career, flights = self._career, list[Flight]()
         if career.condition is not None:
             with self._timed("preparing"):
-                self._prepared = prepared_for(career.condition, career.seed, self._options.level, self._progress)
+                self._prepared = prepared_for(career.condition, career.seed, self._options.level, self._tell)
+            self._parts_done += 1
         for session in range(career.sessions + 1):
             if session:
                 with self._timed("sessions"):
@@ -120,7 +122,7 @@ class Life:
         person = self._person(stage, loaded, day)
         seed = day_seed(career.seed, day)
         sitting = Sitting(stage, plan, room, person, seed)
-        begun, tell = stage.twin.t, self._teller(f"{loaded.settings.name} {number}")
+        begun, tell = stage.twin.t, partial(self._tell, "")
         if career.code is None or not is_kept:
             sitting.fly(None, tell)
         else:
@@ -134,6 +136,7 @@ class Life:
                 })  # fmt: skip
             self._files.append(str(path))
         self._simulated_s += sitting.simulated_s
+        self._parts_done += 1
         person.adaptation.night()
         return sitting, person.learned
 
@@ -170,9 +173,10 @@ class Life:
             "seed": seed,
         }
 
-    def _teller(self, what: str) -> Callable[[float], None]:
-        who = f"V{self._career.person:02d} {self._career.condition_name}"
-        return lambda share: self._progress(f"{who}: {what}", share)
+    def _tell(self, _text: str, share: float) -> None:
+        """The share of all that this person does; that of one part of it comes in."""
+        parts = self._career.sessions + len(self._career.flights) + (self._career.condition is not None)
+        self._progress(self._career.name, (self._parts_done + share) / parts)
 
     def _timed(self, what: str) -> "_Timed":
         return _Timed(self._spent, what)

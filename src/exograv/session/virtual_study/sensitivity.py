@@ -29,7 +29,7 @@ def sensitivity(options: StudyOptions, people: int, processes: int, tell: Progre
         options: Of the study; its drives and constants.
         people: The same in every row.
         processes: At the same time.
-        tell: Told what somebody is doing, and the share of all.
+        tell: Told what is done, and the share of all.
 
     Raises:
         ExogravError: A machine or run was refused.
@@ -51,8 +51,8 @@ def sensitivity(options: StudyOptions, people: int, processes: int, tell: Progre
     found = [list[Flight]() for _ in rows]
     done = 0
 
-    def told(text: str, _share: float) -> None:
-        tell(f"What transfer depends on: {done} of {len(work)} done; {text}", done / len(work))
+    def told(_name: str, _share: float) -> None:
+        tell("What transfer depends on", done / len(work))
 
     arriving = live_all([(career, each) for _, career, each in work], Path(), processes, told)
     try:

@@ -98,8 +98,11 @@ def _begin(options: StudyOptions, work: Work, everybody: Sequence[Career]) -> St
     if folder.exists() and any(folder.iterdir()):
         further = "Go on with the study in it by --resume, or give" if path.is_file() else "Give"
         raise ConfigError(f"{folder} is not empty. {further} another --out.")
-    (folder / CAREERS).mkdir(parents=True)
-    (folder / RECORDINGS).mkdir()
+    try:
+        (folder / CAREERS).mkdir(parents=True)
+        (folder / RECORDINGS).mkdir()
+    except OSError as error:
+        raise RecordingError(f"{folder} cannot be made: {error.strerror}. Give another --out.") from error
     study = begin_study(folder / STUDY, _settings_of_study(options))
     for career in everybody:
         if career.code is not None:
@@ -116,8 +119,12 @@ def _everybody_lived(
     done = {career.name: read for career in everybody if (read := _read(kept / f"{career.name}.json")) is not None}
     left = [career for career in everybody if career.name not in done]
 
-    def tell(text: str, share: float) -> None:
-        progress(f"{len(done)} of {len(everybody)} done; {text}", share)
+    going = dict[str, float]()
+
+    def tell(name: str, share: float) -> None:
+        going[name] = share
+        whole = len(done) + sum(part for other, part in going.items() if other not in done)
+        progress("Virtual people train and fly", whole / len(everybody))
 
     asked = [(career, options) for career in left]
     arriving = live_all(asked, work.folder / RECORDINGS, min(work.processes, max(len(left), 1)), tell)
