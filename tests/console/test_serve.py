@@ -7,7 +7,7 @@ import subprocess
 import time
 import urllib.request
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -68,7 +68,8 @@ def test_a_frame_beyond_16_kib_is_not_even_read_to_its_end(house: Served):
 
 def test_a_message_in_fragments_is_not_longer_than_one_in_one(house: Served):
     with line(house) as opened:
-        opened.send(["a" * 10_000] * 4)
+        with suppress(ConnectionClosed):  # the line may be closed before the last of them is out
+            opened.send(["a" * 10_000] * 4)
         assert closed_with(opened) == Close.TOO_BIG
 
 
