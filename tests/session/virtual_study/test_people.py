@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -15,7 +16,7 @@ CODES = ("VA", "VB")
 class Told(Life):
     """Sits through nothing, and tells what it would have sat through: protocol, windows, whether it is kept."""
 
-    def _sit(self, stage, loaded, day, number, is_kept):
+    def _sit(self, stage, loaded, day, number, is_kept) -> Any:
         protocol = loaded.settings
         told = (protocol.name.partition("-")[0], protocol.windows.count, number, is_kept)
         self.sat = [*getattr(self, "sat", []), told]
