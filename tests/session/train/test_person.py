@@ -113,12 +113,34 @@ def test_a_touch_that_is_too_high_makes_the_arm_expected_lighter_and_the_aim_low
     assert person._aim_off[1] < 0.0
 
 
-def test_what_is_anticipated_anew_is_held_no_more(person: PointingPerson):
+@pytest.mark.parametrize(("held", "given_back"), [(-0.5, 1.0), (0.0, 0.0), (0.5, 0.0)])
+def test_only_what_is_held_against_is_held_no_more(person: PointingPerson, held: float, given_back: float):
+    """Against a weight that is gone: what is learned replaces what pushes the arm down, and else moves the arm."""
     t = reaching(person)
-    weight = person._weight(person._wants)
-    before = person.gravity_expected * weight + person._muscles.hold
+    weight, before = person._weight(person._wants), person.gravity_expected
+    person._muscles.hold = held * weight
     person.touched(t, 0.2 * person._shift)
-    np.testing.assert_allclose(person.gravity_expected * weight + person._muscles.hold, before)
+    learned = before - person.gravity_expected
+    np.testing.assert_allclose(person._muscles.hold, (held + given_back * learned) * weight, atol=1e-12)
+
+
+def test_more_weight_than_was_expected_replaces_what_holds_the_arm_up(person: PointingPerson):
+    t = reaching(person)
+    weight, before = person._weight(person._wants), person.gravity_expected
+    person._muscles.hold = 0.5 * weight
+    person.touched(t, -0.2 * person._shift)
+    learned = person.gravity_expected - before
+    assert learned > 0.0
+    np.testing.assert_allclose(person._muscles.hold, (0.5 - learned) * weight, atol=1e-12)
+
+
+def test_the_inner_ear_raises_the_target_in_hypergravity_and_lowers_it_without_weight(world):
+    own, around = world
+    habits = Habits(sees_higher_m=0.05)
+    person = PointingPerson(own, 0.1 * np.eye(4), around, np.zeros(2), "down", 1014, DT, habits)
+    for gravity, higher in ((0.0, -0.05), (1.0, 0.0), (1.8, 0.04)):
+        person.inner_ear = lambda gravity=gravity: gravity
+        np.testing.assert_allclose(person._seen_higher(), [0.0, higher], atol=1e-12)
 
 
 def test_an_arm_that_feels_light_before_the_first_reach_is_expected_lighter(person: PointingPerson):

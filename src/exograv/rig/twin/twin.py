@@ -224,6 +224,11 @@ class Twin:
         size = float(np.linalg.norm(self._machine.gravity))
         self._scene.model.opt.gravity = size * (-np.asarray(g) - g[2] * lean)
 
+    @property
+    def gravity_level(self) -> float:
+        """Of the room [-]: 1 on the ground, whatever carries the arm."""
+        return float(np.linalg.norm(self._scene.model.opt.gravity) / np.linalg.norm(self._machine.gravity))
+
     def turn_motor(self, joint: int, factor: float) -> None:
         """A motor gives `factor` times the torque that it gives, and that is on its way: for examiners.
 

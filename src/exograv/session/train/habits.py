@@ -59,6 +59,15 @@ class Habits:
     )  # fmt: skip
     """Share of the own inertia that is not believed in where the arm is felt to weigh nothing."""
 
+    knows_machine: float = constant(1.0, "-", "assumed", "a machine is worn for minutes before", 0.0, 1.0)
+    """Share of the inertia of what is worn that is anticipated."""
+
+    sees_higher_m: float = constant(
+        0.0, "m", "assumed", "none: Chen et al. and Bock (1996) have the direction, no size for a target that is seen "
+        "was found", 0.0, 0.08,
+    )  # fmt: skip
+    """By which the target appears higher for each g of gravity beyond Earth's where the head is (elevator illusion)."""
+
     rates: Rates = field(default_factory=Rates)
     """Of what is learned about the own weight, from deviations that are seen."""
 
@@ -78,7 +87,9 @@ class Habits:
     )
     """Stiffness over that of a usual reach, of antagonists that are tensed together for a small target."""
 
-    learns_aim: float = constant(0.2, "-", "assumed", "as the fast state", 0.0, 0.4)
+    learns_aim: float = constant(
+        0.1, "-", "fitted", "half-life at 0 g of 3 to 8 movements, unverified (docs/virtual_participant.md)", 0.0, 0.4
+    )
     """Share of a deviation that is aimed away next time, whatever explains it."""
 
     keeps_aim: float = constant(0.5, "-", "assumed", "no value was found; with 1 nothing is ever forgotten", 0.0, 1.0)

@@ -6,6 +6,7 @@ software works and is no evidence about people.
 """
 
 import enum
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -73,9 +74,12 @@ class PointingPerson:
             period_s: Between two acts [s].
             habits: What makes this one.
         """
-        self.habits, self._own, self._worn_inertia = habits or Habits(), own, worn_inertia
+        self.inner_ear: Callable[[], float] = lambda: 1.0
+        """Gravity where the head is, over that on Earth [-]: whatever carries the arm changes nothing of it."""
+        self.habits, self._own = habits or Habits(), own
         self._surroundings, self._target, self._too_short, self._dt = surroundings, target, too_short, period_s
         freedoms = len(worn_inertia)
+        self._worn = self.habits.knows_machine * worn_inertia
         self._rest, self._usual = (
             np.deg2rad([*angles, *[0.0] * (freedoms - len(angles))]) for angles in (REST_DEG, TARGET_DEG)
         )
@@ -153,8 +157,10 @@ class PointingPerson:
         self._aim_off = self._aim_off - self.habits.learns_aim * seen
         before = self.gravity_expected
         self.adaptation.learn(by_weight / (1.0 - self.habits.trusts_felt))
-        # What is anticipated from now on need not be held against.
-        self._muscles.hold = self._muscles.hold + (before - self.gravity_expected) * self._weight(self._wants)
+        # What is anticipated from now on need not be held against; what is not held against moves the arm next time.
+        weight, changed = self._weight(self._wants), before - self.gravity_expected
+        held = -float(self._muscles.hold @ weight / (weight @ weight))
+        self._muscles.hold = self._muscles.hold + np.clip(held, min(changed, 0.0), max(changed, 0.0)) * weight
 
     @property
     def is_under_way(self) -> bool:
@@ -213,7 +219,9 @@ class PointingPerson:
         elif doing is Doing.READY and t >= self._begins and self._left_s > self._takes_s:
             self._feel()
             self._begins, self._began, self._contact = np.inf, t, None
-            self._want(t, Doing.REACHING, self._way(self._posture_at(self._target + self._aim_off)))
+            self._want(
+                t, Doing.REACHING, self._way(self._posture_at(self._target + self._seen_higher() + self._aim_off))
+            )
             self._ends = t + self.habits.reach_s + 2.0 * self.habits.touch_s
         elif doing is Doing.REACHING and t >= self._ends:
             if self._contact is None:
@@ -224,6 +232,10 @@ class PointingPerson:
             self.doing = Doing.READY
         elif doing is Doing.READY and not self._is_awaited:
             self.doing = Doing.LYING
+
+    def _seen_higher(self) -> OnScreen:
+        """By how much the target appears higher than it is, for the gravity that the head is in [m]."""
+        return np.array([0.0, self.habits.sees_higher_m * (self.inner_ear() - 1.0)])
 
     def _feel(self) -> None:
         """Before the first reach of a window: what holding the arm takes tells which context it is."""
@@ -247,7 +259,7 @@ class PointingPerson:
         self._muscles.want(path, np.column_stack([np.interp(ticks, rows, column) for column in known.T]), t)
 
     def _needed(self, q: PerFreedom, v: PerFreedom, a: PerFreedom) -> PerFreedom:
-        return self._own.torque(q, v, a, self.gravity_expected, self.inertia_expected) + self._worn_inertia @ a
+        return self._own.torque(q, v, a, self.gravity_expected, self.inertia_expected) + self._worn @ a
 
     def _weight(self, q: PerFreedom) -> PerFreedom:
         """What the arm's whole weight takes at a posture [N·m]."""
