@@ -88,7 +88,7 @@ class Habits:
     """Stiffness over that of a usual reach, of antagonists that are tensed together for a small target."""
 
     learns_aim: float = constant(
-        0.1, "-", "fitted", "half-life at 0 g of 3 to 8 movements, unverified (docs/virtual_participant.md)", 0.0, 0.4
+        0.1, "-", "fitted", "halved for a half-life at 0 g of 3 to 8 movements, unverified; it stays below", 0.0, 0.4
     )
     """Share of a deviation that is aimed away next time, whatever explains it."""
 
