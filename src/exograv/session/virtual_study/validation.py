@@ -1,6 +1,7 @@
 """What of the virtual participant agrees with published data, before it is used: no machine, 0, 1 and 1.8 g.
 
-Simulated, and no evidence about people. `trusts_felt` and `learns_aim` were chosen with one row each in view, nothing with another.
+Simulated, and no evidence about people. `trusts_felt` and `learns_aim` were chosen with one row each in view, nothing
+with another.
 """
 
 from collections.abc import Callable
@@ -137,7 +138,8 @@ def rows_of(people: list[Person]) -> list[Row]:
         _with(Row("size of that at 0 g", "mm", "10 to 30", REFERENCE, "unverified", (10.0, 30.0),
                   "trusts_felt was fitted to this row"), np.abs(away[:, 0])),
         _with(Row("half-life at 0 g", "movements", "3 to 8", REFERENCE, "unverified", (3.0, 8.0),
-                  "learns_aim was halved for this row; aim, holding and the fast state learn at once"), away, half_life),
+                  "learns_aim was halved for this row; aim, holding and the fast state learn at once"), away,
+              half_life),
         _with(Row("residual, first touch of window 6 at 0 g, up", "mm", "one is left after 5 to 10", REFERENCE,
                   "unverified", None, "no size is given"), last),
         _with(Row("movement time, 0 g over 1 g", "-", "distinctly longer", "Bock 2001; eLife RP107472", "source",
