@@ -79,7 +79,7 @@ def test_nobody_begins_what_cannot_arrive(person: PointingPerson):
 
 def test_a_reach_comes_to_the_target_from_before_the_glass(person: PointingPerson, world):
     own, around = world
-    way = person._way(person._posture_at(person._target))
+    way = person._way_to_target()
     tips = np.array([around.screen_axes.T @ (own.fingertip(q) - around.screen_centre) for q in way.q[::25]])
     np.testing.assert_allclose(1e3 * tips[-1, :2], 1e3 * person._target, atol=AIM_MM)
     near = tips[tips[:, 2] < 0.3 * Habits().approach_m]

@@ -24,19 +24,13 @@ from exograv.task.picture import ParticipantPicture
 from .adapting import Adaptation
 from .habits import Habits
 from .kept import Learned
+from .ways import Ways
 
 PerFreedom = Float[np.ndarray, " arm"]
 OnScreen = Float[np.ndarray, " 2"]
-Place = Float[np.ndarray, " 3"]
-
-PLANNED_HZ = 25.0
-"""Of a way to the screen; muscles follow 4."""
 
 TABLE_S = 0.02
 """Between two moments for which it is worked out what a movement needs."""
-
-POSTURE_WEIGHT = 0.03
-"""Of an unusual posture [1/rad] against a finger that is off [1/m]: 10° for 2 mm."""
 
 
 class Doing(enum.Enum):
@@ -96,7 +90,8 @@ class PointingPerson:
         self._shift = self._shift_per_level()
         # Off the support: an arm that lies half on it would feel lighter than it is.
         above = own.fingertip(self._rest) + np.array([0.0, 0.0, self.habits.lift_m])
-        self._rest = self._reached(above, self._rest, self._rest, 8)
+        self._ways = Ways(own, surroundings, self._usual, self.habits, period_s)
+        self._rest = self._ways.reached(above, self._rest, self._rest, 8)
         self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
         self._began, self._takes_s = 0.0, self.habits.reach_s
         self._contact: float | None = None
@@ -219,19 +214,21 @@ class PointingPerson:
         elif doing is Doing.READY and t >= self._begins and self._left_s > self._takes_s:
             self._feel()
             self._begins, self._began, self._contact = np.inf, t, None
-            self._want(
-                t, Doing.REACHING, self._way(self._posture_at(self._target + self._seen_higher() + self._aim_off))
-            )
+            self._want(t, Doing.REACHING, self._way_to_target())
             self._ends = t + self.habits.reach_s + 2.0 * self.habits.touch_s
         elif doing is Doing.REACHING and t >= self._ends:
             if self._contact is None:
                 self._depth, self._begins = self._depth + 0.01, t + self.habits.reach_s
-            self._want(t, Doing.RETURNING, motion.backwards(self._way(self._wants)))
+            self._want(t, Doing.RETURNING, motion.backwards(self._ways.to_screen(self._rest, self._wants)))
             self._ends = t + self.habits.reach_s
         elif doing is Doing.RETURNING and t >= self._ends:
             self.doing = Doing.READY
         elif doing is Doing.READY and not self._is_awaited:
             self.doing = Doing.LYING
+
+    def _way_to_target(self) -> Trajectory:
+        believed = self._target + self._seen_higher() + self._aim_off
+        return self._ways.to_screen(self._rest, self._ways.posture_at(believed, self._depth))
 
     def _seen_higher(self) -> OnScreen:
         """By how much the target appears higher than it is, for the gravity that the head is in [m]."""
@@ -272,38 +269,6 @@ class PointingPerson:
         turn, tip = self._weight(self._usual) / stiffness, self._own.fingertip(self._usual)
         moved = (self._own.fingertip(self._usual + 1e-3 * turn) - tip) / 1e-3
         return self._surroundings.screen_axes[:, :2].T @ moved
-
-    def _way(self, q_screen: PerFreedom) -> Trajectory:
-        """From rest to a posture at the screen: the finger comes from before it, not along it."""
-        seconds = self.habits.reach_s
-        ticks, n = round(seconds / self._dt), round(seconds * PLANNED_HZ)
-        shares = motion.minimum_jerk(np.zeros(1), np.ones(1), seconds, seconds / n).q[:, 0]
-        tips = self._own.fingertip(self._rest), self._own.fingertip(q_screen)
-        before = tips[1] + self.habits.approach_m * self._surroundings.screen_axes[:, 2]
-        q, rows = self._rest, [self._rest]
-        for s in shares.tolist():
-            place = (1 - s) ** 2 * tips[0] + 2 * s * (1 - s) * before + s**2 * tips[1]
-            q = self._reached(place, self._rest + s * (q_screen - self._rest), q, 2)
-            rows.append(q)
-        from scipy.interpolate import CubicSpline  # 0.1 s that only a participant has to wait for
-
-        spline = CubicSpline(np.arange(n + 1) * seconds / n, np.array(rows), bc_type="clamped")
-        t = np.arange(1, ticks + 1) * self._dt
-        return Trajectory(spline(t), spline(t, 1), spline(t, 2), self._dt)
-
-    def _posture_at(self, place: OnScreen) -> PerFreedom:
-        """The usual posture, changed so that the finger would be there, a little behind the glass."""
-        surroundings = self._surroundings
-        wanted = surroundings.screen_centre + surroundings.screen_axes @ np.append(place, -self._depth)
-        return self._reached(wanted, self._usual, self._usual, 8)
-
-    def _reached(self, wanted: Place, usual: PerFreedom, q: PerFreedom, steps: int) -> PerFreedom:
-        """The posture nearest to a usual one in which the finger is at a place [m], in so many steps from `q`."""
-        for _ in range(steps):
-            tip, J = self._own.fingertip_slope(q)
-            H = J.T @ J + POSTURE_WEIGHT**2 * np.eye(len(q))
-            q = q + np.linalg.solve(H, J.T @ (wanted - tip) + POSTURE_WEIGHT**2 * (usual - q))
-        return q
 
 
 def physiology_of(habits: Habits, freedoms: int) -> Physiology:
