@@ -8,7 +8,7 @@ import tyro
 
 from exograv.errors import ConfigError
 
-from .common import Common, whole_pair
+from .common import Common, whole_pair, write_json
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,9 @@ class SimulateStudy(Common):
     sensitivity: bool = False
     """Sweep every constant of the virtual people that no source was read for, too: transfer at its low and high end."""
 
+    ablate: bool = False
+    """Fly all conditions with one mechanism of the virtual people off at a time, too: from which transfer comes."""
+
     processes: int = 2
     """At the same time; figures do not depend on it."""
 
@@ -71,8 +74,14 @@ def run_simulate_study(command: SimulateStudy) -> dict[str, Any]:
     )
     folder = command.out / f"simulated_study_{command.seed}" if command.out == Path("out") else command.out
     print(f"The study goes into {folder}. Ctrl-C keeps who is done; --resume goes on.")
+    work = Work(folder, command.processes, command.resume, command.sensitivity, command.ablate)
+
+    def keep(result: dict[str, Any]) -> None:
+        if command.json is not None:
+            write_json(command.json, result)
+
     with bars() as progress:
-        result = simulate_study(options, Work(folder, command.processes, command.resume, command.sensitivity), progress)
+        result = simulate_study(options, work, progress, keep)
     show_study(result)
     return result
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from .common import Common
+from .common import Common, refuse_unwritable
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,10 @@ class ValidateParticipant(Common):
 def run_validate_participant(command: ValidateParticipant) -> dict[str, Any]:
     """Measure, show the table, draw the picture."""
     from exograv.session.virtual_study.validation import run_validation
-    from exograv.session.virtual_study.validation_picture import write_picture
+    from exograv.session.virtual_study.validation_picture import PICTURE, write_picture
     from exograv.terminal import bars
 
+    refuse_unwritable(command.out / PICTURE, "--out")
     with bars() as progress:
         result = run_validation(command.people, command.seed, progress)
     _show(result)

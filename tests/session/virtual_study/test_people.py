@@ -25,7 +25,7 @@ class Told(Life):
 
 @pytest.fixture(autouse=True)
 def _no_stage(monkeypatch):
-    for name in ("prepared_for", "stage_on", "flight_stage", "familiarisation_stage"):
+    for name in ("prepared_once", "stage_on", "flight_stage", "familiarisation_stage"):
         monkeypatch.setattr(people, name, lambda *_: SimpleNamespace(left_over_Nm=None, friction_Nm=None))
 
 

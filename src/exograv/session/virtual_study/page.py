@@ -17,6 +17,8 @@ from exograv.study.findings.headline import Tile
 from exograv.study.findings.page import write_figure
 from exograv.study.findings.results import number
 
+from . import ablation
+from .ablation import Ablated
 from .figures import curves, flights, sensitivity, windows
 from .figures.sensitivity import Swept
 from .flight import Flight
@@ -42,6 +44,8 @@ class Content:
     """Transfer with all constants as they are, in the sweep's own shorter sessions."""
     links: Mapping[str, str] = field(default_factory=dict)
     """The study's own report, its data set: words and address, best relative to the page."""
+
+    ablated: Sequence[Ablated] = ()
 
 
 def write_virtual_page(folder: Path, content: Content) -> tuple[Path, tuple[Path, ...]]:
@@ -98,11 +102,13 @@ def render(content: Content, chapters: Sequence[Mapping[str, Any]]) -> str:
         headline=headline(outcome),
         tiles=tiles(outcome),
         note=NO_EVIDENCE,
-        sentences=sentences(outcome, content.swept, content.swept_usual),
+        sentences=sentences(outcome, content.swept, content.swept_usual, content.ablated),
         chapters=chapters,
         condition_rows=condition_rows(outcome),
         secondary_rows=secondary_rows(outcome),
         person_rows=person_rows(outcome),
+        ablation_text=ablation.TEXT,
+        ablation_rows=ablation_rows(content.ablated),
         limits=outcome["direction"]["whole_flight"].get("limits", []),
         definition=outcome["transfer"]["definition"],
         enters=[outcome["transfer"][name].get("which_flights", "") for name in ("by_left_over", "by_friction")],
@@ -165,6 +171,18 @@ def secondary_rows(outcome: Mapping[str, Any]) -> list[Row]:
         for name, of in outcome["conditions"].items()
         if of["transfer"] is not None
     ]
+
+
+def ablation_rows(rows: Sequence[Ablated]) -> list[Row]:
+    """Condition by condition, all as they are first."""
+    return [
+        (
+            row.condition, row.off, ", ".join(f"{name} = {value:g}" for name, value in row.constants.items()),
+            str(row.people), told(row.first_window_up_mm), told(row.familiarised_up_mm), told(row.transfer),
+            ends(row.ci95), told(row.change), ends(row.change_ci95), row.reason or "",
+        )
+        for row in rows
+    ]  # fmt: skip
 
 
 def person_rows(outcome: Mapping[str, Any]) -> list[Row]:

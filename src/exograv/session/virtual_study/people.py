@@ -21,7 +21,7 @@ from exograv.task.protocol import LoadedProtocol, load_protocol
 from .flight import Flight, Group
 from .flying import ACT_TICKS, Sitting
 from .options import Career, StudyOptions
-from .stage import PreparedTraining, Stage, familiarisation_stage, flight_stage, prepared_for, stage_on
+from .stage import PreparedTraining, Stage, familiarisation_stage, flight_stage, prepared_once, stage_on
 
 FLIGHT_DAY = 1000
 """Number of the day of a flight: what the air is like that day does not depend on how often somebody trained."""
@@ -64,7 +64,7 @@ class Life:
         career, flights = self._career, list[Flight]()
         if career.condition is not None:
             with self._timed("preparing"):
-                self._prepared = prepared_for(career.condition, career.seed, self._options.level, self._tell)
+                self._prepared = prepared_once(career.condition, career.seed, self._options.level, self._tell)
             self._parts_done += 1
         for session in range(career.sessions + 1):
             if session:

@@ -5,6 +5,8 @@ from typing import Any
 
 from exograv.study.findings.results import number
 
+from . import ablation
+from .ablation import Ablated
 from .figures.sensitivity import Swept
 from .flight import FAMILIARISED
 
@@ -29,9 +31,15 @@ def headline(outcome: Mapping[str, Any]) -> str:
     return f"Simulated: the published direction of effect {verb}, median deviation in flight {medians}."
 
 
-def sentences(outcome: Mapping[str, Any], swept: Sequence[Swept] = (), usual: float | None = None) -> list[str]:
+def sentences(
+    outcome: Mapping[str, Any],
+    swept: Sequence[Swept] = (),
+    usual: float | None = None,
+    ablated: Sequence[Ablated] = (),
+) -> list[str]:
     """Direction, mechanism, what makes it vanish, what it depends on; `usual` is transfer before the sweep."""
-    return [*_direction(outcome["direction"]), MECHANISM, *_conditions(outcome), *_swept(swept, usual)]
+    mechanism = [MECHANISM, *ablation.sentences(ablated)]
+    return [*_direction(outcome["direction"]), *mechanism, *_conditions(outcome), *_swept(swept, usual)]
 
 
 def _direction(direction: Mapping[str, Any]) -> Iterator[str]:

@@ -89,6 +89,24 @@ def prepared_for(condition: Condition, seed: int, level: int, progress: Progress
     return PreparedTraining(condition, seed, level, known, worst, float(laboratory.machine.friction.coulomb.mean()))
 
 
+_last = dict[tuple[Condition, int, int], PreparedTraining]()
+"""Of this process: who varies a person's constants goes through one machine many times."""
+
+
+def prepared_once(condition: Condition, seed: int, level: int, progress: Progress) -> PreparedTraining:
+    """The same; at once where it was asked for last.
+
+    Raises:
+        ExogravError: Machine, wearer or run was refused.
+    """
+    asked = condition, seed, level
+    if asked not in _last:
+        found = prepared_for(condition, seed, level, progress)
+        _last.clear()
+        _last[asked] = found
+    return _last[asked]
+
+
 def stage_on(prepared: PreparedTraining, day: int) -> Stage:
     """The training of this day, 0 the first; only noise and muscles differ between days."""
     condition, seed, level = prepared.condition, prepared.seed, prepared.level

@@ -87,6 +87,28 @@ def transfer(found: Pairs) -> dict[str, Any]:
     return {"transfer": value, "ci95": ends and [1.0 - ends[1], 1.0 - ends[0]], "reason": ratio.reason or None}
 
 
+def change(own: Pairs, usual: Pairs) -> dict[str, Any]:
+    """By how much transfer differs from the usual one of the same people: `change`, `ci95` and `reason`.
+
+    Each person's share in it is z = (E − ratio·E₀) / mean(E₀), usual less own; its mean over people is 0, and the
+    interval is Student's t of it about the change. First order: it wants an E₀ well away from 0.
+    """
+    people = sorted(set(own.people) & set(usual.people))
+    found, shares = list[float](), list[Float[np.ndarray, " person"]]()
+    for one in (usual, own):
+        where = [one.people.index(person) for person in people]
+        trained, before = one.trained[where], one.familiarised[where]
+        ratio = fieller(trained, before)
+        if ratio.value is None:
+            return {"change": None, "ci95": None, "reason": ratio.reason}
+        found.append(ratio.value)
+        shares.append((trained - ratio.value * before) / before.mean())
+    value = found[0] - found[1]
+    interval = mean_interval(value + shares[0] - shares[1])
+    reason = None if interval else "one person: nothing is known of how people differ"
+    return {"change": value, "ci95": ends_of(interval), "reason": reason}
+
+
 def ends_of(interval: Interval | None) -> list[float] | None:
     """As JSON; None without two ends."""
     if interval is None or interval.low is None or interval.high is None:

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from exograv.study.drawing import BLUE, GREY, INK, ORANGE
 
+PICTURE = "participant_validation.png"
 COLOURS = {"0.0": BLUE, "1.0": INK, "1.8": ORANGE}
 
 
@@ -27,6 +28,6 @@ def write_picture(result: dict[str, Any], folder: Path) -> Path:
     ax.set_title(f"Virtual participants, simulated: {result['people']} people and their mean", fontsize=10)
     ax.legend(frameon=False)
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "participant_validation.png"
+    path = folder / PICTURE
     figure.savefig(path, dpi=150)
     return path

@@ -6,11 +6,15 @@ import json
 import os
 from collections.abc import Iterator
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError, RecordingError
 
 from .folder import StudyFolder
+
+LOCK = ".lock"
+"""File of a folder that one process at a time may hold."""
 
 
 def note(folder: StudyFolder, what: str, sentence: str, **more: Any) -> None:
@@ -61,19 +65,30 @@ def alone(folder: StudyFolder) -> Iterator[None]:
     Raises:
         ConfigError: Somebody does, or the folder cannot be written.
     """
+    with locked(folder.path, f"Another exograv command is changing {folder.path}. Try again when it has ended."):
+        yield
+
+
+@contextlib.contextmanager
+def locked(path: Path, busy: str) -> Iterator[None]:
+    """One process at a time holds a folder; the lock dies with its process.
+
+    Raises:
+        ConfigError: Another one holds it, which `busy` says, or the folder cannot be written.
+    """
     try:
-        handle = os.open(folder.path / ".lock", os.O_RDWR | os.O_CREAT, 0o600)
+        handle = os.open(path / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
     except OSError as error:
-        raise ConfigError(f"{folder.path} cannot be written: {error.strerror}. Check the study's folder.") from error
+        raise ConfigError(f"{path} cannot be written: {error.strerror}. Check whose folder it is.") from error
     try:
-        _take(handle, folder)
+        _take(handle, busy)
         yield
     finally:
         os.close(handle)
 
 
-def _take(handle: int, folder: StudyFolder) -> None:
+def _take(handle: int, busy: str) -> None:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
-        raise ConfigError(f"Another exograv command is changing {folder.path}. Try again when it has ended.") from error
+        raise ConfigError(busy) from error

@@ -5,13 +5,15 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
+from exograv.session.virtual_study.small_study import SIZE
 from exograv.study.drawing import BLUE, GREY, INK, ORANGE, mark_simulated
 from exograv.study.figures.of_study.groups import WIDTH_2
 
 TEXT = (
     "Transfer with one constant of the virtual participant at the low (orange, hatched) or the high end (blue) of what "
     "is plausible, all others as they are; thin lines are 95 % intervals over people. The vertical line is transfer "
-    "with all constants as they are. Constants move one at a time: what two do together is not here."
+    "with all constants as they are. Constants move one at a time: what two do together is not here. The machine is "
+    f"the ideal one, which knows itself and the arm; {SIZE}."
 )
 
 
