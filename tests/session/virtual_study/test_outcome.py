@@ -10,7 +10,7 @@ from exograv.errors import ConfigError
 from exograv.session.virtual_study.flight import FAMILIARISED, flight_of
 from exograv.session.virtual_study.outcome import outcome_of
 
-LEFT_NM = {"ideal": 0.1, "dam": 0.2, "table": 1.0, "gcm": 8.0}
+LEFT_NM = {"ideal": 0.1, "ideal+left=0.1": 0.2, "ideal+left=0.4": 1.0, "ideal+left=1": 8.0}
 
 
 def with_machines(slope: float = -0.5) -> list:
@@ -81,29 +81,40 @@ def test_what_rises_is_not_called_falling_by_a_curve_that_may_not_rise():
     assert max(found["curve"]["transfer"]) - min(found["curve"]["transfer"]) < 1e-9
 
 
-def test_friction_compares_only_conditions_that_are_alike_but_for_it():
+def test_a_curve_is_through_conditions_of_one_kind_and_others_are_points_beside_it():
     flights = with_machines()
-    flights += [flight(k, "dam@quasi-direct+friction=2", 0.3, left_over_Nm=0.2, friction_Nm=0.5) for k in range(1, 7)]
+    for k in range(1, 7):
+        flights.append(flight(k, "dam", 3.0, left_over_Nm=0.15, friction_Nm=1.0))
+        flights.append(flight(k, "ideal+friction=2", 0.3, left_over_Nm=0.1, friction_Nm=2.0))
     found = outcome_of(flights, "dam")["transfer"]
-    assert {one["condition"] for one in found["by_friction"]["points"]} == {"dam", "dam@quasi-direct+friction=2"}
-    assert not any("friction=" in one["condition"] for one in found["by_left_over"]["points"])
+    left_over, friction = found["by_left_over"], found["by_friction"]
+    assert left_over["through"] == list(LEFT_NM)
+    assert left_over["slope"]["value"] == pytest.approx(-0.5)
+    assert {one["condition"] for one in left_over["points"] if not one["is_on_curve"]} == {"dam"}
+    assert friction["through"] == ["ideal", "ideal+friction=2"]
+    assert {one["condition"] for one in friction["points"] if not one["is_on_curve"]} == {"dam"}
+    assert all(", ".join(one["through"]) in one["sentence"] for one in (left_over, friction))
 
 
-def test_what_other_kinds_of_training_differ_by_is_none_of_the_slope_over_friction():
-    # Friction does nothing here; of the two kinds, the one that removes less happens to rub more.
-    rows = {"gcm": (1.0, 2.0), "gcm+friction=2": (1.0, 4.0), "ideal": (0.1, 2.0), "ideal@quasi-direct": (0.1, 0.3)}
-    flights = [flight(k, FAMILIARISED) for k in range(1, 7)]
-    flights += [
-        flight(k, name, share, left_over_Nm=1.0, friction_Nm=friction + 0.01 * k)
-        for k in range(1, 7)
-        for name, (share, friction) in rows.items()
-    ]
-    assert outcome_of(flights, "gcm")["transfer"]["by_friction"]["slope"]["value"] == pytest.approx(0.0, abs=1e-12)
+def test_the_same_after_more_sessions_is_another_kind():
+    rows = [("ideal", 4), ("ideal", 16), ("ideal+friction=2", 4)]
+    flights = [flight(k, FAMILIARISED) for k in range(1, 4)]
+    flights += [flight(k, name, sessions=n, friction_Nm=1.0 + 0.1 * n) for k in range(1, 4) for name, n in rows]
+    found = outcome_of(flights, "ideal")["transfer"]["by_friction"]
+    assert found["through"] == ["ideal, 4 sessions", "ideal+friction=2"]
 
 
-def test_one_condition_makes_no_curve():
-    flights = comparison({"dam": 0.5}, left_over_Nm=0.2, friction_Nm=1.0)
-    assert "nothing can be read" in outcome_of(flights, "dam")["transfer"]["by_friction"]["sentence"]
+def test_conditions_of_a_kind_each_make_no_curve_but_points():
+    rows = {"dam": 0.5, "dam@quasi-direct": 0.3, "gcm": 1.0}
+    found = outcome_of(comparison(rows, left_over_Nm=0.2, friction_Nm=1.0), "dam")["transfer"]["by_friction"]
+    assert found["curve"] is None
+    assert {one["condition"] for one in found["points"]} == set(rows)
+    assert "there is no curve" in found["sentence"]
+
+
+def test_without_a_motor_nothing_can_be_read():
+    found = outcome_of(comparison({"water": 0.5}), "water")["transfer"]["by_friction"]
+    assert "nothing can be read" in found["sentence"]
 
 
 def test_few_people_have_no_band():

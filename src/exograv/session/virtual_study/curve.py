@@ -11,6 +11,7 @@ from scipy import optimize
 from exograv.session.benchmark_identification.bootstrap import interval, resamples
 from exograv.study.statistics.fieller import fieller
 
+from .conditions import Condition, condition_of
 from .flight import FAMILIARISED, Flight, compared, familiarised
 from .transfer import constant_error_mm, ends_of
 
@@ -26,15 +27,13 @@ ALIKE = 1e-18
 
 Xs = Float[np.ndarray, " point"]
 
-LEFT_OVER_ENTERS = (
-    "Conditions with motors and without added friction, machine by machine; whatever else differs between them, such "
-    "as drives or friction, is in the curve too."
+ENTERS = (
+    "The curve and its slope are through conditions that differ by {what} alone, such as {such}: {through}. All others "
+    "stand beside it as points, since they differ by more."
 )
-FRICTION_ENTERS = (
-    "Conditions that are alike but for friction and drives, such as dam, dam@quasi-direct and dam+friction=2; what "
-    "friction does to the identification, and so to what is left over, is in the curve too. Where there are several "
-    "such kinds, as of dam and of gcm, the slope compares within each; the curve is through all of them."
-)
+
+Kind = tuple[str, str, int]
+"""Training, drives and sessions before the flight: what conditions of one curve have in common."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +42,7 @@ class Point:
 
     person: int
     condition: str
+    kind: Kind
     x: float
     """Left over or friction, of this person's machine [N·m]."""
 
@@ -50,30 +50,47 @@ class Point:
     familiarised_mm: float
 
 
+@dataclass(frozen=True)
+class Axis:
+    """Over what transfer is told."""
+
+    what: str
+    such: str
+    """Conditions that differ by it alone."""
+
+    step: str
+    """That a slope is for."""
+
+    scale: Callable[[Xs], Xs]
+
+
+LEFT_OVER = Axis(
+    "what is left on purpose", "ideal, ideal+left=0.1 and ideal+left=0.4", "ten times as much left over",
+    lambda x: np.log10(np.maximum(x, LEAST_NM)),
+)  # fmt: skip
+FRICTION = Axis("friction", "ideal, ideal+friction=2 and ideal+friction=4", "1 N·m more friction", lambda x: x)
+
+
 def by_left_over(flights: Sequence[Flight]) -> dict[str, Any]:
-    """Over the logarithm of what is left over [N·m]; the slope is for ten times as much."""
-    points = [one for one in _points(flights, "left_over_Nm") if "+friction=" not in one.condition]
-    scale: Callable[[Xs], Xs] = lambda x: np.log10(np.maximum(x, LEAST_NM))  # noqa: E731
-    return _curve(points, scale, "ten times as much left over", LEFT_OVER_ENTERS, lambda _condition: "")
+    """Over the logarithm of what is left over [N·m], friction as it is; the slope is for ten times as much."""
+    return _curve(_points(flights, "left_over_Nm", lambda one: one.friction == 1.0), LEFT_OVER)
 
 
 def by_friction(flights: Sequence[Flight]) -> dict[str, Any]:
-    """Over friction [N·m]; the slope is for one N·m more."""
-    families = dict[str, set[str]]()
-    points = _points(flights, "friction_Nm")
+    """Over friction [N·m], nothing left on purpose; the slope is for one N·m more."""
+    return _curve(_points(flights, "friction_Nm", lambda one: one.left == 0.0), FRICTION)
+
+
+def through(points: Sequence[Point]) -> list[Point]:
+    """Those of the kind of which most conditions were flown, the first of several; none where each is of its own."""
+    conditions = dict[Kind, set[str]]()
     for one in points:
-        families.setdefault(family(one.condition), set()).add(one.condition)
-    kept = [one for one in points if len(families[family(one.condition)]) > 1]
-    return _curve(kept, lambda x: x, "1 N·m more friction", FRICTION_ENTERS, family)
+        conditions.setdefault(one.kind, set()).add(one.condition)
+    most = max(conditions, key=lambda kind: len(conditions[kind]), default=None)
+    return [] if most is None or len(conditions[most]) < 2 else [one for one in points if one.kind == most]
 
 
-def family(condition: str) -> str:
-    """A condition's name without its friction and drives."""
-    name = condition.replace("@quasi-direct", "")
-    return "+".join(part for part in name.split("+") if not part.startswith("friction="))
-
-
-def _points(flights: Sequence[Flight], x: str) -> list[Point]:
+def _points(flights: Sequence[Flight], x: str, enters: Callable[[Condition], bool]) -> list[Point]:
     before = familiarised(flights)
     found = list[Point]()
     for name, own in compared(flights).items():
@@ -81,33 +98,37 @@ def _points(flights: Sequence[Flight], x: str) -> list[Point]:
             value, other = getattr(flight, x), before.get(flight.person)
             if value is None or other is None or flight.condition == FAMILIARISED:
                 continue
+            condition = condition_of(flight.condition)
             errors = constant_error_mm(flight), constant_error_mm(other)
-            if np.isfinite(errors).all():
-                found.append(Point(flight.person, name, float(value), *errors))
+            if enters(condition) and np.isfinite(errors).all():
+                kind = condition.training, condition.drives, flight.sessions
+                found.append(Point(flight.person, name, kind, float(value), *errors))
     return found
 
 
-def _curve(
-    points: Sequence[Point], scale: Callable[[Xs], Xs], step: str, enters: str, alike: Callable[[str], str]
-) -> dict[str, Any]:
-    told: dict[str, Any] = {"which_flights": enters, "points": [], "curve": None, "slope": None}
-    people = sorted({one.person for one in points})
+def _curve(points: Sequence[Point], axis: Axis) -> dict[str, Any]:
+    own = through(points)
+    names = list(dict.fromkeys(one.condition for one in own))
+    enters = ENTERS.format(what=axis.what, such=axis.such, through=", ".join(names) or "here there are no two of them")
+    told: dict[str, Any] = {"which_flights": enters, "through": names, "points": [], "curve": None, "slope": None}
+    if not points:
+        return told | {"sentence": "No such condition was flown: nothing can be read."}
     usual = _usual_mm(points)
     whole = fieller(usual, usual) if len(usual) > 1 else None
-    if len({one.condition for one in points}) < 2:
-        return told | {"sentence": "Fewer than two such conditions were flown: nothing can be read."}
     if usual.mean() == 0.0 or (whole is not None and whole.value is None):
         return told | {"sentence": "The error after familiarisation cannot be told from 0: there is nothing to share."}
     told["points"] = [
         {
-            "person": one.person, "condition": one.condition, "x_Nm": one.x,
+            "person": one.person, "condition": one.condition, "x_Nm": one.x, "is_on_curve": one.condition in names,
             "taken_away": (one.familiarised_mm - one.trained_mm) / float(usual.mean()),
         }
         for one in points
     ]  # fmt: skip
-    slope = _slope(points, scale, alike)
-    told |= {"curve": _monotone(points, people, scale), "slope": slope | {"per": step}}
-    return told | {"people": len(people), "sentence": _sentence(slope, step, len(people))}
+    if not own:
+        return told | {"sentence": f"No two conditions that differ by {axis.what} alone were flown: there is no curve."}
+    people, slope = sorted({one.person for one in own}), _slope(own, axis.scale)
+    told |= {"curve": _monotone(own, people, axis.scale), "slope": slope | {"per": axis.step}}
+    return told | {"people": len(people), "sentence": _sentence(slope, axis.step, len(people), names)}
 
 
 def _usual_mm(points: Sequence[Point]) -> Float[np.ndarray, " person"]:
@@ -116,19 +137,15 @@ def _usual_mm(points: Sequence[Point]) -> Float[np.ndarray, " person"]:
     return np.array([by_person[person] for person in sorted(by_person)])
 
 
-def _slope(points: Sequence[Point], scale: Callable[[Xs], Xs], alike: Callable[[str], str]) -> dict[str, Any]:
-    """Each person has parallel straight lines, one through the own conditions of each kind that is `alike`.
-
-    Their mean slope, over the usual error. What two kinds differ by is none of the slope.
-    """
+def _slope(points: Sequence[Point], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
+    """Each person has a straight line through the own conditions; their mean slope, over the usual error."""
     by_person = dict[int, list[Point]]()
     for one in points:
         by_person.setdefault(one.person, []).append(one)
     slopes, usual = list[float](), list[float]()
     for own in by_person.values():
-        _, kind = np.unique([alike(one.condition) for one in own], return_inverse=True)
         x = scale(np.array([one.x for one in own]))
-        off = x - (np.bincount(kind, x) / np.bincount(kind))[kind]
+        off = x - x.mean()
         if off @ off > ALIKE * (1.0 + x @ x):
             away = np.array([one.familiarised_mm - one.trained_mm for one in own])
             slopes.append(float(off @ away / (off @ off)))
@@ -182,11 +199,11 @@ def _merged(
     return places, same, np.bincount(same, counts)
 
 
-def _sentence(slope: Mapping[str, Any], step: str, people: int) -> str:
+def _sentence(slope: Mapping[str, Any], step: str, people: int, names: Sequence[str]) -> str:
     who = "one person" if people == 1 else f"{people} people"
     if slope["value"] is None:
         return f"No slope can be told: {slope['reason']}."
-    said = f"With {step} transfer changes by {slope['value']:+.2f}".replace("-", "−")
+    said = f"With {step} transfer changes by {slope['value']:+.2f}".replace("-", "−") + f" over {', '.join(names)}"
     if slope["ci95"] is None:
         return f"{said} ({who}; no interval: {slope['reason']})."
     low, high = (f"{end:+.2f}".replace("-", "−") for end in slope["ci95"])

@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from jaxtyping import Float
 
 from exograv.errors import ConfigError
 from exograv.study.dataset.columns import PARTICIPANTS
 from exograv.study.dataset.tables import frame
 from exograv.study.statistics.compare import CompareSettings, compare
-from exograv.study.statistics.findings import Findings, Spread
+from exograv.study.statistics.findings import Spread
 from exograv.study.statistics.normal import welch_interval
 from exograv.study.statistics.people import spread_of
 from exograv.study.statistics.permutation import permutation_test
@@ -21,7 +22,11 @@ from .flight import FIRST_WINDOW, Flight, compared
 from .transfer import DEFINITION, constant_error_mm, ends_of, transfers
 
 GROUPS = ("trained", "untrained")
+ALPHA = 0.05
+NO_INTERVAL = "fewer than two people in a group: no interval"
 NO_EVIDENCE = "Simulated: nobody took part. It shows that the software works; it is no evidence about people."
+
+PerPerson = Float[np.ndarray, " person"]
 
 
 def outcome_of(flights: Sequence[Flight], main: str) -> dict[str, Any]:
@@ -132,39 +137,42 @@ def direction(flights: Sequence[Flight]) -> dict[str, Any]:
 
     Returns:
         `whole_flight` and `first_window` by the deviation, ratio trained over untrained; `first_window_up_mm` by the
-        signed error, difference trained less untrained; each with interval, exact p and the smallest possible p, or
-        only `reason`.
+        size of each person's signed error, difference trained less untrained. Each with interval, exact p and the
+        smallest possible p, `pairs_nearer` of `pairs` of a trained and an untrained person, and what is shown by test
+        and interval both: `is_shown`, and `is_opposite_shown`; or only `reason`.
     """
     own = [flight for flight in flights if flight.group in GROUPS]
     if missing := [group for group in GROUPS if not any(flight.group == group for flight in own)]:
         nothing = {"appears": None, "reason": f"Nobody of the group {' or '.join(missing)} flew."}
         return {"whole_flight": nothing, "first_window": nothing, "first_window_up_mm": nothing}
     people = frame(PARTICIPANTS, [{"participant": code_of(one.person), "group": one.group} for one in own])
-    touches = touches_of(own).drop(columns=["group", "deviation"])
-    settings = CompareSettings(groups=("trained", "untrained"), mixed=False, bayes=False)
-    first = touches[touches["window"] == FIRST_WINDOW]
+    touches = touches_of(own)
+    first = pd.DataFrame(touches[touches["window"] == FIRST_WINDOW])
     return {
-        "whole_flight": _compared(compare(touches, people, settings)),
-        "first_window": _compared(compare(pd.DataFrame(first), people, settings)),
+        "whole_flight": _compared(touches, people),
+        "first_window": _compared(first, people),
         "first_window_up_mm": _signed(own),
     }
 
 
-def _compared(found: Findings) -> dict[str, Any]:
+def _compared(touches: pd.DataFrame, people: pd.DataFrame) -> dict[str, Any]:
+    settings = CompareSettings(groups=GROUPS, mixed=False, bayes=False)
+    found = compare(touches.drop(columns=["group", "deviation"]), people, settings)
     if found.effect.value is None:
         return {"appears": None, "reason": found.primary.sentence}
-    interval = ends_of(found.effect.interval)
+    medians = touches.groupby(["group", "participant"])["deviation_px"].median()
+    interval, test = ends_of(found.effect.interval), found.primary
     return {
-        "appears": found.effect.value < 1.0,
-        "is_shown": found.primary.p is not None and found.primary.p <= 0.05 and found.effect.value < 1.0,
+        **_verdict(found.effect.value, 1.0, interval, test.p),
+        **_nearer(*(medians[group].to_numpy(float) for group in GROUPS)),
         "ratio": found.effect.value,
         "ci95": interval,
-        "p": found.primary.p,
-        "p_min": found.primary.p_min,
-        "p_text": found.primary.text,
-        "sentence": found.primary.sentence,
+        "p": test.p,
+        "p_min": test.p_min,
+        "p_text": test.text,
+        "sentence": test.sentence,
         "limits": list(found.limits),
-        "reason": None if interval else "fewer than two people in a group: no interval",
+        "reason": None if interval else NO_INTERVAL,
     }
 
 
@@ -173,18 +181,41 @@ def _signed(own: Sequence[Flight]) -> dict[str, Any]:
     trained, untrained = (values[np.isfinite(values)] for values in groups)
     if min(len(trained), len(untrained)) == 0:
         return {"appears": None, "reason": "Nobody of a group has a touch in the first window."}
-    difference, interval = welch_interval(trained, untrained)
+    sizes = np.abs(trained), np.abs(untrained)  # who is as far above as others are below is no nearer
+    difference, welch = welch_interval(*sizes)
+    interval = ends_of(welch)
     ways = relabellings(len(trained), len(untrained), np.random.default_rng(0))
-    test = permutation_test(np.concatenate([trained, untrained]), ways, 0.05)
+    test = permutation_test(np.concatenate(sizes), ways, ALPHA)
     return {
-        "appears": abs(float(trained.mean())) < abs(float(untrained.mean())),
+        **_verdict(difference, 0.0, interval, test.p),
+        **_nearer(*sizes),
         "trained_mm": float(trained.mean()),
         "untrained_mm": float(untrained.mean()),
+        "trained_size_mm": float(sizes[0].mean()),
+        "untrained_size_mm": float(sizes[1].mean()),
         "difference_mm": difference,
-        "ci95": ends_of(interval),
+        "ci95": interval,
         "p": test.p,
         "p_min": test.p_min,
         "p_text": test.text,
         "sentence": test.sentence,
-        "reason": None if interval else "fewer than two people in a group: no interval",
+        "reason": None if interval else NO_INTERVAL,
+    }
+
+
+def _verdict(value: float, none: float, ci95: Sequence[float] | None, p: float | None) -> dict[str, bool]:
+    """What `value` says against one that means no effect; shown is what the test and the interval both show."""
+    is_told = p is not None and p <= ALPHA and ci95 is not None and not ci95[0] <= none <= ci95[1]
+    return {
+        "appears": value < none,
+        "is_shown": is_told and value < none,
+        "is_opposite_shown": is_told and value > none,
+    }
+
+
+def _nearer(trained: PerPerson, untrained: PerPerson) -> dict[str, int]:
+    """In how many pairs of a trained and an untrained person the trained one is nearer."""
+    return {
+        "pairs_nearer": int((trained[:, None] < untrained[None, :]).sum()),
+        "pairs": len(trained) * len(untrained),
     }

@@ -9,6 +9,7 @@ from . import ablation
 from .ablation import Ablated
 from .figures.sensitivity import Swept
 from .flight import FAMILIARISED
+from .outcome import ALPHA
 
 MECHANISM = (
     "No effect is put in. What a training is worth comes of how the arm felt in it: a person recalls what was learned "
@@ -25,10 +26,13 @@ def headline(outcome: Mapping[str, Any]) -> str:
     medians = ", ".join(
         f"{number(outcome['groups'][group]['median_px'])} px {group}" for group in ("trained", "untrained")
     )
-    verb = "appears" if whole["appears"] else "does not appear"
-    if whole["appears"] and not whole["is_shown"]:
-        verb = f"appears and is not shown ({whole['p_text']})"
-    return f"Simulated: the published direction of effect {verb}, median deviation in flight {medians}."
+    if whole["is_shown"]:
+        verb = "is shown"
+    elif whole["is_opposite_shown"]:
+        verb = "does not appear; the opposite is shown"
+    else:
+        verb = f"{'appears and' if whole['appears'] else 'does not appear, and the opposite'} is not shown"
+    return f"Simulated: the published direction of effect {verb} ({whole['p_text']}), median deviation in flight {medians}."
 
 
 def sentences(
@@ -47,19 +51,30 @@ def _direction(direction: Mapping[str, Any]) -> Iterator[str]:
         of = direction[name]
         if of["appears"] is None:
             yield f"{words} nothing is compared: {of['reason']}"
-            continue
-        less = "less" if of["appears"] else "no less"
+        else:
+            yield f"{words} the trained deviate less {_shown(of)}; ratio {number(of['ratio'])}{_interval(of)}{_test(of)}"
+    of = direction["first_window_up_mm"]
+    if of["appears"] is not None:
         yield (
-            f"{words} the trained deviate {less} than the untrained: ratio {number(of['ratio'])}{_interval(of)}, exact "
-            f"{of['p_text']}. {of['sentence']}"
+            f"The first window's constant error is {number(of['trained_mm'])} mm for the trained and "
+            f"{number(of['untrained_mm'])} mm for the untrained, positive upwards. By its size the trained are nearer "
+            f"{_shown(of)}; difference of the mean sizes {number(of['difference_mm'])} mm{_interval(of)}{_test(of)}"
         )
-    signed = direction["first_window_up_mm"]
-    if signed["appears"] is not None:
-        yield (
-            f"The first window's constant error is {number(signed['trained_mm'])} mm for the trained and "
-            f"{number(signed['untrained_mm'])} mm for the untrained, positive upwards; difference "
-            f"{number(signed['difference_mm'])} mm{_interval(signed)}, exact {signed['p_text']}."
-        )
+
+
+def _shown(of: Mapping[str, Any]) -> str:
+    return f"in {of['pairs_nearer']} of {of['pairs']} pairs of a trained and an untrained person"
+
+
+def _test(of: Mapping[str, Any]) -> str:
+    """What test and interval show together."""
+    if of["is_shown"] or of["is_opposite_shown"]:
+        told = "that the trained are " + ("nearer" if of["is_shown"] else "farther off") + " is shown by both"
+    elif of["p_min"] is not None and of["p_min"] > ALPHA:
+        told = f"with so few people no test can show anything: p cannot be below {number(of['p_min'])}"
+    else:
+        told = "test and interval together show no difference"
+    return f", exact {of['p_text']}: {told}."
 
 
 def _interval(of: Mapping[str, Any]) -> str:

@@ -13,9 +13,11 @@ from exograv.study.figures.of_study.groups import WIDTH_2, plain_ticks
 MARKERS = "osD^vPX<>*"
 TEXT = (
     "Share of the first error that training took away. Small marks: one person after one training; large ones: a "
-    "condition's mean over people, where the machines on average are. The line is, of all curves that never "
-    "rise, the nearest to these means; its band, from five people on, holds 95 % of such curves when people are drawn "
-    "again, all their points with them. It is forced to fall: whether transfer falls at all is told by the slope."
+    "condition's mean over people, where the machines on average are. Filled: conditions of one kind, which differ by "
+    "what is on the axis alone; the line is through them: of all that never rise the nearest to these means. Its "
+    "band, from five people on, holds 95 % of such curves when people are drawn again, all their points with them. It "
+    "is forced to fall: whether transfer falls at all is told by the slope. Empty: other conditions, which differ by "
+    "more and have no part in the line."
 )
 
 
@@ -48,9 +50,10 @@ def draw(told: Mapping[str, Any]) -> Figure | None:
 
 def _panel(ax: Axes, of: Mapping[str, Any], names: Sequence[str]) -> None:
     curve = of["curve"]
-    if curve["low"] is not None:
-        ax.fill_between(curve["x_Nm"], curve["low"], curve["high"], color=GREY, alpha=0.25, linewidth=0)
-    ax.plot(curve["x_Nm"], curve["transfer"], color=INK, linewidth=1.4)
+    if curve is not None:
+        if curve["low"] is not None:
+            ax.fill_between(curve["x_Nm"], curve["low"], curve["high"], color=GREY, alpha=0.25, linewidth=0)
+        ax.plot(curve["x_Nm"], curve["transfer"], color=INK, linewidth=1.4)
     for level in (0.0, 1.0):
         ax.axhline(level, color=INK, linewidth=0.7, linestyle=(0, (3, 2)))
     for k, name in enumerate(names):
@@ -60,5 +63,7 @@ def _panel(ax: Axes, of: Mapping[str, Any], names: Sequence[str]) -> None:
         marker, colour = MARKERS[k % len(MARKERS)], (*JOINT_COLOURS, BLUE)[k % len(JOINT_COLOURS)]
         x, y = (np.array([point[key] for point in own]) for key in ("x_Nm", "taken_away"))
         ax.plot(x, y, marker, color=colour, markersize=2.5, alpha=0.6, markeredgewidth=0)
-        ax.plot([x.mean()], [y.mean()], marker, color=colour, markersize=6, markeredgecolor=INK,
-                markeredgewidth=0.6, linestyle="none", label=name)  # fmt: skip
+        is_on = bool(own[0]["is_on_curve"])
+        ax.plot([x.mean()], [y.mean()], marker, color=colour, markersize=6,
+                markerfacecolor=colour if is_on else "white", markeredgecolor=INK if is_on else colour,
+                markeredgewidth=0.6 if is_on else 1.2, linestyle="none", label=name)  # fmt: skip

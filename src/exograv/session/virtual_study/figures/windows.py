@@ -14,15 +14,16 @@ from exograv.study.statistics.fieller import mean_interval
 
 COLUMNS = 4
 TEXT = (
-    "Mean height of the touches above the target (signed), window by window. Lines: mean over people; bands: 95 % "
-    "interval of it by Student's t, without bound and left out where fewer than two people have the window. Blue, "
-    "whole: after the training; grey, broken: after familiarisation only, the same in every panel."
+    "Mean height of the touches above the target (signed), window by window. Thin lines: each person. Thick lines: mean "
+    "over people, only where all of the condition's people have the window, so that nobody's coming or going moves it; "
+    "bands: its 95 % interval by Student's t, without bound and left out for fewer than two people. Blue, whole: after "
+    "the training; grey, broken: after familiarisation only, the same in every panel."
 )
 
 
 def draw(flights: Sequence[Flight]) -> Figure | None:
     """A panel a condition; None where nobody touched anything."""
-    by_name = {name: of for name, own in compared(flights).items() if (of := by_window(own))}
+    by_name = {name: of for name, own in compared(flights).items() if (of := by_window(own)).size}
     if not by_name:
         return None
     usual = next((of for name, of in by_name.items() if name.startswith(FAMILIARISED)), None)
@@ -47,22 +48,25 @@ def draw(flights: Sequence[Flight]) -> Figure | None:
     return figure
 
 
-def by_window(flights: Sequence[Flight]) -> dict[int, np.ndarray]:
-    """Mean `up_mm` of each person who has the window."""
-    found = dict[int, list[float]]()
+def by_window(flights: Sequence[Flight]) -> np.ndarray:
+    """Mean `up_mm` (person, window) of whoever touched anything, window 1 first; NaN where one has no touch."""
+    found = list[dict[int, list[float]]]()
     for flight in flights:
         own = dict[int, list[float]]()
         for touch in flight.touches:
             own.setdefault(touch.window, []).append(touch.up_mm)
-        for window, values in own.items():
-            found.setdefault(window, []).append(float(np.mean(values)))
-    return {window: np.array(found[window]) for window in sorted(found)}
+        if own:
+            found.append(own)
+    windows = range(1, max((max(own) for own in found), default=0) + 1)
+    return np.array([[np.mean(own.get(w, [np.nan])) for w in windows] for own in found]).reshape(len(found), -1)
 
 
-def _course(ax: Axes, values: dict[int, np.ndarray], colour: str, line: str) -> None:
-    windows = list(values)
-    ax.plot(windows, [values[w].mean() for w in windows], line, color=colour, marker="o", markersize=1.8)
-    bands = {w: band for w in windows if (band := mean_interval(values[w])) is not None}
-    if bands:
-        low, high = ([getattr(band, end) for band in bands.values()] for end in ("low", "high"))
-        ax.fill_between(list(bands), low, high, color=colour, alpha=0.18, linewidth=0)
+def _course(ax: Axes, up_mm: np.ndarray, colour: str, line: str) -> None:
+    windows = np.arange(1, up_mm.shape[1] + 1)
+    for own in up_mm:
+        ax.plot(windows, own, line, color=colour, linewidth=0.4, alpha=0.5)
+    # A mean where all are there, and a gap elsewhere: NaN goes through it.
+    ax.plot(windows, up_mm.mean(axis=0), line, color=colour, linewidth=1.4, marker="o", markersize=1.8)
+    bands = [mean_interval(column) for column in up_mm.T]
+    low, high = ([np.nan if band is None else getattr(band, end) for band in bands] for end in ("low", "high"))
+    ax.fill_between(windows, low, high, color=colour, alpha=0.18, linewidth=0)
