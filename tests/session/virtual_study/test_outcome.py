@@ -8,7 +8,7 @@ from tests.session.virtual_study.made_up_flights import PITCH_MM, comparison, fl
 
 from exograv.errors import ConfigError
 from exograv.session.virtual_study.flight import FAMILIARISED, flight_of
-from exograv.session.virtual_study.outcome import outcome_of
+from exograv.session.virtual_study.outcome import _verdict, outcome_of
 
 LEFT_NM = {"ideal": 0.1, "ideal+left=0.1": 0.2, "ideal+left=0.4": 1.0, "ideal+left=1": 8.0}
 
@@ -52,8 +52,30 @@ def test_three_against_three_show_the_direction_and_claim_nothing():
     assert "cannot reach 0.05" in found["whole_flight"]["sentence"]
 
 
+def test_what_the_test_shows_without_the_interval_or_the_interval_without_the_test_is_not_shown():
+    assert _verdict(0.8, 1.0, [0.7, 0.9], 0.03)["is_shown"]
+    assert not _verdict(0.8, 1.0, [0.7, 0.9], 0.1)["is_shown"]
+    assert not _verdict(0.8, 1.0, [0.7, 1.1], 0.03)["is_shown"]
+    assert _verdict(1.3, 1.0, [1.1, 1.5], 0.03) == {"appears": False, "is_shown": False, "is_opposite_shown": True}
+
+
+def test_who_is_as_far_below_as_others_are_above_is_no_nearer():
+    found = outcome_of(main_study(share=-1.0), "dam")["direction"]["first_window_up_mm"]
+    assert found["trained_mm"] < 0.0 < found["untrained_mm"]
+    # 24, 31 and 40 mm below against 28, 35 and 22 mm above.
+    assert (found["pairs_nearer"], found["pairs"]) == (3, 9)
+    assert not found["appears"]
+
+
 def test_where_the_trained_do_worse_the_direction_does_not_appear():
     assert not outcome_of(main_study(share=3.0), "dam")["direction"]["whole_flight"]["appears"]
+
+
+def test_each_condition_says_how_many_sessions_come_before_both_errors():
+    flights = [flight(k, FAMILIARISED, sessions=1) for k in range(1, 4)]
+    flights += [flight(k, "dam", 0.5, sessions=4) for k in range(1, 4)]
+    found = outcome_of(flights, "dam")["conditions"]["dam"]
+    assert (found["sessions"], found["sessions_familiarised"]) == (4, [1])
 
 
 def test_without_a_group_there_is_no_direction_and_a_reason():

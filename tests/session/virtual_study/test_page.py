@@ -3,14 +3,18 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.session.virtual_study.made_up_flights import comparison, flight, main_study
 
+from exograv.session.virtual_study.figures import sensitivity
 from exograv.session.virtual_study.figures.sensitivity import Swept, spans
+from exograv.session.virtual_study.figures.windows import by_window
 from exograv.session.virtual_study.flight import FAMILIARISED, Flight
 from exograv.session.virtual_study.outcome import NO_EVIDENCE, outcome_of
 from exograv.session.virtual_study.page import Content, drawn, render, write_virtual_page
 from exograv.session.virtual_study.sentences import headline, sentences
+from exograv.session.virtual_study.small_study import SIZE
 
 SWEPT = (
     Swept("width", 0.1, 0.05, (-0.1, 0.2)),
@@ -69,6 +73,24 @@ def test_the_headline_says_whether_the_published_direction_appears():
     assert "appears and is not shown (p = 0.1" in headline(outcome_of(main_study(share=0.4), "dam"))
     assert "does not appear" in headline(outcome_of(main_study(share=2.0), "dam"))
     assert "direction" not in headline(outcome_of(comparison({"dam": 0.5}), "dam"))
+
+
+def test_three_against_three_are_told_as_what_no_test_can_show():
+    said = sentences(outcome_of(main_study(share=0.4), "dam"))
+    assert re.match(r"Over the whole flight the trained deviate less in \d of 9 pairs", said[0])
+    assert "no test can show anything: p cannot be below 0.1" in said[0]
+
+
+def test_a_mean_over_people_is_drawn_where_all_of_them_are():
+    few = [flight(1, "dam", windows=(1, 2, 4)), flight(2, "dam", windows=(1, 2, 3)), flight(3, "dam", windows=())]
+    up_mm = by_window(few)
+    assert up_mm.shape == (2, 4)
+    assert np.isfinite(up_mm.mean(axis=0)).tolist() == [True, True, False, False]
+
+
+def test_the_page_tells_how_small_the_sweep_is():
+    assert SIZE in sensitivity.TEXT
+    assert "ideal" in sensitivity.TEXT
 
 
 def test_conditions_are_sorted_by_what_their_interval_carries():

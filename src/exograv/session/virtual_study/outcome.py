@@ -18,7 +18,7 @@ from exograv.study.statistics.permutation import permutation_test
 from exograv.study.statistics.relabelling import relabellings
 
 from .curve import by_friction, by_left_over
-from .flight import FIRST_WINDOW, Flight, compared
+from .flight import FIRST_WINDOW, Flight, compared, familiarised
 from .transfer import DEFINITION, constant_error_mm, ends_of, transfers
 
 GROUPS = ("trained", "untrained")
@@ -43,9 +43,11 @@ def outcome_of(flights: Sequence[Flight], main: str) -> dict[str, Any]:
         ConfigError: One person flew twice after the same, or there is no flight.
     """
     _refuse(flights)
-    conditions = transfers(flights)
+    conditions, before = transfers(flights), familiarised(flights)
     for name, own in compared(flights).items():
         conditions[name] = _medians(touches_of(own), name) | _machine(own) | conditions[name]
+        usual = {before[flight.person].sessions for flight in own if flight.person in before}
+        conditions[name]["sessions_familiarised"] = sorted(usual)
     return {
         "simulated": True,
         "note": NO_EVIDENCE,

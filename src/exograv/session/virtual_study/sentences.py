@@ -32,7 +32,8 @@ def headline(outcome: Mapping[str, Any]) -> str:
         verb = "does not appear; the opposite is shown"
     else:
         verb = f"{'appears and' if whole['appears'] else 'does not appear, and the opposite'} is not shown"
-    return f"Simulated: the published direction of effect {verb} ({whole['p_text']}), median deviation in flight {medians}."
+    said = f"Simulated: the published direction of effect {verb} ({whole['p_text']})"
+    return f"{said}, median deviation in flight {medians}."
 
 
 def sentences(
@@ -52,17 +53,18 @@ def _direction(direction: Mapping[str, Any]) -> Iterator[str]:
         if of["appears"] is None:
             yield f"{words} nothing is compared: {of['reason']}"
         else:
-            yield f"{words} the trained deviate less {_shown(of)}; ratio {number(of['ratio'])}{_interval(of)}{_test(of)}"
+            ratio = f"ratio {number(of['ratio'])}{_interval(of)}{_test(of)}"
+            yield f"{words} the trained deviate less {_in_pairs(of)}; {ratio}"
     of = direction["first_window_up_mm"]
     if of["appears"] is not None:
         yield (
             f"The first window's constant error is {number(of['trained_mm'])} mm for the trained and "
             f"{number(of['untrained_mm'])} mm for the untrained, positive upwards. By its size the trained are nearer "
-            f"{_shown(of)}; difference of the mean sizes {number(of['difference_mm'])} mm{_interval(of)}{_test(of)}"
+            f"{_in_pairs(of)}; difference of the mean sizes {number(of['difference_mm'])} mm{_interval(of)}{_test(of)}"
         )
 
 
-def _shown(of: Mapping[str, Any]) -> str:
+def _in_pairs(of: Mapping[str, Any]) -> str:
     return f"in {of['pairs_nearer']} of {of['pairs']} pairs of a trained and an untrained person"
 
 
@@ -84,6 +86,7 @@ def _interval(of: Mapping[str, Any]) -> str:
 
 def _conditions(outcome: Mapping[str, Any]) -> Iterator[str]:
     told = {name: of for name, of in outcome["conditions"].items() if of["condition"] != FAMILIARISED}
+    yield from _sessions(told)
     kinds = (
         ("The 95 % interval of transfer lies above 0 after", lambda low, high: low > 0.0),
         ("It holds 0, so that it is open whether anything was taken away, after", lambda low, high: low <= 0.0 <= high),
@@ -102,6 +105,18 @@ def _conditions(outcome: Mapping[str, Any]) -> Iterator[str]:
     for name in ("by_left_over", "by_friction"):
         what = "What is left over" if name == "by_left_over" else "Friction"
         yield f"{what}: {outcome['transfer'][name]['sentence']}"
+
+
+def _sessions(told: Mapping[str, Any]) -> Iterator[str]:
+    """How many sessions come before E and before E₀: what practice there is beside, is in transfer."""
+    by_number = dict[tuple[int, tuple[int, ...]], list[str]]()
+    for name, of in told.items():
+        if of["sessions_familiarised"]:
+            by_number.setdefault((of["sessions"], tuple(of["sessions_familiarised"])), []).append(name)
+    for (trained, usual), names in by_number.items():
+        said = f"Sessions before the flight of {', '.join(names)}: {trained} before E, {' or '.join(map(str, usual))}"
+        more = "" if usual == (trained,) else "; what the other sessions do as practice is in transfer, too"
+        yield f"{said} before E₀{more}."
 
 
 def _swept(swept: Sequence[Swept], usual: float | None) -> Iterator[str]:

@@ -14,10 +14,10 @@ from exograv.study.statistics.fieller import mean_interval
 
 COLUMNS = 4
 TEXT = (
-    "Mean height of the touches above the target (signed), window by window. Thin lines: each person. Thick lines: mean "
-    "over people, only where all of the condition's people have the window, so that nobody's coming or going moves it; "
-    "bands: its 95 % interval by Student's t, without bound and left out for fewer than two people. Blue, whole: after "
-    "the training; grey, broken: after familiarisation only, the same in every panel."
+    "Mean height of the touches above the target (signed), window by window. Thin lines: each person. Thick lines: "
+    "mean over people, only where all of the condition's people have the window, so that nobody's coming or going "
+    "moves it; bands: its 95 % interval by Student's t, without bound and left out for fewer than two people. Blue, "
+    "whole: after the training; grey, broken: after familiarisation only, the same in every panel."
 )
 
 
@@ -58,7 +58,7 @@ def by_window(flights: Sequence[Flight]) -> np.ndarray:
         if own:
             found.append(own)
     windows = range(1, max((max(own) for own in found), default=0) + 1)
-    return np.array([[np.mean(own.get(w, [np.nan])) for w in windows] for own in found]).reshape(len(found), -1)
+    return np.array([[np.mean(own.get(w, [np.nan])) for w in windows] for own in found])
 
 
 def _course(ax: Axes, up_mm: np.ndarray, colour: str, line: str) -> None:
