@@ -151,8 +151,8 @@ def condition_rows(outcome: Mapping[str, Any]) -> list[Row]:
     return [
         (
             name, str(of["people"]), str(of["sessions"]), " or ".join(map(str, of["sessions_familiarised"])),
-            told(of["median_px"]), told(of["iqr_px"]), told(of["left_over_Nm"]), told(of["friction_Nm"]), told(of["first_window_up_mm"]),
-            told(of["transfer"]), ends(of["ci95"]), of["reason"] or "",
+            told(of["median_px"]), told(of["iqr_px"]), told(of["left_over_Nm"]), told(of["friction_Nm"]),
+            told(of["first_window_up_mm"]), told(of["transfer"]), ends(of["ci95"]), of["reason"] or "",
         )
         for name, of in by_median
     ]  # fmt: skip
