@@ -1,12 +1,14 @@
 """The page of a virtual study says SIMULATED on every part, and claims what its figures carry."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.session.virtual_study.made_up_flights import comparison, flight, main_study
 
+from exograv.session.virtual_study.ablation import MECHANISMS, ablated_rows
 from exograv.session.virtual_study.figures import sensitivity
 from exograv.session.virtual_study.figures.sensitivity import Swept, spans
 from exograv.session.virtual_study.figures.windows import by_window
@@ -91,6 +93,14 @@ def test_a_mean_over_people_is_drawn_where_all_of_them_are():
 def test_the_page_tells_how_small_the_sweep_is():
     assert SIZE in sensitivity.TEXT
     assert "ideal" in sensitivity.TEXT
+
+
+def test_an_ablation_has_a_table_and_sentences():
+    rows = ablated_rows("dam", [comparison({"dam": 0.5}) for _ in MECHANISMS])
+    html = render(replace(content(), ablated=rows), [])
+    assert "slow_learns = 0" in html
+    assert "In the small study transfer of dam is 0.5" in html
+    assert "mechanisms" not in render(content(), [])
 
 
 def test_conditions_are_sorted_by_what_their_interval_carries():

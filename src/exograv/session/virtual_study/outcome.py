@@ -162,11 +162,14 @@ def _compared(touches: pd.DataFrame, people: pd.DataFrame) -> dict[str, Any]:
     found = compare(touches.drop(columns=["group", "deviation"]), people, settings)
     if found.effect.value is None:
         return {"appears": None, "reason": found.primary.sentence}
-    medians = touches.groupby(["group", "participant"])["deviation_px"].median()
+    medians = [
+        touches[touches["group"] == group].groupby("participant")["deviation_px"].median().to_numpy(float)
+        for group in GROUPS
+    ]
     interval, test = ends_of(found.effect.interval), found.primary
     return {
         **_verdict(found.effect.value, 1.0, interval, test.p),
-        **_nearer(*(medians[group].to_numpy(float) for group in GROUPS)),
+        **_nearer(*medians),
         "ratio": found.effect.value,
         "ci95": interval,
         "p": test.p,
