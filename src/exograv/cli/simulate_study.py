@@ -119,8 +119,10 @@ def show_study(result: dict[str, Any]) -> None:
         console.print(f"{group}: {one['people']} people, median {_number(one['median_px'], 1)} px", highlight=False)
     console.print(result["note"], highlight=False)
     took = result["time"]
+    spent_min = sum(took["spent_s"].values()) / 60
     console.print(
-        f"{took['simulated_s'] / 3600:.1f} h of movement simulated in {took['wall_s'] / 60:.1f} min.", highlight=False
+        f"{took['simulated_s'] / 3600:.1f} h of movement simulated in {spent_min:.1f} min of all processes together.",
+        highlight=False,
     )
     for name, key in (("Page", "report"), ("Report of the study", "study_report"), ("Data set", "dataset")):
         console.print(f"{name}: {result[key]}", highlight=False, soft_wrap=True)
