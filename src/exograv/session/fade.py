@@ -9,7 +9,7 @@ from exograv import motion
 from exograv.safety.guard import GRAVITY_LEVEL_S
 
 from .arm_controller import ArmController
-from .pilot import Moment, Pilot
+from .pilot import Guide, Moment, Pilot
 
 SECONDS = {
     "drive": 1.0,  # feedback, inertial feed-forward and the wearer's passive torque
@@ -43,8 +43,11 @@ def fade(
     field: Literal["drive", "gravity_level"],
     goal: float,
     posture: Float[np.ndarray, " joint"],
+    guide: Guide | None = None,
 ) -> None:
-    """Bring a field of the controller's mode to `goal` while `posture` [rad] is held; at once where it is there.
+    """Bring a field of the controller's mode to `goal` while `posture` [rad] is held, or what a guide says.
+
+    At once where it is there.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -53,6 +56,5 @@ def fade(
         return
     dt = pilot.rig.period_s
     change = _Fade(pilot, controller, field, goal, round(SECONDS[field] / dt))
-    pilot.run(
-        controller, motion.hold(posture, SECONDS[field], dt), "Letting go" if goal == 0.0 else "Taking over", change
-    )
+    text = "Letting go" if goal == 0.0 else "Taking over"
+    pilot.run(controller, motion.hold(posture, SECONDS[field], dt), text, change, guide)

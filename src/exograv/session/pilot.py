@@ -32,6 +32,9 @@ Joints = Float[np.ndarray, " joint"]
 Progress = Callable[[str, float], None]
 """Called with a sentence and the share done, now and then."""
 
+Guide = Callable[[Joints, Joints], Reference]
+"""What to follow, by where the joints are [rad] and how fast they move [rad/s]: asked in every tick."""
+
 PROGRESS_TICKS = 200
 NEAR_SINGULAR_TEXT = (
     "The arm is near a posture in which its angles mean little (abduction near 90°); it is carried, not learned from."
@@ -124,8 +127,9 @@ class Pilot:
         trajectory: Trajectory,
         text: str,
         listener: Callable[[Moment], None] | None = None,
+        guide: Guide | None = None,
     ) -> None:
-        """Follow a trajectory to its end.
+        """Follow a trajectory to its end; or, for as long as it lasts, what a `guide` says.
 
         Raises:
             RigError: The envelope stopped the run, and the arm has come down softly; or it is an arm's controller, and
@@ -139,7 +143,7 @@ class Pilot:
         with HeldInterrupt(may_be_worn(self.rig)) as interrupt:
             for k in range(len(trajectory)):
                 reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
-                moment = self._tick(controller, reference)
+                moment = self._tick(controller, reference, guide)
                 if listener is not None and moment is not None:
                     listener(moment)
                 if interrupt.has_come:
@@ -164,7 +168,7 @@ class Pilot:
             self._tick(controller, Reference(self.q, still, still))
         return False
 
-    def _tick(self, controller: Controller, reference: Reference) -> Moment | None:
+    def _tick(self, controller: Controller, reference: Reference, guide: Guide | None = None) -> Moment | None:
         """One tick; None where nothing was measured that may be believed: nobody is to learn from it."""
         state, now = self.rig.read(), self.rig.t
         if self._account is not None:
@@ -176,6 +180,7 @@ class Pilot:
         q, v = self.observer.q, self.observer.v
         if believed is not None:
             self.observer.update(believed.q)
+            reference = reference if guide is None else guide(q, v)
             tau_desired = controller.step(q, v, reference)
             submitted = Submitted(believed.sequence, now + COMMAND_LIFE_S, tau_desired)
             self.q = believed.q

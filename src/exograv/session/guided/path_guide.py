@@ -1,0 +1,136 @@
+"""An arm along a path that waits for it: time on the path slows where the person holds against it, and gives up.
+
+    rate → speed · min(1, (1 − strain) / (1 − FREE)),   strain = largest error over the pull's reach
+
+`rate` is how fast time passes on the path. At a strain of 1 the path stands; from `HELD` on the pull fades. Whoever comes
+back is led on, whoever stays away is let go.
+"""
+
+import enum
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.motion import Trajectory
+from exograv.signals import Reference
+
+from .pull import REACH_RAD, Strength
+
+Joints = Float[np.ndarray, " joint"]
+
+FREE = 0.4
+"""Strain up to which the path does not wait."""
+
+GRIP_S = 2.0
+"""In which the pull comes, from nothing to all of it."""
+
+GIVE_S = 2.0
+"""In which it goes while somebody holds against it."""
+
+HELD = 0.85
+"""Strain from which on somebody holds against it: below 1, which a path that slows down comes near and never reaches."""
+
+AWAY = 2.5
+"""Strain at which the person has gone elsewhere: the pull goes in `DROP_S`."""
+
+DROP_S = 0.2
+
+FASTER_PER_S, SLOWER_PER_S = 0.5, 10.0
+"""How quickly the path's rate may change."""
+
+
+class Led(enum.Enum):
+    """Of an arm; the value is a sentence for the operator."""
+
+    FREE = "The arm floats; nothing leads it."
+    LED = "The arm is led along the path."
+    ARRIVED = "The path is at its end."
+    OVERRULED = "The person held against the path, and was let go."
+    RELEASED = "The arm was let go when somebody asked for it."
+
+
+class PathGuide:
+    """Turns where the arm is into what the control law is to follow; one call a tick."""
+
+    def __init__(self, path: Trajectory, strength: Strength, speed: float):
+        """Nothing leads yet: `lead` does.
+
+        Args:
+            path: As fast as it may be driven.
+            strength: Of the pull.
+            speed: Share of the path's own speed, up to 1.
+        """
+        self.path, self.strength, self.speed = path, strength, speed
+        self.state = Led.FREE
+        self.grip = 0.0
+        """Share of the pull that is in force."""
+        self.rate = 0.0
+        """Seconds on the path per second."""
+        self.tau = np.zeros(path.q.shape[1])
+        """Pull at the last tick [N·m]."""
+        self.target = path.q[0].copy()
+        """Where the arm should have been then [rad]."""
+        self.place = 0.0
+        """Ticks of the path behind the arm."""
+        self.waited_s = 0.0
+        """For how long it went at less than half of its speed, because somebody held against it."""
+        self._still = np.zeros(path.q.shape[1])
+
+    def lead(self) -> None:
+        """Take the arm along, from where it is on the path; the pull comes by a ramp."""
+        self.state = Led.LED
+
+    def let_go(self) -> None:
+        """Somebody asks for it: the pull goes in `DROP_S`."""
+        if self.state in (Led.LED, Led.ARRIVED):
+            self.state = Led.RELEASED
+
+    @property
+    def has_let_go(self) -> bool:
+        """Whether nothing pulls any more, because the arm was let go."""
+        return self.state in (Led.OVERRULED, Led.RELEASED) and self.grip == 0.0
+
+    def __call__(self, q: Joints, v: Joints) -> Reference:
+        """What control is to follow with the arm at `q` [rad], moving with `v` [rad/s]."""
+        dt = self.path.dt
+        before, q_path, v_path, a_path = self.rate, *self._at(self.place)
+        self.target = q_path
+        strain = float(np.abs(q_path - q).max()) / REACH_RAD
+        self._hold(strain, dt)
+        leads = self.state is Led.LED
+        if leads:
+            wanted = self.speed * min(1.0, max(0.0, (1.0 - strain) / (1.0 - FREE)))
+            self.rate = float(np.clip(wanted, before - SLOWER_PER_S * dt, before + FASTER_PER_S * dt))
+            self.waited_s += dt if wanted < 0.5 * self.speed else 0.0
+            self.place = min(self.place + self.rate, len(self.path) - 1.0)
+            if self.place >= len(self.path) - 1.0:
+                self.state, self.rate = Led.ARRIVED, 0.0
+        else:
+            self.rate = 0.0
+        faster = (self.rate - before) / dt if leads and self.state is Led.LED else 0.0
+        # An arm that is let go is not pushed along the path by its feed-forward either.
+        share = self.grip if leads else 0.0
+        moving = Reference(
+            q_path, share * v_path * self.rate, share * (a_path * self.rate**2 + v_path * faster)
+        )  # fmt: skip
+        self.tau = self.strength.torque(q, v, moving, self.grip)
+        return self.strength.reference(q, v, moving, self.tau)
+
+    def _hold(self, strain: float, dt: float) -> None:
+        if self.state in (Led.FREE, Led.OVERRULED, Led.RELEASED):
+            self.grip = max(self.grip - dt / DROP_S, 0.0)
+        elif strain >= AWAY:
+            self.state = Led.OVERRULED
+        elif strain >= HELD:
+            self.grip = max(self.grip - dt / GIVE_S, 0.0)
+            if self.grip == 0.0:
+                self.state = Led.OVERRULED
+        else:
+            self.grip = min(self.grip + dt / GRIP_S, 1.0)
+
+    def _at(self, place: float) -> tuple[Joints, Joints, Joints]:
+        """Position, velocity and acceleration of the path between two of its ticks."""
+        k = min(int(place), len(self.path) - 2)
+        s, path = place - k, self.path
+        q, v, a = ((1.0 - s) * table[k] + s * table[k + 1] for table in (path.q, path.v, path.a))
+        return q, v, a

@@ -1,0 +1,78 @@
+"""Who acts in a simulated session: a therapist who leads the machine by hand, and the person in it.
+
+They read the twin's own state, as people feel where their hands are; control knows nothing of them.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv import motion
+from exograv.model.description import RigDescription
+from exograv.motion import Trajectory
+from exograv.rig.twin import Twin
+
+Joints = Float[np.ndarray, " joint"]
+
+HAND_KP, HAND_KD = 60.0, 8.0
+"""Of somebody who leads another's arm by its cuffs [N·m/rad, N·m·s/rad] (assumed)."""
+
+HAND_MAX_NM = 20.0
+"""More nobody uses who leads a patient's arm (assumed)."""
+
+HOLDS_KP, HOLDS_KD = 30.0, 3.0
+"""Of an arm that is held still: as `session.held`."""
+
+
+class Therapist:
+    """Leads joints of the machine along a movement, by hand; `act` once a tick."""
+
+    def __init__(self, twin: Twin, movement: Trajectory, joints: slice = slice(None)):
+        """The movement begins now; its columns are these joints'."""
+        self._twin, self._movement, self._joints, self._tick = twin, movement, joints, 0
+
+    def act(self) -> None:
+        """The hand's torque for the next period; nothing any more when the movement is over."""
+        hand = self._twin.tau_hand[self._joints]
+        if self._tick >= len(self._movement):
+            hand[:] = 0.0
+            return
+        truth, q, v = self._twin.truth, self._movement.q[self._tick], self._movement.v[self._tick]
+        wanted = HAND_KP * (q - truth.q[self._joints]) + HAND_KD * (v - truth.v[self._joints])
+        hand[:] = np.clip(wanted, -HAND_MAX_NM, HAND_MAX_NM)
+        self._tick += 1
+
+
+class Holding:
+    """A person who holds the arm still between two times, and is relaxed otherwise; `act` once a tick."""
+
+    def __init__(self, twin: Twin, from_s: float, until_s: float):
+        """Times on the twin's clock [s]."""
+        self._twin, self._from, self._until = twin, from_s, until_s
+        self._q: np.ndarray | None = None
+
+    def act(self) -> None:
+        """Muscles, for the next period."""
+        twin, tau = self._twin, self._twin.tau_voluntary
+        if not self._from <= twin.t < self._until:
+            if self._q is not None:
+                self._q, tau[:] = None, 0.0
+            return
+        truth = twin.truth
+        self._q = truth.q_arm if self._q is None else self._q
+        tau[:] = HOLDS_KP * (self._q - truth.q_arm) - HOLDS_KD * truth.v_arm
+
+
+def drawn_movement(description: RigDescription, seed: int, q: Joints, dt: float, stops: int = 3) -> Trajectory:
+    """What a simulated therapist has in mind: from `q` [rad] over some postures inside of the task workspace and back.
+
+    On a machine for two arms, both arms' columns are the same.
+    """
+    lower, upper = description.workspace
+    arms = len(description.arm_sides)
+    rng, of_one = np.random.default_rng([seed, 73]), len(lower) // arms
+    spots = [np.tile(rng.uniform(0.15, 0.85, of_one), arms) for _ in range(stops)]
+    way = [q, *(lower + spot * (upper - lower) for spot in spots), q]
+    parts = [motion.hold(q, 0.5, dt)]
+    for start, goal in zip(way, way[1:], strict=False):
+        parts += [motion.go_to(start, goal, 0.8, dt), motion.hold(goal, 0.3, dt)]
+    return motion.joined(parts)

@@ -1,0 +1,119 @@
+"""From how an arm was led to a path that may be repeated: trimmed, smoothed, checked, and slow enough."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import gaussian_filter1d
+
+from exograv.errors import ConfigError
+from exograv.model.description import RigDescription
+from exograv.model.tree import Tree
+from exograv.motion import Trajectory
+from exograv.safety.limits import PersonLimits
+
+Rows = Float[np.ndarray, "row joint"]
+
+PERIOD_S = 0.04
+"""Between two postures of a stored path: what smoothing leaves is slower than 3 Hz."""
+
+SMOOTH_S = 0.12
+"""Of the bell curve that is laid over the postures (SD): a hand's tremble goes, a turn stays."""
+
+V_MAX_RAD_S, A_MAX_RAD_S2 = 1.0, 3.0
+"""Of any joint of a path; identification moves a person at 1.5 rad/s (assumed)."""
+
+STARTS_RAD = np.deg2rad(1.5)
+"""From where it was at first: the arm is being led."""
+
+SHORTEST_RAD, LONGEST_S = np.deg2rad(5.0), 120.0
+"""Less is no path; more is no movement."""
+
+OUTSIDE_RAD = np.deg2rad(5.0)
+"""Beyond the task workspace, allowed: a hand does not know where its edge is."""
+
+
+@dataclass(frozen=True)
+class Shaped:
+    """A path that may be repeated."""
+
+    q: Rows
+    """Every `PERIOD_S` [rad]."""
+
+    stretched: float
+    """Its time over the therapist's, at least 1."""
+
+
+def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped:
+    """Of postures as they were measured.
+
+    Args:
+        q: Led postures, from before the motion until after it [rad].
+        dt: Between two of them [s].
+        description: The machine.
+        exo: Its tree, with the joints' limits.
+
+    Raises:
+        ConfigError: The path is none, or leaves what machine and person allow; says where.
+    """
+    if not np.isfinite(q).all():
+        raise ConfigError("The machine did not say where it was all the time. Nothing is kept; teach the path again.")
+    off = np.abs(q - q[0]).max(axis=1) > STARTS_RAD
+    still = np.abs(q - q[-1]).max(axis=1) > STARTS_RAD
+    if not off.any() or float(np.ptp(q, axis=0).max()) < SHORTEST_RAD:
+        farthest = np.rad2deg(np.ptp(q, axis=0).max())
+        raise ConfigError(
+            f"The arm was moved by {farthest:.1f}° at most; a path needs {np.rad2deg(SHORTEST_RAD):.0f}°. Lead it again."
+        )
+    pad = round(4.0 * SMOOTH_S / dt)
+    begin, end = int(np.argmax(off)), len(q) - int(np.argmax(still[::-1]))
+    led = np.pad(q[max(begin - 1, 0) : end + 1], ((pad, pad), (0, 0)), mode="edge")
+    smooth = np.asarray(gaussian_filter1d(led, SMOOTH_S / dt, axis=0, mode="nearest"))
+    t = np.arange(len(smooth)) * dt
+    if t[-1] > LONGEST_S:
+        raise ConfigError(f"The arm was led for {t[-1]:.0f} s; a path may have {LONGEST_S:.0f} s. Lead a shorter one.")
+    refuse_outside(smooth, t, description, exo)
+    v = np.abs(np.gradient(smooth, dt, axis=0))
+    a = np.abs(np.gradient(np.gradient(smooth, dt, axis=0), dt, axis=0))
+    allowed = np.minimum(V_MAX_RAD_S, 0.5 * np.array([joint.velocity for joint in exo.joints]))
+    stretched = max(1.0, float((v / allowed).max()), float(np.sqrt(a.max() / A_MAX_RAD_S2)))
+    t *= stretched
+    rows = np.linspace(0.0, t[-1], max(round(t[-1] / PERIOD_S), 2) + 1)
+    # The last row is at the end: the period is then that of `PERIOD_S` to less than a row.
+    return Shaped(CubicSpline(t, smooth)(rows), stretched)
+
+
+def refuse_outside(q: Rows, t: Float[np.ndarray, " row"], description: RigDescription, exo: Tree) -> None:
+    """Refuse a path that comes into the walls before a joint's stops, or leaves the task workspace.
+
+    Raises:
+        ConfigError: Says which joint, when, where, and what is allowed.
+    """
+    wall = np.array([PersonLimits.wall_rad] * len(exo.joints))
+    stops = np.array([(joint.lower, joint.upper) for joint in exo.joints]).T
+    space_lower, space_upper = description.workspace
+    lower = np.maximum(stops[0] + wall, space_lower - OUTSIDE_RAD)
+    upper = np.minimum(stops[1] - wall, space_upper + OUTSIDE_RAD)
+    # Some machines are put on nearer to a stop than the wall reaches.
+    lower = np.minimum(lower, description.donning_posture - OUTSIDE_RAD)
+    upper = np.maximum(upper, description.donning_posture + OUTSIDE_RAD)
+    beyond = np.maximum(lower - q, q - upper)
+    if beyond.max() <= 0.0:
+        return
+    row, joint = (int(k) for k in np.unravel_index(int(np.argmax(beyond)), beyond.shape))
+    at, least, most = np.rad2deg([q[row, joint], lower[joint], upper[joint]])
+    first = float(t[int(np.argmax((beyond > 0.0).any(axis=1)))])
+    raise ConfigError(
+        f"The path cannot be repeated: {description.joints[joint]} comes to {at:.0f}° at {t[row]:.1f} s (first outside "
+        f"at {first:.1f} s); allowed are {least:.0f}° to {most:.0f}°, the task workspace and what keeps clear of the "
+        "joint's stops. Nothing is kept; lead the arm again and stay inside."
+    )
+
+
+def driven(q: Rows, period_s: float, dt: float) -> Trajectory:
+    """A stored path tabled at the loop's period, from rest to rest."""
+    t = np.arange(len(q)) * period_s
+    spline = CubicSpline(t, q, bc_type="clamped")
+    ticks = np.linspace(0.0, t[-1], round(t[-1] / dt) + 1)
+    return Trajectory(spline(ticks), spline(ticks, 1), spline(ticks, 2), dt)
