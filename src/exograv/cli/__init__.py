@@ -25,6 +25,7 @@ from .doctor import Doctor, run_doctor
 from .drive_sim import DriveSim, run_drive_sim_command
 from .export_urdf import ExportUrdf, run_export_command
 from .faults import Faults, run_faults_command
+from .guided import Repeat, Teach, run_repeat_command, run_teach_command
 from .identify_log import IdentifyLog, run_identify_log
 from .live import Live, run_live_command
 from .new_rig import NewRig, run_new_rig
@@ -75,6 +76,8 @@ COMMANDS: Commands = {
     "sync": (Sync, run_sync),
     "faults": (Faults, run_faults_command),
     "support-level": (SupportLevel, run_support_level_command),
+    "teach": (Teach, run_teach_command),
+    "repeat": (Repeat, run_repeat_command),
     "aircraft": (Aircraft, run_aircraft_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

@@ -8,13 +8,13 @@ import numpy as np
 from exograv import motion
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin
+from exograv.safety.envelope import Envelope
 from exograv.session.arm_controller import ArmController
 from exograv.session.fade import fade
 from exograv.session.pilot import Guide, Moment, Pilot, Progress
 from exograv.session.prepare import Prepared
 from exograv.session.virtual import VirtualLaboratory, limits
 from exograv.session.worn import Worn
-from exograv.safety.envelope import Envelope
 
 LOOK_S = 0.02
 """Between two looks at whether something is over."""
@@ -29,11 +29,11 @@ class Flown:
     controller: ArmController
 
     def lead(self, guide: Guide) -> None:
-        """From floating to being led: the control law's own feedback comes, with nothing in it yet."""
+        """From floating to being led: the control law's own feedback comes by a ramp, and the guide's pull in it."""
         fade(self.pilot, self.controller, "drive", 1.0, self.pilot.q.copy(), guide)
 
     def float_again(self, guide: Guide) -> None:
-        """From being led to floating; what is left of the guide's pull fades too."""
+        """From being led to floating."""
         fade(self.pilot, self.controller, "drive", 0.0, self.pilot.q.copy(), guide)
 
     def run(

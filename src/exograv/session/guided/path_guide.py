@@ -2,8 +2,8 @@
 
     rate → speed · min(1, (1 − strain) / (1 − FREE)),   strain = largest error over the pull's reach
 
-`rate` is how fast time passes on the path. At a strain of 1 the path stands; from `HELD` on the pull fades. Whoever comes
-back is led on, whoever stays away is let go.
+`rate` is how fast time passes on the path. At a strain of 1 the path stands; from `HELD` on the pull fades. Whoever
+comes back is led on, whoever stays away is let go.
 """
 
 import enum
@@ -28,7 +28,7 @@ GIVE_S = 2.0
 """In which it goes while somebody holds against it."""
 
 HELD = 0.85
-"""Strain from which on somebody holds against it: below 1, which a path that slows down comes near and never reaches."""
+"""Strain from which on somebody holds against it: below 1, which a path that slows down never quite reaches."""
 
 AWAY = 2.5
 """Strain at which the person has gone elsewhere: the pull goes in `DROP_S`."""
@@ -52,17 +52,18 @@ class Led(enum.Enum):
 class PathGuide:
     """Turns where the arm is into what the control law is to follow; one call a tick."""
 
-    def __init__(self, path: Trajectory, strength: Strength, speed: float):
+    def __init__(self, path: Trajectory, strength: Strength, speed: float, grip: float = 0.0):
         """Nothing leads yet: `lead` does.
 
         Args:
             path: As fast as it may be driven.
             strength: Of the pull.
             speed: Share of the path's own speed, up to 1.
+            grip: Share of the pull that is in force already.
         """
         self.path, self.strength, self.speed = path, strength, speed
         self.state = Led.FREE
-        self.grip = 0.0
+        self.grip = grip
         """Share of the pull that is in force."""
         self.rate = 0.0
         """Seconds on the path per second."""
@@ -134,3 +135,24 @@ class PathGuide:
         s, path = place - k, self.path
         q, v, a = ((1.0 - s) * table[k] + s * table[k + 1] for table in (path.q, path.v, path.a))
         return q, v, a
+
+
+class Anchor:
+    """Takes hold of a floating arm, wherever it is: the pull comes, and its place goes along with whoever moves on."""
+
+    def __init__(self, q: Joints, strength: Strength, dt: float):
+        """Nothing holds the arm at `q` [rad] yet."""
+        self._strength, self._dt = strength, dt
+        self.grip = 0.0
+        """Share of the pull that is in force."""
+        self.target = q.copy()
+        """Where the arm is held [rad]."""
+
+    def __call__(self, q: Joints, v: Joints) -> Reference:
+        """As of `PathGuide`."""
+        slack = FREE * REACH_RAD
+        self.target = np.clip(self.target, q - slack, q + slack)
+        self.grip = min(self.grip + self._dt / GRIP_S, 1.0)
+        still = np.zeros_like(q)
+        there = Reference(self.target, still, still)
+        return self._strength.reference(q, v, there, self._strength.torque(q, v, there, self.grip))

@@ -3,6 +3,8 @@
 They read the twin's own state, as people feel where their hands are; control knows nothing of them.
 """
 
+import itertools
+
 import numpy as np
 from jaxtyping import Float
 
@@ -73,6 +75,6 @@ def drawn_movement(description: RigDescription, seed: int, q: Joints, dt: float,
     spots = [np.tile(rng.uniform(0.15, 0.85, of_one), arms) for _ in range(stops)]
     way = [q, *(lower + spot * (upper - lower) for spot in spots), q]
     parts = [motion.hold(q, 0.5, dt)]
-    for start, goal in zip(way, way[1:], strict=False):
+    for start, goal in itertools.pairwise(way):
         parts += [motion.go_to(start, goal, 0.8, dt), motion.hold(goal, 0.3, dt)]
     return motion.joined(parts)

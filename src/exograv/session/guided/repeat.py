@@ -11,17 +11,21 @@ from exograv.motion import Trajectory
 from exograv.session.pilot import Moment
 
 from .flown import Flown, rms_deg
-from .path_guide import DROP_S, GRIP_S, Led, PathGuide
+from .path_guide import DROP_S, GRIP_S, Anchor, Led, PathGuide
 from .pull import Strength
 
 APPROACH_RAD_S = 0.4
 """On the way to where the path begins, and back from its end."""
 
 PATIENCE_S = 60.0
-"""Beyond the time that the path takes: who holds against it for longer in all is let go."""
+"""Beyond the time that a way takes: who holds against it for longer in all is let go."""
 
 REST_S = 1.0
 """At the end of a path, before it is judged or repeated."""
+
+
+SETTLE_S = 3.0
+"""In which an arm that has just been let go comes to rest where its own joints like it."""
 
 
 @dataclass
@@ -54,7 +58,8 @@ def repeat(
     path: Trajectory,
     speed: float,
     repetitions: int,
-    act: Callable[[PathGuide], None] = lambda _guide: None,
+    act: Callable[[], bool] = lambda: False,
+    watch: Callable[[PathGuide], None] = lambda _guide: None,
 ) -> Repeated:
     """Lead the floating arm to the path and along it, `repetitions` times; it floats afterwards, whatever happened.
 
@@ -63,62 +68,66 @@ def repeat(
         path: As fast as it may be driven.
         speed: Share of its own speed, 0.1 to 1.
         repetitions: At least 1.
-        act: Called in every tick: whoever acts beside the machine, and may let go.
+        act: Called in every tick: whoever acts beside the machine; whether they want the arm let go.
+        watch: Called in every tick on a way: whoever examines it.
 
     Raises:
         RigError: The envelope stopped the run.
     """
     pilot, strength = flown.pilot, Strength.of(flown.controller.assembly.description)
-    done = Repeated(pull_max=np.zeros(len(pilot.q)))
-    for number in range(repetitions):
-        is_first, dt = number == 0, pilot.rig.period_s
-        pilot.begin("go to the path")
-        way = motion.go_to(pilot.q, path.q[0], APPROACH_RAD_S, dt)
-        if not _along(flown, way, 1.0, strength, act, done, is_first, counts=False):
-            break
-        pilot.begin(f"repeat {number + 1}")
-        if not _along(flown, path, speed, strength, act, done, False, counts=True):
-            break
-        done.repetitions += 1
-    flown.pilot.begin("float")
-    guide = PathGuide(motion.hold(pilot.q, 1.0, pilot.rig.period_s), strength, 1.0)
-    if flown.controller.mode.drive > 0.0:
-        flown.float_again(guide)
-    return done
+    dt, done = pilot.rig.period_s, Repeated(pull_max=np.zeros(len(pilot.q)))
+    wants_out = False
 
+    def acting(_moment: Moment) -> None:
+        nonlocal wants_out
+        wants_out = act() or wants_out
 
-def _along(
-    flown: Flown,
-    way: Trajectory,
-    speed: float,
-    strength: Strength,
-    act: Callable[[PathGuide], None],
-    done: Repeated,
-    is_first: bool,
-    counts: bool,
-) -> bool:
-    """One way, to its end; whether the person went along."""
-    guide = PathGuide(way, strength, speed)
-    if is_first:
-        flown.lead(guide)
-    else:
-        # The pull is there already: it goes on holding the arm where the last way has ended.
-        guide.grip = 1.0
+    pilot.begin("float")
+    if flown.run(SETTLE_S, "The arm floats", acting, None, lambda: wants_out):
+        done.state = Led.RELEASED
+        return done
+    pilot.begin("take the arm along")
+    anchor = Anchor(pilot.q, strength, dt)
+    flown.lead(anchor)
+    flown.run(GRIP_S, "Taking hold", acting, anchor, lambda: wants_out)
+    # A path of one place: what is led on begins there.
+    guide = PathGuide(motion.hold(anchor.target, 2.0 * dt, dt), strength, 1.0, anchor.grip)
     guide.lead()
 
-    def listen(moment: Moment) -> None:
-        act(guide)
-        np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
-        if counts and guide.state is Led.LED:
-            done.errors.append(guide.target - moment.q)
+    def along(way: PathGuide, counts: bool) -> PathGuide:
+        way.lead()
 
-    seconds = way.seconds / speed + PATIENCE_S + GRIP_S
-    text = "Repeating the path" if counts else "Going to where the path begins"
-    in_time = flown.run(seconds, text, listen, guide, lambda: guide.has_let_go or guide.state is Led.ARRIVED)
-    if in_time and guide.state is Led.ARRIVED:
-        flown.run(REST_S, text, listen, guide, lambda: guide.has_let_go)
-    else:
-        guide.let_go()
-        flown.run(2.0 * DROP_S, "Letting go", listen, guide)
-    done.state, done.waited_s = guide.state, done.waited_s + guide.waited_s
-    return guide.state is Led.ARRIVED
+        def listen(moment: Moment) -> None:
+            acting(moment)
+            if wants_out:
+                way.let_go()
+            watch(way)
+            np.maximum(done.pull_max, np.abs(way.tau), out=done.pull_max)
+            if counts and way.state is Led.LED:
+                done.errors.append(way.target - moment.q)
+
+        seconds = way.path.seconds / way.speed + PATIENCE_S
+        text = "Repeating the path" if counts else "Going to where the path begins"
+        flown.run(seconds, text, listen, way, lambda: way.has_let_go or way.state is Led.ARRIVED)
+        if way.state is Led.ARRIVED:
+            flown.run(REST_S, text, listen, way, lambda: way.has_let_go)
+        done.waited_s += way.waited_s
+        return way
+
+    for number in range(repetitions):
+        pilot.begin("go to the path")
+        # From where the arm should be, not from where it is: what pulls goes on without a step.
+        way = motion.go_to(guide.target, path.q[0], APPROACH_RAD_S, dt)
+        guide = along(PathGuide(way, strength, 1.0, guide.grip), counts=False)
+        if guide.state is Led.ARRIVED:
+            pilot.begin(f"repeat {number + 1}")
+            guide = along(PathGuide(path, strength, speed, guide.grip), counts=True)
+        if guide.state is not Led.ARRIVED:
+            break
+        done.repetitions += 1
+    done.state = guide.state
+    guide.let_go()
+    flown.run(2.0 * DROP_S, "Letting go", acting, guide)
+    pilot.begin("float")
+    flown.float_again(guide)
+    return done

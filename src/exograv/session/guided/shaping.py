@@ -64,7 +64,8 @@ def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped
     if not off.any() or float(np.ptp(q, axis=0).max()) < SHORTEST_RAD:
         farthest = np.rad2deg(np.ptp(q, axis=0).max())
         raise ConfigError(
-            f"The arm was moved by {farthest:.1f}° at most; a path needs {np.rad2deg(SHORTEST_RAD):.0f}°. Lead it again."
+            f"The arm was moved by {farthest:.1f}° at most; a path needs {np.rad2deg(SHORTEST_RAD):.0f}°. "
+            "Lead it again."
         )
     pad = round(4.0 * SMOOTH_S / dt)
     begin, end = int(np.argmax(off)), len(q) - int(np.argmax(still[::-1]))

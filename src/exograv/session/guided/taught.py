@@ -14,8 +14,8 @@ from exograv.session.sealed_file import Sealed, read_sealed, sealed, write_seale
 
 from .shaping import PERIOD_S, Shaped, driven
 
-HEAD = """# A path along which a therapist led an arm: `exograv repeat` leads the same person's arm along it. It belongs to this
-# machine and side. Do not edit: the hash at its head would not fit any more. Teach it again instead.
+HEAD = """# A path along which a therapist led an arm: `exograv repeat` leads the same person's arm along it. It belongs
+# to this machine and side. Do not edit: the hash at its head would not fit any more. Teach it again instead.
 """
 
 
