@@ -6,47 +6,19 @@
 comes back is led on, whoever stays away is let go.
 """
 
-import enum
-
 import numpy as np
 from jaxtyping import Float
 
 from exograv.motion import Trajectory
 from exograv.signals import Reference
 
+from .grip import FREE, GRIP_S, Led, next_grip, pace
 from .pull import REACH_RAD, Strength
 
 Joints = Float[np.ndarray, " joint"]
 
-FREE = 0.4
-"""Strain up to which the path does not wait."""
-
-GRIP_S = 2.0
-"""In which the pull comes, from nothing to all of it."""
-
-GIVE_S = 2.0
-"""In which it goes while somebody holds against it."""
-
-HELD = 0.85
-"""Strain from which on somebody holds against it: below 1, which a path that slows down never quite reaches."""
-
-AWAY = 2.5
-"""Strain at which the person has gone elsewhere: the pull goes in `DROP_S`."""
-
-DROP_S = 0.2
-
 FASTER_PER_S, SLOWER_PER_S = 0.5, 10.0
 """How quickly the path's rate may change."""
-
-
-class Led(enum.Enum):
-    """Of an arm; the value is a sentence for the operator."""
-
-    FREE = "The arm floats; nothing leads it."
-    LED = "The arm is led along the path."
-    ARRIVED = "The path is at its end."
-    OVERRULED = "The person held against the path, and was let go."
-    RELEASED = "The arm was let go when somebody asked for it."
 
 
 class PathGuide:
@@ -75,7 +47,6 @@ class PathGuide:
         """Ticks of the path behind the arm."""
         self.waited_s = 0.0
         """For how long it went at less than half of its speed, because somebody held against it."""
-        self._still = np.zeros(path.q.shape[1])
 
     def lead(self) -> None:
         """Take the arm along, from where it is on the path; the pull comes by a ramp."""
@@ -97,10 +68,10 @@ class PathGuide:
         before, q_path, v_path, a_path = self.rate, *self._at(self.place)
         self.target = q_path
         strain = float(np.abs(q_path - q).max()) / REACH_RAD
-        self._hold(strain, dt)
+        self.grip, self.state = next_grip(self.grip, self.state, strain, dt)
         leads = self.state is Led.LED
         if leads:
-            wanted = self.speed * min(1.0, max(0.0, (1.0 - strain) / (1.0 - FREE)))
+            wanted = self.speed * pace(strain)
             self.rate = float(np.clip(wanted, before - SLOWER_PER_S * dt, before + FASTER_PER_S * dt))
             self.waited_s += dt if wanted < 0.5 * self.speed else 0.0
             self.place = min(self.place + self.rate, len(self.path) - 1.0)
@@ -116,18 +87,6 @@ class PathGuide:
         )  # fmt: skip
         self.tau = self.strength.torque(q, v, moving, self.grip)
         return self.strength.reference(q, v, moving, self.tau)
-
-    def _hold(self, strain: float, dt: float) -> None:
-        if self.state in (Led.FREE, Led.OVERRULED, Led.RELEASED):
-            self.grip = max(self.grip - dt / DROP_S, 0.0)
-        elif strain >= AWAY:
-            self.state = Led.OVERRULED
-        elif strain >= HELD:
-            self.grip = max(self.grip - dt / GIVE_S, 0.0)
-            if self.grip == 0.0:
-                self.state = Led.OVERRULED
-        else:
-            self.grip = min(self.grip + dt / GRIP_S, 1.0)
 
     def _at(self, place: float) -> tuple[Joints, Joints, Joints]:
         """Position, velocity and acceleration of the path between two of its ticks."""

@@ -47,21 +47,22 @@ class Therapist:
 class Holding:
     """A person who holds the arm still between two times, and is relaxed otherwise; `act` once a tick."""
 
-    def __init__(self, twin: Twin, from_s: float, until_s: float):
-        """Times on the twin's clock [s]."""
-        self._twin, self._from, self._until = twin, from_s, until_s
+    def __init__(self, twin: Twin, from_s: float, until_s: float, freedoms: slice = slice(None)):
+        """Times on the twin's clock [s]; freedoms of the arms that are held."""
+        self._twin, self._from, self._until, self._held = twin, from_s, until_s, freedoms
         self._q: np.ndarray | None = None
 
     def act(self) -> None:
         """Muscles, for the next period."""
-        twin, tau = self._twin, self._twin.tau_voluntary
+        twin, tau = self._twin, self._twin.tau_voluntary[self._held]
         if not self._from <= twin.t < self._until:
             if self._q is not None:
                 self._q, tau[:] = None, 0.0
             return
         truth = twin.truth
-        self._q = truth.q_arm if self._q is None else self._q
-        tau[:] = HOLDS_KP * (self._q - truth.q_arm) - HOLDS_KD * truth.v_arm
+        q, v = truth.q_arm[self._held], truth.v_arm[self._held]
+        self._q = q if self._q is None else self._q
+        tau[:] = HOLDS_KP * (self._q - q) - HOLDS_KD * v
 
 
 def drawn_movement(description: RigDescription, seed: int, q: Joints, dt: float, stops: int = 3) -> Trajectory:

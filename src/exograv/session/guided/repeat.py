@@ -11,7 +11,8 @@ from exograv.motion import Trajectory
 from exograv.session.pilot import Moment
 
 from .flown import Flown, rms_deg
-from .path_guide import DROP_S, GRIP_S, Anchor, Led, PathGuide
+from .grip import DROP_S, GRIP_S, Led
+from .path_guide import Anchor, PathGuide
 from .pull import Strength
 
 APPROACH_RAD_S = 0.4

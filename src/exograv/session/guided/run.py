@@ -18,7 +18,8 @@ from exograv.session.provenance import laboratory_settings
 from exograv.session.virtual import VirtualLaboratory, draw_laboratory, refuse_motorless
 
 from .flown import Flown, flown, rms_deg
-from .path_guide import Led, PathGuide
+from .grip import Led
+from .path_guide import PathGuide
 from .people import Holding, Therapist, drawn_movement
 from .repeat import repeat
 from .taught import read_taught, taught, write_taught

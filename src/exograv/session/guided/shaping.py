@@ -13,6 +13,7 @@ from exograv.model.tree import Tree
 from exograv.motion import Trajectory
 from exograv.safety.limits import PersonLimits
 
+Joints = Float[np.ndarray, " joint"]
 Rows = Float[np.ndarray, "row joint"]
 
 PERIOD_S = 0.04
@@ -91,14 +92,7 @@ def refuse_outside(q: Rows, t: Float[np.ndarray, " row"], description: RigDescri
     Raises:
         ConfigError: Says which joint, when, where, and what is allowed.
     """
-    wall = np.array([PersonLimits.wall_rad] * len(exo.joints))
-    stops = np.array([(joint.lower, joint.upper) for joint in exo.joints]).T
-    space_lower, space_upper = description.workspace
-    lower = np.maximum(stops[0] + wall, space_lower - OUTSIDE_RAD)
-    upper = np.minimum(stops[1] - wall, space_upper + OUTSIDE_RAD)
-    # Some machines are put on nearer to a stop than the wall reaches.
-    lower = np.minimum(lower, description.donning_posture - OUTSIDE_RAD)
-    upper = np.maximum(upper, description.donning_posture + OUTSIDE_RAD)
+    lower, upper = allowed_range(description, exo)
     beyond = np.maximum(lower - q, q - upper)
     if beyond.max() <= 0.0:
         return
@@ -110,6 +104,19 @@ def refuse_outside(q: Rows, t: Float[np.ndarray, " row"], description: RigDescri
         f"at {first:.1f} s); allowed are {least:.0f}° to {most:.0f}°, the task workspace and what keeps clear of the "
         "joint's stops. Nothing is kept; lead the arm again and stay inside."
     )
+
+
+def allowed_range(description: RigDescription, exo: Tree) -> tuple[Joints, Joints]:
+    """Where joints may be led to, lower and upper [rad]: the task workspace, clear of the walls before the stops."""
+    wall = np.array([PersonLimits.wall_rad] * len(exo.joints))
+    stops = np.array([(joint.lower, joint.upper) for joint in exo.joints]).T
+    space_lower, space_upper = description.workspace
+    lower = np.maximum(stops[0] + wall, space_lower - OUTSIDE_RAD)
+    upper = np.minimum(stops[1] - wall, space_upper + OUTSIDE_RAD)
+    # Some machines are put on nearer to a stop than the wall reaches.
+    lower = np.minimum(lower, description.donning_posture - OUTSIDE_RAD)
+    upper = np.maximum(upper, description.donning_posture + OUTSIDE_RAD)
+    return lower, upper
 
 
 def driven(q: Rows, period_s: float, dt: float) -> Trajectory:

@@ -1,0 +1,120 @@
+"""Both arms in one machine: the sound one leads, floated, and the other is led along its mirror image."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.model.description import Side
+from exograv.session.pilot import Moment
+
+from .flown import Flown
+from .grip import DROP_S, Led
+from .mirror_guide import MirrorGuide
+from .mirror_map import MirrorMap
+from .pull import Strength
+from .repeat import SETTLE_S
+from .shaping import allowed_range
+
+MIDDLE_M = 0.10
+"""Of the leading hand to the plane between the shoulders: nearer, and the hands would be at each other."""
+
+LOOK_TICKS = 20
+"""Between two looks at where the hands are."""
+
+
+@dataclass
+class Mirrored:
+    """What came of a session."""
+
+    state: Led = Led.FREE
+    pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """Largest torque a joint; at the leading arm what was returned of its friction [N·m]."""
+    waited_s: float = 0.0
+    """For how long the hands were too near to each other to go on."""
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """For `--json`."""
+        return {
+            "outcome": self.state.value,
+            "waited_s": round(self.waited_s, 2),
+            "pull_max_Nm": self.pull_max.round(3).tolist(),
+        }
+
+
+def mirror(
+    flown: Flown,
+    lead: Side,
+    seconds: float,
+    act: Callable[[], bool] = lambda: False,
+    watch: Callable[[MirrorGuide], None] = lambda _guide: None,
+) -> Mirrored:
+    """Let one arm follow the other for so long; both float afterwards, whatever happened.
+
+    Args:
+        flown: Both arms, floating.
+        lead: The arm that leads.
+        seconds: From when the other is taken hold of [s].
+        act: Called in every tick: whoever acts beside the machine; whether they want the arms let go.
+        watch: Called in every tick while one follows: whoever examines it.
+
+    Raises:
+        ConfigError: The machine has not two arms that are mirror images.
+        RigError: The envelope stopped the run.
+    """
+    pilot, assembly = flown.pilot, flown.controller.assembly
+    description, machine = assembly.description, flown.controller.machine
+    which = MirrorMap.of(description, assembly.exo, lead)
+    done = Mirrored(pull_max=np.zeros(len(pilot.q)))
+    pilot.begin("float")
+    flown.run(SETTLE_S, "Both arms float", lambda _moment: None)
+    sure = np.maximum(machine.friction.coulomb - machine.friction_sd.coulomb, 0.0)
+    limits = allowed_range(description, assembly.exo)
+    guide = MirrorGuide(which, Strength.of(description), limits, sure, pilot.q, pilot.rig.period_s)
+    hands = _Hands(flown, lead)
+    pilot.begin("mirror")
+    guide.lead()
+    flown.lead(guide)
+    ticks = 0
+
+    def listen(moment: Moment) -> None:
+        nonlocal ticks
+        if act():
+            guide.let_go()
+        if ticks % LOOK_TICKS == 0:
+            guide.waits = hands.to_middle(moment.q) < MIDDLE_M
+        ticks += 1
+        done.waited_s += pilot.rig.period_s * guide.waits
+        np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
+        watch(guide)
+
+    flown.run(seconds, "One arm follows the other", listen, guide, lambda: guide.has_let_go)
+    done.state = guide.state
+    guide.let_go()
+    flown.run(2.0 * DROP_S, "Letting go", listen, guide)
+    pilot.begin("float")
+    flown.float_again(guide)
+    return done
+
+
+class _Hands:
+    """Where the leading hand is, by control's model."""
+
+    def __init__(self, flown: Flown, lead: Side):
+        self._controller = flown.controller
+        limbs = flown.controller.assembly.arm.limbs
+        self._is_first = limbs[0].side == lead
+
+    def to_middle(self, q: Float[np.ndarray, " joint"]) -> float:
+        """From fingertip or wrist, whichever is nearer, to the plane between the shoulders; negative beyond [m]."""
+        # From the first arm's fingertip over both shoulders to the other's (`skeleton_function`).
+        points = np.array(self._controller.skeleton(q)[1])
+        if not self._is_first:
+            points = points[::-1]
+        half = len(points) // 2
+        own, other = points[half - 1], points[half]
+        across = (own - other) / np.linalg.norm(own - other)
+        return float(((points[:2] - 0.5 * (own + other)) @ across).min())

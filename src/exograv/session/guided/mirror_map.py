@@ -1,0 +1,82 @@
+"""Which joint of one arm is the mirror image of which of the other, and with which sign, by the machine's own axes."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float, Int
+
+from exograv.errors import ConfigError
+from exograv.model.description import RigDescription, Side
+from exograv.model.kinematics import body_poses
+from exograv.model.tree import Tree
+
+Joints = Float[np.ndarray, " joint"]
+
+ALIGNED = 0.99
+"""Cosine between an axis and the mirror image of its partner, from which on they are a pair."""
+
+PREFIXES: dict[Side, tuple[str, str]] = {"right": ("right_", "left_"), "left": ("left_", "right_")}
+"""Of the leading arm's joints and of the following one's, by the leading side."""
+
+
+@dataclass(frozen=True)
+class MirrorMap:
+    """Of a machine for both arms."""
+
+    partner: Int[np.ndarray, " joint"]
+    """Index of each joint's mirror image."""
+
+    sign: Joints
+    """Of the partner's angle [-]."""
+
+    lead: Int[np.ndarray, " lead"]
+    """Joints of the leading arm."""
+
+    follow: Int[np.ndarray, " lead"]
+    """Their partners, in the same order."""
+
+    @classmethod
+    def of(cls, description: RigDescription, exo: Tree, lead: Side) -> "MirrorMap":
+        """By names, right_… and left_…, and by axes at zero.
+
+        Raises:
+            ConfigError: The machine has not two arms, or they are no mirror images of each other.
+        """
+        names = list(description.joints)
+        swapped = {"right_": "left_", "left_": "right_"}
+        partners = [
+            other + name[len(one) :] for name in names for one, other in swapped.items() if name[: len(one)] == one
+        ]
+        if len(partners) != len(names) or not set(partners) <= set(names):
+            raise ConfigError(
+                f"{description.name} has no two arms whose joints are named right_… and left_… in pairs. Choose "
+                "recupera_like_dual."
+            )
+        partner = np.array([names.index(one) for one in partners])
+        axes = _axes(exo)
+        # An axis turns with a mirrored image as a vector product does: its part in the mirror's plane changes sign.
+        image = axes * np.array([-1.0, 1.0, -1.0])
+        cosine = np.einsum("ij,ij->i", image, axes[partner])
+        if np.abs(cosine).min() < ALIGNED:
+            worst = names[int(np.argmin(np.abs(cosine)))]
+            raise ConfigError(
+                f"{worst} of {description.name} is no mirror image of its partner: their axes are "
+                f"{np.rad2deg(np.arccos(np.abs(cosine).min())):.0f}° apart. Such arms cannot mirror each other."
+            )
+        own = PREFIXES[lead][0]
+        leading = np.array([k for k, name in enumerate(names) if name.startswith(own)])
+        return cls(partner, np.sign(cosine), leading, partner[leading])
+
+    def mirrored(self, q: Joints) -> Joints:
+        """Angles of both arms [rad], or velocities, as in a mirror between them."""
+        return (self.sign * q)[self.partner]
+
+
+def _axes(exo: Tree) -> Float[np.ndarray, "joint 3"]:
+    """Axes in the base frame, with all joints at zero."""
+    q = ca.SX.sym("q", len(exo.joints))
+    poses = body_poses(exo, q)
+    axes = [pose.R @ ca.DM(joint.axis) for pose, joint in zip(poses, exo.joints, strict=True)]
+    found = ca.Function("axes", [q], [ca.horzcat(*axes)])(ca.DM.zeros(len(exo.joints)))
+    return np.array(found).T
