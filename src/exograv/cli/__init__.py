@@ -25,7 +25,7 @@ from .doctor import Doctor, run_doctor
 from .drive_sim import DriveSim, run_drive_sim_command
 from .export_urdf import ExportUrdf, run_export_command
 from .faults import Faults, run_faults_command
-from .guided import Repeat, Teach, run_repeat_command, run_teach_command
+from .guided import Mirror, Repeat, Teach, run_mirror_command, run_repeat_command, run_teach_command
 from .identify_log import IdentifyLog, run_identify_log
 from .live import Live, run_live_command
 from .new_rig import NewRig, run_new_rig
@@ -78,6 +78,7 @@ COMMANDS: Commands = {
     "support-level": (SupportLevel, run_support_level_command),
     "teach": (Teach, run_teach_command),
     "repeat": (Repeat, run_repeat_command),
+    "mirror": (Mirror, run_mirror_command),
     "aircraft": (Aircraft, run_aircraft_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

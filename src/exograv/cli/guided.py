@@ -1,4 +1,4 @@
-"""`exograv teach` and `exograv repeat`: an arm is led once, and again without anybody's hand."""
+"""`exograv teach`, `exograv repeat`, `exograv mirror`: an arm is led once, again, or after the other one."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,6 +55,23 @@ class Repeat(Guided):
     """What the simulated person does: nothing, hold the arm for two seconds, hold it, or ask to be let go."""
 
 
+@dataclass(frozen=True)
+class Mirror(Guided):
+    """In a machine for both arms the sound one leads, and the other is led along its mirror image."""
+
+    rig: str = "recupera_like_dual"
+    """Name of a machine for both arms, or path of its folder."""
+
+    lead: Literal["right", "left"] = "right"
+    """The sound arm."""
+
+    seconds: float = 20.0
+    """From when the other arm is taken hold of [s]."""
+
+    person: Literal["relaxed", "overrules", "lets-go"] = "relaxed"
+    """What the simulated person does: nothing, hold the led arm, or ask to be let go."""
+
+
 def run_teach_command(command: Teach) -> dict[str, Any]:
     """Run it and say what was kept."""
     from exograv.session.guided.run import GuidedOptions, run_teach
@@ -88,6 +105,30 @@ def run_repeat_command(command: Repeat) -> dict[str, Any]:
     with bars() as progress:
         result = run_repeat(options, command.path, _code(command.code), command.out, progress)
     print(f"{result['outcome']} Repetitions to the end: {result['repetitions']} of {command.repetitions}.")
+    say_followed(result)
+    return result
+
+
+def run_mirror_command(command: Mirror) -> dict[str, Any]:
+    """Run it and say how it went."""
+    from exograv.session.guided.mirror_run import MirrorOptions, run_mirror
+    from exograv.terminal import bars
+
+    options = MirrorOptions(
+        command.rig,
+        command.side,
+        command.level,
+        command.seed,
+        command.simulate,
+        command.lead,
+        command.seconds,
+        command.person,
+    )
+    with bars() as progress:
+        result = run_mirror(options, command.out, progress)
+    print(result["outcome"])
+    if result["late_s"] is not None:
+        print(f"It followed {result['late_s']:.2f} s late; against then off by {max(result['late_rms_deg']):.1f}° RMS.")
     say_followed(result)
     return result
 

@@ -1,4 +1,4 @@
-"""How firmly an arm is held: the grip comes by a ramp, gives way to whoever holds against it, and is gone in no time."""
+"""How firmly an arm is held: the grip comes by a ramp, and gives way to whoever holds against it."""
 
 import enum
 
@@ -29,7 +29,8 @@ class Led(enum.Enum):
     ARRIVED = "The path is at its end."
     OVERRULED = "The person held against what leads the arm, and was let go."
     RELEASED = "The arm was let go when somebody asked for it."
-    RUSHED = "The leading arm moved too quickly to be followed, and the other was let go."
+    RUSHED = "The leading arm was jerked, and the other was let go."
+    LOST = "The following arm was left too far behind, and was let go."
 
 
 def pace(strain: float) -> float:

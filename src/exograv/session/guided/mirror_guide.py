@@ -106,9 +106,12 @@ class MirrorGuide:
         wanted = np.clip(self.which.mirrored(q)[follow], self._lower, self._upper)
         behind = float(np.abs(wanted - self.target[follow]).max())
         self.has_met = self.has_met or behind < TOGETHER_RAD
-        is_lost = self.has_met and not self.waits and behind > BEHIND_RAD
-        if self.state is Led.LED and (is_lost or float(np.abs(v[lead]).max()) > RUSH_RAD_S):
+        if self.state is not Led.LED:
+            return
+        if float(np.abs(v[lead]).max()) > RUSH_RAD_S:
             self.state = Led.RUSHED
+        elif self.has_met and not self.waits and behind > BEHIND_RAD:
+            self.state = Led.LOST
 
     def _go_on(self, wanted: Joints, q: Joints, strain: float) -> Joints:
         """Move the following arm's place towards `wanted` [rad]; its acceleration [rad/s²]."""

@@ -44,10 +44,8 @@ class MirrorMap:
             ConfigError: The machine has not two arms, or they are no mirror images of each other.
         """
         names = list(description.joints)
-        swapped = {"right_": "left_", "left_": "right_"}
-        partners = [
-            other + name[len(one) :] for name in names for one, other in swapped.items() if name[: len(one)] == one
-        ]
+        pairs = (PREFIXES["right"], PREFIXES["left"])
+        partners = [other + name.removeprefix(own) for name in names for own, other in pairs if name.startswith(own)]
         if len(partners) != len(names) or not set(partners) <= set(names):
             raise ConfigError(
                 f"{description.name} has no two arms whose joints are named right_… and left_… in pairs. Choose "

@@ -62,6 +62,11 @@ class PathGuide:
         """Whether nothing pulls any more, because the arm was let go."""
         return self.state in (Led.OVERRULED, Led.RELEASED) and self.grip == 0.0
 
+    @property
+    def has_arrived(self) -> bool:
+        """Whether the arm is held at the path's end."""
+        return self.state is Led.ARRIVED
+
     def __call__(self, q: Joints, v: Joints) -> Reference:
         """What control is to follow with the arm at `q` [rad], moving with `v` [rad/s]."""
         dt = self.path.dt

@@ -75,60 +75,75 @@ def repeat(
     Raises:
         RigError: The envelope stopped the run.
     """
-    pilot, strength = flown.pilot, Strength.of(flown.controller.assembly.description)
-    dt, done = pilot.rig.period_s, Repeated(pull_max=np.zeros(len(pilot.q)))
-    wants_out = False
+    return _Session(flown, act, watch).repeat(path, speed, repetitions)
 
-    def acting(_moment: Moment) -> None:
-        nonlocal wants_out
-        wants_out = act() or wants_out
 
-    pilot.begin("float")
-    if flown.run(SETTLE_S, "The arm floats", acting, None, lambda: wants_out):
-        done.state = Led.RELEASED
+class _Session:
+    """Whoever acts, and what came of it so far."""
+
+    def __init__(self, flown: Flown, act: Callable[[], bool], watch: Callable[[PathGuide], None]):
+        self._flown, self._act, self._watch = flown, act, watch
+        self._strength = Strength.of(flown.controller.assembly.description)
+        self._done, self._wants_out = Repeated(pull_max=np.zeros(len(flown.pilot.q))), False
+
+    def repeat(self, path: Trajectory, speed: float, repetitions: int) -> Repeated:
+        flown, pilot, done = self._flown, self._flown.pilot, self._done
+        pilot.begin("float")
+        if flown.run(SETTLE_S, "The arm floats", self._acting, None, lambda: self._wants_out):
+            done.state = Led.RELEASED
+            return done
+        guide = self._taken_hold_of()
+        for number in range(repetitions):
+            pilot.begin("go to the path")
+            # From where the arm should be, not from where it is: what pulls goes on without a step.
+            way = motion.go_to(guide.target, path.q[0], APPROACH_RAD_S, pilot.rig.period_s)
+            guide = self._along(way, 1.0, guide.grip, counts=False)
+            if guide.state is Led.ARRIVED:
+                pilot.begin(f"repeat {number + 1}")
+                guide = self._along(path, speed, guide.grip, counts=True)
+            if guide.state is not Led.ARRIVED:
+                break
+            done.repetitions += 1
+        # Whoever did not arrive in time is let go too.
+        done.state = Led.RELEASED if guide.state is Led.LED else guide.state
+        guide.let_go()
+        flown.run(2.0 * DROP_S, "Letting go", self._acting, guide)
+        pilot.begin("float")
+        flown.float_again(guide)
         return done
-    pilot.begin("take the arm along")
-    anchor = Anchor(pilot.q, strength, dt)
-    flown.lead(anchor)
-    flown.run(GRIP_S, "Taking hold", acting, anchor, lambda: wants_out)
-    # A path of one place: what is led on begins there.
-    guide = PathGuide(motion.hold(anchor.target, 2.0 * dt, dt), strength, 1.0, anchor.grip)
-    guide.lead()
 
-    def along(way: PathGuide, counts: bool) -> PathGuide:
-        way.lead()
+    def _taken_hold_of(self) -> PathGuide:
+        """The arm where it is held now: a path of one place."""
+        pilot, strength = self._flown.pilot, self._strength
+        dt = pilot.rig.period_s
+        pilot.begin("take the arm along")
+        anchor = Anchor(pilot.q, strength, dt)
+        self._flown.lead(anchor)
+        self._flown.run(GRIP_S, "Taking hold", self._acting, anchor, lambda: self._wants_out)
+        return PathGuide(motion.hold(anchor.target, 2.0 * dt, dt), strength, 1.0, anchor.grip)
+
+    def _along(self, way: Trajectory, speed: float, grip: float, counts: bool) -> PathGuide:
+        """Along one way to its end, or until the arm is let go; `counts` if errors do."""
+        guide, done = PathGuide(way, self._strength, speed, grip), self._done
+        guide.lead()
 
         def listen(moment: Moment) -> None:
-            acting(moment)
-            if wants_out:
-                way.let_go()
-            watch(way)
-            np.maximum(done.pull_max, np.abs(way.tau), out=done.pull_max)
-            if counts and way.state is Led.LED:
-                done.errors.append(way.target - moment.q)
+            self._acting(moment)
+            if self._wants_out:
+                guide.let_go()
+            self._watch(guide)
+            np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
+            if counts and guide.state is Led.LED:
+                done.errors.append(guide.target - moment.q)
 
-        seconds = way.path.seconds / way.speed + PATIENCE_S
         text = "Repeating the path" if counts else "Going to where the path begins"
-        flown.run(seconds, text, listen, way, lambda: way.has_let_go or way.state is Led.ARRIVED)
-        if way.state is Led.ARRIVED:
-            flown.run(REST_S, text, listen, way, lambda: way.has_let_go)
-        done.waited_s += way.waited_s
-        return way
+        self._flown.run(
+            way.seconds / speed + PATIENCE_S, text, listen, guide, lambda: guide.has_let_go or guide.has_arrived
+        )
+        if guide.has_arrived:
+            self._flown.run(REST_S, text, listen, guide, lambda: guide.has_let_go)
+        done.waited_s += guide.waited_s
+        return guide
 
-    for number in range(repetitions):
-        pilot.begin("go to the path")
-        # From where the arm should be, not from where it is: what pulls goes on without a step.
-        way = motion.go_to(guide.target, path.q[0], APPROACH_RAD_S, dt)
-        guide = along(PathGuide(way, strength, 1.0, guide.grip), counts=False)
-        if guide.state is Led.ARRIVED:
-            pilot.begin(f"repeat {number + 1}")
-            guide = along(PathGuide(path, strength, speed, guide.grip), counts=True)
-        if guide.state is not Led.ARRIVED:
-            break
-        done.repetitions += 1
-    done.state = guide.state
-    guide.let_go()
-    flown.run(2.0 * DROP_S, "Letting go", acting, guide)
-    pilot.begin("float")
-    flown.float_again(guide)
-    return done
+    def _acting(self, _moment: Moment) -> None:
+        self._wants_out = self._act() or self._wants_out
