@@ -11,6 +11,7 @@ from .pull import REACH_RAD, Strength
 from .shaping import A_MAX_RAD_S2, V_MAX_RAD_S
 
 Joints = Float[np.ndarray, " joint"]
+OfOneArm = Float[np.ndarray, " lead"]
 
 CLOSING_PER_S = 8.0
 """Speed of the following arm's place over how far it is behind: an eighth of a second late."""
@@ -65,6 +66,7 @@ class MirrorGuide:
         """Pull at the last tick [N·m]; at the leading arm what is returned of its friction."""
         self.waits = False
         """Set while the hands are too near to each other to go on."""
+        self._is_held = False
         self.has_met = False
         """Whether the following arm's place was at the mirror image once."""
 
@@ -113,7 +115,7 @@ class MirrorGuide:
         elif self.has_met and not self.waits and behind > BEHIND_RAD:
             self.state = Led.LOST
 
-    def _go_on(self, wanted: Joints, q: Joints, strain: float) -> Joints:
+    def _go_on(self, wanted: OfOneArm, q: Joints, strain: float) -> OfOneArm:
         """Move the following arm's place towards `wanted` [rad]; its acceleration [rad/s²]."""
         follow, dt = self.which.follow, self._dt
         place, speed = self.target[follow], self.v_target[follow]
@@ -128,7 +130,8 @@ class MirrorGuide:
         a = np.clip((v_wanted - speed) / SETTLES_S, -A_MAX_RAD_S2, A_MAX_RAD_S2)
         speed = speed + dt * a
         place = place + dt * speed
-        if self.grip < 1.0:
+        self._is_held = self._is_held or self.grip == 1.0
+        if not self._is_held:
             # Whoever is being taken hold of may still move on.
             slack = FREE * REACH_RAD
             place = np.clip(place, q[follow] - slack, q[follow] + slack)

@@ -28,6 +28,9 @@ V_MAX_RAD_S, A_MAX_RAD_S2 = 1.0, 3.0
 STARTS_RAD = np.deg2rad(1.5)
 """From where it was at first: the arm is being led."""
 
+MORE_S = 0.5
+"""Kept before and after what is seen as led: a movement begins and ends slowly."""
+
 SHORTEST_RAD, LONGEST_S = np.deg2rad(5.0), 120.0
 """Less is no path; more is no movement."""
 
@@ -60,18 +63,20 @@ def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped
     """
     if not np.isfinite(q).all():
         raise ConfigError("The machine did not say where it was all the time. Nothing is kept; teach the path again.")
+    # Smoothed before it is cut, so that no tremble stands at an end; and after, so that it ends at rest.
+    q = _smooth(q, dt)
     off = np.abs(q - q[0]).max(axis=1) > STARTS_RAD
-    still = np.abs(q - q[-1]).max(axis=1) > STARTS_RAD
+    away = np.abs(q - q[-1]).max(axis=1) > STARTS_RAD
     if not off.any() or float(np.ptp(q, axis=0).max()) < SHORTEST_RAD:
         farthest = np.rad2deg(np.ptp(q, axis=0).max())
         raise ConfigError(
             f"The arm was moved by {farthest:.1f}° at most; a path needs {np.rad2deg(SHORTEST_RAD):.0f}°. "
             "Lead it again."
         )
-    pad = round(4.0 * SMOOTH_S / dt)
-    begin, end = int(np.argmax(off)), len(q) - int(np.argmax(still[::-1]))
-    led = np.pad(q[max(begin - 1, 0) : end + 1], ((pad, pad), (0, 0)), mode="edge")
-    smooth = np.asarray(gaussian_filter1d(led, SMOOTH_S / dt, axis=0, mode="nearest"))
+    begin, end = int(np.argmax(off)), len(q) - int(np.argmax(away[::-1]))
+    pad, more = round(4.0 * SMOOTH_S / dt), round(MORE_S / dt)
+    led = np.pad(q[max(begin - more, 0) : end + more], ((pad, pad), (0, 0)), mode="edge")
+    smooth = _smooth(led, dt)
     t = np.arange(len(smooth)) * dt
     if t[-1] > LONGEST_S:
         raise ConfigError(f"The arm was led for {t[-1]:.0f} s; a path may have {LONGEST_S:.0f} s. Lead a shorter one.")
@@ -84,6 +89,11 @@ def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped
     rows = np.linspace(0.0, t[-1], max(round(t[-1] / PERIOD_S), 2) + 1)
     # The last row is at the end: the period is then that of `PERIOD_S` to less than a row.
     return Shaped(CubicSpline(t, smooth)(rows), stretched)
+
+
+def _smooth(q: Rows, dt: float) -> Rows:
+    """One of two passes, which are `SMOOTH_S` together."""
+    return np.asarray(gaussian_filter1d(q, SMOOTH_S / np.sqrt(2.0) / dt, axis=0, mode="reflect"))
 
 
 def refuse_outside(q: Rows, t: Float[np.ndarray, " row"], description: RigDescription, exo: Tree) -> None:
