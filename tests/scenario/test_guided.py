@@ -22,6 +22,7 @@ from exograv.session.guided.shaping import PERIOD_S, driven
 from exograv.session.guided.teach import teach
 from exograv.session.prepare import Prepared, prepare
 from exograv.session.virtual import VirtualLaboratory, draw_laboratory
+from exograv.signals import Reference
 
 pytestmark = pytest.mark.slow
 
@@ -69,8 +70,8 @@ def _feedback_max(arm: Flown, run: Callable[[], object]) -> np.ndarray:
     controller, most = arm.controller, np.zeros(len(arm.pilot.q))
     step = controller.step
 
-    def watched(*args):
-        tau = step(*args)
+    def watched(q: np.ndarray, v: np.ndarray, reference: Reference) -> np.ndarray:
+        tau = step(q, v, reference)
         np.maximum(most, np.abs(tau - controller.tau_feedforward), out=most)
         return tau
 
