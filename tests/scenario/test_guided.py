@@ -179,7 +179,7 @@ def _mirrored(two_arms: Known, holds: bool) -> tuple[Flown, Led, np.ndarray, np.
 
 def test_one_arm_follows_the_other_in_the_mirror(two_arms: Known):
     arms, state, errors, most = _mirrored(two_arms, holds=False)
-    assert state is Led.LED
+    assert state is Led.ENDED
     assert np.rad2deg(np.sqrt(np.mean(errors**2, axis=0))).max() < MIRROR_RMS_DEG
     assert (most <= Strength.of(arms.controller.assembly.description).bound + 1e-6).all()
     assert arms.pilot.envelope.stop is None

@@ -17,7 +17,7 @@ def test_a_real_machine_leads_nobody_yet():
 
 @pytest.mark.parametrize("speed", [0.0, 0.09, 1.01, float("nan")])
 def test_a_speed_beyond_the_paths_own_is_refused(speed: float):
-    with pytest.raises(ConfigError, match="0.1 to 1"):
+    with pytest.raises(ConfigError, match=r"0\.1 to 1"):
         RepeatOptions(simulate=True, speed=speed)
 
 

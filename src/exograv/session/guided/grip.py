@@ -29,6 +29,7 @@ class Led(enum.Enum):
     ARRIVED = "The path is at its end."
     OVERRULED = "The person held against what leads the arm, and was let go."
     RELEASED = "The arm was let go when somebody asked for it."
+    ENDED = "The time was over, and the arm was let go."
     RUSHED = "The leading arm was jerked, and the other was let go."
     LOST = "The following arm was left too far behind, and was let go."
 

@@ -92,7 +92,7 @@ def mirror(
         watch(guide)
 
     flown.run(seconds, "One arm follows the other", listen, guide, lambda: guide.has_let_go)
-    done.state = guide.state
+    done.state = Led.ENDED if guide.state is Led.LED else guide.state
     guide.let_go()
     flown.run(2.0 * DROP_S, "Letting go", listen, guide)
     pilot.begin("float")

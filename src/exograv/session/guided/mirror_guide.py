@@ -93,10 +93,9 @@ class MirrorGuide:
         wanted = np.clip(self.which.mirrored(q)[follow], self._lower, self._upper)
         a = self._go_on(wanted, q, strain)
         moving = Reference(q.copy(), np.zeros_like(q), np.zeros_like(q))
-        leads = self.state is Led.LED
         moving.q[follow] = self.target[follow]
-        if leads:
-            moving.v[follow], moving.a[follow] = self.grip * self.v_target[follow], self.grip * a
+        # What an arm that is let go gets for this motion goes with the pull, without a step.
+        moving.v[follow], moving.a[follow] = self.grip * self.v_target[follow], self.grip * a
         tau = self.strength.torque(q, v, moving, self.grip)
         tau[lead] = self.grip * self._friction * np.tanh(v[lead] / FRICTION_RAD_S)
         self.tau = tau
@@ -120,7 +119,6 @@ class MirrorGuide:
         follow, dt = self.which.follow, self._dt
         place, speed = self.target[follow], self.v_target[follow]
         if self.state is not Led.LED:
-            self.v_target[follow] = 0.0
             return np.zeros_like(speed)
         left = wanted - place
         # No faster than it could stop in what is left.

@@ -74,22 +74,18 @@ class PathGuide:
         self.target = q_path
         strain = float(np.abs(q_path - q).max()) / REACH_RAD
         self.grip, self.state = next_grip(self.grip, self.state, strain, dt)
-        leads = self.state is Led.LED
-        if leads:
+        faster = 0.0
+        if self.state is Led.LED:
             wanted = self.speed * pace(strain)
             self.rate = float(np.clip(wanted, before - SLOWER_PER_S * dt, before + FASTER_PER_S * dt))
+            faster = (self.rate - before) / dt
             self.waited_s += dt if wanted < 0.5 * self.speed else 0.0
             self.place = min(self.place + self.rate, len(self.path) - 1.0)
             if self.place >= len(self.path) - 1.0:
-                self.state, self.rate = Led.ARRIVED, 0.0
-        else:
-            self.rate = 0.0
-        faster = (self.rate - before) / dt if leads and self.state is Led.LED else 0.0
-        # An arm that is let go is not pushed along the path by its feed-forward either.
-        share = self.grip if leads else 0.0
-        moving = Reference(
-            q_path, share * v_path * self.rate, share * (a_path * self.rate**2 + v_path * faster)
-        )  # fmt: skip
+                self.state, self.rate, faster = Led.ARRIVED, 0.0, 0.0
+        # What an arm that is let go gets for the path's motion goes with the pull, without a step.
+        a_along = a_path * self.rate**2 + v_path * faster
+        moving = Reference(q_path, self.grip * v_path * self.rate, self.grip * a_along)
         self.tau = self.strength.torque(q, v, moving, self.grip)
         return self.strength.reference(q, v, moving, self.tau)
 

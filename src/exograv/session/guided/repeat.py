@@ -105,7 +105,7 @@ class _Session:
                 break
             done.repetitions += 1
         # Whoever did not arrive in time is let go too.
-        done.state = Led.RELEASED if guide.state is Led.LED else guide.state
+        done.state = Led.ENDED if guide.state is Led.LED else guide.state
         guide.let_go()
         flown.run(2.0 * DROP_S, "Letting go", self._acting, guide)
         pilot.begin("float")
