@@ -61,7 +61,9 @@ def led(one_arm: Known) -> Path:
     """An arm that has been led once, and the path."""
     arm, description = _flown(one_arm), one_arm[0].description
     movement = drawn_movement(description, SEED, description.donning_posture, arm.twin.period_s)
-    found = teach(arm, movement.seconds + 1.0, Therapist(arm.twin, movement).act)
+    therapist = Therapist(arm.twin, movement)
+    found = teach(arm, movement.seconds + 1.0, therapist.act)
+    therapist.let_go()
     return arm, driven(found.q, PERIOD_S, arm.twin.period_s)
 
 

@@ -11,7 +11,7 @@ from exograv.session.guided.mirror_map import MirrorMap
 from exograv.session.guided.pull import Strength
 from exograv.session.guided.shaping import A_MAX_RAD_S2, V_MAX_RAD_S, allowed_range
 
-DT = 0.001
+DT = 0.005
 RIG = load_rig("recupera_like_dual")
 EXO = read_exoskeleton(RIG)
 MAP = MirrorMap.of(RIG, EXO, "right")

@@ -9,7 +9,7 @@ from exograv.session.guided.grip import DROP_S, FREE, GIVE_S, GRIP_S, Led
 from exograv.session.guided.path_guide import Anchor, PathGuide
 from exograv.session.guided.pull import REACH_RAD, Strength
 
-DT = 0.001
+DT = 0.005
 STRENGTH = Strength.of(load_rig("recupera_like_qdd"))
 START, GOAL, STILL = np.full(4, 0.5), np.full(4, 1.0), np.zeros(4)
 
@@ -101,6 +101,6 @@ def test_the_pull_comes_by_a_ramp():
 
 def test_an_arm_that_moves_on_while_it_is_taken_hold_of_takes_its_place_along():
     anchor = Anchor(START, STRENGTH, DT)
-    for k in range(1000):
+    for k in range(300):
         anchor(START + k * 0.001, STILL)
-    assert np.abs(anchor.target - (START + 0.999)).max() <= FREE * REACH_RAD + 1e-12
+    assert np.abs(anchor.target - (START + 0.299)).max() <= FREE * REACH_RAD + 1e-12

@@ -33,15 +33,16 @@ class Therapist:
         self._twin, self._movement, self._joints, self._tick = twin, movement, joints, 0
 
     def act(self) -> None:
-        """The hand's torque for the next period; nothing any more when the movement is over."""
-        hand = self._twin.tau_hand[self._joints]
-        if self._tick >= len(self._movement):
-            hand[:] = 0.0
-            return
-        truth, q, v = self._twin.truth, self._movement.q[self._tick], self._movement.v[self._tick]
+        """The hand's torque for the next period; when the movement is over it holds the arm where it is."""
+        hand, tick = self._twin.tau_hand[self._joints], min(self._tick, len(self._movement) - 1)
+        truth, q, v = self._twin.truth, self._movement.q[tick], self._movement.v[tick]
         wanted = HAND_KP * (q - truth.q[self._joints]) + HAND_KD * (v - truth.v[self._joints])
         hand[:] = np.clip(wanted, -HAND_MAX_NM, HAND_MAX_NM)
         self._tick += 1
+
+    def let_go(self) -> None:
+        """Take the hand off."""
+        self._twin.tau_hand[self._joints] = 0.0
 
 
 class Holding:

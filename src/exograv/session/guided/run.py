@@ -26,7 +26,7 @@ from .taught import read_taught, taught, write_taught
 from .teach import teach
 
 AFTER_S = 1.0
-"""For which the arm floats on when a simulated therapist has led it."""
+"""For which a simulated therapist holds the arm where the path ends: let go before the end, it would float on."""
 
 ACTS_S, PAUSE_S = 8.0, 2.0
 """After which a simulated person does something, and for how long one pauses who pauses."""
