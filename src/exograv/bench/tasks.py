@@ -82,11 +82,12 @@ def general_tick_task(n: int) -> Task:
     x = table_guess(assembly, machine)
     x[Layout.of(assembly).fit] = FIT_SD * np.random.default_rng(SEED).choice([-1.0, 1.0], len(FIT_SD))
     closing = _Closing(kernel.compile(function), LoopSolver(assembly))
-    # Empty hands, and cuffs that hold the arm; the same program carries a weight.
-    constants = {"x": x, "payload": np.zeros(Layout.of(assembly).phi.stop), "held_before": np.ones(1)}
+    # Empty hands, cuffs that hold the arm, and nothing that it leads; the same program carries a weight.
+    one, payload = np.ones(1), np.zeros(Layout.of(assembly).phi.stop)
+    constants = {"x": x, "payload": payload, "held_before": one, "led": one}
     states = _draw(lambda generator: closing.closed({**_moment(generator, assembly), **constants}, generator))
     compared = (*TICK_RESULTS, "z", "G", "pivot")
-    shared = ("x", "mode", "payload")
+    shared = ("x", "mode", "payload", "led")
     return Task(f"tick_general_{n}", "tick_general", function, assembly.exo, states, shared, compared)
 
 

@@ -90,7 +90,8 @@ def _resting_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Func
     all_of_mode = ca.vertcat(0, mode)
     no_payload = ca.SX.zeros(Layout.of(assembly).phi.stop)
     tick = tick_function(assembly, machine)
-    arguments = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(freedoms, n), still, 1, no_payload]
+    no_motion = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(freedoms, n), still, 1]
+    arguments = [*no_motion, no_payload, ca.SX.ones(len(assembly.arm.limbs))]
     results = dict(zip(tick.name_out(), tick.call(arguments), strict=True))
     wanted = ["tau_desired", "tau_arm", "z", "slope", "pivot", "cosine"]
     names = ["q", "x", "z_before", "mode"]

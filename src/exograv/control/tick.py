@@ -75,6 +75,9 @@ class Tick:
         self.payload = np.zeros(self._layout.phi.stop)
         """What the arm carries besides itself, as a change of its inertial parameters (phi,); written between ticks.
         It is carried in full at every gravity level."""
+        self.led = np.ones(len(self.assembly.arm.limbs))
+        """Share of `mode.drive` that each arm takes (limb,); written between ticks. Of two arms the one that leads the
+        other takes none, and floats."""
         self._kernel = compiled
         self._in, self._out, self._evaluate = compiled.inputs, compiled.outputs, compiled.evaluate
         self._closed = False
@@ -121,6 +124,7 @@ class Tick:
         buffers["a_reference"][:] = reference.a
         buffers["x"][:] = x
         buffers["payload"][:] = self.payload
+        buffers["led"][:] = self.led
         mode = buffers["mode"]
         mode[0], mode[1], mode[2] = self.mode.drive, self.mode.gravity_level, self.mode.arm_share
         if not self._closed:
@@ -189,8 +193,10 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     z_before, G_before = ca.SX.sym("z_before", freedoms), ca.SX.sym("G_before", freedoms, n)
     q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))
     x, mode, spring_before = ca.SX.sym("x", layout.count), ca.SX.sym("mode", 3), ca.SX.sym("spring_before", n)
-    drive, gravity_level, arm_share = mode[0], mode[1], mode[2]
+    gravity_level, arm_share = mode[1], mode[2]
     payload, held_before = ca.SX.sym("payload", layout.phi.stop), ca.SX.sym("held_before")
+    led = ca.SX.sym("led", len(assembly.arm.limbs))
+    drive, drive_freedom = _drive(assembly, mode[0] * led)
 
     cuffs = cuff_energy(assembly)
     fit = x[layout.fit]
@@ -208,7 +214,7 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     carried = replace(arm, phi=(1 - gravity_level) * arm_share * x[layout.phi] + payload)
     unfelt = replace(arm, phi=gravity_level * payload)
     clear = clearance(assembly.arm, predicted)
-    passive_share = drive * away_from_singular(clear) * held_before
+    passive_share = drive_freedom * away_from_singular(clear) * held_before
     z = newton_step(cuffs, q, predicted, fit, static_load(assembly, carried, predicted, gravity, passive_share))
     closed = closure(cuffs, q, z, fit, static_load(assembly, carried, z, gravity, passive_share))
     motion = (q, drive * v_reference, drive * a_reference)
@@ -230,9 +236,9 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     kd = ca.DM(assembly.description.per_actuator("weak_kd_Nms_per_rad"))
     feedback = drive * (kp * (q_reference - q) + kd * (v_reference - v))
     names = ["q", "v", "q_reference", "v_reference", "a_reference", "x", "mode"]
-    names += ["q_before", "z_before", "G_before", "spring_before", "held_before", "payload"]
+    names += ["q_before", "z_before", "G_before", "spring_before", "held_before", "payload", "led"]
     inputs = [q, v, q_reference, v_reference, a_reference, x, mode]
-    inputs += [q_before, z_before, G_before, spring_before, held_before, payload]
+    inputs += [q_before, z_before, G_before, spring_before, held_before, payload, led]
     outputs = {
         "tau_desired": tau_feedforward + feedback,
         "tau_feedforward": tau_feedforward,
@@ -248,6 +254,19 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         "clearance": clear,
     }
     return ca.Function("tick", inputs, list(outputs.values()), names, list(outputs))
+
+
+def _drive(assembly: Assembly, of_arm: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """How far each joint (joint,) and each of the arms' freedoms (freedom,) is driven, by that of its arm (limb,).
+
+    A joint of both arms, as of a torso, is driven as far as both are.
+    """
+    limbs = assembly.arm.limbs
+    joints = []
+    for name in assembly.description.joints:
+        own = [of_arm[limb.number] for limb in limbs if name.startswith(limb.prefix)]
+        joints.append(own[0] if len(own) == 1 else of_arm[0] * of_arm[1])
+    return ca.vertcat(*joints), ca.vertcat(*(of_arm[limb.number] for limb in limbs for _ in range(limb.n_freedoms)))
 
 
 def _held_share(cosine: ca.SX) -> ca.SX:

@@ -78,7 +78,10 @@ def static_load(
     gravity: ca.SX | ca.DM | np.ndarray,
     passive_share: ca.SX | float = 1.0,
 ) -> StaticLoad:
-    """What the arm's freedoms need at rest at z (freedom,): `arm_load` without motion, and its derivative."""
+    """What the arm's freedoms need at rest at z (freedom,): `arm_load` without motion, and its derivative.
+
+    Of the arm's elasticity a share is counted, one for all freedoms or one of each (freedom,).
+    """
     tree, stretched = assembly.arm.tree, arm_positions(assembly.arm, z, arm.fit)
     poses = body_poses(tree, stretched, arm_roots(assembly, arm.fit))
     torque, stiffness = weight(tree, poses, _tree_parameters(assembly, arm), _expression(gravity))
@@ -90,7 +93,7 @@ def static_load(
     elasticity = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, z, ca.SX.zeros(z.numel()))
     return StaticLoad(
         slope + passive_share * elasticity,
-        J.T @ stiffness @ J + bend + passive_share * ca.diag(arm.stiffness),
+        J.T @ stiffness @ J + bend + ca.diag(passive_share * arm.stiffness),
     )
 
 

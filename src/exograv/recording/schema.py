@@ -192,7 +192,7 @@ CONTROL = Channel(
             "string",
             "-",
             "`pilot` (a machine and its guard begin), `fly` (a controller takes over), `publish`, `force`, `carry`, "
-            "`hang` (what a controller is told), `wear` (who the guard takes to be in the machine), `level` (what that "
+            "`hang`, `lead` (what a controller is told), `wear` (who the guard takes to be in the machine), `level` (what that "
             "person is to feel)",
         ),
         Field("controller", "integer", "-", "which one, from 0, of the pilot in charge", optional=True),
@@ -210,6 +210,7 @@ CONTROL = Channel(
         Field("q", "number", "rad", "posture in which they must not be felt as a push", JOINT, optional=True),
         Field("place", "string", "-", "of a known weight: `hand`, `forearm`, or a mount", optional=True),
         Field("mass_kg", "number", "kg", "the known weight that is carried from now on", optional=True),
+        Field("side", "string", "-", "of two arms, the one that leads the other; null: none", optional=True),
         Field("person", "object", "SI", "limits of who is in the machine", optional=True),
         Field("gravity_level", "number", "-", "share of the arm's weight that is to be felt", optional=True),
         Field("ramp_s", "number", "s", "in which it comes, at least", optional=True),

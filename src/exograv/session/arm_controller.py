@@ -16,6 +16,7 @@ from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.assembly import Assembly
+from exograv.model.description import ArmSide
 from exograv.model.kinematics import body_poses, frame_pose
 from exograv.model.loops import arm_positions, arm_roots
 from exograv.model.tree import Tree, is_physical
@@ -110,6 +111,14 @@ class ArmController:
         """Parameters at once and unseen: at a beginning, before anything is driven, and to prove the guard."""
         self._handover = Handover(x, self._dt)
         self.acts.append({"act": "force", "x": x.copy()})
+
+    def let_lead(self, side: ArmSide | None) -> None:
+        """One of two arms floats from now on whatever drives the other, which it leads; None where none does.
+
+        Only while nothing is driven: it takes no ramp.
+        """
+        self._tick.led[:] = [limb.side != side for limb in self.assembly.arm.limbs]
+        self.acts.append({"act": "lead", "side": side})
 
     @property
     def weights(self) -> Mapping[WeightPlace, float]:

@@ -31,7 +31,7 @@ class Mirrored:
 
     state: Led = Led.FREE
     pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Largest torque a joint; at the leading arm what was returned of its friction [N·m]."""
+    """Largest torque of the pull a joint; none at the leading arm [N·m]."""
     waited_s: float = 0.0
     """For how long the hands were too near to each other to go on."""
 
@@ -66,16 +66,16 @@ def mirror(
         RigError: The envelope stopped the run.
     """
     pilot, assembly = flown.pilot, flown.controller.assembly
-    description, machine = assembly.description, flown.controller.machine
+    description = assembly.description
     which = MirrorMap.of(description, assembly.exo, lead)
     done = Mirrored(pull_max=np.zeros(len(pilot.q)))
     pilot.begin("float")
     flown.run(SETTLE_S, "Both arms float", lambda _moment: None)
-    sure = np.maximum(machine.friction.coulomb - machine.friction_sd.coulomb, 0.0)
     limits = allowed_range(description, assembly.exo)
-    guide = MirrorGuide(which, Strength.of(description), limits, sure, pilot.q, pilot.rig.period_s)
+    guide = MirrorGuide(which, Strength.of(description), limits, pilot.q, pilot.rig.period_s)
     hands = _Hands(flown, lead)
     pilot.begin("mirror")
+    flown.controller.let_lead(lead)
     guide.lead()
     flown.lead(guide)
     ticks = 0
@@ -97,6 +97,7 @@ def mirror(
     flown.run(2.0 * DROP_S, "Letting go", listen, guide)
     pilot.begin("float")
     flown.float_again(guide)
+    flown.controller.let_lead(None)
     return done
 
 

@@ -28,10 +28,6 @@ BEHIND_RAD = np.deg2rad(30.0)
 TOGETHER_RAD = np.deg2rad(5.0)
 """Behind by less, the arms have met for the first time."""
 
-FRICTION_SHARE, FRICTION_RAD_S = 0.7, 0.1
-"""Of the leading arm's friction that is returned while it moves, and the speed from which on (never more than there
-is: a torque below friction moves no resting joint)."""
-
 
 class MirrorGuide:
     """As `PathGuide`, for a machine with two arms; one call a tick."""
@@ -41,7 +37,6 @@ class MirrorGuide:
         which: MirrorMap,
         strength: Strength,
         limits: tuple[Joints, Joints],
-        friction: Joints,
         q: Joints,
         dt: float,
     ):
@@ -51,19 +46,18 @@ class MirrorGuide:
             which: Leads and follows.
             strength: Of the pull, all joints of the machine.
             limits: Where joints may be led to, lower and upper [rad].
-            friction: Dry friction a joint that the calibration is sure of [N·m].
             q: Where the joints are [rad].
             dt: Period [s].
         """
         self.which, self.strength = which, strength
         self._lower, self._upper = (bound[which.follow] for bound in limits)
-        self._friction, self._dt = FRICTION_SHARE * friction[which.lead], dt
+        self._dt = dt
         self.state, self.grip = Led.FREE, 0.0
         self.target = q.copy()
         """Where the following arm should be [rad]; the leading one is where it wants."""
         self.v_target = np.zeros_like(q)
         self.tau = np.zeros_like(q)
-        """Pull at the last tick [N·m]; at the leading arm what is returned of its friction."""
+        """Pull at the last tick [N·m]; none at the leading arm."""
         self.waits = False
         """Set while the hands are too near to each other to go on."""
         self._is_held = False
@@ -86,7 +80,7 @@ class MirrorGuide:
 
     def __call__(self, q: Joints, v: Joints) -> Reference:
         """What control is to follow with the arms at `q` [rad], moving with `v` [rad/s]."""
-        lead, follow, dt = self.which.lead, self.which.follow, self._dt
+        follow, dt = self.which.follow, self._dt
         strain = float(np.abs(self.target - q)[follow].max()) / REACH_RAD
         self._watch(q, v)
         self.grip, self.state = next_grip(self.grip, self.state, strain, dt)
@@ -96,10 +90,10 @@ class MirrorGuide:
         moving.q[follow] = self.target[follow]
         # What an arm that is let go gets for this motion goes with the pull, without a step.
         moving.v[follow], moving.a[follow] = self.grip * self.v_target[follow], self.grip * a
-        tau = self.strength.torque(q, v, moving, self.grip)
-        tau[lead] = self.grip * self._friction * np.tanh(v[lead] / FRICTION_RAD_S)
-        self.tau = tau
-        return self.strength.reference(q, v, moving, tau)
+        # The leading arm floats: control drives the other one alone (`ArmController.let_lead`).
+        self.tau = np.zeros_like(q)
+        self.tau[follow] = self.strength.torque(q, v, moving, self.grip)[follow]
+        return self.strength.reference(q, v, moving, self.tau)
 
     def _watch(self, q: Joints, v: Joints) -> None:
         """Whether the leading arm is one that may be followed."""

@@ -115,6 +115,9 @@ class _Pilot:
         told = self._instead.message(message)
         if told is None:
             return
+        if told["act"] == "lead":
+            arm.let_lead(told["side"])
+            return
         if told["act"] == "carry":
             taken = arm.carry(told["place"], told["mass_kg"], np.array(told["q"]))
         else:
