@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from .common import Common
+from .common import Common, refuse_unwritable
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,7 @@ def run_teach_command(command: Teach) -> dict[str, Any]:
 
     options = GuidedOptions(command.rig, command.side, command.level, command.seed, command.simulate)
     code = _code(command.code) or ""
+    refuse_unwritable(command.path, "--path")
     with bars() as progress:
         result = run_teach(options, command.path, code, command.out, progress)
     slower = f", {result['stretched']:.1f} times slower than it was led" if result["stretched"] > 1.0 else ""

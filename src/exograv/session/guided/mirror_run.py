@@ -55,9 +55,9 @@ def run_mirror(options: MirrorOptions, folder: Path, progress: Progress) -> dict
     laboratory = laboratory_of(options)
     description, assembly = laboratory.description, laboratory.assembly()
     which = MirrorMap.of(description, assembly.exo, options.lead)
-    known = prepare(laboratory, options.seed, progress)
     recorded = folder / "mirror.mcap"
     with writer_of(recorded, options, laboratory, "exograv mirror") as recording:
+        known = prepare(laboratory, options.seed, progress)
         arms = flown(laboratory, known, options.seed, recording, progress)
         twin = arms.twin
         begins_s = twin.t + SETTLE_S + MEETS_S

@@ -78,9 +78,9 @@ def run_teach(options: GuidedOptions, path: Path, code: str, folder: Path, progr
         RigError: The envelope stopped the run.
     """
     laboratory = laboratory_of(options)
-    known = prepare(laboratory, options.seed, progress)
     recorded = folder / "teach.mcap"
     with writer_of(recorded, options, laboratory, "exograv teach") as recording:
+        known = prepare(laboratory, options.seed, progress)
         arm = flown(laboratory, known, options.seed, recording, progress)
         start = laboratory.description.donning_posture
         movement = drawn_movement(laboratory.description, options.seed, start, arm.twin.period_s)
@@ -110,9 +110,9 @@ def run_repeat(
     """
     laboratory = laboratory_of(options)
     whole = read_taught(path, laboratory.description, code)
-    known = prepare(laboratory, options.seed, progress)
     recorded = folder / "repeat.mcap"
     with writer_of(recorded, options, laboratory, "exograv repeat") as recording:
+        known = prepare(laboratory, options.seed, progress)
         arm = flown(laboratory, known, options.seed, recording, progress)
         true_errors: list[np.ndarray] = []
 

@@ -34,6 +34,12 @@ MORE_S = 0.5
 SHORTEST_RAD, LONGEST_S = np.deg2rad(5.0), 120.0
 """Less is no path; more is no movement."""
 
+EDGE_RAD = 1e-4
+"""Beyond these bounds, counts as at them: a path that was kept is rounded."""
+
+QUICKER = 1.1
+"""Share by which a path's table may be quicker than allowed, between its rows and at its ends [-]."""
+
 OUTSIDE_RAD = np.deg2rad(5.0)
 """Beyond the task workspace, allowed: a hand does not know where its edge is."""
 
@@ -83,7 +89,7 @@ def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped
     refuse_outside(smooth, t, description, exo)
     v = np.abs(np.gradient(smooth, dt, axis=0))
     a = np.abs(np.gradient(np.gradient(smooth, dt, axis=0), dt, axis=0))
-    allowed = np.minimum(V_MAX_RAD_S, 0.5 * np.array([joint.velocity for joint in exo.joints]))
+    allowed = speed_limits(exo)
     stretched = max(1.0, float((v / allowed).max()), float(np.sqrt(a.max() / A_MAX_RAD_S2)))
     t *= stretched
     rows = np.linspace(0.0, t[-1], max(round(t[-1] / PERIOD_S), 2) + 1)
@@ -104,7 +110,7 @@ def refuse_outside(q: Rows, t: Float[np.ndarray, " row"], description: RigDescri
     """
     lower, upper = allowed_range(description, exo)
     beyond = np.maximum(lower - q, q - upper)
-    if beyond.max() <= 0.0:
+    if beyond.max() <= EDGE_RAD:
         return
     row, joint = (int(k) for k in np.unravel_index(int(np.argmax(beyond)), beyond.shape))
     at, least, most = np.rad2deg([q[row, joint], lower[joint], upper[joint]])
@@ -112,7 +118,7 @@ def refuse_outside(q: Rows, t: Float[np.ndarray, " row"], description: RigDescri
     raise ConfigError(
         f"The path cannot be repeated: {description.joints[joint]} comes to {at:.0f}° at {t[row]:.1f} s (first outside "
         f"at {first:.1f} s); allowed are {least:.0f}° to {most:.0f}°, the task workspace and what keeps clear of the "
-        "joint's stops. Nothing is kept; lead the arm again and stay inside."
+        "joint's stops. Lead the arm again and stay inside."
     )
 
 
@@ -127,6 +133,28 @@ def allowed_range(description: RigDescription, exo: Tree) -> tuple[Joints, Joint
     lower = np.minimum(lower, description.donning_posture - OUTSIDE_RAD)
     upper = np.maximum(upper, description.donning_posture + OUTSIDE_RAD)
     return lower, upper
+
+
+def speed_limits(exo: Tree) -> Joints:
+    """Of the joints of a path [rad/s]."""
+    return np.minimum(V_MAX_RAD_S, 0.5 * np.array([joint.velocity for joint in exo.joints]))
+
+
+def refuse_quick(path: Trajectory, description: RigDescription, exo: Tree) -> None:
+    """Refuse a path that is quicker than shaping leaves any.
+
+    Raises:
+        ConfigError: Says which joint, how quick, and what is allowed.
+    """
+    for of, allowed, unit in ((path.v, speed_limits(exo), "rad/s"), (path.a, A_MAX_RAD_S2, "rad/s²")):
+        most = np.abs(of).max(axis=0)
+        joint = int(np.argmax(most / allowed))
+        limit = float(np.broadcast_to(allowed, most.shape)[joint])
+        if most[joint] > QUICKER * limit:
+            raise ConfigError(
+                f"The path cannot be repeated: {description.joints[joint]} would move with {most[joint]:.2f} {unit}; "
+                f"allowed are {limit:.2f}. Teach it again: a path that is led too quickly is slowed when it is kept."
+            )
 
 
 def driven(q: Rows, period_s: float, dt: float) -> Trajectory:

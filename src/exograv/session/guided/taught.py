@@ -8,11 +8,12 @@ import numpy as np
 from pydantic import Field
 
 from exograv.errors import ConfigError
+from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, Side
 from exograv.motion import Trajectory
 from exograv.session.sealed_file import Sealed, read_sealed, sealed, write_sealed
 
-from .shaping import PERIOD_S, Shaped, driven
+from .shaping import PERIOD_S, Shaped, driven, refuse_outside, refuse_quick
 
 HEAD = """# A path along which a therapist led an arm: `exograv repeat` leads the same person's arm along it. It belongs
 # to this machine and side. Do not edit: the hash at its head would not fit any more. Teach it again instead.
@@ -73,7 +74,7 @@ def read_taught(path: Path, description: RigDescription, code: str | None) -> Ta
     """Read a path for this machine.
 
     Raises:
-        ConfigError: It is damaged, of another machine or side, or of somebody else.
+        ConfigError: It is damaged, of another machine or side, or of somebody else; or it leaves what is allowed now.
     """
     whole = read_sealed(path, Taught, "Give the file that `exograv teach` wrote.", "Teach the path again.")
     if (whole.rig, whole.side) != (description.name, description.side):
@@ -87,4 +88,8 @@ def read_taught(path: Path, description: RigDescription, code: str | None) -> Ta
         raise ConfigError(f"{path} is not of the joints {', '.join(description.joints)}. Teach the path again.")
     if code is not None and code != whole.code:
         raise ConfigError(f"{path} is not of the person with this code. Give that person's own path, or teach one.")
+    # What was allowed when it was taught may be so no more, and a hash proves no limits.
+    exo, q = read_exoskeleton(description), np.array(whole.q_rad)
+    refuse_outside(q, np.arange(len(q)) * whole.period_s, description, exo)
+    refuse_quick(whole.trajectory(whole.period_s), description, exo)
     return whole
