@@ -192,8 +192,8 @@ CONTROL = Channel(
             "string",
             "-",
             "`pilot` (a machine and its guard begin), `fly` (a controller takes over), `publish`, `force`, `carry`, "
-            "`hang`, `lead` (what a controller is told), `wear` (who the guard takes to be in the machine), `level` (what that "
-            "person is to feel)",
+            "`hang`, `lead` (what a controller is told), `wear` (who the guard takes to be in the machine), `level` "
+            "(what that person is to feel)",
         ),
         Field("controller", "integer", "-", "which one, from 0, of the pilot in charge", optional=True),
         Field(

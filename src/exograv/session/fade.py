@@ -1,5 +1,6 @@
 """From one mode of the controller to another: by a ramp, because a step would be felt as a push."""
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -44,10 +45,11 @@ def fade(
     goal: float,
     posture: Float[np.ndarray, " joint"],
     guide: Guide | None = None,
+    listener: Callable[[Moment], None] = lambda _moment: None,
 ) -> None:
     """Bring a field of the controller's mode to `goal` while `posture` [rad] is held, or what a guide says.
 
-    At once where it is there.
+    At once where it is there; the listener hears every tick until then.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -57,4 +59,9 @@ def fade(
     dt = pilot.rig.period_s
     change = _Fade(pilot, controller, field, goal, round(SECONDS[field] / dt))
     text = "Letting go" if goal == 0.0 else "Taking over"
-    pilot.run(controller, motion.hold(posture, SECONDS[field], dt), text, change, guide)
+
+    def listen(moment: Moment) -> None:
+        change(moment)
+        listener(moment)
+
+    pilot.run(controller, motion.hold(posture, SECONDS[field], dt), text, listen, guide)

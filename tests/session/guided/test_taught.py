@@ -19,7 +19,8 @@ CODE = "K7MR4XX"
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    q = motion.go_to(RIG.donning_posture, RIG.donning_posture + 0.2, 0.3, PERIOD_S).q
+    start, goal = RIG.donning_posture, RIG.donning_posture + 0.2
+    q = np.vstack([start, motion.go_to(start, goal, 0.3, PERIOD_S).q, goal])
     path = tmp_path / "path.toml"
     write_taught(path, taught(Shaped(q, 1.0), RIG, CODE, datetime(2026, 1, 1, tzinfo=UTC), True))
     return path

@@ -28,13 +28,13 @@ class Flown:
     pilot: Pilot
     controller: ArmController
 
-    def lead(self, guide: Guide) -> None:
+    def lead(self, guide: Guide, listener: Callable[[Moment], None]) -> None:
         """From floating to being led: the control law's own feedback comes by a ramp, and the guide's pull in it."""
-        fade(self.pilot, self.controller, "drive", 1.0, self.pilot.q.copy(), guide)
+        fade(self.pilot, self.controller, "drive", 1.0, self.pilot.q.copy(), guide, listener)
 
-    def float_again(self, guide: Guide) -> None:
+    def float_again(self, guide: Guide, listener: Callable[[Moment], None]) -> None:
         """From being led to floating."""
-        fade(self.pilot, self.controller, "drive", 0.0, self.pilot.q.copy(), guide)
+        fade(self.pilot, self.controller, "drive", 0.0, self.pilot.q.copy(), guide, listener)
 
     def run(
         self,

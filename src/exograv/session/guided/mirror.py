@@ -1,5 +1,6 @@
 """Both arms in one machine: the sound one leads, floated, and the other is led along its mirror image."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -65,40 +66,59 @@ def mirror(
         ConfigError: The machine has not two arms that are mirror images.
         RigError: The envelope stopped the run.
     """
-    pilot, assembly = flown.pilot, flown.controller.assembly
-    description = assembly.description
-    which = MirrorMap.of(description, assembly.exo, lead)
-    done = Mirrored(pull_max=np.zeros(len(pilot.q)))
-    pilot.begin("float")
-    flown.run(SETTLE_S, "Both arms float", lambda _moment: None)
-    limits = allowed_range(description, assembly.exo)
-    guide = MirrorGuide(which, Strength.of(description), limits, pilot.q, pilot.rig.period_s)
-    hands = _Hands(flown, lead)
-    pilot.begin("mirror")
-    flown.controller.let_lead(lead)
-    guide.lead()
-    flown.lead(guide)
-    ticks = 0
+    return _Session(flown, lead, act, watch).mirror(seconds)
 
-    def listen(moment: Moment) -> None:
-        nonlocal ticks
-        if act():
-            guide.let_go()
-        if ticks % LOOK_TICKS == 0:
-            guide.waits = hands.to_middle(moment.q) < MIDDLE_M
-        ticks += 1
-        done.waited_s += pilot.rig.period_s * guide.waits
-        np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
-        watch(guide)
 
-    flown.run(seconds, "One arm follows the other", listen, guide, lambda: guide.has_let_go)
-    done.state = Led.ENDED if guide.state is Led.LED else guide.state
-    guide.let_go()
-    flown.run(2.0 * DROP_S, "Letting go", listen, guide)
-    pilot.begin("float")
-    flown.float_again(guide)
-    flown.controller.let_lead(None)
-    return done
+class _Session:
+    """Both arms, whoever acts, and what came of it so far."""
+
+    def __init__(self, flown: Flown, lead: Side, act: Callable[[], bool], watch: Callable[[MirrorGuide], None]):
+        self._flown, self._lead, self._act, self._watch = flown, lead, act, watch
+        assembly = flown.controller.assembly
+        self._which = MirrorMap.of(assembly.description, assembly.exo, lead)
+        self._strength = Strength.of(assembly.description)
+        self._limits = allowed_range(assembly.description, assembly.exo)
+        self._hands = _Hands(flown, lead)
+        self._done, self._wants_out = Mirrored(pull_max=np.zeros(len(flown.pilot.q))), False
+
+    def mirror(self, seconds: float) -> Mirrored:
+        flown, pilot, done = self._flown, self._flown.pilot, self._done
+        pilot.begin("float")
+        if flown.run(SETTLE_S, "Both arms float", self._acting, None, lambda: self._wants_out):
+            done.state = Led.RELEASED
+            return done
+        guide = MirrorGuide(self._which, self._strength, self._limits, pilot.q, pilot.rig.period_s)
+        listen = self._listener(guide)
+        pilot.begin("mirror")
+        flown.controller.let_lead(self._lead)
+        guide.lead()
+        flown.lead(guide, listen)
+        flown.run(seconds, "One arm follows the other", listen, guide, lambda: guide.has_let_go)
+        done.state = Led.ENDED if guide.state is Led.LED else guide.state
+        guide.let_go()
+        flown.run(2.0 * DROP_S, "Letting go", listen, guide)
+        pilot.begin("float")
+        flown.float_again(guide, self._acting)
+        flown.controller.let_lead(None)
+        return done
+
+    def _listener(self, guide: MirrorGuide) -> Callable[[Moment], None]:
+        done, period_s, ticks = self._done, self._flown.pilot.rig.period_s, itertools.count()
+
+        def listen(moment: Moment) -> None:
+            self._acting(moment)
+            if self._wants_out:
+                guide.let_go()
+            if next(ticks) % LOOK_TICKS == 0:
+                guide.waits = self._hands.to_middle(moment.q) < MIDDLE_M
+            done.waited_s += period_s * guide.waits
+            np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
+            self._watch(guide)
+
+        return listen
+
+    def _acting(self, _moment: Moment) -> None:
+        self._wants_out = self._act() or self._wants_out
 
 
 class _Hands:

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from exograv.motion import Trajectory
 from exograv.signals import Reference
 
-from .grip import FREE, GRIP_S, Led, next_grip, pace
+from .grip import DROP_S, FREE, GRIP_S, Led, next_grip, pace
 from .pull import REACH_RAD, Strength
 
 Joints = Float[np.ndarray, " joint"]
@@ -102,17 +102,22 @@ class Anchor:
 
     def __init__(self, q: Joints, strength: Strength, dt: float):
         """Nothing holds the arm at `q` [rad] yet."""
-        self._strength, self._dt = strength, dt
+        self._strength, self._dt, self._lets_go = strength, dt, False
         self.grip = 0.0
         """Share of the pull that is in force."""
         self.target = q.copy()
         """Where the arm is held [rad]."""
 
+    def let_go(self) -> None:
+        """As of `PathGuide`."""
+        self._lets_go = True
+
     def __call__(self, q: Joints, v: Joints) -> Reference:
         """As of `PathGuide`."""
         slack = FREE * REACH_RAD
         self.target = np.clip(self.target, q - slack, q + slack)
-        self.grip = min(self.grip + self._dt / GRIP_S, 1.0)
+        more = -1.0 / DROP_S if self._lets_go else 1.0 / GRIP_S
+        self.grip = min(max(self.grip + self._dt * more, 0.0), 1.0)
         still = np.zeros_like(q)
         there = Reference(self.target, still, still)
         return self._strength.reference(q, v, there, self._strength.torque(q, v, there, self.grip))

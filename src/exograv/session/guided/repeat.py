@@ -109,7 +109,7 @@ class _Session:
         guide.let_go()
         flown.run(2.0 * DROP_S, "Letting go", self._acting, guide)
         pilot.begin("float")
-        flown.float_again(guide)
+        flown.float_again(guide, self._acting)
         return done
 
     def _taken_hold_of(self) -> PathGuide:
@@ -118,8 +118,14 @@ class _Session:
         dt = pilot.rig.period_s
         pilot.begin("take the arm along")
         anchor = Anchor(pilot.q, strength, dt)
-        self._flown.lead(anchor)
-        self._flown.run(GRIP_S, "Taking hold", self._acting, anchor, lambda: self._wants_out)
+
+        def listen(moment: Moment) -> None:
+            self._acting(moment)
+            if self._wants_out:
+                anchor.let_go()
+
+        self._flown.lead(anchor, listen)
+        self._flown.run(GRIP_S, "Taking hold", listen, anchor, lambda: self._wants_out)
         return PathGuide(motion.hold(anchor.target, 2.0 * dt, dt), strength, 1.0, anchor.grip)
 
     def _along(self, way: Trajectory, speed: float, grip: float, counts: bool) -> PathGuide:

@@ -77,7 +77,7 @@ def run_teach(options: GuidedOptions, path: Path, code: str, folder: Path, progr
         ConfigError: The path is none, or leaves what is allowed; or an option cannot be used.
         RigError: The envelope stopped the run.
     """
-    laboratory = laboratory_of(options)
+    laboratory = _of_one_arm(options)
     recorded = folder / "teach.mcap"
     with writer_of(recorded, options, laboratory, "exograv teach") as recording:
         known = prepare(laboratory, options.seed, progress)
@@ -108,7 +108,7 @@ def run_repeat(
         ConfigError: The file is damaged or of another machine or person; or an option cannot be used.
         RigError: The envelope stopped the run.
     """
-    laboratory = laboratory_of(options)
+    laboratory = _of_one_arm(options)
     whole = read_taught(path, laboratory.description, code)
     recorded = folder / "repeat.mcap"
     with writer_of(recorded, options, laboratory, "exograv repeat") as recording:
@@ -135,6 +135,16 @@ def laboratory_of(options: GuidedOptions) -> VirtualLaboratory:
     """
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_motorless(laboratory.description)
+    return laboratory
+
+
+def _of_one_arm(options: GuidedOptions) -> VirtualLaboratory:
+    laboratory = laboratory_of(options)
+    if len(laboratory.description.arm_sides) > 1:
+        raise ConfigError(
+            f"{options.rig} holds both arms, and nothing keeps the hands apart on the way to a path: a path is of one "
+            "arm. Choose a machine for one arm, or let one arm follow the other (exograv mirror)."
+        )
     return laboratory
 
 
