@@ -9,13 +9,13 @@ from exograv import motion
 from exograv.errors import ConfigError, RigError
 from exograv.motion import Trajectory
 from exograv.safety.stops import StopReason
-from exograv.session.guided.flown import Flown, flown
-from exograv.session.guided.grip import Led
+from exograv.session.guided.flown import LOOK_S, Flown, flown
+from exograv.session.guided.grip import DROP_S, Led
 from exograv.session.guided.mirror import mirror
 from exograv.session.guided.mirror_guide import MirrorGuide
 from exograv.session.guided.mirror_map import MirrorMap
 from exograv.session.guided.path_guide import PathGuide
-from exograv.session.guided.people import Holding, Therapist, drawn_movement
+from exograv.session.guided.people import HOLDS_KD, HOLDS_KP, Holding, Therapist, drawn_movement
 from exograv.session.guided.pull import Strength
 from exograv.session.guided.repeat import SETTLE_S, repeat
 from exograv.session.guided.shaping import PERIOD_S, driven
@@ -32,6 +32,11 @@ REPEAT_RMS_DEG = 3.0
 
 MIRROR_RMS_DEG = 5.0
 """Of any joint, an eighth of a second late; tuning seeds had 2.8."""
+
+ROUNDING_NM = 1e-6
+
+AT_ANY_TIME_S = [1.0, 3.5, 5.0, 7.0, 11.0]
+"""The arm floats, control takes over, takes hold, leads it to the path, and along it."""
 
 Known = tuple[VirtualLaboratory, Prepared]
 Path = tuple[Flown, Trajectory]
@@ -67,19 +72,60 @@ def led(one_arm: Known) -> Path:
     return arm, driven(found.q, PERIOD_S, arm.twin.period_s)
 
 
-def _feedback_max(arm: Flown, run: Callable[[], object]) -> np.ndarray:
-    """Largest torque beyond the model's own that control asked for meanwhile (joint,) [N·m]."""
+def _feedback(arm: Flown, run: Callable[[], object], from_s: float = 0.0) -> np.ndarray:
+    """Largest torque beyond the model's own that control asked for meanwhile, from a time on (joint,) [N·m]."""
     controller, most = arm.controller, np.zeros(len(arm.pilot.q))
     step = controller.step
 
     def watched(q: np.ndarray, v: np.ndarray, reference: Reference) -> np.ndarray:
         tau = step(q, v, reference)
-        np.maximum(most, np.abs(tau - controller.tau_feedforward), out=most)
+        if arm.twin.t >= from_s:
+            np.maximum(most, np.abs(tau - controller.tau_feedforward), out=most)
         return tau
 
     controller.step = watched
     run()
     return most
+
+
+def _after(arm: Flown, seconds: float) -> Callable[[], bool]:
+    """Whether so much time has passed: somebody asks to be let go."""
+    until = arm.twin.t + seconds
+    return lambda: arm.twin.t > until
+
+
+def _stopped_after(arm: Flown, seconds: float, act: Callable[[], object] = lambda: None) -> Callable[[], bool]:
+    """Somebody acts, and somebody presses Stop."""
+    is_over = _after(arm, seconds)
+
+    def press() -> bool:
+        act()
+        if is_over():
+            arm.pilot.guard.press_stop()
+        return False
+
+    return press
+
+
+class Leaving:
+    """A person who has other plans: from a time on the arm goes elsewhere, by its own muscles."""
+
+    def __init__(self, arm: Flown, after_s: float, way: float):
+        self._twin, self._begins, self._way = arm.twin, _after(arm, after_s), way
+        self._goes: Trajectory | None = None
+        self._tick = 0
+
+    def __call__(self) -> bool:
+        twin = self._twin
+        if not self._begins():
+            return False
+        q, v = twin.truth.q_arm, twin.truth.v_arm
+        if self._goes is None:
+            self._goes = motion.go_to(q.copy(), q + np.array([0.0, 0.0, 0.0, self._way]), 0.8, twin.period_s)
+        k = min(self._tick, len(self._goes) - 1)
+        twin.tau_voluntary[:] = HOLDS_KP * (self._goes.q[k] - q) + HOLDS_KD * (self._goes.v[k] - v)
+        self._tick += 1
+        return False
 
 
 def test_a_led_path_is_repeated_where_it_was_led(led: Path):
@@ -101,9 +147,9 @@ def test_who_holds_the_arm_feels_no_more_than_the_bound_and_floats_again(led: Pa
     begins = arm.twin.t + SETTLE_S + 6.0
     holding = Holding(arm.twin, begins, np.inf)
     results = []
-    most = _feedback_max(arm, lambda: results.append(repeat(arm, path, 1.0, 1, lambda: bool(holding.act()))))
+    most = _feedback(arm, lambda: results.append(repeat(arm, path, 1.0, 1, lambda: bool(holding.act()))))
     assert results[0].state is Led.OVERRULED
-    assert (most <= Strength.of(arm.controller.assembly.description).bound + 1e-6).all()
+    assert (most <= Strength.of(arm.controller.assembly.description).bound + ROUNDING_NM).all()
     assert most.max() > 1.5
     assert arm.controller.mode.drive == 0.0
     assert arm.pilot.envelope.stop is None
@@ -117,25 +163,50 @@ def test_who_pauses_is_waited_for(led: Path):
     assert done.repetitions == 1
 
 
-def test_who_asks_to_be_let_go_floats_within_the_ramp(led: Path):
+@pytest.mark.parametrize("after_s", AT_ANY_TIME_S)
+def test_who_asks_at_any_time_is_let_go_within_the_ramp(led: Path, after_s: float):
     arm, path = led
-    until = arm.twin.t + SETTLE_S + 6.0
-    done = repeat(arm, path, 1.0, 1, lambda: arm.twin.t > until)
-    assert done.state is Led.RELEASED
+    asks, until = _after(arm, after_s), arm.twin.t + after_s + DROP_S + 2.0 * LOOK_S
+    results = []
+    left = _feedback(arm, lambda: results.append(repeat(arm, path, 1.0, 1, asks)), until)
+    assert results[0].state is Led.RELEASED
+    assert left.max() < ROUNDING_NM
     assert arm.controller.mode.drive == 0.0
+    assert arm.pilot.envelope.stop is None
 
 
-def test_stop_lets_the_arm_down_softly(led: Path):
+@pytest.mark.parametrize("after_s", AT_ANY_TIME_S)
+def test_stop_at_any_time_lets_the_arm_down_softly(led: Path, after_s: float):
     arm, path = led
-    until = arm.twin.t + SETTLE_S + 6.0
-
-    def press() -> bool:
-        if arm.twin.t > until:
-            arm.pilot.guard.press_stop()
-        return False
-
     with pytest.raises(RigError):
-        repeat(arm, path, 1.0, 1, press)
+        repeat(arm, path, 1.0, 1, _stopped_after(arm, after_s))
+    assert arm.pilot.envelope.stop is StopReason.STOP_PRESSED
+
+
+@pytest.mark.parametrize("after_s", [1.0, 5.0])
+def test_who_holds_before_the_path_has_begun_is_let_go_too(led: Path, after_s: float):
+    arm, path = led
+    holding = Holding(arm.twin, arm.twin.t + after_s, np.inf)
+    results = []
+    most = _feedback(arm, lambda: results.append(repeat(arm, path, 1.0, 1, lambda: bool(holding.act()))))
+    assert results[0].state is Led.OVERRULED
+    assert (most <= Strength.of(arm.controller.assembly.description).bound + ROUNDING_NM).all()
+
+
+@pytest.mark.parametrize("way", [-0.6, 0.6])
+def test_who_goes_elsewhere_is_let_go(led: Path, way: float):
+    arm, path = led
+    done = repeat(arm, path, 1.0, 1, Leaving(arm, 6.0, way))
+    assert done.state is Led.OVERRULED
+    assert arm.pilot.envelope.stop is None
+
+
+def test_stop_while_an_arm_is_led_keeps_no_path(one_arm: Known):
+    arm, description = _flown(one_arm), one_arm[0].description
+    movement = drawn_movement(description, SEED, description.donning_posture, arm.twin.period_s)
+    therapist = Therapist(arm.twin, movement)
+    with pytest.raises(RigError):
+        teach(arm, movement.seconds, _stopped_after(arm, 3.0, therapist.act))
     assert arm.pilot.envelope.stop is StopReason.STOP_PRESSED
 
 
@@ -175,7 +246,7 @@ def _mirrored(two_arms: Known, holds: bool) -> tuple[Flown, Led, np.ndarray, np.
             errors.append((which.mirrored(q) - q)[which.follow])
 
     states = []
-    most = _feedback_max(arms, lambda: states.append(mirror(arms, "right", 15.0, act, watch).state))
+    most = _feedback(arms, lambda: states.append(mirror(arms, "right", 15.0, act, watch).state))
     return arms, states[0], np.array(errors), most
 
 
@@ -183,13 +254,31 @@ def test_one_arm_follows_the_other_in_the_mirror(two_arms: Known):
     arms, state, errors, most = _mirrored(two_arms, holds=False)
     assert state is Led.ENDED
     assert np.rad2deg(np.sqrt(np.mean(errors**2, axis=0))).max() < MIRROR_RMS_DEG
-    assert (most <= Strength.of(arms.controller.assembly.description).bound + 1e-6).all()
+    assert (most <= Strength.of(arms.controller.assembly.description).bound + ROUNDING_NM).all()
     assert arms.pilot.envelope.stop is None
+
+
+@pytest.mark.parametrize("after_s", [1.0, SETTLE_S + 0.5, SETTLE_S + 4.0])
+def test_who_asks_in_the_mirror_is_let_go_within_the_ramp(two_arms: Known, after_s: float):
+    arms = _flown(two_arms)
+    asks, until = _after(arms, after_s), arms.twin.t + after_s + DROP_S + 2.0 * LOOK_S
+    states = []
+    left = _feedback(arms, lambda: states.append(mirror(arms, "right", 5.0, asks).state), until)
+    assert states == [Led.RELEASED]
+    assert left.max() < ROUNDING_NM
+    assert arms.controller.mode.drive == 0.0
+
+
+def test_stop_in_the_mirror_lets_both_arms_down_softly(two_arms: Known):
+    arms = _flown(two_arms)
+    with pytest.raises(RigError):
+        mirror(arms, "left", 5.0, _stopped_after(arms, SETTLE_S + 4.0))
+    assert arms.pilot.envelope.stop is StopReason.STOP_PRESSED
 
 
 def test_who_holds_the_following_arm_is_let_go_and_never_pulled_hard(two_arms: Known):
     arms, state, _errors, most = _mirrored(two_arms, holds=True)
     assert state in (Led.OVERRULED, Led.LOST)
-    assert (most <= Strength.of(arms.controller.assembly.description).bound + 1e-6).all()
+    assert (most <= Strength.of(arms.controller.assembly.description).bound + ROUNDING_NM).all()
     assert arms.controller.mode.drive == 0.0
     assert arms.pilot.envelope.stop is None

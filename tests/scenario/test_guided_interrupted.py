@@ -1,0 +1,77 @@
+"""Ctrl-C while an arm is led leaves a whole recording without a result, and the paths of before as they were."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exograv.recording.reader import read_recording
+from exograv.session.guided import run
+from exograv.session.guided.mirror_run import MirrorOptions, run_mirror
+from exograv.session.guided.run import GuidedOptions, RepeatOptions, run_repeat, run_teach
+from exograv.session.pilot import Progress
+from exograv.session.prepare import Prepared, prepare
+from exograv.session.virtual import draw_laboratory
+
+pytestmark = pytest.mark.slow
+
+SEED = 1000
+CODE = "K7MR4XX"
+
+
+def quiet(_text: str, _share: float) -> None:
+    """Nobody looks."""
+
+
+@dataclass
+class Pressed:
+    """Ctrl-C, when this was shown so many times."""
+
+    text: str
+    times: int
+
+    def __call__(self, text: str, _share: float) -> None:
+        self.times -= text.startswith(self.text)
+        if self.times == 0:
+            raise KeyboardInterrupt
+
+
+@pytest.fixture(scope="module")
+def known() -> Prepared:
+    return prepare(draw_laboratory("recupera_like_qdd", None, 2, SEED), SEED, quiet)
+
+
+@pytest.fixture
+def path(known: Prepared, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A path that was taught before; the arm is known already."""
+    monkeypatch.setattr(run, "prepare", lambda *_asked: known)
+    run_teach(GuidedOptions(seed=SEED, simulate=True), tmp_path / "path.toml", CODE, tmp_path, quiet)
+    return tmp_path / "path.toml"
+
+
+def interrupted(act: Callable[[Progress], Any], pressed: Pressed, recorded: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        act(pressed)
+    recording = read_recording(recorded)
+    assert recording.remark is None
+    assert not recording.messages("/result")
+
+
+def test_in_the_middle_of_teaching_the_path_of_before_stays(path: Path):
+    before = path.read_bytes()
+    act = partial(run_teach, GuidedOptions(seed=SEED, simulate=True), path, CODE, path.parent)
+    interrupted(act, Pressed("The arm floats; lead it", 100), path.parent / "teach.mcap")
+    assert path.read_bytes() == before
+
+
+def test_in_the_middle_of_repeating(path: Path):
+    act = partial(run_repeat, RepeatOptions(seed=SEED, simulate=True), path, CODE, path.parent)
+    interrupted(act, Pressed("Repeating the path", 100), path.parent / "repeat.mcap")
+
+
+def test_before_a_mirror_has_begun(tmp_path: Path):
+    act = partial(run_mirror, MirrorOptions(seed=SEED, simulate=True), tmp_path)
+    interrupted(act, Pressed("", 5), tmp_path / "mirror.mcap")
