@@ -26,19 +26,28 @@ def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
     from exograv.errors import ExogravError
     from exograv.session.guided.mirror_run import MirrorOptions, run_mirror
     from exograv.session.guided.run import GuidedOptions, RepeatOptions, run_repeat, run_teach
+    from exograv.session.pilot import Progress
+    from exograv.session.prepare import Prepared, prepare
+    from exograv.session.virtual import VirtualLaboratory
 
-    path = folder / f"{seed}.toml"
+    path, known = folder / f"{seed}.toml", dict[str, Prepared]()
+
+    def once(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Prepared:
+        name = laboratory.description.name
+        if name not in known:
+            known[name] = prepare(laboratory, seed, progress)
+        return known[name]
 
     def options_of(kind: type, **more: Any) -> Any:
         return kind(level=level, seed=seed, simulate=True, **more)
 
-    acts = [("teach", "relaxed", lambda: run_teach(options_of(GuidedOptions), path, "", folder, quiet))]
+    acts = [("teach", "relaxed", lambda: run_teach(options_of(GuidedOptions), path, "", folder, quiet, once))]
     for case in CASES:
         options = options_of(RepeatOptions, person=case)
-        acts.append(("repeat", case, lambda options=options: run_repeat(options, path, None, folder, quiet)))
+        acts.append(("repeat", case, lambda options=options: run_repeat(options, path, None, folder, quiet, once)))
     for case in MIRROR_CASES:
         options = options_of(MirrorOptions, person=case)
-        acts.append(("mirror", case, lambda options=options: run_mirror(options, folder, quiet)))
+        acts.append(("mirror", case, lambda options=options: run_mirror(options, folder, quiet, once)))
     rows = []
     for what, case, act in acts:
         try:

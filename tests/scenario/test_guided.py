@@ -35,7 +35,7 @@ MIRROR_RMS_DEG = 5.0
 
 ROUNDING_NM = 1e-6
 
-AT_ANY_TIME_S = [1.0, 3.5, 5.0, 7.0, 11.0]
+AT_ANY_TIME_S = [1.0, 3.5, 5.0, 7.0, 11.5]
 """The arm floats, control takes over, takes hold, leads it to the path, and along it."""
 
 Known = tuple[VirtualLaboratory, Prepared]
@@ -61,15 +61,19 @@ def two_arms() -> Known:
     return _known("recupera_like_dual")
 
 
-@pytest.fixture
-def led(one_arm: Known) -> Path:
-    """An arm that has been led once, and the path."""
+@pytest.fixture(scope="module")
+def path(one_arm: Known) -> Trajectory:
+    """Along which the arm was led once."""
     arm, description = _flown(one_arm), one_arm[0].description
     movement = drawn_movement(description, SEED, description.donning_posture, arm.twin.period_s)
-    therapist = Therapist(arm.twin, movement)
-    found = teach(arm, movement.seconds + 1.0, therapist.act)
-    therapist.let_go()
-    return arm, driven(found.q, PERIOD_S, arm.twin.period_s)
+    found = teach(arm, movement.seconds + 1.0, Therapist(arm.twin, movement).act)
+    return driven(found.q, PERIOD_S, arm.twin.period_s)
+
+
+@pytest.fixture
+def led(one_arm: Known, path: Trajectory) -> Path:
+    """The arm on the same day again, floating, and the path."""
+    return _flown(one_arm), path
 
 
 def _feedback(arm: Flown, run: Callable[[], object], from_s: float = 0.0) -> np.ndarray:

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from exograv.recording.reader import read_recording
-from exograv.session.guided import run
 from exograv.session.guided.mirror_run import MirrorOptions, run_mirror
 from exograv.session.guided.run import GuidedOptions, RepeatOptions, run_repeat, run_teach
 from exograv.session.pilot import Progress
@@ -45,11 +44,11 @@ def known() -> Prepared:
 
 
 @pytest.fixture
-def path(known: Prepared, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A path that was taught before; the arm is known already."""
-    monkeypatch.setattr(run, "prepare", lambda *_asked: known)
-    run_teach(GuidedOptions(seed=SEED, simulate=True), tmp_path / "path.toml", CODE, tmp_path, quiet)
-    return tmp_path / "path.toml"
+def path(known: Prepared, tmp_path: Path) -> Path:
+    """A path that was taught before."""
+    options, path = GuidedOptions(seed=SEED, simulate=True), tmp_path / "path.toml"
+    run_teach(options, path, CODE, tmp_path, quiet, lambda *_asked: known)
+    return path
 
 
 def interrupted(act: Callable[[Progress], Any], pressed: Pressed, recorded: Path) -> None:
@@ -60,15 +59,17 @@ def interrupted(act: Callable[[Progress], Any], pressed: Pressed, recorded: Path
     assert not recording.messages("/result")
 
 
-def test_in_the_middle_of_teaching_the_path_of_before_stays(path: Path):
+def test_in_the_middle_of_teaching_the_path_of_before_stays(path: Path, known: Prepared):
     before = path.read_bytes()
-    act = partial(run_teach, GuidedOptions(seed=SEED, simulate=True), path, CODE, path.parent)
+    options = GuidedOptions(seed=SEED, simulate=True)
+    act = partial(run_teach, options, path, CODE, path.parent, preparing=lambda *_asked: known)
     interrupted(act, Pressed("The arm floats; lead it", 100), path.parent / "teach.mcap")
     assert path.read_bytes() == before
 
 
-def test_in_the_middle_of_repeating(path: Path):
-    act = partial(run_repeat, RepeatOptions(seed=SEED, simulate=True), path, CODE, path.parent)
+def test_in_the_middle_of_repeating(path: Path, known: Prepared):
+    options = RepeatOptions(seed=SEED, simulate=True)
+    act = partial(run_repeat, options, path, CODE, path.parent, preparing=lambda *_asked: known)
     interrupted(act, Pressed("Repeating the path", 100), path.parent / "repeat.mcap")
 
 

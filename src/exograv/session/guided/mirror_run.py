@@ -18,7 +18,7 @@ from .mirror_guide import MirrorGuide
 from .mirror_map import MirrorMap
 from .people import Holding, Therapist, drawn_movement
 from .repeat import SETTLE_S
-from .run import GuidedOptions, about_run, laboratory_of, writer_of
+from .run import GuidedOptions, Preparing, about_run, laboratory_of, writer_of
 
 MEETS_S = 3.0
 """From when the following arm is taken hold of until the leading one moves, and the arms are compared."""
@@ -45,7 +45,9 @@ class MirrorOptions(GuidedOptions):
             raise ConfigError(f"--seconds is {self.seconds:g}; allowed: 5 to 600.")
 
 
-def run_mirror(options: MirrorOptions, folder: Path, progress: Progress) -> dict[str, Any]:
+def run_mirror(
+    options: MirrorOptions, folder: Path, progress: Progress, preparing: Preparing = prepare
+) -> dict[str, Any]:
     """One arm leads, turned as its owner's muscles would turn it; the other follows.
 
     Raises:
@@ -57,7 +59,7 @@ def run_mirror(options: MirrorOptions, folder: Path, progress: Progress) -> dict
     which = MirrorMap.of(description, assembly.exo, options.lead)
     recorded = folder / "mirror.mcap"
     with writer_of(recorded, options, laboratory, "exograv mirror") as recording:
-        known = prepare(laboratory, options.seed, progress)
+        known = preparing(laboratory, options.seed, progress)
         arms = flown(laboratory, known, options.seed, recording, progress)
         twin = arms.twin
         begins_s = twin.t + SETTLE_S + MEETS_S

@@ -13,7 +13,7 @@ from exograv.errors import ConfigError
 from exograv.model.description import Side
 from exograv.recording import RecordingWriter
 from exograv.session.pilot import Progress
-from exograv.session.prepare import prepare
+from exograv.session.prepare import Prepared, prepare
 from exograv.session.provenance import laboratory_settings
 from exograv.session.virtual import VirtualLaboratory, draw_laboratory, refuse_motorless
 
@@ -30,6 +30,9 @@ AFTER_S = 1.0
 
 ACTS_S, PAUSE_S = 8.0, 2.0
 """After which a simulated person does something, and for how long one pauses who pauses."""
+
+Preparing = Callable[[VirtualLaboratory, int, Progress], Prepared]
+"""By laboratory and seed: whoever flies one several times prepares it once."""
 
 PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 
@@ -70,7 +73,9 @@ class RepeatOptions(GuidedOptions):
             raise ConfigError(f"--repetitions is {self.repetitions}; allowed: 1 to 100.")
 
 
-def run_teach(options: GuidedOptions, path: Path, code: str, folder: Path, progress: Progress) -> dict[str, Any]:
+def run_teach(
+    options: GuidedOptions, path: Path, code: str, folder: Path, progress: Progress, preparing: Preparing = prepare
+) -> dict[str, Any]:
     """A simulated therapist leads the arm; the path goes into a file.
 
     Raises:
@@ -80,7 +85,7 @@ def run_teach(options: GuidedOptions, path: Path, code: str, folder: Path, progr
     laboratory = _of_one_arm(options)
     recorded = folder / "teach.mcap"
     with writer_of(recorded, options, laboratory, "exograv teach") as recording:
-        known = prepare(laboratory, options.seed, progress)
+        known = preparing(laboratory, options.seed, progress)
         arm = flown(laboratory, known, options.seed, recording, progress)
         start = laboratory.description.donning_posture
         movement = drawn_movement(laboratory.description, options.seed, start, arm.twin.period_s)
@@ -100,7 +105,12 @@ def run_teach(options: GuidedOptions, path: Path, code: str, folder: Path, progr
 
 
 def run_repeat(
-    options: RepeatOptions, path: Path, code: str | None, folder: Path, progress: Progress
+    options: RepeatOptions,
+    path: Path,
+    code: str | None,
+    folder: Path,
+    progress: Progress,
+    preparing: Preparing = prepare,
 ) -> dict[str, Any]:
     """A taught path, repeated with a simulated person.
 
@@ -112,7 +122,7 @@ def run_repeat(
     whole = read_taught(path, laboratory.description, code)
     recorded = folder / "repeat.mcap"
     with writer_of(recorded, options, laboratory, "exograv repeat") as recording:
-        known = prepare(laboratory, options.seed, progress)
+        known = preparing(laboratory, options.seed, progress)
         arm = flown(laboratory, known, options.seed, recording, progress)
         true_errors: list[np.ndarray] = []
 
