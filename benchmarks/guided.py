@@ -69,6 +69,8 @@ def show(rows: list[dict[str, Any]]) -> None:
         rms = max(row.get("true_rms_deg") or row.get("tracking_rms_deg") or [0.0])
         late = f", {row['late_s']:.2f} s late" if row.get("late_s") is not None else ""
         pull, guard = max(row.get("pull_max_Nm", [0.0])), row["guard"]
+        if max(muscles := row.get("muscles_max_Nm", [0.0])) > 0.0:
+            late += f", held with {max(muscles):.1f} N·m, {row['v_max_rad_s']:.1f} rad/s at most"
         print(
             f"{head} {rms:5.1f}° RMS{late}, {pull:.2f} N·m at most; guard: stop {guard['stop']}, limited "
             f"{guard['limited_ticks']} of {guard['ticks']}; {row.get('outcome', 'taught')}",

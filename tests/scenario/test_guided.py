@@ -1,5 +1,6 @@
 """On the twin, whose truth the examiner alone reads: an arm is led, repeats it, mirrors the other, and is overruled."""
 
+import contextlib
 from collections.abc import Callable
 
 import numpy as np
@@ -203,6 +204,15 @@ def test_who_goes_elsewhere_is_let_go(led: Path, way: float):
     done = repeat(arm, path, 1.0, 1, Leaving(arm, 6.0, way))
     assert done.state is Led.OVERRULED
     assert arm.pilot.envelope.stop is None
+
+
+def test_a_pull_of_the_wrong_sign_ends_by_itself(led: Path, monkeypatch: pytest.MonkeyPatch):
+    arm, path = led
+    right = Strength.torque
+    monkeypatch.setattr(Strength, "torque", lambda *asked: -right(*asked))
+    with contextlib.suppress(RigError):
+        assert repeat(arm, path, 1.0, 1).state is Led.OVERRULED
+    assert arm.controller.mode.drive == 0.0 or arm.pilot.envelope.stop is not None
 
 
 def test_stop_while_an_arm_is_led_keeps_no_path(one_arm: Known):

@@ -43,7 +43,7 @@ class Repeat(Guided):
     """File of `exograv teach`."""
 
     code: str | None = None
-    """The participant's code; a path of somebody else is refused."""
+    """The participant's code, where the path was taught with one; a path of somebody else is refused."""
 
     speed: float = 1.0
     """Share of the path's own speed, 0.1 to 1."""

@@ -56,6 +56,12 @@ def test_somebody_elses_path_is_refused_without_saying_whose(file: Path):
     assert CODE not in str(refused.value)
 
 
+def test_a_path_of_somebody_is_not_repeated_with_nobody_in_particular(file: Path):
+    with pytest.raises(ConfigError, match="--code") as refused:
+        read_taught(file, RIG, None)
+    assert CODE not in str(refused.value)
+
+
 def sealed_with(file: Path, q: np.ndarray) -> None:
     """As if somebody had made a file with these postures, hash and all."""
     write_taught(file, taught(Shaped(q, 1.0), RIG, CODE, datetime(2026, 1, 1, tzinfo=UTC), True))

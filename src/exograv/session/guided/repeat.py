@@ -39,6 +39,8 @@ class Repeated:
     waited_s: float = 0.0
     pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Largest torque of the pull a joint [N·m]."""
+    v_max: float = 0.0
+    """Largest speed of a joint while the arm was held or led, by the observer [rad/s]."""
     errors: list[np.ndarray] = field(default_factory=list)
     """From the path while it was repeated, by the machine's encoders, a tick [rad]."""
 
@@ -51,6 +53,7 @@ class Repeated:
             "tracking_rms_deg": rms_deg(self.errors),
             "waited_s": round(self.waited_s, 2),
             "pull_max_Nm": self.pull_max.round(3).tolist(),
+            "v_max_rad_s": round(self.v_max, 2),
         }
 
 
@@ -132,6 +135,8 @@ class _Session:
         """Along one way to its end, or until the arm is let go; `counts` if errors do."""
         guide, done = PathGuide(way, self._strength, speed, grip), self._done
         guide.lead()
+        if self._wants_out:
+            guide.let_go()
 
         def listen(moment: Moment) -> None:
             self._acting(moment)
@@ -139,6 +144,7 @@ class _Session:
                 guide.let_go()
             self._watch(guide)
             np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
+            done.v_max = max(done.v_max, float(np.abs(moment.v).max()))
             if counts and guide.state is Led.LED:
                 done.errors.append(guide.target - moment.q)
 

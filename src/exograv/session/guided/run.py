@@ -125,14 +125,17 @@ def run_repeat(
         known = preparing(laboratory, options.seed, progress)
         arm = flown(laboratory, known, options.seed, recording, progress)
         true_errors: list[np.ndarray] = []
+        muscles = np.zeros_like(arm.twin.tau_voluntary)
 
         def watch(guide: PathGuide) -> None:
+            np.maximum(muscles, np.abs(arm.twin.tau_voluntary), out=muscles)
             if guide.state is Led.LED:
                 true_errors.append(guide.target - arm.twin.truth.q)
 
         path_driven, act = whole.trajectory(arm.twin.period_s), _person(options.person, arm)
         done = repeat(arm, path_driven, options.speed, options.repetitions, act, watch)
-        result = done.figures | {"true_rms_deg": rms_deg(true_errors), "path": str(path), "guard": arm.guard_record}
+        examined = {"true_rms_deg": rms_deg(true_errors), "muscles_max_Nm": muscles.round(2).tolist()}
+        result = done.figures | examined | {"path": str(path), "guard": arm.guard_record}
         recording.write("/result", arm.twin.t, {"task": result, "rig": options.rig})
     return result | about_run(options, laboratory, recorded)
 

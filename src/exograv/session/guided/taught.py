@@ -86,6 +86,8 @@ def read_taught(path: Path, description: RigDescription, code: str | None) -> Ta
         raise ConfigError(f"{description.name} was changed since {path} was taught. Teach the path again.")
     if whole.joints != list(description.joints) or any(len(row) != len(whole.joints) for row in whole.q_rad):
         raise ConfigError(f"{path} is not of the joints {', '.join(description.joints)}. Teach the path again.")
+    if whole.code and code is None:
+        raise ConfigError(f"{path} is of a person with a code. Give the code of whoever is in the machine with --code.")
     if code is not None and code != whole.code:
         raise ConfigError(f"{path} is not of the person with this code. Give that person's own path, or teach one.")
     # What was allowed when it was taught may be so no more, and a hash proves no limits.
