@@ -5,36 +5,13 @@ import itertools
 import numpy as np
 import pytest
 
-from exograv.session.support_level.known_answer import crossing, isotonic
 from exograv.session.support_level.search import ATTEMPTS_MAX, STEP_DOWN_MAX, Needed, search
-from exograv.session.support_level.targets import TARGETS
 from exograv.session.support_level.threshold import ThresholdSearch, needed_support
+
+from .persons import Known
 
 COVERAGE_LEAST = 0.88
 """Of a 95 % interval over 40 persons: fewer would come by chance in one run of a hundred."""
-
-
-class Known:
-    """Reaches a target with a chance that rises with support."""
-
-    def __init__(self, seed: int, person: float | None = None):
-        self.random = np.random.default_rng(seed)
-        middle = self.random.uniform(0.1, 0.9) if person is None else person
-        self.thresholds = middle + self.random.uniform(0.04, 0.25) * self.random.standard_normal(len(TARGETS))
-        self.width = self.random.uniform(0.008, 0.06)
-        self.asked: list[tuple[float, bool]] = []
-
-    def chance(self, s: np.ndarray) -> np.ndarray:
-        return 0.02 + 0.96 / (1.0 + np.exp(-np.clip((s - self.thresholds) / self.width, -50, 50)))
-
-    def __call__(self, target: int, support: float) -> bool:
-        hit = bool(self.random.random() < self.chance(np.array(support))[target])
-        self.asked.append((support, hit))
-        return hit
-
-    def needed(self) -> float:
-        grid = np.linspace(-0.5, 1.5, 2001)
-        return float(grid[np.argmax(self.chance(grid[:, None]).mean(axis=1) >= 0.8)])
 
 
 def found(person: Known, seed: int = 1) -> Needed:
@@ -82,14 +59,6 @@ def test_needed_support_is_where_the_mean_chance_meets_the_criterion():
     thresholds = np.full((1, 12), 0.4)
     value = needed_support(thresholds, np.array([0.02]), 0.5)
     assert value[0] == pytest.approx(0.4, abs=1e-3)
-
-
-def test_the_known_answer_never_falls_with_support_and_lies_between_two_that_were_flown():
-    np.testing.assert_allclose(isotonic(np.array([0.0, 0.6, 0.4, 1.0])), [0.0, 0.5, 0.5, 1.0])
-    supports = np.array([0.4, 0.5, 0.6])
-    assert crossing(supports, np.array([0.5, 0.7, 0.9])) == pytest.approx(0.55)
-    assert crossing(supports, np.array([0.5, 0.6, 0.7])) is None
-    assert crossing(supports, np.array([0.9, 0.9, 0.9])) == 0.4
 
 
 @pytest.mark.slow

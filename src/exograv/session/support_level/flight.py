@@ -86,6 +86,11 @@ class Flight:
         """Since the test began [s]."""
         return self._pilot.rig.t - self._begin
 
+    @property
+    def clipped_share(self) -> float:
+        """Of all ticks, in which the guard limited torque or its rate [-]."""
+        return self._pilot.envelope.clipped_ticks / max(self._ticks, 1)
+
     def attempt(self, target: int, support: float) -> Attempt:
         """Bring the support to this share, by the guard's ramp, let the person try, and come back."""
         self._note("reach_began", target, support, place_m=self.places[target].tolist())

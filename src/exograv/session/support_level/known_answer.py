@@ -1,79 +1,94 @@
 """The known answer for a virtual person: what a search has to find. It reads the twin's truth; only scoring uses it.
 
-Two ways. By flying: every target at many supports, none chosen by outcome. By statics: with how much support the
-muscles just hold the arm at each target, without friction, inertia and noise.
+Two ways. By flying: every target at all supports about the answer, until it is clear. By statics: with how much support
+the muscles just hold the arm at each target, without friction, inertia and noise.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float, Int
 
 from exograv.rig.twin.weakness import involuntary, weak_physiology
 from exograv.session.pilot import Progress
 
 from .ready import Subject
-from .search import CRITERION
-from .targets import TARGETS
+from .search import CRITERION, SUPPORTS, Tries
+from .threshold import DRAWS_LAST, ThresholdSearch
 
-STEP = 0.05
-"""Of support between two blocks that are flown [share of the weight]."""
+ABOUT = 5
+"""Of `SUPPORTS`, to which whole blocks of targets narrow where the criterion is met: 12 points."""
 
-HALF_RANGE = 0.2
-"""About the static answer [share of the weight]; wider where the criterion is not crossed within."""
+HALF_WINDOW, CENTRED = 4, 2
+"""Of `SUPPORTS`: flown to each side of the middle; how far from it the answer may be, or the window moves."""
+
+STREAK = 3
+"""Supports in a row that a target was reached with at every attempt, or at none: 7 points beyond, nothing is flown."""
+
+MOVES_MAX = 5
 
 MEAN_SHORT = float(np.sqrt(2.0 / np.pi))
 """Mean of what half a normal distribution falls short by, in its SD [-]."""
 
-RESAMPLED = 500
-
 
 @dataclass(frozen=True)
 class FlownAnswer:
-    """Of all the targets at each support, how often each was reached."""
+    """How often each target was tried and reached at each of `SUPPORTS`, for those that were flown."""
 
-    supports: Float[np.ndarray, " support"]
-    reached: Bool[np.ndarray, "support target repeat"]
+    hits: Int[np.ndarray, "support target"]
+    tries: Int[np.ndarray, "support target"]
 
     def needed(self) -> float | None:
         """Least support [share of the weight] with which the criterion is met; None if none is enough."""
-        return crossing(self.supports, self.reached.mean(axis=(1, 2)))
+        return crossing(SUPPORTS, rising_share(self.hits, self.tries).mean(axis=1))
 
-    def interval(self, seed: int = 0) -> tuple[float, float]:
-        """95 % interval of that by drawing the attempts of each target again, neighbouring supports together."""
-        random = np.random.default_rng([seed, 53])
-        p = _monotone_by_target(self.reached.mean(axis=2))
-        found = []
-        for _ in range(RESAMPLED):
-            drawn = random.random(self.reached.shape) < p[:, :, None]
-            value = crossing(self.supports, drawn.mean(axis=(1, 2)))
-            found.append(1.0 if value is None else value)
-        low, high = np.quantile(found, [0.025, 0.975])
-        return float(low), float(high)
+    def interval(self) -> tuple[float, float]:
+        """95 % interval of that [share of the weight], by what the search's model says of these attempts.
+
+        Drawing the attempts again instead does not cover: with one at each support a target seems certain.
+        """
+        found = ThresholdSearch(self.tries.shape[1], CRITERION, 0)
+        for k, target in zip(*np.nonzero(self.tries), strict=True):
+            for one in range(self.tries[k, target]):
+                found.take(int(target), float(SUPPORTS[k]), one < self.hits[k, target])
+        _, low, high = found.posterior(DRAWS_LAST).interval()
+        return min(max(low, 0.0), 1.0), min(max(high, 0.0), 1.0)
+
+
+def rising_share(
+    hits: Int[np.ndarray, "support target"], tries: Int[np.ndarray, "support target"]
+) -> Float[np.ndarray, "support target"]:
+    """Share of attempts that reach a target, which never falls with support; where nothing was flown, in between."""
+    columns = []
+    for hit, tried in zip(hits.T, tries.T, strict=True):
+        at = np.flatnonzero(tried)
+        columns.append(np.interp(SUPPORTS, SUPPORTS[at], isotonic(hit[at] / tried[at], tried[at])))
+    return np.column_stack(columns)
 
 
 def crossing(supports: Float[np.ndarray, " support"], share: Float[np.ndarray, " support"]) -> float | None:
-    """Where the best fitting share that never falls with support comes to the criterion; between two, linearly."""
-    rising = isotonic(share)
-    above = np.flatnonzero(rising >= CRITERION)
+    """Where a share that never falls with support comes to the criterion; between two, linearly."""
+    above = np.flatnonzero(share >= CRITERION - 1e-9)
     if not len(above):
         return None
     k = int(above[0])
     if k == 0:
         return float(supports[0])
-    part = (CRITERION - rising[k - 1]) / (rising[k] - rising[k - 1])
+    part = (CRITERION - share[k - 1]) / (share[k] - share[k - 1])
     return float(supports[k - 1] + part * (supports[k] - supports[k - 1]))
 
 
-def isotonic(values: Float[np.ndarray, " support"]) -> Float[np.ndarray, " support"]:
-    """Nearest values, in squares, that never fall: neighbours that do are pooled."""
-    pools: list[tuple[float, int]] = []
-    for value in values.tolist():
-        pools.append((value, 1))
+def isotonic(
+    values: Float[np.ndarray, " support"], weights: Int[np.ndarray, " support"]
+) -> Float[np.ndarray, " support"]:
+    """Nearest values, in weighted squares, that never fall: neighbours that do are pooled."""
+    pools: list[tuple[float, int, int]] = []
+    for value, weight in zip(values.tolist(), weights.tolist(), strict=True):
+        pools.append((value, weight, 1))
         while len(pools) > 1 and pools[-2][0] > pools[-1][0]:
-            (a, n), (b, m) = pools[-2:]
-            pools[-2:] = [((a * n + b * m) / (n + m), n + m)]
-    return np.array([mean for mean, count in pools for _ in range(count)])
+            (a, n, i), (b, m, j) = pools[-2:]
+            pools[-2:] = [((a * n + b * m) / (n + m), n + m, i + j)]
+    return np.array([mean for mean, _, count in pools for _ in range(count)])
 
 
 def static_answer(one: Subject, places: list[Float[np.ndarray, " 3"]]) -> float | None:
@@ -95,32 +110,59 @@ def static_answer(one: Subject, places: list[Float[np.ndarray, " 3"]]) -> float 
     return float(supports[enough[0]]) if len(enough) else None
 
 
-def fly_answer(one: Subject, about: float, repeats: int, run_seed: int, progress: Progress) -> FlownAnswer:
-    """Every target `repeats` times at supports about one [share of the weight], from much support to little.
+def fly_answer(tries: Tries, targets: int, repeats: int, progress: Progress) -> FlownAnswer:
+    """Where the criterion is met, by blocks of all targets first, then target by target about there.
 
-    Raises:
-        RigError: The envelope stopped the run.
+    Args:
+        tries: Makes one attempt at a target with a support.
+        targets: How many there are.
+        repeats: Attempts at a target with one support.
+        progress: Told after every block and target.
     """
-    flight = one.flight(run_seed)
-    high, low = (round(min(max(about + side * HALF_RANGE, 0.0), 1.0) / STEP) for side in (1.0, -1.0))
-    rows: dict[int, list[list[bool]]] = {}
+    brute = _BruteForce(tries, targets, repeats)
+    low, high = 0, len(SUPPORTS) - 1
+    while high - low > ABOUT:
+        middle = (low + high) // 2
+        progress(f"All targets with {100 * SUPPORTS[middle]:.0f} % carried", 0.0)
+        enough = np.mean([brute.fly(middle, target) for target in range(targets)]) >= CRITERION
+        low, high = (low, middle) if enough else (middle, high)
+    at = (low + high) // 2
+    for _ in range(MOVES_MAX):
+        for target in range(targets):
+            progress(f"About {100 * SUPPORTS[at]:.0f} % carried, target {target + 1}", target / targets)
+            brute.fly_near(target, max(at - HALF_WINDOW, 0), min(at + HALF_WINDOW, len(SUPPORTS) - 1))
+        value = brute.answer().needed()
+        now = len(SUPPORTS) - 1 if value is None else int(np.searchsorted(SUPPORTS, value))
+        if abs(now - at) <= CENTRED:
+            break
+        at = now
+    return brute.answer()
 
-    def block(k: int) -> float:
-        progress(f"All targets with {100 * k * STEP:.0f} % carried", 0.0)
-        tried = [[flight.attempt(target, k * STEP).reached for _ in range(repeats)] for target in range(len(TARGETS))]
-        rows[k] = tried
-        return float(np.mean(tried))
 
-    for k in range(high, low - 1, -1):
-        block(k)
-    while np.mean(rows[max(rows)]) < CRITERION and max(rows) * STEP < 1.0 - 1e-9:
-        block(max(rows) + 1)
-    while np.mean(rows[min(rows)]) >= CRITERION and min(rows) > 0:
-        block(min(rows) - 1)
-    order = sorted(rows)
-    return FlownAnswer(STEP * np.array(order), np.array([rows[k] for k in order]))
+class _BruteForce:
+    """Attempts that were flown, each target and support as often as was asked for and no oftener."""
 
+    def __init__(self, tries: Tries, targets: int, repeats: int):
+        self._tries, self._repeats = tries, repeats
+        self._hits, self._tried = np.zeros((2, len(SUPPORTS), targets), dtype=int)
 
-def _monotone_by_target(share: Float[np.ndarray, "support target"]) -> Float[np.ndarray, "support target"]:
-    """One attempt a support says 0 or 1: half an attempt either way is not known."""
-    return np.clip(np.column_stack([isotonic(one) for one in share.T]), 0.05, 0.95)
+    def answer(self) -> FlownAnswer:
+        return FlownAnswer(self._hits.copy(), self._tried.copy())
+
+    def fly(self, support: int, target: int) -> float:
+        """Share that reached, with this one of `SUPPORTS`."""
+        while self._tried[support, target] < self._repeats:
+            self._hits[support, target] += self._tries(target, float(SUPPORTS[support]))
+            self._tried[support, target] += 1
+        return self._hits[support, target] / self._repeats
+
+    def fly_near(self, target: int, low: int, high: int) -> None:
+        """A target from its own threshold up and down, until it is clear or at the window's end."""
+        share = rising_share(self._hits[:, [target]], self._tried[:, [target]])[:, 0]
+        own = int(np.clip(np.searchsorted(share, 0.5), low, high))
+        for way, clear in ((range(own, high + 1), 1.0), (range(own - 1, low - 1, -1), 0.0)):
+            streak = 0
+            for support in way:
+                streak = streak + 1 if self.fly(support, target) == clear else 0
+                if streak == STREAK:
+                    break
