@@ -1,7 +1,7 @@
 """The known answer for a virtual person: what a search has to find. It reads the twin's truth; only scoring uses it.
 
 Two ways. By flying: every target at all supports about the answer, until it is clear. By statics: with how much support
-the muscles just hold the arm at each target, without friction, inertia and noise.
+the arm comes to rest near enough to each target, without motion and noise.
 """
 
 from dataclasses import dataclass
@@ -9,11 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from exograv.rig.twin.weakness import involuntary, weak_physiology
+from exograv.rig.twin.acting import usual_physiology
+from exograv.rig.twin.weakness import ELBOW, involuntary, weak_physiology
 from exograv.session.pilot import Progress
 
+from .person import PerFreedom, Place
 from .ready import Subject
 from .search import CRITERION, SUPPORTS, Tries
+from .targets import TOLERANCE_M
 from .threshold import DRAWS_LAST, ThresholdSearch
 
 ABOUT = 5
@@ -26,6 +29,9 @@ STREAK = 3
 """Supports in a row that a target was reached with at every attempt, or at none: 7 points beyond, nothing is flown."""
 
 MOVES_MAX = 5
+
+STEP, STEPS_MAX, STILL_RAD = 0.3, 600, 1e-4
+"""Of the way to rest: share of what the muscles' stiffness asks for, how many, and the step that counts as none."""
 
 MEAN_SHORT = float(np.sqrt(2.0 / np.pi))
 """Mean of what half a normal distribution falls short by, in its SD [-]."""
@@ -91,23 +97,36 @@ def isotonic(
     return np.array([mean for mean, _, count in pools for _ in range(count)])
 
 
-def static_answer(one: Subject, places: list[Float[np.ndarray, " 3"]]) -> float | None:
-    """By what muscles of average effort hold [share of the weight]; None where full support is not enough."""
+def static_answer(one: Subject, places: list[Place]) -> float | None:
+    """Least of `SUPPORTS` with which enough arms come to rest near enough; None where full support is not enough."""
+    for support in SUPPORTS.tolist():
+        near = [np.linalg.norm(one.body.own.fingertip(resting(one, place, support)) - place) for place in places]
+        if np.mean(np.array(near) <= TOLERANCE_M) >= CRITERION:
+            return support
+    return None
+
+
+def resting(one: Subject, place: Place, support: float) -> PerFreedom:
+    """Posture [rad] to which an arm that means to be at a place [m] sinks, or is drawn by its own elasticity.
+
+    Muscles pull with what an average attempt mobilises, and the machine's dry friction helps: they give way where that
+    is not enough. Whoever asks them to hold the very posture asks for more than a reach needs (docs/support_level.md).
+    """
     weakness, own = one.weakness, one.body.own
-    most = weak_physiology(weakness).torque_max
-    limit = (1.0 - MEAN_SHORT * weakness.mobilised_sd) * most
-    still, supports = np.zeros(len(most)), np.linspace(0.0, 1.0, 101)
-    holds = np.zeros((len(supports), len(places)))
-    for k, place in enumerate(places):
-        q = one.body.posture_at(place)
-        full, none = (own.torque(q, still, still, level) for level in (1.0, 0.0))
-        for row, support in enumerate(supports):
-            needed = none + (1.0 - support) * (full - none)
-            wanted = needed.copy()
-            wanted[3] -= involuntary(weakness, most, np.clip(needed, -limit, limit))
-            holds[row, k] = bool((np.abs(wanted) <= limit).all())
-    enough = np.flatnonzero(holds.mean(axis=1) >= CRITERION)
-    return float(supports[enough[0]]) if len(enough) else None
+    most, stiffness = weak_physiology(weakness).torque_max, usual_physiology(len(weakness.strength)).stiffness
+    # Machines of four joints turn about the arm's freedoms, nearly.
+    limit = (1.0 - MEAN_SHORT * weakness.mobilised_sd) * most + one.laboratory.machine.friction.coulomb
+    wanted = one.body.posture_at(place)
+    q, still = wanted.copy(), np.zeros(len(most))
+    for _ in range(STEPS_MAX):
+        needed = own.torque(q, still, still, 1.0 - support)
+        pull = np.clip(needed + stiffness * (wanted - q), -limit, limit)
+        pull[ELBOW] += involuntary(weakness, most, pull)
+        step = STEP * (pull - needed) / stiffness
+        q = np.clip(q + step, one.body.lower, one.body.upper)
+        if np.abs(step).max() < STILL_RAD:
+            break
+    return q
 
 
 def fly_answer(tries: Tries, targets: int, repeats: int, progress: Progress) -> FlownAnswer:
