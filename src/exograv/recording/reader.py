@@ -48,6 +48,16 @@ class Recording:
         """Actuated joints, in the order of every per-joint array."""
         return tuple(self.settings["joints"])
 
+    @property
+    def is_simulated(self) -> bool:
+        """Whether nobody was there: a twin has a level of disturbance, a model of a participant has settings."""
+        settings = self.settings
+        return (
+            "participant_model" in (settings.get("settings") or {})
+            or settings.get("disturbance_level") is not None
+            or "--simulate" in (settings.get("command") or "")
+        )
+
     def messages(self, topic: str) -> list[dict[str, Any]]:
         """All messages of a JSON channel, in the order of writing; empty if there are none."""
         return self._messages.get(topic, [])

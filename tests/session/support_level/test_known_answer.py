@@ -32,6 +32,7 @@ def test_a_share_that_falls_is_pooled_by_how_often_it_was_tried():
     np.testing.assert_allclose(isotonic(np.array([0.0, 0.6, 0.4, 1.0]), thrice), [0.0, 0.55, 0.55, 1.0])
 
 
+@pytest.mark.slow
 def test_brute_force_holds_the_truth_of_persons_whom_it_does_not_model():
     held, off, attempts = [], [], []
     for seed in range(1000, 1040):

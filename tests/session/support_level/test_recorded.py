@@ -21,9 +21,11 @@ SETTINGS = {
 }
 
 
-def write(path: Path, attempts: list[tuple[float, float]], **change: object) -> Path:
+def write(
+    path: Path, attempts: list[tuple[float, float]], settings: dict[str, object] = SETTINGS, **change: object
+) -> Path:
     """Attempts with a support, the fingertip so far from the target [m]."""
-    with RecordingWriter(path, JOINTS, SETTINGS) as recording:
+    with RecordingWriter(path, JOINTS, settings) as recording:
         t = 0.0
         for k, (support, off) in enumerate(attempts):
             record = {"target": k % 12, "targets": len(TARGETS), "support": support, "place_m": PLACE} | change
@@ -42,6 +44,13 @@ def test_attempts_are_judged_by_the_fingertip_and_not_by_what_the_session_said(t
     assert is_simulated
 
 
+def test_a_recording_of_a_machine_that_was_no_twin_is_not_called_simulated(tmp_path: Path):
+    real = {name: value for name, value in SETTINGS.items() if name != "disturbance_level"}
+    _, is_simulated = recorded_attempts(write(tmp_path / "a.mcap", [(0.9, 0.01), (0.4, 0.2)], real))
+    assert not is_simulated
+
+
+@pytest.mark.slow
 def test_support_needed_lies_between_where_all_and_where_nothing_was_reached(tmp_path: Path):
     attempts = [(support, 0.01 if support > 0.5 else 0.3) for support in (0.8, 0.6, 0.4, 0.2) for _ in range(12)]
     result = run_recorded(write(tmp_path / "a.mcap", attempts), tmp_path, "recorded")

@@ -56,7 +56,7 @@ class FlownAnswer:
         found = ThresholdSearch(self.tries.shape[1], CRITERION, 0)
         for k, target in zip(*np.nonzero(self.tries), strict=True):
             for one in range(self.tries[k, target]):
-                found.take(int(target), float(SUPPORTS[k]), one < self.hits[k, target])
+                found.take(int(target), float(SUPPORTS[k]), bool(one < self.hits[k, target]))
         _, low, high = found.posterior(DRAWS_LAST).interval()
         return min(max(low, 0.0), 1.0), min(max(high, 0.0), 1.0)
 

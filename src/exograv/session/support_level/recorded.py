@@ -52,7 +52,7 @@ def recorded_attempts(path: Path) -> tuple[list[tuple[int, float, bool]], bool]:
             f"{path} holds {len(tried)} whole attempts at {len(supports)} support; {SUPPORTS_LEAST} supports are "
             f"needed. {WHAT_IT_TAKES}"
         )
-    return tried, not recording.settings.get("is_real", False)
+    return tried, recording.is_simulated
 
 
 def _checked(path: Path, record: dict[str, Any]) -> dict[str, Any]:

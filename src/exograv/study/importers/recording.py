@@ -65,7 +65,7 @@ def _session(
     end = account.last_t if account.count else max((begun + one["t"] for one in records), default=begun)
     return {
         "kind": "recording",
-        "is_simulated": _is_simulated(recording),
+        "is_simulated": recording.is_simulated,
         "is_complete": _is_complete(records, found["windows_complete"], planned),
         "remark": _remark(recording, records, windows, jumps),
         "rig": settings.get("rig"),
@@ -95,16 +95,6 @@ def _settings(recording: Recording) -> dict[str, Any]:
 def _protocol(recording: Recording) -> dict[str, Any]:
     protocol = _settings(recording).get("protocol")
     return protocol if isinstance(protocol, dict) else {}
-
-
-def _is_simulated(recording: Recording) -> bool:
-    """A twin has a level of disturbance, a model of a participant has settings."""
-    settings = recording.settings
-    return (
-        "participant_model" in _settings(recording)
-        or settings.get("disturbance_level") is not None
-        or "--simulate" in (settings.get("command") or "")
-    )
 
 
 def _is_complete(records: Sequence[Mapping[str, Any]], complete: int, planned: int | None) -> bool:
