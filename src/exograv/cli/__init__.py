@@ -13,6 +13,7 @@ from exograv import __version__
 from exograv.errors import ExogravError
 
 from .aircraft import Aircraft, run_aircraft_command
+from .assist import Assist, run_assist_command
 from .bench import Bench, run_bench_command
 from .benchmark_identification import BenchmarkIdentification, run_benchmark_identification
 from .calibrate import Calibrate, run_calibrate_command
@@ -79,6 +80,7 @@ COMMANDS: Commands = {
     "teach": (Teach, run_teach_command),
     "repeat": (Repeat, run_repeat_command),
     "mirror": (Mirror, run_mirror_command),
+    "assist": (Assist, run_assist_command),
     "aircraft": (Aircraft, run_aircraft_command),
     "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),

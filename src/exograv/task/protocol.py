@@ -5,12 +5,13 @@ import hashlib
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
 from exograv.errors import ConfigError
 from exograv.model.description import validation_sentences
+from exograv.model.rig_settings import Settings
 
 from .levels import EARTH
 from .protocol_schema import Protocol
@@ -18,6 +19,8 @@ from .protocol_schema import Protocol
 FOLDER = Path(__file__).parent / "protocols"
 SIZE_MAX_BYTES = 200_000
 """A protocol has three thousand."""
+
+Read = TypeVar("Read", bound=Settings)
 
 
 @dataclass(frozen=True)
@@ -36,9 +39,9 @@ class LoadedProtocol:
         return {"sha256": self.sha256, "rest_lengths_s": rests_s, **self.settings.model_dump(mode="json")}
 
 
-def protocol_names() -> list[str]:
+def protocol_names(folder: Path = FOLDER) -> list[str]:
     """Protocols that come with exograv."""
-    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+    return sorted(path.stem for path in folder.glob("*.toml"))
 
 
 def load_protocol(protocol: str) -> LoadedProtocol:
@@ -47,26 +50,34 @@ def load_protocol(protocol: str) -> LoadedProtocol:
     Raises:
         ConfigError: There is none, or it holds something that cannot be used.
     """
-    path = FOLDER / f"{protocol}.toml" if protocol in protocol_names() else Path(protocol)
+    return LoadedProtocol(*read_protocol(protocol, FOLDER, Protocol))
+
+
+def read_protocol(protocol: str, folder: Path, schema: type[Read]) -> tuple[Read, Path, str]:
+    """One of a folder's by its name, or from the path of a file: settings, path, and the file's SHA-256.
+
+    Raises:
+        ConfigError: There is none, or it holds something that cannot be used.
+    """
+    names = protocol_names(folder)
+    path = folder / f"{protocol}.toml" if protocol in names else Path(protocol)
     if not path.is_file():
-        near = difflib.get_close_matches(protocol, protocol_names(), n=1)
+        near = difflib.get_close_matches(protocol, names, n=1)
         hint = f" Did you mean '{near[0]}'?" if near else ""
-        raise ConfigError(
-            f"No protocol '{protocol}'.{hint} Known: {', '.join(protocol_names())}; or give the path of a file."
-        )
+        raise ConfigError(f"No protocol '{protocol}'.{hint} Known: {', '.join(names)}; or give the path of a file.")
     try:
         size = path.stat().st_size
         if size > SIZE_MAX_BYTES:
             raise ConfigError(f"{path} has {size} bytes; a protocol has at most {SIZE_MAX_BYTES}. Give another file.")
         content = path.read_bytes()
-        settings = Protocol.model_validate(tomllib.loads(content.decode("utf-8")))
+        settings = schema.model_validate(tomllib.loads(content.decode("utf-8")))
     except OSError as error:
         raise ConfigError(f"{path} cannot be read: {error.strerror}. Check its permissions.") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ConfigError(f"{path} is not valid TOML: {error}. Correct it there.") from error
     except ValidationError as error:
         raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there.") from error
-    return LoadedProtocol(settings, path, hashlib.sha256(content).hexdigest())
+    return settings, path, hashlib.sha256(content).hexdigest()
 
 
 def refuse_levels(protocol: Protocol, level_max: float) -> None:

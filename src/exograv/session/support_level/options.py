@@ -44,6 +44,11 @@ class SupportOptions:
         if self.person_file is not None and (self.strength is not None or self.synergy is not None):
             raise ConfigError("--person-file says all of the person; give it without --strength and --synergy.")
 
+    @property
+    def strength_or_usual(self) -> float:
+        """Of the person where no file says it [-]."""
+        return STRENGTH if self.strength is None else self.strength
+
 
 class PersonFile(Settings):
     """A virtual person of little strength (docs/support_level.md)."""
@@ -62,7 +67,7 @@ def weakness_of(options: SupportOptions, freedoms: int) -> Weakness:
     """
     path = options.person_file
     if path is None:
-        return drawn_weakness(options.strength or STRENGTH, options.seed, freedoms, options.synergy or 0.0)
+        return drawn_weakness(options.strength_or_usual, options.seed, freedoms, options.synergy or 0.0)
     person = _read(path)
     if isinstance(person.strength, float):
         strength = drawn_weakness(person.strength, options.seed, freedoms).strength

@@ -1,0 +1,14 @@
+"""What the server says, in other languages: the pages have it, under `said.` and the code."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+WORDS = Path(__file__).parent / "pages" / "words"
+OF_SERVER = "said."
+
+
+def said_in(language: str) -> Mapping[str, str]:
+    """Sentences with gaps by code, in a language other than English."""
+    words = json.loads((WORDS / f"{language}.json").read_text(encoding="utf-8"))
+    return {name.removeprefix(OF_SERVER): text for name, text in words.items() if name.startswith(OF_SERVER)}
