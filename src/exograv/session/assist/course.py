@@ -1,7 +1,7 @@
 """The blocks of a session: attempts with one support, then one decision; what is asked for goes by the guard's ramp."""
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from exograv.session.support_level.flight import Attempt
 from exograv.session.support_level.targets import TARGETS
@@ -10,6 +10,7 @@ from exograv.task.assist_as_needed import AssistSettings, AssistState, decide
 from .kept import Block, Session
 
 
+@runtime_checkable
 class Attempts(Protocol):
     """Whoever lets a person try; a `Flight`."""
 
