@@ -41,12 +41,12 @@ def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
     random = np.random.default_rng([seed, 83])
     strength, synergy = round(float(random.uniform(*STRENGTHS)), 3), round(float(random.uniform(0.1, SYNERGY_MAX)), 2)
     synergy = synergy if seed % 2 else 0.0
-    times = [time.perf_counter()]
+    times = [time.process_time()]
     one = subject(SupportOptions(rig=rig, level=level, seed=seed, strength=strength, synergy=synergy), quiet)
-    times.append(time.perf_counter())
+    times.append(time.process_time())
     flight = one.flight(seed)
     needed, attempts = search_flight(flight, seed, quiet)
-    times.append(time.perf_counter())
+    times.append(time.process_time())
     other, tried = one.flight(seed + KNOWN_SEED), list[tuple[int, float, bool]]()
 
     def tries(target: int, support: float) -> bool:
@@ -54,7 +54,7 @@ def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
         return tried[-1][2]
 
     flown = fly_answer(tries, len(flight.places), repeats, quiet)
-    times.append(time.perf_counter())
+    times.append(time.process_time())
     middle, low, high = needed.ci
     known_low, known_high = flown.interval()
     return {
@@ -64,7 +64,7 @@ def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
         "known": flown.needed(), "known_low": known_low, "known_high": known_high,
         "static": static_answer(one, list(flight.places)),
         "tried": [(a.target, round(a.support, 3), a.reached) for a in attempts], "known_tried": tried,
-        "known_rescues": other.rescues, "wall_s": np.diff(times).round(1).tolist(),
+        "known_rescues": other.rescues, "core_s": np.diff(times).round(1).tolist(),
     }  # fmt: skip
 
 
@@ -97,11 +97,12 @@ def show(rows: list[dict[str, Any]]) -> None:
             f"{100 * row['clipped_share']:.2f} % |"
         )
     off = [abs(row["found"] - row["known"]) for row in rows if row["known"] is not None]
-    wall = np.sum([row["wall_s"] for row in rows], axis=0) / 60.0
+    core = np.sum([row["core_s"] for row in rows], axis=0) / 60.0
     print(
         f"\n{sum(map(covers, rows))} of {len(rows)} intervals hold the known answer; found and known are "
         f"{100 * sum(off) / max(len(off), 1):.1f} points apart on average, {100 * max(off, default=0.0):.1f} at most. "
-        f"{wall.sum():.0f} minutes: {wall[0]:.0f} to prepare, {wall[1]:.0f} to search, {wall[2]:.0f} for brute force."
+        f"{core.sum():.0f} core-minutes: {core[0]:.0f} to prepare, {core[1]:.0f} to search, {core[2]:.0f} by brute force.",
+        flush=True,
     )
 
 
