@@ -101,7 +101,7 @@ def show(rows: list[dict[str, Any]]) -> None:
     print(
         f"\n{sum(map(covers, rows))} of {len(rows)} intervals hold the known answer; found and known are "
         f"{100 * sum(off) / max(len(off), 1):.1f} points apart on average, {100 * max(off, default=0.0):.1f} at most. "
-        f"{core.sum():.0f} core-minutes: {core[0]:.0f} to prepare, {core[1]:.0f} to search, {core[2]:.0f} by brute force.",
+        f"{core.sum():.0f} core-minutes: {core[0]:.0f} to prepare, {core[1]:.0f} search, {core[2]:.0f} brute force.",
         flush=True,
     )
 
