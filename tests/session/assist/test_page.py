@@ -1,6 +1,7 @@
 """The page says every decision in its language, the bounds, and that nobody took part."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from exograv.task.assist_as_needed import SENTENCES
 
 from .weak import Weak, usual
 
-SAID = {"en": SENTENCES, "de": said_in("de")}
+SAID: dict[Language, Mapping[str, str]] = {"en": SENTENCES, "de": said_in("de")}
 
 
 def sessions(*needs: float) -> AssistFile:
