@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from exograv.errors import IdentificationError
 from exograv.session.virtual_study import people
 from exograv.session.virtual_study.options import StudyOptions, careers
 from exograv.session.virtual_study.people import Life
@@ -46,3 +47,16 @@ def test_trainings_and_the_last_flight_are_the_studys():
 def test_flights_after_a_training_in_flight_are_as_long_as_all_others():
     assert [windows for _, windows, _, _ in sat_through("parabolic")] == [8, 1]
     assert [windows for _, windows, _, _ in sat_through("dam")] == [8, 1, 8, 1]
+
+
+def test_a_machine_that_is_refused_is_one_person_less_in_a_comparison_and_an_error_in_the_main_study(monkeypatch):
+    def refuse(*_):
+        raise IdentificationError("Joint 'elbow' did not move.")
+
+    monkeypatch.setattr(people, "prepared_once", refuse)
+    options = StudyOptions((1, 1), (2, 1), ("dam", "gcm"), compared=(1, 1))
+    by_name = {one.condition_name: one for one in careers(options, CODES) if one.person == 0}
+    lived = Told(by_name["gcm"], options, Path(), lambda _text, _share: None).live()
+    assert (lived.flights, lived.refused) == ((), "Joint 'elbow' did not move.")
+    with pytest.raises(IdentificationError, match="did not move"):
+        Told(by_name["dam"], options, Path(), lambda _text, _share: None).live()

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, field_validator
 
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, IdentificationError
 from exograv.session.virtual_study.conditions import condition_of
 from exograv.session.virtual_study.flight import FAMILIARISED
 from exograv.session.virtual_study.options import Career, StudyOptions
@@ -113,7 +113,10 @@ def _run(task: Task) -> Values:
     settings: ParticipantsTask = task.settings
     condition = None if settings.condition == FAMILIARISED else condition_of(settings.condition)
     career = Career(0, settings.seed, condition, settings.sessions, ((settings.sessions, "comparison"),))
-    (flight,) = live(career, settings.options, Path(), lambda _text, _share: None).flights
+    lived = live(career, settings.options, Path(), lambda _text, _share: None)
+    if lived.refused is not None:
+        raise IdentificationError(lived.refused)
+    (flight,) = lived.flights
     if not flight.first_window:
         raise ConfigError("No touch of the flight's first window counts: this person found the screen too late.")
     return {

@@ -74,7 +74,7 @@ def ablation(options: StudyOptions, means: Means) -> list[Ablated]:
 
 def ablated_rows(condition: str, flown: Sequence[Sequence[Flight]]) -> list[Ablated]:
     """Of one condition, in the order of `MECHANISMS`, whose flights these are."""
-    found = [pairs(compared(flights)[condition], familiarised(flights)) for flights in flown]
+    found = [pairs(compared(flights).get(condition, ()), familiarised(flights)) for flights in flown]
     return [_row(condition, one, own, found[0]) for one, own in zip(MECHANISMS, found, strict=True)]
 
 

@@ -75,7 +75,7 @@ def read_lived(path: Path) -> Lived | None:
         text = path.read_text(encoding="utf-8")
         plain = json.loads(text)
         flights = tuple(flight_of(one) for one in plain["flights"])
-        return Lived(flights, tuple(plain["files"]), plain["spent_s"], plain["simulated_s"])
+        return Lived(flights, tuple(plain["files"]), plain["spent_s"], plain["simulated_s"], plain.get("refused"))
     except FileNotFoundError:
         return None
     except OSError as error:

@@ -46,6 +46,8 @@ class Content:
     """The study's own report, its data set: words and address, best relative to the page."""
 
     ablated: Sequence[Ablated] = ()
+    left_out: Sequence[str] = ()
+    """Sentences about people whose machine was refused in a condition."""
 
 
 def write_virtual_page(folder: Path, content: Content) -> tuple[Path, tuple[Path, ...]]:
@@ -102,7 +104,7 @@ def render(content: Content, chapters: Sequence[Mapping[str, Any]]) -> str:
         headline=headline(outcome),
         tiles=tiles(outcome),
         note=NO_EVIDENCE,
-        sentences=sentences(outcome, content.swept, content.swept_usual, content.ablated),
+        sentences=[*sentences(outcome, content.swept, content.swept_usual, content.ablated), *content.left_out],
         chapters=chapters,
         condition_rows=condition_rows(outcome),
         secondary_rows=secondary_rows(outcome),

@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from exograv.errors import ConfigError, IdentificationError, RigError
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import day_seed
 from exograv.session.pilot import Progress
@@ -41,6 +42,9 @@ class Lived:
     simulated_s: float = 0.0
     """In which the twin ran."""
 
+    refused: str | None = None
+    """Why this person did nothing at all in this condition."""
+
 
 class Life:
     """Goes through one career."""
@@ -58,13 +62,20 @@ class Life:
     def live(self) -> Lived:
         """All sessions and flights.
 
+        A machine that is refused is one person less in a comparison, and an error for whoever is in the main study.
+
         Raises:
             ExogravError: A machine or run was refused, or the disk is full.
         """
         career, flights = self._career, list[Flight]()
         if career.condition is not None:
-            with self._timed("preparing"):
-                self._prepared = prepared_once(career.condition, career.seed, self._options.level, self._tell)
+            try:
+                with self._timed("preparing"):
+                    self._prepared = prepared_once(career.condition, career.seed, self._options.level, self._tell)
+            except (ConfigError, IdentificationError, RigError) as error:
+                if career.code is not None:
+                    raise
+                return Lived((), (), self._spent, 0.0, str(error))
             self._parts_done += 1
         for session in range(career.sessions + 1):
             if session:

@@ -69,6 +69,11 @@ def simulate_study(
         progress("Writing the reports", 0.0)
         flights = [flight for one in lived for flight in one.flights]
         telling = _Telling(options, work.folder, study, flights, _time_of(lived, time.perf_counter() - begun))
+        telling.refused = [
+            {"person": career.person, "condition": career.condition_name, "why": one.refused}
+            for career, one in zip(everybody, lived, strict=True)
+            if one.refused is not None
+        ]
         result = telling.told([], [])
         progress("Writing the reports", 1.0)
         swept, ablated = list[Swept](), list[Ablated]()
@@ -96,6 +101,8 @@ class _Telling:
         """The study's own report is written."""
         self._options, self._folder, self._study, self._flights, self._time = options, folder, study, flights, time
         self._outcome = outcome_of(flights, options.main.name)
+        self.refused = list[dict[str, Any]]()
+        """Who did nothing in which condition, and why."""
         self._report = write_study_report(study.path)["report"]
 
     def told(self, swept: Sequence[Swept], ablated: Sequence[Ablated]) -> Result:
@@ -103,13 +110,14 @@ class _Telling:
         links = {"The report of the study": f"{STUDY}/report/{Path(self._report).name}"}
         content = Content(
             self._outcome, self._flights, _shown(self._options), swept[1:], swept[0].transfer if swept else None, links,
-            ablated,
+            ablated, [f"V{one['person']:02d} is left out of {one['condition']}: {one['why']}" for one in self.refused],
         )  # fmt: skip
         page, figures = write_virtual_page(self._folder, content)
         return {
             **self._outcome,
             "sensitivity": [asdict(row) | {"value": None if row.name == USUAL else row.value} for row in swept],
             "ablation": [asdict(row) for row in ablated],
+            "refused": self.refused,
             "options": asdict(self._options),
             "dataset": str(self._study.path),
             "study_report": self._report,

@@ -94,6 +94,8 @@ def change(own: Pairs, usual: Pairs) -> dict[str, Any]:
     interval is Student's t of it about the change. First order: it wants an E₀ well away from 0.
     """
     people = sorted(set(own.people) & set(usual.people))
+    if not people:
+        return {"change": None, "ci95": None, "reason": "nobody has flights in both"}
     found, shares = list[float](), list[Float[np.ndarray, " person"]]()
     for one in (usual, own):
         where = [one.people.index(person) for person in people]
