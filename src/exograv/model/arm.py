@@ -1,7 +1,8 @@
 """The wearer's arms beside the exoskeleton: freedoms and bodies scaled to the person, with the prior's spread.
 
-An arm in a machine for shoulder and elbow has four freedoms and two bodies, the hand straight and part of the forearm;
-in a machine with forearm and wrist seven freedoms and three bodies. Two arms are one tree with two roots.
+An arm in a machine for shoulder and elbow has four freedoms, a fifth where its forearm is rolled, a sixth and seventh
+where its wrist is moved. It is two bodies, the hand straight and part of the forearm; with a wrist that moves three.
+Two arms are one tree with two roots.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,7 +16,7 @@ from .anthropometry import Body, segment_lengths, segment_prior
 from .limb import FREEDOMS as FREEDOMS
 from .limb import SEGMENTS as SEGMENTS
 from .limb import Limb as Limb
-from .rig_settings import ArmKind, ArmSide
+from .rig_settings import HAND_APART, ArmKind, ArmSide
 from .tree import Frame, Joint, Tree, inertial_parameters
 
 LIMITS = {
@@ -119,7 +120,7 @@ def _prior(
 ) -> tuple[Float[np.ndarray, " phi"], Float[np.ndarray, "phi phi"]]:
     """Of one arm's segments."""
     segments = [segment_prior(body, name) for name in SEGMENTS]
-    if kind == "shoulder_elbow":
+    if kind not in HAND_APART:
         upper_arm, (phi_forearm, covariance_forearm), (phi_hand, covariance_hand) = segments
         move = translation_of_parameters(-lengths["forearm"])
         segments = [upper_arm, (phi_forearm + move @ phi_hand, covariance_forearm + move @ covariance_hand @ move.T)]

@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass
 
-from .rig_settings import FREEDOMS_OF_ARM, ArmKind, ArmSide
+from .rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind, ArmSide
 
 FREEDOMS = ("flexion", "abduction", "rotation", "elbow", "forearm_roll", "wrist_flexion", "wrist_deviation")
-"""Of one arm, in order; one without forearm roll and wrist has the first four. Order of the shoulder's after Rajagopal
+"""Of one arm, in order; a kind that a machine moves less of has the first few. Order of the shoulder's after Rajagopal
 2016. Positive: forward, outward, inward, bending; pronation, towards the palm, towards the thumb. The shift of the
 shoulder's centre follows from them."""
 
 SEGMENTS = ("upper_arm", "forearm", "hand")
-"""Bodies of one arm; without a wrist the hand belongs to the forearm."""
+"""Bodies of one arm; where the wrist does not move the hand belongs to the forearm."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Limb:
 
     @property
     def n_freedoms(self) -> int:
-        """Four or seven."""
+        """Four to seven."""
         return FREEDOMS_OF_ARM[self.kind]
 
     @property
@@ -58,7 +58,6 @@ class Limb:
     @property
     def bodies(self) -> dict[str, int]:
         """Index of the body in the tree that is each segment; the others are massless."""
-        if self.kind == "shoulder_elbow":
-            return {"upper_arm": self.root + 3, "forearm": self.root + 5}
         # The whole forearm turns with its roll.
-        return {"upper_arm": self.root + 3, "forearm": self.root + 6, "hand": self.root + 8}
+        bodies = {"upper_arm": self.root + 3, "forearm": self.root + (5 if self.kind == "shoulder_elbow" else 6)}
+        return bodies | ({"hand": self.root + self.n_freedoms + 1} if self.kind in HAND_APART else {})

@@ -12,9 +12,12 @@ ArmSide = Literal["right", "left"]
 Place = Literal["shoulder", "elbow", "wrist"]
 """Where a joint of a machine is beside the arm; forearm roll belongs to the wrist."""
 Segment = Literal["upper_arm", "forearm", "hand"]
-ArmKind = Literal["shoulder_elbow", "whole"]
-FREEDOMS_OF_ARM: dict[ArmKind, int] = {"shoulder_elbow": 4, "whole": 7}
+ArmKind = Literal["shoulder_elbow", "forearm", "wrist_flexion", "whole"]
+"""How far down its joints a machine moves an arm; those farther out stay straight."""
+FREEDOMS_OF_ARM: dict[ArmKind, int] = {"shoulder_elbow": 4, "forearm": 5, "wrist_flexion": 6, "whole": 7}
 """Freedoms of one arm by the kind of arm a machine moves (`model.arm`)."""
+HAND_APART: frozenset[ArmKind] = frozenset({"wrist_flexion", "whole"})
+"""Kinds whose hand is a body of its own, because their wrist moves."""
 Degrees = Annotated[list[float], Field(min_length=1)]
 
 
@@ -45,7 +48,8 @@ class Wearer(Settings):
     """Frame, or one frame a side in a machine for both arms."""
 
     arm: ArmKind = "shoulder_elbow"
-    """Shoulder and elbow, forearm and hand being one body; or forearm roll and wrist too, the hand apart."""
+    """Shoulder and elbow; the forearm's roll too; wrist flexion too; or all, wrist deviation too. Where the wrist does
+    not move the hand is part of the forearm."""
 
 
 class Adjustment(Settings):
@@ -271,8 +275,11 @@ class RigSettings(Settings):
         for cuff in self.cuffs:
             if for_both != (cuff.side is not None):
                 raise ValueError(f"cuff {cuff.name}: a side is needed if, and only if, urdf.both is given")
-            if cuff.segment == "hand" and self.wearer.arm != "whole":
-                raise ValueError(f"cuff {cuff.name} holds the hand; wearer.arm must then be 'whole'")
+            if cuff.segment == "hand" and self.wearer.arm not in HAND_APART:
+                raise ValueError(
+                    f"cuff {cuff.name} holds the hand; wearer.arm must then be one that moves the wrist: "
+                    "'wrist_flexion' or 'whole'"
+                )
         freedoms = FREEDOMS_OF_ARM[self.wearer.arm] * (2 if for_both else 1)
         posture = self.donning.arm_posture_deg or self.donning.posture_deg
         if len(posture) != freedoms:

@@ -5,8 +5,9 @@ import json
 import numpy as np
 
 from exograv.model.guesses import ArmGuess, arms, place_of, side_of
+from exograv.model.limb import FREEDOMS
 from exograv.model.questions import MARK
-from exograv.model.rig_settings import FREEDOMS_OF_ARM, ArmKind, Side
+from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind, Side
 from exograv.model.tree import Joint, Tree
 
 HEAD = """\
@@ -49,7 +50,7 @@ def rig_text(tree: Tree, name: str, file: str, side: Side | None = None) -> str:
         _urdf(file, side),
         _wearer(tree, found, side),
         *(_adjustment(arm) for arm in found),
-        *(_cuffs(arm, whole=_is_whole(tree, found)) for arm in found),
+        *(_cuffs(arm, _kind(tree, found)) for arm in found),
         _donning(tree, found),
         *(_actuator(joint) for joint in tree.joints),
         _task(tree),
@@ -69,14 +70,18 @@ def _urdf(file: str, side: Side | None) -> str:
     )
 
 
-def _is_whole(tree: Tree, found: list[ArmGuess]) -> bool:
-    return any(place_of(tree.joint_names[i]) == "wrist" for arm in found for i in arm.joints)
+def _kind(tree: Tree, found: list[ArmGuess]) -> ArmKind:
+    """By how many joints beyond the elbow an arm has, as they are called."""
+    beyond = max(sum(place_of(tree.joint_names[i]) == "wrist" for i in arm.joints) for arm in found)
+    kinds = {n - 4: kind for kind, n in FREEDOMS_OF_ARM.items()}
+    return kinds[min(beyond, max(kinds))]
 
 
 def _wearer(tree: Tree, found: list[ArmGuess], side: Side | None) -> str:
-    kind: ArmKind = "whole" if _is_whole(tree, found) else "shoulder_elbow"
-    why = "forearm roll and wrist are moved too" if kind == "whole" else "no joint is called like a wrist's"
-    lines = [f'[wearer]\narm = "{kind}"  # "shoulder_elbow" or "whole": {why}']
+    kind = _kind(tree, found)
+    moved = ", ".join(FREEDOMS[3 : FREEDOMS_OF_ARM[kind]])
+    others = ", ".join(f'"{name}"' for name in FREEDOMS_OF_ARM if name != kind)
+    lines = [f'[wearer]\narm = "{kind}"  # by its names it moves shoulder, {moved}; else one of {others}']
     if side == "both":
         lines += ["", "[wearer.shoulder_centre]", *(f"{arm.side} = {_centre(arm)}" for arm in found)]
     else:
@@ -106,8 +111,8 @@ def _adjustment(arm: ArmGuess) -> str:
     )
 
 
-def _cuffs(arm: ArmGuess, *, whole: bool) -> str:
-    segments = ("upper_arm", "forearm", "hand") if whole else ("upper_arm", "forearm")
+def _cuffs(arm: ArmGuess, kind: ArmKind) -> str:
+    segments = ("upper_arm", "forearm", "hand") if kind in HAND_APART else ("upper_arm", "forearm")
     blocks = []
     for i, segment in enumerate(segments):
         prefix = f"{arm.side}_" if arm.side else ""
@@ -122,8 +127,8 @@ def _cuffs(arm: ArmGuess, *, whole: bool) -> str:
 
 
 def _donning(tree: Tree, found: list[ArmGuess]) -> str:
-    freedoms = FREEDOMS_OF_ARM["whole" if _is_whole(tree, found) else "shoulder_elbow"]
-    names = "flexion, abduction, inward rotation, elbow" + (", pronation, wrist flexion, radial" * (freedoms > 4))
+    freedoms = FREEDOMS_OF_ARM[_kind(tree, found)]
+    names = ", ".join(FREEDOMS[:freedoms])
     sides = ", first the right arm's" if len(found) > 1 else ""
     return (
         "# Where the cuffs are fastened and strain-free, inside the limits; best with the arm hanging, elbow at 90°.\n"

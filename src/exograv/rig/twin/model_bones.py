@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from exograv.errors import ModelError
 from exograv.model.limb import FREEDOMS
-from exograv.model.rig_settings import ArmKind
+from exograv.model.rig_settings import HAND_APART, ArmKind
 
 from .arm_bodies import MASS_LEAST
 from .model_joints import SLIDE, Hanging, find_body, joint_names, listed
@@ -66,7 +66,7 @@ def build_skeleton(model: mujoco.MjModel, told: WearerMap, stand: Hanging, kind:
     held = {name: _bone_name(seen, getattr(told.segments, name)) for name in ("upper_arm", "forearm", "hand")}
     segment_of = {bone.name: bone.segment for bone in bones}
     for name, bone in held.items():
-        wanted = "forearm" if name == "hand" and kind == "shoulder_elbow" else name
+        wanted = "forearm" if name == "hand" and kind not in HAND_APART else name
         if segment_of[bone] != wanted:
             raise ModelError(
                 f"segments.{name} is '{getattr(told.segments, name)}', which moves with the {segment_of[bone]} of this "

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.model.limb import FREEDOMS
-from exograv.model.rig_settings import FREEDOMS_OF_ARM, ArmKind, ArmSide
+from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind, ArmSide
 
 from .segments import Segment
 
@@ -159,14 +159,14 @@ class Skeleton:
 def drawn_skeleton(segments: Mapping[str, Segment], side: ArmSide, kind: ArmKind) -> Skeleton:
     """An arm of three segments whose joint axes meet in the joints' centres and stand on each other."""
     upper_arm, forearm, hand = (segments[name] for name in ("upper_arm", "forearm", "hand"))
-    is_whole = kind == "whole"
-    upper, lower, last = FREEDOMS[:3], FREEDOMS[3 : 5 if is_whole else 4], FREEDOMS[5:] if is_whole else ()
+    moved, has_hand = FREEDOMS[: FREEDOMS_OF_ARM[kind]], kind in HAND_APART
+    upper, lower, last = moved[:3], moved[3:5], moved[5:]
     grip = GRIP_FRACTION * hand.length
     zero = np.zeros(3)
     bones = (
         _bone("upper_arm", "upper_arm", None, zero, upper_arm, _joints(side, upper)),
         _bone("forearm", "forearm", "upper_arm", _below(upper_arm.length), forearm, _joints(side, lower)),
-        _bone("hand", "hand" if is_whole else "forearm", "forearm", _below(forearm.length), hand, _joints(side, last)),
+        _bone("hand", "hand" if has_hand else "forearm", "forearm", _below(forearm.length), hand, _joints(side, last)),
     )
     held = {name: name for name in segments}
     return Skeleton(
@@ -177,7 +177,7 @@ def drawn_skeleton(segments: Mapping[str, Segment], side: ArmSide, kind: ArmKind
         held=held,
         centres={name: (name, zero) for name in dict.fromkeys(bone.segment for bone in bones)},
         wrist=("hand", zero),
-        grip=("hand", _below(grip)) if is_whole else ("forearm", _below(forearm.length + grip)),
+        grip=("hand", _below(grip)) if has_hand else ("forearm", _below(forearm.length + grip)),
     )
 
 
