@@ -6,8 +6,12 @@ import pytest
 from exograv.control.resting import RestingTorque
 from exograv.control.tick import Mode, Tick
 from exograv.dynamics import parameters
+from exograv.model.anthropometry import Body
+from exograv.model.description import load_rig
 from exograv.model.loops import FIT
-from exograv.model.support import sample_postures
+from exograv.model.support import assemble, sample_postures
+from exograv.session.learner import table_guess
+from exograv.session.nominal import nominal_machine
 
 PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
 POSTURES = 31
@@ -80,3 +84,21 @@ def test_an_arm_in_slack_cuffs_is_not_closed(resting, postures, wearer):
     slack[LAYOUT.phi] = 0.0
     starts = resting.cold_start(postures, wearer)
     assert not resting(postures, np.tile(slack, (POSTURES, 1)), starts).is_closed.any()
+
+
+def test_an_arm_of_seven_freedoms_is_found_from_where_one_lies_whose_shoulder_is_elsewhere():
+    """Straight on, Newton's method loses every second posture: the roll is held too softly for 2 cm."""
+    description = load_rig("recupera_like_7")
+    assembly = assemble(description, Body(1.78, 75.0, "male"))
+    machine = nominal_machine(description, assembly.exo.phi)
+    resting, x = RestingTorque(assembly, machine), table_guess(assembly, machine)
+    q = sample_postures(description, 32)
+    elsewhere = x.copy()
+    elsewhere[parameters.Layout.of(assembly).fit][:4] = -0.016, -0.013, -0.006, 0.014
+    before, arms = np.tile(elsewhere, (len(q), 1)), np.tile(x, (len(q), 1))
+    there = resting(q, before, resting.cold_start(q, elsewhere))
+    led, from_cold = resting(q, arms, there.z, x_start=before), resting(q, arms, resting.cold_start(q, x))
+    assert there.is_closed.all()
+    assert resting._settled(q, arms, there.z, Mode()).is_closed.mean() < 0.8
+    assert led.is_closed.all()
+    np.testing.assert_allclose(led.tau_desired, from_cold.tau_desired, atol=PARITY)

@@ -65,8 +65,8 @@ def test_arms_that_fall_out_of_their_cuffs_are_left_out(laboratory):
 def test_arms_that_are_not_closed_do_not_count(laboratory, monkeypatch: pytest.MonkeyPatch):
     honest = RestingTorque.__call__
 
-    def with_lost_arms(self, q, x, z_start, mode=None):
-        found = honest(self, q, x, z_start, mode)
+    def with_lost_arms(self, q, x, z_start, **more):
+        found = honest(self, q, x, z_start, **more)
         if len(q) < 1000:
             return found
         lost = np.arange(len(q)) < len(q) // 4

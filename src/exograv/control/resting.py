@@ -1,6 +1,6 @@
 """What the control law asks for at rest, at many postures and for many arms at once: to plan, examine and doubt."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import casadi as ca
 import numpy as np
@@ -18,6 +18,10 @@ from .tick import NEWTON_STEPS, SETTLED_SLOPE, SLOPE_MAX, Mode, tick_function
 Postures = Float[np.ndarray, "state joint"]
 Arms = Float[np.ndarray, "state parameter"]
 Freedoms = Float[np.ndarray, "state freedom"]
+
+STAGES = (4, 16)
+"""In so many steps an arm is led to its parameters where Newton's method loses it on the direct way [-]. A shoulder
+that is elsewhere by 2 cm, or the weight of an arm whose roll is held softly, turns freedoms by up to 30°."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,9 @@ class RestingTorque:
         self._solver, self._layout, self._arm = LoopSolver(assembly), Layout.of(assembly), assembly.arm
         self._bound: dict[int, kernel.BoundBatch] = {}
 
-    def __call__(self, q: Postures, x: Arms, z_start: Freedoms, mode: Mode | None = None) -> Resting:
+    def __call__(
+        self, q: Postures, x: Arms, z_start: Freedoms, mode: Mode | None = None, x_start: Arms | None = None
+    ) -> Resting:
         """Torques at rest.
 
         Args:
@@ -54,8 +60,31 @@ class RestingTorque:
             x: Parameters, in the order of `dynamics.parameters`.
             z_start: Near the closed postures [rad]; `cold_start` finds them.
             mode: Gravity level and share of the arm; as while floating if none is given.
+            x_start: Of the arms whose closed postures `z_start` are; `x` without weight, as in `cold_start`, if absent.
         """
         mode = mode or Mode()
+        found = self._settled(q, x, z_start, mode)
+        begin = self.weightless(x) if x_start is None else x_start
+        for stages in STAGES:
+            lost = np.flatnonzero(~found.is_closed)
+            if not len(lost):
+                break
+            z = z_start[lost]
+            for share in np.arange(1, stages + 1) / stages:
+                led = self._settled(q[lost], begin[lost] + share * (x[lost] - begin[lost]), z, mode)
+                z = led.z
+            for field in fields(Resting):
+                getattr(found, field.name)[lost[led.is_closed]] = getattr(led, field.name)[led.is_closed]
+        return found
+
+    def weightless(self, x: Arms) -> Arms:
+        """The same arms without mass: their closed postures are those of the cuffs alone."""
+        light = x.copy()
+        light[:, self._layout.phi] = 0.0
+        return light
+
+    def _settled(self, q: Postures, x: Arms, z_start: Freedoms, mode: Mode) -> Resting:
+        """By Newton's method straight from `z_start`."""
         bound = self._memory(len(q))
         inputs, outputs = bound.inputs, bound.outputs
         inputs["q"][...], inputs["x"][...] = q.T, x.T

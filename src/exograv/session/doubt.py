@@ -46,7 +46,10 @@ def doubt(resting: RestingTorque, assembly: Assembly, estimate: Estimate) -> Dou
     spread = vectors * np.sqrt(np.maximum(values, 0.0))
     arms = x + rng.standard_normal((DRAWS, len(x))) @ spread.T
     possible = resting(
-        np.tile(postures, (DRAWS, 1)), np.repeat(arms, len(postures), axis=0), np.tile(known.z, (DRAWS, 1))
+        np.tile(postures, (DRAWS, 1)),
+        np.repeat(arms, len(postures), axis=0),
+        np.tile(known.z, (DRAWS, 1)),
+        x_start=np.tile(x, (DRAWS * len(postures), 1)),
     )
     error = possible.tau_desired.reshape(DRAWS, len(postures), -1) - known.tau_desired
     usable = known.is_closed.all() & possible.is_closed.reshape(DRAWS, -1).all(axis=1)

@@ -45,7 +45,7 @@ class Examination:
         self._examiner = Examiner(description, laboratory.machine, wearer, postures=postures)
         self._resting = RestingTorque(assembly, machine)
         self._assembly, self._actuators = assembly, machine.actuators
-        self._z: Float[np.ndarray, "posture 4"] | None = None
+        self._last: tuple[Parameters, Float[np.ndarray, "posture freedom"]] | None = None
 
     @cached_property
     def _empty(self) -> Examiner:
@@ -82,8 +82,7 @@ class Examination:
 
         The machine's own error is not in it: no estimate of the arm answers for that.
         """
-        total = self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, Mode()).tau_desired))
-        empty = Mode(arm_share=0.0)
+        total, empty = self.at_postures(x, Mode()), Mode(arm_share=0.0)
         alone = self._empty.left_over(lambda q: self._actuators.current(self._at_rest(q, x, empty).tau_desired))
         return total - alone
 
@@ -93,7 +92,11 @@ class Examination:
 
     def left_over(self, x: Parameters, mode: Mode) -> Joints:
         """What is left over in this mode, RMS per joint [N·m]."""
-        return rms(self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, mode).tau_desired)))
+        return rms(self.at_postures(x, mode))
+
+    def at_postures(self, x: Parameters, mode: Mode) -> Postures:
+        """The same, posture by posture."""
+        return self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, mode).tau_desired))
 
     def doubt(self, estimate: Estimate) -> Doubt | None:
         """What the estimate's own uncertainty would leave over; no truth is asked."""
@@ -101,12 +104,13 @@ class Examination:
 
     def _at_rest(self, q: Postures, x: Parameters, mode: Mode) -> Resting:
         arms = np.tile(x, (len(q), 1))
-        if self._z is not None:
-            resting = self._resting(q, arms, self._z, mode)
+        if self._last is not None:
+            before, z = self._last
+            resting = self._resting(q, arms, z, mode, np.tile(before, (len(q), 1)))
             if resting.is_closed.all():
-                self._z = resting.z
+                self._last = x.copy(), resting.z
                 return resting
         # The first time, or parameters so far from the last ones that Newton's method lost a posture.
         resting = self._resting(q, arms, self._resting.cold_start(q, x), mode)
-        self._z = resting.z
+        self._last = x.copy(), resting.z
         return resting
