@@ -1,0 +1,269 @@
+"""What each joint beyond the elbow costs: the same people in machines of 4, 5, 6 and 7 joints.
+
+    python benchmarks/further_joints.py --seeds 1000-1004 --save further_joints.json
+    python benchmarks/further_joints.py --load further_joints.json
+    python benchmarks/further_joints.py --joints 4,7 --without centre_off_axis,slow_bias
+
+The machines are `recupera_like_7` whose joints farther out are fixed where they are zero: the same links, drives, cuffs
+and motion. The twin's person has the same body and the same joints, those farther out held straight as by a splint; in
+four and five joints the hand is then part of the forearm, and its cuff is left off. Each person is calibrated for,
+identified, let float for 10 s, and given half a kilogram to hold. Scored at the same 200 postures of shoulder and
+elbow, which no estimator sees; `--without` switches disturbances of the twin off, to find out what a joint's share
+comes from.
+"""
+
+import argparse
+import json
+import tempfile
+import time
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.control.tick import Mode
+from exograv.dynamics.parameters import Layout
+from exograv.errors import ExogravError
+from exograv.identification.arm_model import ArmModel
+from exograv.identification.interface import Estimate, Sample
+from exograv.model.arm import held_weight
+from exograv.model.description import RigDescription, load_rig
+from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, RigSettings
+from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
+from exograv.rig.twin.examiner import held_out_postures, rms
+from exograv.session.arm_controller import ArmController
+from exograv.session.examine import Examination
+from exograv.session.float_arm import float_arm
+from exograv.session.identify import Identifier, identify_arm
+from exograv.session.learner import build_method
+from exograv.session.outcome import parameter_rows, percentiles, rounded
+from exograv.session.pilot import Progress
+from exograv.session.prepare import pilot_of, prepare_machine
+from exograv.session.virtual import VirtualLaboratory
+from exograv.session.weighing.known_weight import weigh
+from exograv.session.weighing.listening import Kept
+from exograv.study.targets import TARGET_NM
+from exograv.terminal import bars
+
+RIG = "recupera_like_7"
+LEAST, MOST = 4, 7
+WEIGHT_KG = 0.5
+FLOAT_S = 10.0
+
+
+def with_joints(whole: RigDescription, n: int, folder: Path) -> RigDescription:
+    """The machine with its first `n` joints, those farther out fixed at zero; its URDF is written into `folder`."""
+    kept, fixed = whole.joints[:n], whole.joints[n:]
+    for file in (name for name in (whole.settings.urdf.right, whole.settings.urdf.left) if name is not None):
+        robot = ElementTree.parse(whole.folder / file)
+        for joint in robot.iterfind("joint"):
+            if joint.get("name") in fixed:
+                joint.set("type", "fixed")
+        robot.write(folder / file)
+    told = whole.settings.model_dump()
+    kind = next(kind for kind, freedoms in FREEDOMS_OF_ARM.items() if freedoms == n)
+    told["name"], told["wearer"]["arm"] = f"{whole.name} with {n} joints", kind
+    for name in ("adjustments", "actuators"):
+        told[name] = [row for row in told[name] if row["joint"] in kept]
+    told["cuffs"] = [cuff for cuff in told["cuffs"] if cuff["segment"] != "hand" or kind in HAND_APART]
+    calibration, motion = told["calibration"], told["excitation"]
+    calibration["sweeps"] = [sweep for sweep in calibration["sweeps"] if sweep["joint"] in kept]
+    for place in (told["donning"], *calibration["sweeps"]):
+        place["posture_deg"] = place["posture_deg"][:n]
+    for key in ("lower_deg", "upper_deg"):
+        told["task_workspace"][key] = told["task_workspace"][key][:n]
+    motion["centre_deg"] = motion["centre_deg"][:n]
+    for key in ("sine_deg", "cosine_deg"):
+        motion[key] = [row[:n] for row in motion[key]]
+    return RigDescription(RigSettings.model_validate(told), whole.side, folder)
+
+
+@dataclass(frozen=True)
+class Job:
+    """One person in one machine."""
+
+    joints: int
+    seed: int
+    level: int
+    seconds: float
+    without: tuple[str, ...]
+
+
+def run(job: Job, progress: Progress) -> dict[str, Any]:
+    """Calibrate, identify, float and weigh; a run that broke off is a result too."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return _figures(job, Path(folder), progress)
+        except ExogravError as error:
+            return {"joints": job.joints, "seed": job.seed, "broke_off": str(error)}
+
+
+def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
+    whole = load_rig(RIG)
+    description = with_joints(whole, job.joints, folder)
+    disturbances = Disturbances.at_level(job.level).without(*job.without)
+    wearer = draw_wearer(disturbances, job.seed, whole.side, kind=description.settings.wearer.arm)
+    laboratory = VirtualLaboratory(description, draw_machine(description, disturbances, job.seed), wearer)
+    known = prepare_machine(laboratory, job.seed, progress)
+    assembly, machine = known.assembly, known.machine
+    twin = Twin(description, laboratory.machine, wearer, job.seed, t0=known.t)
+    pilot = pilot_of(twin, machine.actuators, laboratory, progress)
+    controller = ArmController(assembly, machine, known.x, twin.period_s)
+    examination = Examination(laboratory, assembly, machine, held_out_postures(whole)[:, : job.joints])
+    left: dict[float, np.ndarray] = {}
+
+    def note(_t: float, estimate: Estimate, *_judged: object) -> None:
+        left[estimate.t] = rms(examination.at_postures(estimate.x, Mode()))
+
+    identifier, kept = Identifier(pilot, controller, machine, "recursive", "current", note), Kept()
+    identifier.followers.append(kept)
+    found = identify_arm(pilot, controller, identifier, job.seconds)
+    tick_us = percentiles(pilot.tick_us)
+    at_postures = examination.at_postures(found.last.x, Mode())
+    possible = examination.doubt(found.last)
+    lower, upper = description.workspace
+    drift = float_arm(pilot, controller, 0.5 * (lower + upper), 0.0, FLOAT_S).drift_deg
+    held = weigh(pilot, controller, ArmModel(assembly, machine), found.last, _hanging(twin))
+    loaded = found.last.x.copy()
+    loaded[Layout.of(assembly).phi] += held_weight(assembly.arm, held.mass)
+    rows = parameter_rows(assembly, found.prior, found.last, wearer)
+    intervals = {row["name"]: row["ci95"][0] <= row["truth"] <= row["ci95"][1] for row in rows if row["ci95"]}
+    targets = np.array([TARGET_NM[place] for place in description.places])
+    return {
+        "joints": job.joints, "seed": job.seed, "names": list(description.joints), "targets_Nm": targets.tolist(),
+        "left_over_rms_Nm": rounded(left[found.last.t]), "left_over_max_Nm": rounded(np.abs(at_postures).max(axis=0)),
+        "by_table_rms_Nm": rounded(rms(examination.at_postures(known.x, Mode()))),
+        "possible_p95_Nm": None if possible is None else rounded(possible.p95),
+        "intervals_missed": [name for name, holds in intervals.items() if not holds], "intervals": len(intervals),
+        "to_target_s": _until({t: bool((one <= targets).all()) for t, one in left.items()}),
+        "to_target_shoulder_elbow_s": _until({t: bool((one <= targets)[:LEAST].all()) for t, one in left.items()}),
+        "parameters": Layout.of(assembly).count, "learned": int((np.diag(found.prior_covariance) > 0.0).sum()),
+        "tick_us": tick_us, **_learning_times(controller, kept.samples),
+        "drift_deg": rounded(drift), "relaxed": found.restless_s is None,
+        "weight_kg": held.mass, "weight_ci95_kg": list(held.ci95),
+        "left_over_with_weight_Nm": rounded(examination.score(loaded, WEIGHT_KG).total),
+    }  # fmt: skip
+
+
+def _hanging(twin: Twin) -> Callable[[bool], None]:
+    """The person's part: the software never sees the mass."""
+    return lambda is_there: twin.hang("hand", WEIGHT_KG if is_there else 0.0)
+
+
+def _until(reached: dict[float, bool]) -> float | None:
+    """Seconds of motion from which on a target is held to the end."""
+    late = [t for t, is_reached in reached.items() if not is_reached]
+    after = [t for t in reached if t > max(late, default=-1.0)]
+    return round(min(after), 2) if after else None
+
+
+def _learning_times(controller: ArmController, samples: list[Sample]) -> dict[str, Any]:
+    """What the same samples cost a filter that does nothing else: one step, the last look at all, and the whole."""
+    method = build_method("recursive", controller.assembly, controller.machine)
+    steps = []
+    for sample in samples:
+        start = time.perf_counter()
+        method.update(sample)
+        steps.append(time.perf_counter() - start)
+    start = time.perf_counter()
+    method.relinearise()  # pyright: ignore[reportAttributeAccessIssue] - it is `recursive`
+    last = time.perf_counter() - start
+    return {
+        "step_ms": 1e3 * float(np.median(steps)), "look_at_all_ms": 1e3 * last,
+        "learning_wall_s": sum(steps) + last, "motion_s": round(samples[-1].t, 2),
+    }  # fmt: skip
+
+
+def show(results: list[dict[str, Any]]) -> None:
+    """One table of what is left over, a column a joint; one of all else. Markdown."""
+    for result in (r for r in results if "broke_off" in r):
+        print(f"{result['joints']} joints, seed {result['seed']} broke off: {result['broke_off']}")
+    done = [r for r in results if "broke_off" not in r]
+    groups = {n: rows for n in range(LEAST, MOST + 1) if (rows := [r for r in done if r["joints"] == n])}
+    if not groups:
+        return
+    names = max((rows[0]["names"] for rows in groups.values()), key=len)
+    print("\nleft over, N·m: RMS over postures, mean of the people (least–most); largest at any posture\n")
+    print("| joints | " + " | ".join(name.replace("_", " ") for name in names) + " |")
+    print("|---" * (len(names) + 1) + "|")
+    for n, rows in groups.items():
+        of_rms, most = (np.array([r[key] for r in rows]) for key in ("left_over_rms_Nm", "left_over_max_Nm"))
+        cells = [
+            f"{of_rms[:, j].mean():.3f} ({of_rms[:, j].min():.3f}–{of_rms[:, j].max():.3f}); {most[:, j].max():.2f}"
+            for j in range(n)
+        ]
+        print(f"| {n} | " + " | ".join(cells + ["–"] * (len(names) - n)) + " |")
+    print("\n| " + " | ".join(COLUMNS) + " |")
+    print("|---" * len(COLUMNS) + "|")
+    for n, rows in groups.items():
+        print("| " + " | ".join(str(cell) for cell in (n, *_row(rows))) + " |")
+
+
+COLUMNS = (
+    "joints", "people", "parameters (learned)", "95 % intervals that hold", "left over within its stated 95 %",
+    "on target", "from, s", "shoulder and elbow from, s", "learning, s of computing", "step, ms", "look at all, ms",
+    "tick, µs: median, p99", "0.5 kg: off, g (mean, worst)", "interval, ± g", "holds", "with it left over",
+)  # fmt: skip
+
+
+def _row(rows: list[dict[str, Any]]) -> list[str]:
+    holding = sum(r["intervals"] - len(r["intervals_missed"]) for r in rows)
+    within = [np.array(r["left_over_rms_Nm"]) <= np.array(r["possible_p95_Nm"]) for r in rows if r["possible_p95_Nm"]]
+    times = [r["to_target_s"] for r in rows]
+    off = np.array([r["weight_kg"] - WEIGHT_KG for r in rows])
+    half = np.array([0.5 * (r["weight_ci95_kg"][1] - r["weight_ci95_kg"][0]) for r in rows])
+    with_weight = np.mean([r["left_over_with_weight_Nm"] for r in rows], axis=0)
+    step, last, wall = (np.median([r[key] for r in rows]) for key in ("step_ms", "look_at_all_ms", "learning_wall_s"))
+    p50, p99 = (np.median([r["tick_us"][key] for r in rows]) for key in ("p50", "p99"))
+    return [
+        str(len(rows)), f"{rows[0]['parameters']} ({rows[0]['learned']})",
+        f"{holding} of {sum(r['intervals'] for r in rows)}", f"{sum(map(np.sum, within))} of {sum(map(len, within))}",
+        f"{sum(t is not None for t in times)} of {len(rows)}", _median(times),
+        _median([r["to_target_shoulder_elbow_s"] for r in rows]),
+        f"{wall:.1f}", f"{step:.2f}", f"{last:.0f}", f"{p50:.0f}, {p99:.0f}",
+        f"{1e3 * np.abs(off).mean():.0f}, {1e3 * np.abs(off).max():.0f}", f"{1e3 * np.median(half):.0f}",
+        f"{int((np.abs(off) <= half).sum())} of {len(rows)}", " ".join(f"{value:.2f}" for value in with_weight),
+    ]  # fmt: skip
+
+
+def _median(times: list[float | None]) -> str:
+    middle = float(np.median([np.inf if t is None else t for t in times]))
+    return "never" if np.isinf(middle) else f"{middle:.0f}"
+
+
+def main() -> None:
+    """Run or load, then show."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", default="1000-1004")
+    parser.add_argument("--joints", default="4,5,6,7")
+    parser.add_argument("--level", type=int, default=2)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--without", default="", help="rows of docs/disturbances.md that are switched off")
+    parser.add_argument("--save", type=Path)
+    parser.add_argument("--load", type=Path, nargs="*")
+    options = parser.parse_args()
+    if options.load:
+        show([result for path in options.load for result in json.loads(path.read_text())])
+        return
+    first, _, last = options.seeds.partition("-")
+    without = tuple(filter(None, options.without.split(",")))
+    jobs = [
+        Job(n, seed, options.level, options.seconds, without)
+        for seed in range(int(first), int(last or first) + 1)
+        for n in map(int, options.joints.split(","))
+    ]
+    results = []
+    with bars() as progress:
+        for i, job in enumerate(jobs):
+            title = f"{i + 1} of {len(jobs)}: {job.joints} joints, seed {job.seed}. "
+            results.append(run(job, lambda text, share, title=title: progress(title + text, share)))
+            if options.save:
+                options.save.write_text(json.dumps(results, indent=1) + "\n")
+    show(results)
+
+
+if __name__ == "__main__":
+    main()
