@@ -11,7 +11,7 @@ from exograv.dynamics.rnea import rnea
 from exograv.model.anthropometry import Body
 from exograv.model.arm import GRIP_SHARE_OF_HAND, Arm, build_arm, held_weight, translation_of_parameters
 from exograv.model.kinematics import body_poses, frame_pose
-from exograv.model.rig_settings import ArmSide
+from exograv.model.rig_settings import ArmKind, ArmSide
 from exograv.model.tree import inertial_parameters, is_physical
 
 PERSON = Body(1.7, 70.0, "female")
@@ -151,6 +151,29 @@ def test_a_whole_arm_with_a_straight_hand_is_the_arm_of_two_bodies():
         np.testing.assert_allclose(point(whole, np.zeros(9), frame), point(two, np.zeros(6), frame), atol=PARITY)
     move = translation_of_parameters(-two.lengths["forearm"])
     np.testing.assert_allclose(whole.phi[10:20] + move @ whole.phi[20:], two.phi[10:], atol=PARITY)
+
+
+@pytest.mark.parametrize(("kind", "freedoms", "bodies"), [("forearm", 5, 2), ("wrist_flexion", 6, 3)])
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_an_arm_that_is_moved_less_far_is_a_whole_arm_whose_other_joints_are_straight(
+    side: ArmSide, kind: ArmKind, freedoms: int, bodies: int
+):
+    part, whole = build_arm(PERSON, side, kind=kind), whole_arm(side)
+    assert part.freedoms == whole.freedoms[:freedoms]
+    assert len(part.segments) == bodies
+    x = np.zeros(9)
+    x[: freedoms + 2] = np.random.default_rng(1).uniform(-0.5, 0.5, freedoms + 2)
+    for frame in ("hand", "mid_forearm", "finger_tip"):
+        np.testing.assert_allclose(point(part, x[: freedoms + 2], frame), point(whole, x, frame), atol=PARITY)
+    assert part.phi[::10].sum() == pytest.approx(whole.phi[::10].sum())
+    outermost = held_weight(part, 2.0)[10 * (bodies - 1)]
+    assert outermost == 2.0
+
+
+def test_two_arms_that_roll_their_forearms_stand_behind_each_other_in_one_tree():
+    both = build_arm(PERSON, "right", "left", kind="forearm")
+    assert both.limb("left").joints == [8, 9, 10, 12, 13]
+    assert both.bodies == (3, 6, 10, 13)
 
 
 def test_two_arms_are_one_tree_with_two_roots_and_names_that_tell_the_sides():

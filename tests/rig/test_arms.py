@@ -148,6 +148,18 @@ def test_a_hand_of_its_own_is_what_the_forearm_has_no_longer():
     assert {"forearm_roll.stiffness", "wrist_flexion.damping", "wrist_deviation.spring_offset"} <= set(whole)
 
 
+def test_a_person_whose_wrist_is_held_straight_is_otherwise_the_same_person():
+    whole = draw_wearer(GOOD, 1, kind="whole").arms[0]
+    for kind, freedoms in (("forearm", 5), ("wrist_flexion", 6)):
+        part = draw_wearer(GOOD, 1, kind=kind).arms[0]
+        assert part.skeleton.freedoms == whole.skeleton.freedoms[:freedoms]
+        for name in ("stiffness", "neutral", "damping"):
+            np.testing.assert_array_equal(getattr(part.passive, name), getattr(whole.passive, name)[:freedoms])
+        np.testing.assert_array_equal(part.donning_offset, whole.donning_offset)
+        assert [bone.mass for bone in part.skeleton.bones] == [bone.mass for bone in whole.skeleton.bones]
+        assert ("hand" in part.skeleton.centres) == (kind == "wrist_flexion")
+
+
 @pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize(
     ("freedom", "moves"),

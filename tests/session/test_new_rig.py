@@ -76,6 +76,20 @@ def test_a_folder_whose_questions_are_answered_is_a_machine_without_problems(rig
     assert result["rank"] == result["human_dof"]
 
 
+@pytest.mark.parametrize(("beyond", "kind", "hand"), [(1, "forearm", False), (2, "wrist_flexion", True)])
+def test_how_far_down_the_arm_is_moved_is_read_from_the_names_of_the_joints(
+    beyond: int, kind: str, hand: bool, tmp_path: Path
+):
+    text = (ROBOTS / "recupera_like_7" / "right.urdf").read_text(encoding="utf-8")
+    for name in ("forearm_roll", "wrist_flexion", "wrist_deviation")[beyond:]:
+        text = text.replace(f'<joint name="{name}" type="revolute">', f'<joint name="{name}" type="fixed">')
+    (tmp_path / "machine.urdf").write_text(text, encoding="utf-8")
+    new_rig(NewRigOptions(tmp_path / "machine.urdf", tmp_path / "mine"))
+    written = (tmp_path / "mine" / "rig.toml").read_text(encoding="utf-8")
+    assert f'[wearer]\narm = "{kind}"' in written
+    assert ('segment = "hand"' in written) == hand
+
+
 def test_every_question_says_how_to_answer_it(tmp_path: Path):
     found = new_rig(NewRigOptions(ROBOTS / "recupera_like" / "right.urdf", tmp_path / "mine"))
     assert found["questions"]
