@@ -122,7 +122,7 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     identifier.followers.append(kept)
     found = identify_arm(pilot, controller, identifier, job.seconds)
     tick_us = percentiles(pilot.tick_us)
-    at_postures = examination.at_postures(found.last.x, Mode())
+    at_postures, arm = examination.at_postures(found.last.x, Mode()), examination.arm_error(found.last.x)
     possible = examination.doubt(found.last)
     lower, upper = description.workspace
     drift = float_arm(pilot, controller, 0.5 * (lower + upper), 0.0, FLOAT_S).drift_deg
@@ -135,7 +135,8 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     return {
         "joints": job.joints, "seed": job.seed, "names": list(description.joints), "targets_Nm": targets.tolist(),
         "left_over_rms_Nm": rounded(left[found.last.t]), "left_over_max_Nm": rounded(np.abs(at_postures).max(axis=0)),
-        "by_table_rms_Nm": rounded(rms(examination.at_postures(known.x, Mode()))),
+        "machine_rms_Nm": rounded(rms(at_postures - arm)), "weight_rms_Nm": rounded(examination.score(found.last.x).arm),
+        "arm_rms_Nm": rounded(rms(arm)), "by_table_rms_Nm": rounded(rms(examination.at_postures(known.x, Mode()))),
         "possible_p95_Nm": None if possible is None else rounded(possible.p95),
         "intervals_missed": [name for name, holds in intervals.items() if not holds], "intervals": len(intervals),
         "to_target_s": _until({t: bool((one <= targets).all()) for t, one in left.items()}),
@@ -196,11 +197,22 @@ def show(results: list[dict[str, Any]]) -> None:
             for j in range(n)
         ]
         print(f"| {n} | " + " | ".join(cells + ["–"] * (len(names) - n)) + " |")
+    for key, title in SHARES.items():
+        print(f"\n{title}, N·m: RMS over postures, mean of the people")
+        for n, rows in groups.items():
+            print(f"  {n} joints: " + " ".join(f"{value:.3f}" for value in np.mean([r[key] for r in rows], axis=0)))
     print("\n| " + " | ".join(COLUMNS) + " |")
     print("|---" * len(COLUMNS) + "|")
     for n, rows in groups.items():
         print("| " + " | ".join(str(cell) for cell in (n, *_row(rows))) + " |")
 
+
+SHARES = {
+    "by_table_rms_Nm": "before anything moved, by the table",
+    "machine_rms_Nm": "of what is left over the empty machine's, by its calibration",
+    "arm_rms_Nm": "of what is left over the arm's, its weight and what it strains the cuffs by",
+    "weight_rms_Nm": "the arm's weight alone",
+}
 
 COLUMNS = (
     "joints", "people", "parameters (learned)", "95 % intervals that hold", "left over within its stated 95 %",

@@ -26,7 +26,7 @@ in more than 0.7 % of all postures (0.993²⁰⁴⁸ < 10⁻⁶)."""
 CLOSED_SHARE_MIN = 0.3
 """Share of the postures at which the arm lies in its cuffs; with less hardly more than one a product is left to fit.
 
-With four joints it is all of them, with seven 99 %."""
+Arms drawn from the prior lay in their cuffs in 86 to 100 % of them (eight arms, four and seven joints)."""
 
 MARGIN_SD = 3.0
 """Standard deviations of the arm's torque within which a person is plausible [-]."""
