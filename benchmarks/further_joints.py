@@ -135,8 +135,9 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     return {
         "joints": job.joints, "seed": job.seed, "names": list(description.joints), "targets_Nm": targets.tolist(),
         "left_over_rms_Nm": rounded(left[found.last.t]), "left_over_max_Nm": rounded(np.abs(at_postures).max(axis=0)),
-        "machine_rms_Nm": rounded(rms(at_postures - arm)), "weight_rms_Nm": rounded(examination.score(found.last.x).arm),
-        "arm_rms_Nm": rounded(rms(arm)), "by_table_rms_Nm": rounded(rms(examination.at_postures(known.x, Mode()))),
+        "machine_rms_Nm": rounded(rms(at_postures - arm)), "arm_rms_Nm": rounded(rms(arm)),
+        "weight_rms_Nm": rounded(examination.score(found.last.x).arm),
+        "by_table_rms_Nm": rounded(rms(examination.at_postures(known.x, Mode()))),
         "possible_p95_Nm": None if possible is None else rounded(possible.p95),
         "intervals_missed": [name for name, holds in intervals.items() if not holds], "intervals": len(intervals),
         "to_target_s": _until({t: bool((one <= targets).all()) for t, one in left.items()}),

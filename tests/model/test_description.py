@@ -39,6 +39,7 @@ def refusal(folder: Path, *pairs: tuple[str, str]) -> str:
         ("along_N_per_mm = 2.1", 'along_N_per_mm = "soft"', "(value 'soft')"),
         ("along_N_per_mm = 2.1", "along_N_per_mm = nan", "cuffs.0.along_N_per_mm: Input should be a finite number"),
         ('segment = "upper_arm"', 'segment = "hand"', "adjustments.0.segment"),
+        ('segment = "forearm"', 'segment = "hand"', "wearer.arm must then be one that moves the wrist"),
         ('drive = "harmonic"', 'drive = "hydraulic"', "(value 'hydraulic')"),
         ("weights_kg = [1.5, 3.0]", "weights_kg = [1.5]", "calibration.weights_kg"),
         ("posture_deg = [0.0, 0.0, 0.0, 90.0]", "posture_deg = [0.0, 90.0]", "donning.posture_deg has 2 entries"),
