@@ -125,7 +125,8 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     at_postures, arm = examination.at_postures(found.last.x, Mode()), examination.arm_error(found.last.x)
     possible = examination.doubt(found.last)
     lower, upper = description.workspace
-    drift = float_arm(pilot, controller, 0.5 * (lower + upper), 0.0, FLOAT_S).drift_deg
+    middle = 0.5 * (lower + upper)
+    drift = float_arm(pilot, controller, middle, 0.0, FLOAT_S).drift_deg
     held = weigh(pilot, controller, ArmModel(assembly, machine), found.last, _hanging(twin))
     loaded = found.last.x.copy()
     loaded[Layout.of(assembly).phi] += held_weight(assembly.arm, held.mass)
@@ -144,7 +145,7 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
         "to_target_shoulder_elbow_s": _until({t: bool((one <= targets)[:LEAST].all()) for t, one in left.items()}),
         "parameters": Layout.of(assembly).count, "learned": int((np.diag(found.prior_covariance) > 0.0).sum()),
         "tick_us": tick_us, **_learning_times(controller, kept.samples),
-        "drift_deg": rounded(drift), "relaxed": found.restless_s is None,
+        "float_at_deg": rounded(np.rad2deg(middle)), "drift_deg": rounded(drift), "relaxed": found.restless_s is None,
         "weight_kg": held.mass, "weight_ci95_kg": list(held.ci95),
         "left_over_with_weight_Nm": rounded(examination.score(loaded, WEIGHT_KG).total),
     }  # fmt: skip
