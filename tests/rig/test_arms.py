@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from exograv.model.description import load_rig
+from exograv.model.rig_settings import ArmKind
 from exograv.rig.twin import Disturbances, Examiner, Twin, draw_machine, draw_wearer, parameter_truth
 from exograv.rig.twin.arm_bodies import add_arm, find_arm
 from exograv.rig.twin.passive import SHIFT_STIFFNESS
@@ -150,7 +151,8 @@ def test_a_hand_of_its_own_is_what_the_forearm_has_no_longer():
 
 def test_a_person_whose_wrist_is_held_straight_is_otherwise_the_same_person():
     whole = draw_wearer(GOOD, 1, kind="whole").arms[0]
-    for kind, freedoms in (("forearm", 5), ("wrist_flexion", 6)):
+    kinds: tuple[ArmKind, ...] = ("forearm", "wrist_flexion")
+    for kind, freedoms in zip(kinds, (5, 6), strict=True):
         part = draw_wearer(GOOD, 1, kind=kind).arms[0]
         assert part.skeleton.freedoms == whole.skeleton.freedoms[:freedoms]
         for name in ("stiffness", "neutral", "damping"):

@@ -69,10 +69,10 @@ class RestingTorque:
             lost = np.flatnonzero(~found.is_closed)
             if not len(lost):
                 break
-            z = z_start[lost]
-            for share in np.arange(1, stages + 1) / stages:
-                led = self._settled(q[lost], begin[lost] + share * (x[lost] - begin[lost]), z, mode)
-                z = led.z
+            first, way = begin[lost], x[lost] - begin[lost]
+            led = self._settled(q[lost], first + way / stages, z_start[lost], mode)
+            for share in np.arange(2, stages + 1) / stages:
+                led = self._settled(q[lost], first + share * way, led.z, mode)
             for field in fields(Resting):
                 getattr(found, field.name)[lost[led.is_closed]] = getattr(led, field.name)[led.is_closed]
         return found

@@ -73,7 +73,7 @@ def _urdf(file: str, side: Side | None) -> str:
 def _kind(tree: Tree, found: list[ArmGuess]) -> ArmKind:
     """By how many joints beyond the elbow an arm has, as they are called."""
     beyond = max(sum(place_of(tree.joint_names[i]) == "wrist" for i in arm.joints) for arm in found)
-    kinds = {n - 4: kind for kind, n in FREEDOMS_OF_ARM.items()}
+    kinds: dict[int, ArmKind] = {n - 4: kind for kind, n in FREEDOMS_OF_ARM.items()}
     return kinds[min(beyond, max(kinds))]
 
 
