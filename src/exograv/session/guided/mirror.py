@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from exograv.model.description import Side
+from exograv.model.description import ArmSide
 from exograv.session.pilot import Moment
 
 from .flown import Flown
@@ -48,7 +48,7 @@ class Mirrored:
 
 def mirror(
     flown: Flown,
-    lead: Side,
+    lead: ArmSide,
     seconds: float,
     act: Callable[[], bool] = lambda: False,
     watch: Callable[[MirrorGuide], None] = lambda _guide: None,
@@ -72,8 +72,9 @@ def mirror(
 class _Session:
     """Both arms, whoever acts, and what came of it so far."""
 
-    def __init__(self, flown: Flown, lead: Side, act: Callable[[], bool], watch: Callable[[MirrorGuide], None]):
-        self._flown, self._lead, self._act, self._watch = flown, lead, act, watch
+    def __init__(self, flown: Flown, lead: ArmSide, act: Callable[[], bool], watch: Callable[[MirrorGuide], None]):
+        self._flown, self._act, self._watch = flown, act, watch
+        self._lead: ArmSide = lead
         assembly = flown.controller.assembly
         self._which = MirrorMap.of(assembly.description, assembly.exo, lead)
         self._strength = Strength.of(assembly.description)
@@ -124,7 +125,7 @@ class _Session:
 class _Hands:
     """Where the leading hand is, by control's model."""
 
-    def __init__(self, flown: Flown, lead: Side):
+    def __init__(self, flown: Flown, lead: ArmSide):
         self._controller = flown.controller
         limbs = flown.controller.assembly.arm.limbs
         self._is_first = limbs[0].side == lead

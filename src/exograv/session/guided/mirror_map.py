@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from exograv.errors import ConfigError
-from exograv.model.description import RigDescription, Side
+from exograv.model.description import ArmSide, RigDescription
 from exograv.model.kinematics import body_poses
 from exograv.model.tree import Tree
 
@@ -16,7 +16,7 @@ Joints = Float[np.ndarray, " joint"]
 ALIGNED = 0.99
 """Cosine between an axis and the mirror image of its partner, from which on they are a pair."""
 
-PREFIXES: dict[Side, tuple[str, str]] = {"right": ("right_", "left_"), "left": ("left_", "right_")}
+PREFIXES: dict[ArmSide, tuple[str, str]] = {"right": ("right_", "left_"), "left": ("left_", "right_")}
 """Of the leading arm's joints and of the following one's, by the leading side."""
 
 
@@ -37,7 +37,7 @@ class MirrorMap:
     """Their partners, in the same order."""
 
     @classmethod
-    def of(cls, description: RigDescription, exo: Tree, lead: Side) -> "MirrorMap":
+    def of(cls, description: RigDescription, exo: Tree, lead: ArmSide) -> "MirrorMap":
         """By names, right_… and left_…, and by axes at zero.
 
         Raises:

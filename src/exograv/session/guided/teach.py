@@ -13,7 +13,7 @@ SAMPLE_S = 0.01
 """Between two postures that are taken down."""
 
 
-def teach(flown: Flown, seconds: float, act: Callable[[], None] = lambda: None) -> Shaped:
+def teach(flown: Flown, seconds: float, act: Callable[[], object] = lambda: None) -> Shaped:
     """Let the arm float for so long while a therapist leads it; the path that it took.
 
     Args:
