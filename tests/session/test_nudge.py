@@ -11,7 +11,7 @@ from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.safety.envelope import Envelope
 from exograv.session.empty_run import EmptyRun
 from exograv.session.nudge import Nudger, starting_posture
-from exograv.session.nudge_checks import refuse_restless
+from exograv.session.nudge_checks import MOVED, refuse_restless, refuse_spring
 from exograv.session.pilot import Pilot
 from exograv.session.virtual import limits
 
@@ -113,3 +113,13 @@ def test_what_it_takes_to_push_a_joint_both_ways_is_its_breakaway_friction():
     assert found == pytest.approx(expected[3], rel=0.1)
     kept = run.sweeps()
     np.testing.assert_array_equal(np.sign(kept.v[kept.start, 3]), [1.0, -1.0])
+
+
+@pytest.mark.parametrize("stayed", [{}, {1.0: [0.4 * MOVED], -1.0: [1.4 * MOVED]}, {1.0: [1.2 * MOVED, 0.4 * MOVED]}])
+def test_a_light_joint_may_come_back_the_way_its_weight_pulls(stayed: dict[float, list[float]]):
+    refuse_spring(load_rig("recupera_like_qdd"), 3, stayed)
+
+
+def test_a_joint_that_comes_back_both_ways_is_a_spring():
+    with pytest.raises(IdentificationError, match="both ways"):
+        refuse_spring(load_rig("recupera_like_qdd"), 3, {1.0: [0.4 * MOVED], -1.0: [0.1 * MOVED]})

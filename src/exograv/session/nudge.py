@@ -96,6 +96,8 @@ class Nudger:
         refuse_not_hanging(run.description, hanging, q, carrying_torque(run.tree, q) - self._push.tau_feedforward)
         self._stiffness = np.diag(weight_stiffness(run.tree, q))
         self._speed = 0.0
+        self._stayed = dict[float, list[float]]()
+        """By way of the push, how far the joint stayed from where it was [rad]."""
         most = np.array([PUSH_MAX[actuator.drive] for actuator in run.description.settings.actuators])
         self._most = np.minimum(most * self._usual, 0.9 * run.description.per_actuator("torque_max_Nm"))
 
@@ -108,7 +110,9 @@ class Nudger:
         self._wait("Does it stay where it hangs?")
         friction = np.zeros(len(self._joints))
         for joint, name in enumerate(self._joints):
+            self._stayed = {}
             both_ways = [self._starts(joint, *way, f"Pushing {name}") for way in self._ways(joint, pushes)]
+            refuse_spring(self._run.description, joint, self._stayed)
             refuse_too_light(self._run.description, joint, *both_ways)
             friction[joint] = np.mean([np.mean(one_way) for one_way in both_ways])
         return friction
@@ -143,7 +147,8 @@ class Nudger:
         refuse_shot(run.description, joint, self._speed)
         if self._stiffness[joint] * 3 * MOVED < self._usual[joint]:
             # Not of a joint that its weight may bring back.
-            refuse_spring(run.description, joint, sign * (run.filter.sample.q[joint] - pushed.q[0, joint]))
+            stayed = sign * float(run.filter.sample.q[joint] - pushed.q[0, joint])
+            self._stayed.setdefault(sign, []).append(stayed)
         moved = int(np.argmax(sign * (pushed.q[:, joint] - pushed.q[0, joint]) > STARTED))
         run.note_start(float(pushed.t[moved]), joint, sign, pushed.q[moved], pushed.current[moved])
         return sign * float(run.description.nominal_gain[joint] * pushed.commanded[moved, joint])

@@ -1,6 +1,6 @@
 """What the first pushes of a calibration must show of every joint, or no feedback may be closed over it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -178,17 +178,21 @@ def _refuse_other_current(
     )
 
 
-def refuse_spring(description: RigDescription, joint: int, stayed: float) -> None:
-    """A joint that was pushed stays where it was pushed to, `stayed` [rad] from where it was.
+def refuse_spring(description: RigDescription, joint: int, stayed: Mapping[float, Sequence[float]]) -> None:
+    """A joint that was pushed stays where it was pushed to, `stayed` [rad] from where it was, by way of the push.
+
+    A light joint may come back the way that its weight pulls; a spring brings it back both ways.
 
     Raises:
         IdentificationError: It sprang back.
     """
-    if stayed < MOVED / 2:
+    by_way = [float(np.mean(one_way)) for one_way in stayed.values()]
+    if by_way and max(by_way) < MOVED / 2:
         raise IdentificationError(
             f"Joint '{description.joints[joint]}' was pushed by {np.rad2deg(MOVED):.2f}° and came back to "
-            f"{np.rad2deg(stayed):.2f}°; its friction must hold it. Either it is blocked and bends, or its encoder "
-            "counts in degrees where radians are expected. Free it, or correct the encoder's unit in the driver."
+            f"{np.rad2deg(max(by_way)):.2f}°, both ways; its friction must hold it. Either it is blocked and bends, or "
+            "its encoder counts in degrees where radians are expected. Free it, or correct the encoder's unit in the "
+            "driver."
         )
 
 
