@@ -122,9 +122,11 @@ def test_a_constant_that_leaves_no_transfer_to_tell_is_not_passed_over():
 
 
 def test_the_most_telling_constant_is_on_top_and_goes_from_low_to_high():
-    order = spans([SWEPT[1], SWEPT[0], *SWEPT[2:]])
+    order = spans([SWEPT[1], SWEPT[0], *SWEPT[2:]], 0.5)
     assert [own[0].name for own in order] == ["width", "learns_aim", "interval_sd"]
     assert [row.value for row in order[0]] == [0.1, 0.6]
+    alone = Swept("sees_higher_m", 0.08, -0.3, None)
+    assert spans([*SWEPT, alone], 0.5)[0] == (alone,), "a constant with one end counts from what is usual"
 
 
 @pytest.mark.parametrize("few", [[flight(1, "dam")], [flight(1, "dam", windows=())], main_study(people=1)])

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
+from exograv.session.train.habits import swept
 from exograv.session.virtual_study.small_study import SIZE
 from exograv.study.drawing import BLUE, GREY, INK, ORANGE, mark_simulated
 from exograv.study.figures.of_study.groups import WIDTH_2
@@ -30,16 +31,17 @@ class Swept:
 
 def draw(rows: Sequence[Swept], usual: float | None) -> Figure | None:
     """A bar a constant and end; `usual` is transfer with all constants as they are. None without anything to show."""
-    ends = spans(rows)
-    if not ends or usual is None:
+    if not rows or usual is None:
         return None
+    ends, lowest = spans(rows, usual), {one.name: one.low for one in swept()}
     figure = Figure(figsize=(WIDTH_2, 0.8 + 0.3 * len(ends)), layout="constrained")
     ax = figure.subplots()
     for at, own in enumerate(ends):
         for k, row in enumerate(own):
             if row.transfer is None:
                 continue
-            is_low = k == 0
+            # A constant that usually is at an end has only the other one.
+            is_low = k == 0 and (len(own) > 1 or row.value == lowest.get(row.name))
             y = at - 0.19 if is_low else at + 0.19
             ax.barh(y, row.transfer - usual, 0.36, left=usual, color=ORANGE if is_low else BLUE, alpha=0.75,
                     hatch="///" if is_low else "", edgecolor=INK, linewidth=0.5)  # fmt: skip
@@ -56,14 +58,14 @@ def draw(rows: Sequence[Swept], usual: float | None) -> Figure | None:
     return figure
 
 
-def spans(rows: Sequence[Swept]) -> list[tuple[Swept, ...]]:
-    """Rows of each constant from low to high, the constant that moves transfer most first."""
+def spans(rows: Sequence[Swept], usual: float) -> list[tuple[Swept, ...]]:
+    """Rows of each constant from low to high, the constant that moves transfer most from `usual` first."""
     by_name = dict[str, list[Swept]]()
     for row in rows:
         by_name.setdefault(row.name, []).append(row)
 
     def width(own: tuple[Swept, ...]) -> float:
-        told = [row.transfer for row in own if row.transfer is not None]
-        return max(told) - min(told) if told else 0.0
+        told = [usual, *(row.transfer for row in own if row.transfer is not None)]
+        return max(told) - min(told)
 
     return sorted((tuple(sorted(own, key=lambda row: row.value)) for own in by_name.values()), key=width, reverse=True)
