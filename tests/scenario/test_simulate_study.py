@@ -54,12 +54,12 @@ def test_figures_do_not_depend_on_the_number_of_processes_nor_on_an_interruption
 
     folder = tmp_path / "broken"
     words = [*SHORT, "--conditions", "ideal,water", "--processes", "2", "--out", str(folder)]
-    run = subprocess.Popen(command(*words), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
-    while not list((folder / "careers").glob("*.json")):
-        assert run.poll() is None
-        time.sleep(0.1)
-    os.kill(run.pid, signal.SIGINT)
-    assert run.wait(30) == 130
+    with subprocess.Popen(command(*words), stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as run:
+        while not list((folder / "careers").glob("*.json")):
+            assert run.poll() is None
+            time.sleep(0.1)
+        os.kill(run.pid, signal.SIGINT)
+        assert run.wait(30) == 130
     kept = len(list((folder / "careers").glob("*.json")))
     assert 0 < kept < 4
     assert without_time(study(folder, "--conditions", "ideal,water", "--resume")) == without_time(first)
