@@ -63,17 +63,20 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 def test_a_worker_that_is_killed_loses_nothing_and_the_table_is_the_same(
     study_of: StudyOf, tmp_path: Path, cluster: Cluster
 ):
-    study, struck = study_of(count=60, seconds=0.2, batch=4, fail=[3]), []
+    study, struck = study_of(count=150, seconds=0.2, batch=4, fail=[3]), []
     cluster.hire(3)
 
     def strike(_text: str, share: float) -> None:
-        if share > 0.1 and not struck:
+        if share > 0.3 and not struck:
             struck.append(1)
+            time.sleep(
+                0.3
+            )  # a batch takes 0.8 s: it has said that it began one, as late as it may have come, and is at it
             cluster.workers[0].kill()
 
     result = run_sweep(study, SweepOptions(scheduler=cluster.address), tmp_path / "cluster", strike)
     assert struck
-    assert (result["done"], result["failed"]) == (59, 1)
+    assert (result["done"], result["failed"]) == (149, 1)
     assert result["retried"] >= 1
     alone = run_sweep(study, SweepOptions(), tmp_path / "alone", silent)
     assert Path(result["table"]).read_bytes() == Path(alone["table"]).read_bytes()
