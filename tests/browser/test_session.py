@@ -80,15 +80,10 @@ def test_stop_of_the_participant_lets_the_arm_down_and_nothing_starts_by_itself(
 def test_plots_are_drawn_thirty_times_a_second_and_the_machine_is_seen_to_move(house: Served, visit: Visit):
     operator = visit(Role.OPERATOR)
     operator.page.locator("#legend button").first.wait_for()
-    # A page under test shares two cores with whatever else runs: it has to show once that it can.
-    best = 0.0
-    for _ in range(5):
-        before, begun = operator.page.evaluate("drawnPlots()"), time.monotonic()
-        time.sleep(1.0)
-        best = max(best, (operator.page.evaluate("drawnPlots()") - before) / (time.monotonic() - begun))
-        if best >= 0.9 * 30.0:
-            break
-    assert best >= 0.9 * 30.0
+    before, begun = operator.page.evaluate("drawnPlots()"), time.monotonic()
+    time.sleep(3.0)  # in one second a picture more or less is a thirtieth
+    # A page under test shares two cores with whatever else runs; the limit is what the issue promises.
+    assert operator.page.evaluate("drawnPlots()") - before >= 30.0 * (time.monotonic() - begun) * 0.9
     assert operator.page.locator("#legend button").count() == 4
 
 

@@ -81,3 +81,18 @@ def whole_pair(text: str, option: str) -> tuple[int, int]:
     if len(values) != 2 or any(value != int(value) for value in values):
         raise ConfigError(f"{option} is '{text}'; give two whole numbers, such as 3,3.")
     return int(values[0]), int(values[1])
+
+
+def named_number(text: str, option: str) -> tuple[str, float]:
+    """NAME=VALUE.
+
+    Raises:
+        ConfigError: It is not.
+    """
+    name, equals, value = text.partition("=")
+    try:
+        if not equals:
+            raise ValueError
+        return name.strip(), float(value)
+    except ValueError:
+        raise ConfigError(f"{option} is '{text}'; give NAME=VALUE with a number, such as width=0.1.") from None

@@ -8,7 +8,7 @@ import tyro
 
 from exograv.errors import ConfigError
 
-from .common import Common, whole_pair, write_json
+from .common import Common, named_number, whole_pair, write_json
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def run_simulate_study(command: SimulateStudy) -> dict[str, Any]:
         level=command.level,
         windows=command.windows,
         flight_windows=command.flight_windows,
-        constants=dict(_constant(text) for text in command.constant),
+        constants=dict(named_number(text, "--constant") for text in command.constant),
     )
     folder = command.out / f"simulated_study_{command.seed}" if command.out == Path("out") else command.out
     print(f"The study goes into {folder}. Ctrl-C keeps who is done; --resume goes on.")
@@ -84,16 +84,6 @@ def run_simulate_study(command: SimulateStudy) -> dict[str, Any]:
         result = simulate_study(options, work, progress, keep)
     show_study(result)
     return result
-
-
-def _constant(text: str) -> tuple[str, float]:
-    name, equals, value = text.partition("=")
-    try:
-        if not equals:
-            raise ValueError
-        return name.strip(), float(value)
-    except ValueError:
-        raise ConfigError(f"--constant is '{text}'; give NAME=VALUE with a number, such as width=0.1.") from None
 
 
 def show_study(result: dict[str, Any]) -> None:

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from .common import Common, refuse_unwritable
+from .common import Common, named_number, refuse_unwritable
 
 
 @dataclass(frozen=True)
@@ -14,16 +14,21 @@ class ValidateParticipant(Common):
     people: int = 6
     """Virtual people, drawn from `seed` and the seeds after it; about 15 s each."""
 
+    constant: tuple[str, ...] = ()
+    """NAME=VALUE of the virtual participant, such as sees_higher_m=0.05."""
+
 
 def run_validate_participant(command: ValidateParticipant) -> dict[str, Any]:
     """Measure, show the table, draw the picture."""
+    from exograv.session.train.habits import with_constants
     from exograv.session.virtual_study.validation import run_validation
     from exograv.session.virtual_study.validation_picture import PICTURE, write_picture
     from exograv.terminal import bars
 
+    habits = with_constants(dict(named_number(text, "--constant") for text in command.constant))
     refuse_unwritable(command.out / PICTURE, "--out")
     with bars() as progress:
-        result = run_validation(command.people, command.seed, progress)
+        result = run_validation(command.people, command.seed, progress, habits)
     _show(result)
     result["picture"] = str(write_picture(result, command.out))
     print(f"Picture: {result['picture']}")

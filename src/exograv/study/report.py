@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import jinja2
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from exograv.errors import RecordingError
 from exograv.recording import Recording, read_recording
+from exograv.study.templates import template
 
 from .drawing import house_style, inline_svg, joint_label
 from .figures import floating, left_over, parameters, postures, progress, sync, timing, torque, touches, weight
@@ -70,17 +70,10 @@ def write_report(recording_path: Path, html_path: Path) -> Path:
 
 def render(recording: Recording) -> str:
     """The page as text; the same recording gives the same text."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("exograv.study", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     tables = [
         parameter_table(recording), calibration_table(recording), event_table(recording), settings_table(recording)
     ]  # fmt: skip
-    return environment.get_template("report.html.j2").render(
+    return template("report.html.j2", "exograv.study").render(
         headline=headline(recording),
         facts=run_facts(recording),
         tiles=tiles(recording),

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import jinja2
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from exograv.errors import RecordingError
+from exograv.study.templates import template
 
 from .drawing import house_style, inline_svg, joint_label
 from .figures.transparency import CONDITIONS, GOALS, PROFILES, Result, draw_causes, draw_effort
@@ -34,19 +34,12 @@ def write_transparency_report(results: Sequence[Result], html_path: Path) -> Pat
     Raises:
         RecordingError: The page cannot be written.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("exograv.study", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     with house_style():
         chapters = [
             _chapter("effort", "How much muscle it takes", draw_effort(results), EFFORT_TEXT),
             _chapter("causes", "What it is spent on", draw_causes(results), CAUSES_TEXT),
         ]
-    page = environment.get_template("transparency.html.j2").render(
+    page = template("transparency.html.j2", "exograv.study").render(
         headline=headline(results),
         facts=_facts(results[0]),
         tiles=[tile for result in results for tile in _tiles(result)],

@@ -225,8 +225,8 @@ class Twin:
         self._scene.model.opt.gravity = size * (-np.asarray(g) - g[2] * lean)
 
     @property
-    def gravity_level(self) -> float:
-        """Of the room [-]: 1 on the ground, whatever carries the arm."""
+    def room_gravity(self) -> float:
+        """Over that on Earth [-]: 1 on the ground, whatever carries the arm."""
         return float(np.linalg.norm(self._scene.model.opt.gravity) / np.linalg.norm(self._machine.gravity))
 
     def turn_motor(self, joint: int, factor: float) -> None:

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-import jinja2
 from markupsafe import Markup
 
 from exograv.study.dataset.folder import write_text_whole
+from exograv.study.templates import template
 
 from .kept import AssistFile
 from .words import Words
@@ -45,18 +45,6 @@ def course(file: AssistFile) -> list[dict[str, object]]:
 
 def render(file: AssistFile, words: Words, svg: Markup) -> str:
     """The page as text; the same sessions give the same text."""
-    environment = jinja2.Environment(
-        loader=jinja2.ChoiceLoader(
-            [
-                jinja2.PackageLoader("exograv.session.assist", "."),
-                jinja2.PackageLoader("exograv.study.findings", "."),
-            ]
-        ),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     last = file.sessions[-1]
     rule, now = last.protocol.rule, f"{last.state.support_percent:g}"
     rows = [
@@ -71,7 +59,7 @@ def render(file: AssistFile, words: Words, svg: Markup) -> str:
         for number, block in enumerate(session.blocks, start=1)
     ]
     told = {"session": last.number, "began": f"{last.began_percent:g}", "blocks": len(last.blocks), "now": now}
-    return environment.get_template("assist.html.j2").render(
+    return template("assist.html.j2", "exograv.session.assist", "exograv.study.findings").render(
         language=words.language,
         study=words.page("title", participant=file.participant),
         headline=words.page("headline" if last.is_over else "going", **told),

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from exograv.errors import ConfigError, IdentificationError
+from exograv.session.train.habits import with_constants
 from exograv.session.virtual_study.conditions import condition_of
 from exograv.session.virtual_study.flight import FAMILIARISED
 from exograv.session.virtual_study.options import Career, StudyOptions
@@ -87,7 +88,7 @@ class ParticipantsGrid(Grid):
             if len(set(values)) < len(values):
                 raise ValueError(f"{name} has a value twice; name each once.")
             for value in values:
-                _ = StudyOptions(constants={name: value}).habits  # refuses what cannot be
+                with_constants({name: value})  # refuses what cannot be
         return constants
 
     @cached_property

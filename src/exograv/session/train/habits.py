@@ -1,5 +1,6 @@
 """What makes one virtual participant: constants with unit, standing, source and the range of their sweep."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
@@ -159,6 +160,20 @@ def with_constant(habits: Habits, name: str, value: float) -> Habits:
         plausible = f"{one.low:g} to {one.high:g} are plausible" if one.low < one.high else f"{one.value:g} is usual"
         raise ConfigError(f"Constant {name} is {value:g}; allowed: {allowed}. Give another value: {plausible}.")
     return _with(habits, name, value)
+
+
+def with_constants(constants: Mapping[str, float]) -> Habits:
+    """The usual person with these constants changed.
+
+    Raises:
+        ConfigError: As `with_constant`, or a value is no finite number.
+    """
+    habits, known = Habits(), {one.name: one for one in register()}
+    for name, value in constants.items():
+        if name in known and not np.isfinite(value):
+            raise ConfigError(f"--constant {name} is {value}; give a finite number, such as {known[name].value:g}.")
+        habits = with_constant(habits, name, value)
+    return habits
 
 
 def _with(settings: Any, name: str, value: float) -> Any:

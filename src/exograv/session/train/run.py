@@ -181,7 +181,7 @@ class _Training:
             twin.period_s,
             Habits(interval_s=protocol.windows.interval_s),
         )
-        person.inner_ear = lambda: twin.gravity_level
+        person.inner_ear = lambda: twin.room_gravity
         person.begin_day(self._day)
         if self._before is not None and self._before.learned is not None:
             person.remember(self._before.learned)

@@ -8,7 +8,7 @@ import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.session.study_example.making import ExampleOptions
-from exograv.session.train.habits import Habits, register, with_constant
+from exograv.session.train.habits import Habits, with_constants
 from exograv.task.protocol import load_protocol
 
 from .conditions import Condition, condition_of
@@ -115,14 +115,7 @@ class StudyOptions:
     @property
     def habits(self) -> Habits:
         """Of everybody."""
-        habits = Habits()
-        known = {one.name: one for one in register()}
-        for name, value in self.constants.items():
-            one = known.get(name)
-            if one is not None and not np.isfinite(value):
-                raise ConfigError(f"--constant {name} is {value}; give a finite number, such as {one.value:g}.")
-            habits = with_constant(habits, name, value)
-        return habits
+        return with_constants(self.constants)
 
 
 def careers(options: StudyOptions, codes: tuple[str, ...]) -> list[Career]:

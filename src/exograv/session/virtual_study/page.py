@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import matplotlib as mpl
 from markupsafe import Markup
 from matplotlib.figure import Figure
@@ -16,6 +15,7 @@ from exograv.study.figures.of_study.groups import JOURNAL
 from exograv.study.findings.headline import Tile
 from exograv.study.findings.page import write_figure
 from exograv.study.findings.results import number
+from exograv.study.templates import template
 
 from . import ablation
 from .ablation import Ablated
@@ -83,20 +83,8 @@ def drawn(content: Content) -> Iterator[tuple[str, str, Figure, str]]:
 
 def render(content: Content, chapters: Sequence[Mapping[str, Any]]) -> str:
     """The page as text; the same content gives the same text."""
-    environment = jinja2.Environment(
-        loader=jinja2.ChoiceLoader(
-            [
-                jinja2.PackageLoader("exograv.session.virtual_study", "."),
-                jinja2.PackageLoader("exograv.study.findings", "."),
-            ]
-        ),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     outcome = content.outcome
-    return environment.get_template("virtual_study.html.j2").render(
+    return template("virtual_study.html.j2", "exograv.session.virtual_study", "exograv.study.findings").render(
         study="Virtual study",
         authors="",
         licence="",

@@ -163,7 +163,7 @@ class Life:
             ACT_TICKS * stage.twin.period_s,
             self._options.habits,
         )
-        person.inner_ear = lambda: stage.twin.gravity_level
+        person.inner_ear = lambda: stage.twin.room_gravity
         person.begin_day(day)
         if self._learned is not None:
             person.remember(self._learned)

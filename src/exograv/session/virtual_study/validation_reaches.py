@@ -48,7 +48,7 @@ class Reaching:
             stage.own, stage.worn_inertia, stage.surroundings, self._target, protocol.pace.too_short.shape, seed,
             TICKS * self._twin.period_s, habits,
         )  # fmt: skip
-        self.person.inner_ear = lambda: stage.twin.gravity_level
+        self.person.inner_ear = lambda: stage.twin.room_gravity
         self._still, self._ticks, self._last = np.zeros(len(self._twin.joints)), 0, -np.inf
         self._began, self._fastest, self._fastest_at = 0.0, 0.0, 0.0
         self._landed: list[Landing] = []

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import matplotlib as mpl
 from markupsafe import Markup
 from matplotlib.figure import Figure
@@ -18,6 +17,7 @@ from exograv.study.figures.of_study import deviation
 from exograv.study.figures.of_study.groups import DPI, JOURNAL, WIDTH_1
 from exograv.study.measures.study_data import StudyData
 from exograv.study.statistics.findings import Findings
+from exograv.study.templates import template
 
 from .chapters import drawn
 from .exclusions import exclusions
@@ -104,16 +104,9 @@ def write_figure(folder: Path, name: str, figure: Figure) -> list[Path]:
 
 def render(content: Content, chapters: Sequence[dict[str, Any]]) -> str:
     """The page as text; the same study gives the same text."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("exograv.study.findings", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     data, found = content.data, content.found
     family = None if found is None else family_of(data, found)
-    return environment.get_template("page.html.j2").render(
+    return template("page.html.j2", "exograv.study.findings").render(
         study=data.settings.name,
         authors=", ".join(data.settings.authors),
         licence=data.settings.licence,
