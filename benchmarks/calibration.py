@@ -27,7 +27,7 @@ RELATIVE = ("gain", "coulomb_Nm", "viscous", "breakaway", "v_stribeck_rad_per_s"
 
 def run(rig: str, level: int, seed: int, worn: bool) -> dict[str, Any]:
     """One machine; a refused one is a result too."""
-    from exograv.session.calibration_run import CalibrateOptions, run_calibration
+    from exograv.cli.machine.calibration import CalibrateOptions, run_calibration
 
     key = {"rig": rig, "level": level, "seed": seed}
     with tempfile.TemporaryDirectory() as folder:
@@ -50,7 +50,7 @@ def empty_left_over(rig: str, level: int, seed: int, file: Path) -> dict[str, li
     from exograv.model.description import load_rig
     from exograv.rig.twin import Disturbances, Examiner, draw_machine
     from exograv.rig.twin.examiner import rms
-    from exograv.session.calibration_file import read_calibration
+    from exograv.storage.calibration_file import read_calibration
 
     description = load_rig(rig)
     whole = read_calibration(file)
@@ -74,7 +74,7 @@ def empty_left_over(rig: str, level: int, seed: int, file: Path) -> dict[str, li
 
 def worn_left_over(rig: str, level: int, seed: int, file: Path) -> dict[str, list[float]]:
     """RMS over the held-out postures after 60 s with a wearer, by calibration and by data sheet (joint,) [N·m]."""
-    from exograv.session.demo import DemoOptions, run_demo
+    from exograv.laboratory.demo import DemoOptions, run_demo
 
     scores = {}
     for name, path in (("calibrated", file), ("nominal", uncalibrated(rig, file))):
@@ -88,12 +88,12 @@ def uncalibrated(rig: str, file: Path) -> Path:
     """A file that says what the data sheets say, each value as uncertain as it is before a calibration."""
     from exograv.dynamics.actuator import ActuatorGain
     from exograv.dynamics.loop_torque import GRAVITY
-    from exograv.identification.empty_prior import COULOMB, GAIN_SD, VISCOUS, usual_friction
+    from exograv.identification.calibration.empty_prior import COULOMB, GAIN_SD, VISCOUS, usual_friction
     from exograv.model.assembly import read_exoskeleton
     from exograv.model.description import load_rig
-    from exograv.session.calibration_file import read_calibration, write_calibration
-    from exograv.session.calibration_schema import stored
-    from exograv.session.nominal import nominal_machine
+    from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+    from exograv.storage.calibration_file import read_calibration, write_calibration
+    from exograv.storage.calibration_schema import stored
 
     description, whole = load_rig(rig), read_calibration(file)
     measured = whole.calibration()

@@ -22,19 +22,19 @@ from jaxtyping import Float
 from exograv.errors import RigError
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
-from exograv.rig.drive_sim import Plant
-from exograv.rig.drive_sim.address import free_port
-from exograv.rig.drive_sim.canopen import CanopenDevices
+from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.rig.drives.canopen import CanopenRig
 from exograv.rig.drives.canopen.bus_load import load
 from exograv.rig.drives.canopen.rig import ANSWER_SHARE
+from exograv.rig.drives.canopen.simulated.network import CanopenDevices
 from exograv.rig.drives.settings import load_drives
+from exograv.rig.drives.simulated import Plant
+from exograv.rig.drives.simulated.address import free_port
 from exograv.rig.twin import Disturbances, Twin, draw_machine
-from exograv.runtime.loop import run_loop
-from exograv.runtime.realtime import realtime
-from exograv.runtime.spawn import spawned
-from exograv.runtime.timing import EDGES_US, Timing
-from exograv.session.nudge import starting_posture
+from exograv.runtime.clock.real_time_loop import run_loop
+from exograv.runtime.clock.realtime import realtime
+from exograv.runtime.clock.timing import EDGES_US, Timing
+from exograv.runtime.processes.spawn import spawned
 from exograv.signals import Command
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "drives" / "canopen.toml"

@@ -27,7 +27,7 @@ from typing import Any
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from exograv.console.diary import Diary
+from exograv.console.event_log import Diary
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.lease import LEASE_S
@@ -35,8 +35,8 @@ from exograv.console.page_clocks import PageClocks
 from exograv.console.run import plan_of
 from exograv.console.serve import Address, bound, serve
 from exograv.console.trial import Trial
-from exograv.session.steered.desk import SteeredDesk
-from exograv.session.steered.rehearsed import RehearsedFlight
+from exograv.experiment.steered.rehearsal import RehearsedFlight
+from exograv.experiment.steered.session_controller import SteeredDesk
 
 LINES = 6
 WARM_UP = 30_000

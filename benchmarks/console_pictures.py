@@ -18,7 +18,8 @@ from tests.browser.conftest import ARGUMENTS, CHROMIUM
 from tests.browser.of_browser import RETURN_S, Visitor, quick_plan
 from tests.console.serving import Served, served
 
-from exograv.console import lease, news
+from exograv.console import broadcaster as news
+from exograv.console import lease
 from exograv.console.keys import Role
 from exograv.task.screen import ScreenCalibration
 

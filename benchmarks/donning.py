@@ -19,16 +19,16 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ExogravError
+from exograv.laboratory.preparation import pilot_of
+from exograv.laboratory.result_rows import time_to_target
+from exograv.laboratory.truth_score import Examination
+from exograv.laboratory.twin_calibration import EmptyTwin
+from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.loop.arm_controller import ArmController
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.identification.participant_session import ParticipantOptions, ParticipantRun
 from exograv.rig.twin import Twin, day_seed
-from exograv.session.arm_controller import ArmController
-from exograv.session.examine import Examination
-from exograv.session.identify import Identifier, identify_arm
-from exograv.session.learner import table_guess
-from exograv.session.outcome import time_to_target
-from exograv.session.participant_run import ParticipantOptions, ParticipantRun
-from exograv.session.prepare import pilot_of
-from exograv.session.stage_0 import EmptyTwin
-from exograv.session.virtual import draw_laboratory
 from exograv.study.targets import TARGET_NM
 
 ASKED_S = (10.0, 20.0, 60.0)

@@ -19,17 +19,17 @@ import numpy as np
 from exograv.control.observer import Observer
 from exograv.control.resting import RestingTorque
 from exograv.control.tick import Tick
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Estimate, Sample
-from exograv.identification.left_over import LeftOverPrediction
-from exograv.identification.prior import prior
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Estimate, Sample
+from exograv.identification.core.left_over import LeftOverPrediction
+from exograv.identification.core.prior import prior
 from exograv.kernel.compilation import ENGINE_VARIABLE
+from exograv.laboratory.posterior_torque import doubt
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
-from exograv.session.doubt import doubt
-from exograv.session.learner import table_guess
-from exograv.session.nominal import nominal_machine
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.signals import Reference
 
 ENGINES = {"native": "", "virtual machine": "virtual-machine"}

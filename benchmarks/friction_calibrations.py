@@ -4,12 +4,12 @@ from functools import cache
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
+from exograv.laboratory.twin_calibration import EmptyTwin
+from exograv.laboratory.virtual_laboratory import draw_laboratory, limits
+from exograv.loop.pilot import Pilot
 from exograv.rig import Rig
 from exograv.rig.twin import Machine
 from exograv.safety.envelope import Envelope
-from exograv.session.pilot import Pilot
-from exograv.session.stage_0 import EmptyTwin
-from exograv.session.virtual import draw_laboratory, limits
 
 
 @cache

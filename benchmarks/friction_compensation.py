@@ -19,8 +19,8 @@ from friction_candidates import CANDIDATES, KEPT, Candidate
 from friction_joint import DT, LOADS, Circumstances, Hand, JointWorld
 
 from exograv import motion
-from exograv.rig.twin.acting import Nerves, Physiology
-from exograv.rig.twin.practice import Practice
+from exograv.rig.twin.behaviour.acting import Nerves, Physiology
+from exograv.rig.twin.behaviour.practice import Practice
 
 REACH_FROM, REACH_RAD, REACH_S, PAUSE_S = 0.5, np.deg2rad(40.0), 1.0, 0.5
 REPETITIONS, COUNTED = 30, 4

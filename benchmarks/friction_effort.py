@@ -20,16 +20,16 @@ from exograv.control.returned_friction import CERTAINTY, WARMED
 from exograv.dynamics.friction import Friction
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Layout
+from exograv.laboratory.conditions import leave_the_arm
+from exograv.laboratory.effort import Performer, UsedTo
+from exograv.laboratory.movements import pointing
+from exograv.laboratory.preparation import Prepared, pilot_of, prepare
+from exograv.laboratory.transparency_trial import UNREST, Trial
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.pilot import Controller
 from exograv.model.description import load_rig
 from exograv.rig.twin import Twin
-from exograv.rig.twin.own_arm import OwnArm, worn_inertia
-from exograv.session.arm_controller import ArmController
-from exograv.session.conditions import leave_the_arm
-from exograv.session.effort import Performer, UsedTo
-from exograv.session.movements import pointing
-from exograv.session.pilot import Controller
-from exograv.session.prepare import Prepared, pilot_of, prepare
-from exograv.session.transparency_trial import UNREST, Trial
+from exograv.rig.twin.behaviour.own_arm import OwnArm, worn_inertia
 from exograv.signals import Reference
 
 LAWS = ("nothing", "by speed 0.5", "kept")

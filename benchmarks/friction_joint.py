@@ -14,9 +14,9 @@ from exograv.control.observer import observer_function
 from exograv.dynamics.friction import Friction
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.rig.twin import Machine
-from exograv.rig.twin.delays import Delays, passed
-from exograv.rig.twin.drive import DRIVE_STATES, TAU_MOTOR, THETA, DriveInput, drive_step
-from exograv.rig.twin.scene import TIMESTEP
+from exograv.rig.twin.machine.delays import Delays, passed
+from exograv.rig.twin.machine.drive import DRIVE_STATES, TAU_MOTOR, THETA, DriveInput, drive_step
+from exograv.rig.twin.world.scene import TIMESTEP
 
 SUBSTEPS = 2
 DT = SUBSTEPS * TIMESTEP

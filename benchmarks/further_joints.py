@@ -24,29 +24,29 @@ from typing import Any
 
 import numpy as np
 
+from exograv.cli.shell.terminal import bars
 from exograv.control.tick import Mode
 from exograv.dynamics.parameters import Layout
 from exograv.errors import ExogravError
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Estimate, Sample
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Estimate, Sample
+from exograv.laboratory.preparation import pilot_of, prepare_machine
+from exograv.laboratory.result_rows import parameter_rows, percentiles, rounded
+from exograv.laboratory.truth_score import Examination
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.pilot import Progress
 from exograv.model.arm import held_weight
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, RigSettings
+from exograv.procedures.identification.estimator_session import build_method
+from exograv.procedures.identification.float_arm import float_arm
+from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.weighing.known_weight import weigh
+from exograv.procedures.weighing.motion_samples import Kept
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
 from exograv.rig.twin.examiner import held_out_postures, rms
-from exograv.session.arm_controller import ArmController
-from exograv.session.examine import Examination
-from exograv.session.float_arm import float_arm
-from exograv.session.identify import Identifier, identify_arm
-from exograv.session.learner import build_method
-from exograv.session.outcome import parameter_rows, percentiles, rounded
-from exograv.session.pilot import Progress
-from exograv.session.prepare import pilot_of, prepare_machine
-from exograv.session.virtual import VirtualLaboratory
-from exograv.session.weighing.known_weight import weigh
-from exograv.session.weighing.listening import Kept
 from exograv.study.targets import TARGET_NM
-from exograv.terminal import bars
 
 RIG = "recupera_like_7"
 LEAST, MOST = 4, 7

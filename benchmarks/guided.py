@@ -24,11 +24,11 @@ def quiet(_text: str, _share: float) -> None:
 def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
     """All cases of one seed."""
     from exograv.errors import ExogravError
-    from exograv.session.guided.mirror_run import MirrorOptions, run_mirror
-    from exograv.session.guided.run import GuidedOptions, RepeatOptions, run_repeat, run_teach
-    from exograv.session.pilot import Progress
-    from exograv.session.prepare import Prepared, prepare
-    from exograv.session.virtual import VirtualLaboratory
+    from exograv.laboratory.guided.guided_command import GuidedOptions, RepeatOptions, run_repeat, run_teach
+    from exograv.laboratory.guided.mirror_command import MirrorOptions, run_mirror
+    from exograv.laboratory.preparation import Prepared, prepare
+    from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+    from exograv.loop.pilot import Progress
 
     path, known = folder / f"{seed}.toml", dict[str, Prepared]()
 

@@ -22,7 +22,7 @@ COARSE = 2.5  # the coarse target is so many times the fine one: 0.5 and 0.25 NÂ
 
 def run(rig: str, level: int, seed: int, method: str, seconds: float) -> dict[str, Any]:
     """One identification; a run that broke off is a result too."""
-    from exograv.session.demo import DemoOptions, run_demo
+    from exograv.laboratory.demo import DemoOptions, run_demo
 
     options = DemoOptions(rig=rig, level=level, seed=seed, method=method, seconds=seconds, only_identify=True)  # pyright: ignore[reportArgumentType] - checked by the sessions
     with tempfile.TemporaryDirectory() as folder:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ExogravError
-from exograv.session.identify_log import METHODS, identify_log
+from exograv.procedures.machine_tools.identify_log import METHODS, identify_log
 
 
 def main() -> None:

@@ -12,11 +12,11 @@ from collections import defaultdict
 
 import numpy as np
 
-from exograv.runtime.host import read_host
-from exograv.runtime.loop import run_loop
-from exograv.runtime.realtime import realtime
-from exograv.runtime.timing import PERIOD_NS, Timing
-from exograv.session.doctor_tick import MovingTick
+from exograv.laboratory.doctor_tick import MovingTick
+from exograv.runtime.clock.host import read_host
+from exograv.runtime.clock.real_time_loop import run_loop
+from exograv.runtime.clock.realtime import realtime
+from exograv.runtime.clock.timing import PERIOD_NS, Timing
 
 STRETCHES_US = (0, 50, 100, 200)
 WARM_UP_TICKS = 500

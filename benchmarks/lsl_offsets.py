@@ -28,7 +28,7 @@ from exograv.recording import Recording, read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
-from exograv.runtime.recorder import Recorder
+from exograv.runtime.recorder.recorder import Recorder
 from exograv.study.sync import stream_figures
 
 JOINTS = ("rotation", "abduction", "flexion", "elbow")

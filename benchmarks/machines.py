@@ -13,16 +13,16 @@ import numpy as np
 
 from exograv.control.tick import Tick
 from exograv.dynamics.parameters import Layout
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Sample
-from exograv.identification.prior import prior
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Sample
+from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig, rig_names
 from exograv.model.support import assemble
-from exograv.session.identify import identification_motion
-from exograv.session.learner import build_method
-from exograv.session.nominal import nominal_machine
+from exograv.procedures.identification.estimator_session import build_method
+from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.signals import Reference
 
 BODY = Body(1.75, 75.0, "male")

@@ -18,21 +18,21 @@ from typing import Any
 import numpy as np
 
 from exograv import motion
+from exograv.campaigns.benchmark_identification.cases import Case, by_machine, population
+from exograv.campaigns.benchmark_identification.streams import Calibrated, calibrate, worn_twin
 from exograv.errors import ExogravError
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Method
-from exograv.identification.sample_filter import SampleFilter
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Method
+from exograv.identification.core.sample_filter import SampleFilter
+from exograv.laboratory.preparation import pilot_of
+from exograv.laboratory.truth_score import Examination
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.pilot import Moment
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
-from exograv.session.arm_controller import ArmController
-from exograv.session.benchmark_identification.cases import Case, by_machine, population
-from exograv.session.benchmark_identification.streams import Calibrated, calibrate, worn_twin
-from exograv.session.examine import Examination
-from exograv.session.identify import TRAVEL, identification_motion
-from exograv.session.learner import build_method, table_guess
-from exograv.session.motions import motion_parts
-from exograv.session.pilot import Moment
-from exograv.session.prepare import pilot_of
+from exograv.procedures.identification.estimator_session import build_method, table_guess
+from exograv.procedures.identification.identify import TRAVEL, identification_motion
+from exograv.procedures.identification.motions import motion_parts
 from exograv.study.targets import TARGET_NM
 
 AT_S = (20, 60, 120)

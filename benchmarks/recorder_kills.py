@@ -23,7 +23,7 @@ import numpy as np
 
 from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
-from exograv.runtime.recorder import Recorder
+from exograv.runtime.recorder.recorder import Recorder
 
 JOINTS = ("rotation", "abduction", "flexion", "elbow")
 SYNC_S = 0.02

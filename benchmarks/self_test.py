@@ -26,8 +26,8 @@ RUN_SEED = 50_000
 
 def calibrated(rig: str, level: int, seed: int, folder: Path) -> Path | None:
     """The machine's calibration; None where stage 0 refuses the machine."""
+    from exograv.cli.machine.calibration import CalibrateOptions, run_calibration
     from exograv.errors import ExogravError
-    from exograv.session.calibration_run import CalibrateOptions, run_calibration
 
     file = folder / f"{rig}_{level}_{seed}.toml"
     if not file.exists() and not file.with_suffix(".refused").exists():
@@ -43,12 +43,12 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
     """One self-test."""
     from dataclasses import replace
 
+    from exograv.cli.machine.calibration import take_calibration, twin_identity
+    from exograv.cli.machine.self_testing import virtual_subject
+    from exograv.laboratory.self_test_faults import HIDDEN
     from exograv.model.description import load_rig
+    from exograv.procedures.self_test.unworn import test_machine
     from exograv.rig.twin import Disturbances, draw_machine
-    from exograv.session.calibration_run import take_calibration, twin_identity
-    from exograv.session.self_test.hidden import HIDDEN
-    from exograv.session.self_test.run import virtual_subject
-    from exograv.session.self_test.unworn import test_machine
 
     description = load_rig(rig)
     machine = draw_machine(description, Disturbances.at_level(level), seed)
@@ -80,7 +80,7 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
 
 def wanted(options: argparse.Namespace) -> Iterator[tuple[str, int, int, str]]:
     """Machines in good order, and then each fault."""
-    from exograv.session.self_test.hidden import HIDDEN
+    from exograv.laboratory.self_test_faults import HIDDEN
 
     machines = [(rig, level) for level in _span(options.levels) for rig in options.rigs.split(",")]
     for seed in _span(options.faults):

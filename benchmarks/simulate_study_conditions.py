@@ -11,9 +11,9 @@ import argparse
 
 import numpy as np
 
-from exograv.session.arm_controller import ArmController
-from exograv.session.virtual_study.conditions import condition_of
-from exograv.session.virtual_study.stage import Stage, familiarisation_stage, flight_stage, free_stage, training_stage
+from exograv.campaigns.virtual_study.conditions import condition_of
+from exograv.campaigns.virtual_study.stage import Stage, familiarisation_stage, flight_stage, free_stage, training_stage
+from exograv.loop.arm_controller import ArmController
 from exograv.signals import Command, Reference
 
 CONDITIONS = (

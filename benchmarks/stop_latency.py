@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from exograv.experiment.steered.live_session import LiveFlight
+from exograv.experiment.steered.options import SteeredOptions
+from exograv.experiment.steered.requests import Stop
+from exograv.experiment.steered.session_controller import SteeredDesk
 from exograv.recording import read_recording
-from exograv.runtime.exchange import STOP_PRESSED
-from exograv.session.steered.contract import Stop
-from exograv.session.steered.desk import SteeredDesk
-from exograv.session.steered.live_flight import LiveFlight
-from exograv.session.steered.options import SteeredOptions
+from exograv.runtime.control_loop.exchange import STOP_PRESSED
 
 APART_S = (0.004, 0.012)
 START_MAX_S = 120.0

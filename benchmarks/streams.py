@@ -12,9 +12,9 @@ import pickle
 from collections.abc import Iterator
 from pathlib import Path
 
+from exograv.campaigns.benchmark_identification.cases import by_machine, population
+from exograv.campaigns.benchmark_identification.streams import Recorded, calibrate, record_stream
 from exograv.errors import ExogravError
-from exograv.session.benchmark_identification.cases import by_machine, population
-from exograv.session.benchmark_identification.streams import Recorded, calibrate, record_stream
 
 
 def save(recorded: Recorded, folder: Path) -> Path:

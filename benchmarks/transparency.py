@@ -27,9 +27,9 @@ STEPS = {
 
 def run(rig: str, level: int, seed: int, movement: str) -> dict[str, Any]:
     """Effort of one machine, by condition."""
+    from exograv.laboratory.transparency import movement_for
+    from exograv.laboratory.transparency_trial import Trial, run_trial
     from exograv.model.description import load_rig
-    from exograv.session.transparency import movement_for
-    from exograv.session.transparency_trial import Trial, run_trial
 
     description = load_rig(rig)
     wanted = movement_for(movement, description)  # pyright: ignore[reportArgumentType] - checked by the parser
@@ -38,9 +38,9 @@ def run(rig: str, level: int, seed: int, movement: str) -> dict[str, Any]:
 
 def merged(rig: str, level: int, seeds: list[int], movement: str, runs: list[dict[str, Any]]) -> dict[str, Any]:
     """As `exograv transparency --json` has it for one kind of machine."""
+    from exograv.laboratory.transparency import movement_for
+    from exograv.laboratory.transparency_summary import rig_result
     from exograv.model.description import load_rig
-    from exograv.session.transparency import movement_for
-    from exograv.session.transparency_summary import rig_result
 
     description = load_rig(rig)
     wanted = movement_for(movement, description)  # pyright: ignore[reportArgumentType] - checked by the parser

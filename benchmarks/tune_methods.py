@@ -21,16 +21,16 @@ from typing import Any
 import numpy as np
 from streams import load
 
+from exograv.campaigns.benchmark_identification.streams import Recorded
 from exograv.errors import ExogravError
 from exograv.identification import methods
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.gradient import Gradient
-from exograv.identification.interface import Method
-from exograv.identification.prior import prior
-from exograv.session.benchmark_identification.streams import Recorded
-from exograv.session.examine import Examination
-from exograv.session.learner import setting_of, table_guess
-from exograv.session.names import MethodName
+from exograv.identification.baselines.gradient import Gradient
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Method
+from exograv.identification.core.prior import prior
+from exograv.laboratory.truth_score import Examination
+from exograv.procedures.identification.estimator_session import setting_of, table_guess
+from exograv.procedures.identification.method_names import MethodName
 
 CANDIDATES: Mapping[str, tuple[Mapping[str, float], ...]] = {
     "gradient": tuple({"step": step} for step in (1e-8, 3e-8, 1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4)),

@@ -13,13 +13,13 @@ from collections.abc import Callable
 
 from exograv import motion
 from exograv.control.exo_tick import ExoTick
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, limits
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.pilot import Pilot
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.rig.twin import Twin, Wearer
 from exograv.safety.envelope import Envelope
-from exograv.session.arm_controller import ArmController
-from exograv.session.learner import table_guess
-from exograv.session.nominal import nominal_machine
-from exograv.session.pilot import Pilot
-from exograv.session.virtual import VirtualLaboratory, draw_laboratory, limits
 from exograv.signals import Command
 
 

@@ -149,8 +149,8 @@ class CPeer:
 def free_drives() -> Any:
     """The example's drives at a free port."""
     from exograv.model.description import load_rig
-    from exograv.rig.drive_sim.address import free_port
     from exograv.rig.drives.settings import UdpBus, load_drives
+    from exograv.rig.drives.simulated.address import free_port
 
     drives = load_drives(ROOT / "examples" / "drives" / "udp.toml", load_rig("recupera_like"))
     return replace(drives, settings=drives.settings.model_copy(update={"udp": UdpBus(port=free_port())}))
@@ -162,8 +162,8 @@ class Simulated:
     name, exact = "drive-sim", False
 
     def __init__(self):
-        from exograv.rig.drive_sim.firmware import SimulatedDrive
-        from exograv.rig.drive_sim.udp import UdpController
+        from exograv.rig.drives.simulated.firmware import SimulatedDrive
+        from exograv.rig.drives.udp.simulated.controller import UdpController
 
         drives = free_drives()
         self._plant = SimpleNamespace(

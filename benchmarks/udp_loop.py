@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 
 from exograv.model.description import load_rig
-from exograv.rig.drive_sim.address import free_port
 from exograv.rig.drives.settings import load_drives
+from exograv.rig.drives.simulated.address import free_port
 from exograv.rig.drives.udp import UdpRig
-from exograv.runtime.realtime import realtime
+from exograv.runtime.clock.realtime import realtime
 from exograv.signals import Command
 
 ROOT = Path(__file__).parents[1]

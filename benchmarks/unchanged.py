@@ -90,7 +90,7 @@ def keep(folder: Path, tree: Path, only: list[str], processes: int) -> int:
     for runs in (RUNS, LATER):
         chosen = [name for name in runs if not only or name in only]
         with ThreadPoolExecutor(processes) as pool:
-            failures += sum(pool.map(lambda name: not run(name, (RUNS | LATER)[name], folder, tree), chosen))  # noqa: B023
+            failures += sum(pool.map(lambda name: not run(name, (RUNS | LATER)[name], folder, tree), chosen))
     return failures
 
 
@@ -106,7 +106,10 @@ def run(name: str, words: str, folder: Path, tree: Path) -> bool:
     done = subprocess.run(argv, cwd=own, env=environment, capture_output=True, text=True)
     (own / "screen.txt").write_text(done.stdout + done.stderr)
     is_good = (own / "result.json").exists()
-    print(f"{'kept  ' if is_good else 'FAILED'} {name:22} {time.monotonic() - start:6.1f} s  exit {done.returncode}", flush=True)
+    print(
+        f"{'kept  ' if is_good else 'FAILED'} {name:22} {time.monotonic() - start:6.1f} s  exit {done.returncode}",
+        flush=True,
+    )
     return is_good
 
 
@@ -152,7 +155,9 @@ def _json_lines(before: Path, after: Path) -> str:
 
 def _lines(before: Path, after: Path) -> str:
     rows = [[x for x in path.read_text().splitlines() if not FREE_LINES.search(x)] for path in (before, after)]
-    return "" if rows[0] == rows[1] else next((f"'{a}' is '{b}'" for a, b in zip(*rows, strict=False) if a != b), "length")
+    return (
+        "" if rows[0] == rows[1] else next((f"'{a}' is '{b}'" for a, b in zip(*rows, strict=False) if a != b), "length")
+    )
 
 
 def _table(before: Path, after: Path) -> str:

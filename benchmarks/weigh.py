@@ -27,8 +27,8 @@ PAIRS_KG = ((0.5, 1.0), (1.0, 0.5), (1.5, 0.0), (2.0, 0.0), (0.0, 2.0))
 
 def run(rig: str, level: int, seed: int, hand: float, forearm: float, factor: float) -> dict[str, Any]:
     """One `exograv weigh`; a run that broke off is a result too."""
-    from exograv.session.virtual import draw_laboratory
-    from exograv.session.weighing.run import WeighOptions, run_weighing
+    from exograv.laboratory.virtual_laboratory import draw_laboratory
+    from exograv.laboratory.weighing_command import WeighOptions, run_weighing
 
     job = {"rig": rig, "level": level, "seed": seed, "factor": factor}
     try:

@@ -4,8 +4,8 @@
     python benchmarks/wrong_person.py --seeds 0-9 --level 2 --no-run
 
 Every person is identified and kept on a first day, and moves for 20 s on a second with the right file driving. Then
-that motion is asked for every file (`session/person_check.py`). Body data are left out of that: by themselves they
-refuse most wrong files before any motion (`session/participant_file.py`), and the last lines say how many, and what
+that motion is asked for every file (`procedures/identification/person_check.py`). Body data are left out of that: by themselves they
+refuse most wrong files before any motion (`storage/participant_file.py`), and the last lines say how many, and what
 motion says of the rest. Nothing was tuned on the seeds that are reported.
 """
 
@@ -21,20 +21,20 @@ from donning import silent
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Layout
 from exograv.errors import ExogravError
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.carried_over import carried_over, kept_part
-from exograv.identification.interface import Estimate, Sample
-from exograv.identification.prior import prior
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Estimate, Sample
+from exograv.identification.core.prior import prior
+from exograv.identification.recursive.carried_over import carried_over, kept_part
+from exograv.laboratory.preparation import pilot_of
+from exograv.laboratory.twin_calibration import EmptyTwin
+from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.loop.arm_controller import ArmController
+from exograv.procedures.identification.estimator_session import Belief, table_guess
+from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.identification.person_check import JUDGED_S, PersonCheck
 from exograv.rig.twin import Twin, day_seed
-from exograv.session.arm_controller import ArmController
-from exograv.session.identify import Identifier, identify_arm
-from exograv.session.learner import Belief, table_guess
-from exograv.session.participant_file import other_body
-from exograv.session.participant_schema import Person
-from exograv.session.person_check import JUDGED_S, PersonCheck
-from exograv.session.prepare import pilot_of
-from exograv.session.stage_0 import EmptyTwin
-from exograv.session.virtual import draw_laboratory
+from exograv.storage.participant_file import other_body
+from exograv.storage.participant_schema import Person
 
 FIRST_S, SECOND_S = 61.0, JUDGED_S[-1] + 2.0
 KEPT_EVERY_S = 0.004

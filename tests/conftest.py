@@ -1,13 +1,42 @@
-"""Settings of all tests: property tests have no deadline, and the same examples every time on a server."""
+"""Settings of all tests, and fixtures that run a script beside a test.
 
+Property tests have no deadline, and draw the same examples every time on a server. A script runs in a process of its
+own, because shape checks do not slow it there; a module that uses one names it: `SCRIPT`.
+"""
+
+import json
 import os
+import subprocess
+import sys
+from typing import Any
 
 # As the command line does: threads of OpenBLAS wait for each other, and our matrices are small. Before NumPy comes.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import pytest
 from hypothesis import settings
 
 # The first call compiles a kernel, which takes longer than any fair deadline for the second.
 settings.register_profile("desk", deadline=None)
 settings.register_profile("server", deadline=None, derandomize=True)
 settings.load_profile("server" if os.environ.get("CI") else "desk")
+
+Verdicts = dict[str, dict[str, Any]]
+
+
+def verdicts(request: pytest.FixtureRequest, which: str) -> Verdicts:
+    script = request.path.with_name(request.module.SCRIPT)
+    run = subprocess.run([sys.executable, str(script), which], check=True, capture_output=True, text=True)
+    return json.loads(run.stdout.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def quick(request: pytest.FixtureRequest) -> Verdicts:
+    """Cases that take a second or two each."""
+    return verdicts(request, "quick")
+
+
+@pytest.fixture(scope="module")
+def slow(request: pytest.FixtureRequest) -> Verdicts:
+    """The others, for slow tests only."""
+    return verdicts(request, "slow")

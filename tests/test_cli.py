@@ -12,9 +12,9 @@ import pytest
 
 from exograv import __version__
 from exograv.cli import was_keyboard
-from exograv.cli.faults import show_faults
+from exograv.cli.shell.terminal import show_demo
+from exograv.cli.simulation.faults import show_faults
 from exograv.recording import read_recording
-from exograv.terminal import show_demo
 
 URDF = Path(__file__).parents[1] / "robots" / "recupera_like" / "right.urdf"
 LOG = ("identify-log", "none.csv", "--unloaded", "none.csv", "--urdf", str(URDF), "--payload-frame", "hand_mount")

@@ -42,7 +42,7 @@ def test_importing_exograv_imports_nothing_else():
 
 def test_the_first_tick_of_a_demo_waits_neither_for_drawing_nor_for_statistics():
     late = {"matplotlib", "scipy.stats", "scipy.optimize", "scipy.signal"}
-    modules = modules_after("import exograv.session.demo")
+    modules = modules_after("import exograv.laboratory.demo")
     assert {"mujoco", "casadi"} <= modules
     assert modules & late == set()
 

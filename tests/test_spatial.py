@@ -6,14 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exograv.spatial import (
-    Transform,
-    inertia_matrix,
-    rotation_about,
-    rotation_residual,
-    skew,
-    solve_symmetric,
-)
+from exograv.spatial import Transform, inertia_matrix, rotation_about, rotation_residual, skew, solve_symmetric
 
 PARITY = 1e-12
 SEEDS = st.integers(0, 100_000)

@@ -8,8 +8,8 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.friction import Friction
 from exograv.dynamics.loop_torque import GRAVITY
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Sample
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Sample
 
 STEP = 1e-4  # of each parameter's own unit
 TOLERANCE = 2e-6  # N·m per unit: fourth-order differences of torques of 30 N·m, whose closure is exact to 1e-10

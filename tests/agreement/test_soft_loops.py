@@ -13,14 +13,7 @@ from exograv.dynamics import parameters
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.dynamics.friction import Friction
-from exograv.dynamics.loop_torque import (
-    GRAVITY,
-    ArmExpression,
-    LoopTorque,
-    arm_load,
-    exo_torque,
-    static_load,
-)
+from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm_load, exo_torque, static_load
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.anthropometry import Body
 from exograv.model.arm import build_arm

@@ -7,7 +7,7 @@ import pytest
 from tests.console.serving import Served
 
 from exograv.console.keys import Role
-from exograv.console.may import MAY
+from exograv.console.permissions import MAY
 from exograv.safety.modes import Mode
 
 from .conftest import Visit

@@ -6,10 +6,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any, get_args
 
-from exograv.model.rig_settings import Side
-from exograv.safety.modes import WORN, Event, Mode, ModeMachine
-from exograv.session.steered.contract import LATE_S, Act, Answer, Who
-from exograv.session.steered.shown import (
+from exograv.experiment.steered.requests import LATE_S, Act, Answer, Who
+from exograv.experiment.steered.view_models import (
     ActKind,
     Alarm,
     Lateness,
@@ -20,6 +18,8 @@ from exograv.session.steered.shown import (
     Skeleton,
     Trace,
 )
+from exograv.model.rig_settings import Side
+from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
 LEVEL_PER_S = 0.2

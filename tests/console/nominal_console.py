@@ -1,8 +1,8 @@
 """`exograv console` on a twin that is as its files say: it is there in seconds, for tests that strike it."""
 
 from exograv.cli import main
-from exograv.session.nominal import nominal_machine
-from exograv.session.steered import place
+from exograv.experiment.steered import prepared_machine as place
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 
 def nominal(laboratory, *_):

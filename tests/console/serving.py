@@ -10,7 +10,7 @@ from pathlib import Path
 
 import uvicorn
 
-from exograv.console.diary import Diary
+from exograv.console.event_log import Diary
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.limits import Close

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.session.test_aircraft import line as datagram
+from tests.experiment.test_aircraft import line as datagram
 from tests.task.of_run import short_plan
 
+from exograv.console.broadcaster import News
 from exograv.console.feed import TOPIC, Feed, receiver_of
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
-from exograv.console.news import News
 from exograv.console.sentences import say
 from exograv.errors import ConfigError
-from exograv.session.aircraft import AircraftReceiver, Emulation, emulate
+from exograv.experiment.aircraft import AircraftReceiver, Emulation, emulate
 from exograv.task.events import Start, Tick
 from exograv.task.flight_profile import FlightProfile, Network
 from exograv.task.plan import Plan

@@ -7,11 +7,11 @@ import pytest
 
 from exograv.console import hub
 from exograv.console.sentences import GAP, SENTENCES, spoken
-from exograv.identification.interface import Outcome
-from exograv.runtime import steering
+from exograv.experiment.steered import session_controller as desk
+from exograv.identification.core.interface import Outcome
+from exograv.runtime.control_loop import steering
 from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
-from exograv.session.steered import desk
 
 IN_CONSOLE = ("handlers", "hub", "news", "trial", "feed", "line")
 IN_SESSION = ("reception", "desk", "live_flight", "keeping", "rehearsed")

@@ -10,11 +10,11 @@ import pytest
 from exograv.console.sentences import GAP, SENTENCES
 from exograv.console.server import PAGES
 from exograv.dynamics.parameters import names_and_units
+from exograv.experiment.steered.process_state import SHOWN_UNITS
+from exograv.experiment.steered.view_models import ModeName, SafeStateName
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
-from exograv.session.steered.course import SHOWN_UNITS
-from exograv.session.steered.shown import ModeName, SafeStateName
 
 LANGUAGES = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in (PAGES / "words").glob("*.json")}
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in PAGES.glob("*") if path.suffix in (".html", ".js"))

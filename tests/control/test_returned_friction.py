@@ -12,7 +12,7 @@ from exograv.control.returned_friction import CERTAINTY, SHARE, TRAVEL, WARMED, 
 from exograv.dynamics.friction import Friction
 from exograv.model.description import load_rig
 from exograv.rig.twin import Disturbances, Machine, draw_machine
-from exograv.rig.twin.drive import Rubbing, friction_step, sliding_friction
+from exograv.rig.twin.machine.drive import Rubbing, friction_step, sliding_friction
 
 ONE = np.ones(1)
 KNOWN = Friction(2.5 * ONE, 1.4 * ONE, 1.3 * ONE, 0.06 * ONE, 0.15 * ONE, 0.05 * ONE, 0.02)

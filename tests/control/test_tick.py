@@ -8,8 +8,8 @@ import pytest
 from exograv.control.returned_friction import SHARE, TRAVEL
 from exograv.control.tick import Mode, Tick
 from exograv.dynamics import parameters
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Sample
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Sample
 from exograv.signals import Reference
 
 PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad

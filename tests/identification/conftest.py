@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from exograv.identification.empty_fit import EmptyMachine
-from exograv.identification.empty_machine import SAMPLE_PERIOD_S, V_START, Sweeps
-from exograv.identification.interface import Sample
-from exograv.identification.recursive import Noise
-from exograv.identification.setting import Setting
+from exograv.identification.calibration.empty_fit import EmptyMachine
+from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S, V_START, Sweeps
+from exograv.identification.core.interface import Sample
+from exograv.identification.core.setting import Setting
+from exograv.identification.recursive.recursive import Noise
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.tree import Tree, inertial_parameters

@@ -5,17 +5,17 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Method, Sample
-from exograv.identification.prior import prior
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Method, Sample
+from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.model.tree import is_physical
-from exograv.session.identify import identification_motion
-from exograv.session.learner import build_method, table_guess
-from exograv.session.names import MethodName
-from exograv.session.nominal import nominal_machine
+from exograv.procedures.identification.estimator_session import build_method, table_guess
+from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.identification.method_names import MethodName
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
 UNPROJECTED = ("nlms", "kaczmarz", "rls")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from exograv.identification.empty_machine import SAMPLE_PERIOD_S
-from exograv.identification.interface import Sample
-from exograv.identification.payload import PAYLOAD, PayloadModel
-from exograv.identification.robot_from_log import RobotFromLog, felt_covariance, robot_from_log
+from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S
+from exograv.identification.core.interface import Sample
+from exograv.identification.payload.payload import PAYLOAD, PayloadModel
+from exograv.identification.payload.robot_from_log import RobotFromLog, felt_covariance, robot_from_log
 from exograv.model.urdf import read_urdf
 
 URDF = """<robot name="one"><link name="base"/>

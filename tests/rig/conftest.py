@@ -6,7 +6,7 @@ import pytest
 
 from exograv.model.description import RigDescription, load_rig
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
-from exograv.rig.twin.scene import Scene, build_scene
+from exograv.rig.twin.world.scene import Scene, build_scene
 
 
 @pytest.fixture(scope="session")

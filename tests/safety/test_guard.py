@@ -6,15 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import (
-    GRAVITY_LEVEL_S,
-    IN_SECOND_MAX,
-    IN_WINDOW_MAX_MS,
-    Guard,
-    Guarded,
-    SafeState,
-    Submitted,
-)
+from exograv.safety.guard import GRAVITY_LEVEL_S, IN_SECOND_MAX, IN_WINDOW_MAX_MS, Guard, Guarded, SafeState, Submitted
 from exograv.safety.ingress import FROZEN_MS, Ingress
 from exograv.safety.person import Person, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable

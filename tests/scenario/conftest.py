@@ -13,13 +13,13 @@ import pytest
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
+from exograv.laboratory.virtual_laboratory import draw_laboratory, limits
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.pilot import Pilot
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
-from exograv.session.arm_controller import ArmController
-from exograv.session.learner import table_guess
-from exograv.session.nominal import nominal_machine
-from exograv.session.pilot import Pilot
-from exograv.session.virtual import draw_laboratory, limits
 
 SEED = 1012
 """Figures are reported on other seeds (docs/disturbances.md)."""

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from exograv.console.words import said_in
+from exograv.laboratory.assist.assist_command import assist_file, run_assist
+from exograv.laboratory.assist.options import AssistOptions
+from exograv.procedures.rehabilitation.assist.participant_record import Block, Session, read_assist
+from exograv.procedures.rehabilitation.assist.words import Words
 from exograv.recording import read_recording
 from exograv.safety.guard import GRAVITY_LEVEL_S
-from exograv.session.assist.kept import Block, Session, read_assist
-from exograv.session.assist.options import AssistOptions
-from exograv.session.assist.run import assist_file, run_assist
-from exograv.session.assist.words import Words
 from exograv.task.assist_as_needed import SENTENCES
 
 pytestmark = pytest.mark.slow

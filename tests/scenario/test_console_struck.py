@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from tests.console.of_process import Page, console
 
+from exograv.experiment.steered.requests import LEASE_S
 from exograv.recording import read_recording
 from exograv.recording.reader import Recording
 from exograv.safety.guard import SafeState
 from exograv.safety.modes import RAMP_OUT_S
-from exograv.session.steered.contract import LEASE_S
 
 pytestmark = pytest.mark.slow
 

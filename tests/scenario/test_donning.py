@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from exograv.session.participant_file import read_participant
+from exograv.storage.participant_file import read_participant
 
 SEED = 1012
 """Figures are reported on other seeds (docs/disturbances.md)."""

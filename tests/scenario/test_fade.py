@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv import motion
-from exograv.session.fade import fade
+from exograv.loop.mode_ramp import fade
 
 STEP_NM = 0.05  # N·m a tick, of friction and passive torque of several N·m over a second
 

@@ -5,8 +5,8 @@ import pytest
 
 from exograv import motion
 from exograv.errors import RigError
+from exograv.loop.arm_controller import ArmController
 from exograv.safety.envelope import StopReason
-from exograv.session.arm_controller import ArmController
 from exograv.signals import Reference
 
 SWING_RAD_S = 0.5  # what is left when the torque has faded: the arm hangs and settles

@@ -8,21 +8,21 @@ import pytest
 
 from exograv import motion
 from exograv.errors import ConfigError, RigError
+from exograv.laboratory.guided.therapist_and_wearer import HOLDS_KD, HOLDS_KP, Holding, Therapist, drawn_movement
+from exograv.laboratory.preparation import Prepared, prepare
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.motion import Trajectory
+from exograv.procedures.rehabilitation.guided.floating_arm import LOOK_S, Flown, flown
+from exograv.procedures.rehabilitation.guided.grip import DROP_S, Led
+from exograv.procedures.rehabilitation.guided.mirror import mirror
+from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
+from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
+from exograv.procedures.rehabilitation.guided.path_guide import PathGuide
+from exograv.procedures.rehabilitation.guided.path_shaping import PERIOD_S, driven
+from exograv.procedures.rehabilitation.guided.pull import Strength
+from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S, repeat
+from exograv.procedures.rehabilitation.guided.teach import teach
 from exograv.safety.stops import StopReason
-from exograv.session.guided.flown import LOOK_S, Flown, flown
-from exograv.session.guided.grip import DROP_S, Led
-from exograv.session.guided.mirror import mirror
-from exograv.session.guided.mirror_guide import MirrorGuide
-from exograv.session.guided.mirror_map import MirrorMap
-from exograv.session.guided.path_guide import PathGuide
-from exograv.session.guided.people import HOLDS_KD, HOLDS_KP, Holding, Therapist, drawn_movement
-from exograv.session.guided.pull import Strength
-from exograv.session.guided.repeat import SETTLE_S, repeat
-from exograv.session.guided.shaping import PERIOD_S, driven
-from exograv.session.guided.teach import teach
-from exograv.session.prepare import Prepared, prepare
-from exograv.session.virtual import VirtualLaboratory, draw_laboratory
 from exograv.signals import Reference
 
 pytestmark = pytest.mark.slow

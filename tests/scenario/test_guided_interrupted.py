@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
+from exograv.laboratory.guided.guided_command import GuidedOptions, RepeatOptions, run_repeat, run_teach
+from exograv.laboratory.guided.mirror_command import MirrorOptions, run_mirror
+from exograv.laboratory.preparation import Prepared, prepare
+from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.loop.pilot import Progress
 from exograv.recording.reader import read_recording
-from exograv.session.guided.mirror_run import MirrorOptions, run_mirror
-from exograv.session.guided.run import GuidedOptions, RepeatOptions, run_repeat, run_teach
-from exograv.session.pilot import Progress
-from exograv.session.prepare import Prepared, prepare
-from exograv.session.virtual import draw_laboratory
 
 pytestmark = pytest.mark.slow
 

@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from exograv.cli.machine.live_floating import LiveOptions, run_live
+from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.errors import ConfigError
+from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.preparation import Prepared
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.live.live_processes import Running
+from exograv.loop.pilot import Progress
+from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import read_recording
-from exograv.session.ideal_from_truth import prepared_by_truth
-from exograv.session.learner import table_guess
-from exograv.session.live import LiveOptions, run_live
-from exograv.session.live_processes import Running
-from exograv.session.pilot import Progress
-from exograv.session.prepare import Prepared
-from exograv.session.replay.run import ReplayOptions, run_replay
-from exograv.session.virtual import VirtualLaboratory
 
 SEED = 1004
 RESIDUAL_NM, RESIDUAL_S = 0.1, 0.1  # of a machine that is known as well as stage 0 can
@@ -60,7 +60,7 @@ def learned(folder: Path, strike: signal.Signals) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Any]]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("exograv.session.live.prepare_machine", known_machine)
+        patch.setattr("exograv.cli.machine.live_floating.prepare_machine", known_machine)
         yield learned(tmp_path_factory.mktemp("live"), signal.SIGKILL)
 
 

@@ -7,13 +7,13 @@ import pytest
 
 from exograv import motion
 from exograv.dynamics.parameters import Layout
+from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.preparation import pilot_of
+from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.mode_ramp import fade
+from exograv.loop.pilot import Moment
 from exograv.rig.twin import Twin
-from exograv.session.arm_controller import ArmController
-from exograv.session.fade import fade
-from exograv.session.ideal_from_truth import prepared_by_truth
-from exograv.session.pilot import Moment
-from exograv.session.prepare import pilot_of
-from exograv.session.virtual import draw_laboratory
 
 POSTURE = np.deg2rad([40.0, 20.0, 15.0, 80.0])
 PUSH_Nm, PUSH_S = 6.0, 0.3

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from exograv.cli.machine.live_floating import LiveOptions, run_live
+from exograv.live.live_figures import stall_ms
+from exograv.live.live_processes import Running
 from exograv.recording import read_recording
-from exograv.runtime.timing import Outcome, Timing
+from exograv.runtime.clock.timing import Outcome, Timing
 from exograv.safety.envelope import StopReason
-from exograv.session.live import LiveOptions, run_live
-from exograv.session.live_figures import stall_ms
-from exograv.session.live_processes import Running
 
 SECONDS = 8.0
 

@@ -5,11 +5,11 @@ import pytest
 from exograv import motion
 from exograv.dynamics.parameters import Layout
 from exograv.errors import RigError
-from exograv.identification.prior import prior
+from exograv.identification.core.prior import prior
+from exograv.loop.mode_ramp import fade
+from exograv.loop.person_limits_manager import Worn
+from exograv.procedures.identification.identify import V_MOTION
 from exograv.safety.envelope import StopReason
-from exograv.session.fade import fade
-from exograv.session.identify import V_MOTION
-from exograv.session.worn import Worn
 
 HAND_MAX_M_S = {False: 1.6, True: 1.0}
 """By whether the arm is known. The goal is 1.0; before, a healthy motion alone comes to 1.2 (docs/safety.md)."""

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from exograv.session.live import LiveOptions, run_live
-from exograv.session.replay.run import ReplayOptions, run_replay
+from exograv.cli.machine.live_floating import LiveOptions, run_live
+from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 
 from .conftest import SEED, Demo
 

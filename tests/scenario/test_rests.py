@@ -5,16 +5,16 @@ from functools import cache
 import numpy as np
 import pytest
 
+from exograv.laboratory.preparation import pilot_of
+from exograv.laboratory.truth_score import Examination
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.loop.arm_controller import ArmController
 from exograv.model.description import load_rig
+from exograv.procedures.identification.estimator_session import build_method, table_guess
+from exograv.procedures.identification.method_names import MethodName
+from exograv.procedures.identification.resting_poses import rest_first
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
-from exograv.session.arm_controller import ArmController
-from exograv.session.examine import Examination
-from exograv.session.learner import build_method, table_guess
-from exograv.session.names import MethodName
-from exograv.session.nominal import nominal_machine
-from exograv.session.prepare import pilot_of
-from exograv.session.resting_poses import rest_first
-from exograv.session.virtual import VirtualLaboratory
 
 TARGET_NM = np.array([0.2, 0.2, 0.2, 0.1])
 ALIGNED = ("slow_bias", "bursts", "donning_offset", "glenohumeral_shift", "length_error")

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from exograv import motion
-from exograv.session.identify import identification_motion
+from exograv.procedures.identification.identify import identification_motion
 
 RINGS_Hz = (7.0, 25.0)
 """Where it rang: at 13.5 Hz, far above the motion's 1 Hz."""

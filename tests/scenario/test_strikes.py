@@ -2,10 +2,10 @@
 
 import pytest
 
-from exograv.session.faults.people import make_known, subject
-from exograv.session.faults.strikes import KINDS
-from exograv.session.faults.struck import strike
-from exograv.session.live import Plan
+from exograv.campaigns.faults.persons import make_known, subject
+from exograv.campaigns.faults.process_faults import strike
+from exograv.campaigns.faults.strikes import KINDS
+from exograv.cli.machine.live_floating import Plan
 
 
 @pytest.mark.slow

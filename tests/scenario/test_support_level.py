@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from exograv.laboratory.support_level.flight import SINK_M, Flight
+from exograv.laboratory.support_level.options import SupportOptions
+from exograv.laboratory.support_level.preparation import Subject, subject
 from exograv.safety.guard import GRAVITY_LEVEL_S
-from exograv.session.support_level.flight import SINK_M, Flight
-from exograv.session.support_level.options import SupportOptions
-from exograv.session.support_level.ready import Subject, subject
 
 pytestmark = pytest.mark.slow
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.identification.method_names import TorqueSourceName
 from exograv.rig.twin import parameter_truth
-from exograv.session.identify import Identifier, identify_arm
-from exograv.session.names import TorqueSourceName
 
 
 @pytest.mark.parametrize("source", [pytest.param("current", marks=pytest.mark.slow), "commanded"])

@@ -5,22 +5,22 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from exograv.identification.arm_model import ArmModel
-from exograv.runtime.exchange import answer_dtype, finding_dtype, state_dtype
+from exograv.identification.core.arm_model import ArmModel
+from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.preparation import Prepared
+from exograv.laboratory.truth_score import Examination
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.live.arm_worker import ArmWorker, Learned, Passed
+from exograv.live.live_control import LiveControl, Plan, guarded_rig
+from exograv.live.live_identification import Lesson, lesson_passes, unknown_person
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.verification.postures import Verification, unseen_postures
+from exograv.procedures.verification.verification import judged
+from exograv.runtime.control_loop.exchange import answer_dtype, finding_dtype, state_dtype
 from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
 from exograv.safety.modes import Mode
 from exograv.safety.person import Person
-from exograv.session.arm_worker import ArmWorker, Learned, Passed
-from exograv.session.examine import Examination
-from exograv.session.ideal_from_truth import prepared_by_truth
-from exograv.session.identify import identification_motion
-from exograv.session.learner import table_guess
-from exograv.session.lesson import Lesson, lesson_passes, unknown_person
-from exograv.session.live_control import LiveControl, Plan, guarded_rig
-from exograv.session.prepare import Prepared
-from exograv.session.verify.postures import Verification, unseen_postures
-from exograv.session.verify.verification import judged
-from exograv.session.virtual import VirtualLaboratory, draw_laboratory
 from exograv.signals import Command
 
 SEED, LEVEL = 1004, 1

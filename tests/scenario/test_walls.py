@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import exograv
-from exograv.session import identify
-from exograv.session.identify import Identifier
+from exograv.procedures.identification import identify
+from exograv.procedures.identification.identify import Identifier
 
 SOURCE = Path(exograv.__file__).parent
 DECIDING = sorted(path for room in ("control", "identification", "dynamics") for path in (SOURCE / room).rglob("*.py"))

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Estimate
-from exograv.identification.prior import prior
-from exograv.session.weighing.arm_check import ArmJudge
-from exograv.session.weighing.first_motion import first_motion
-from exograv.session.weighing.known_weight import weigh
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Estimate
+from exograv.identification.core.prior import prior
+from exograv.procedures.weighing.arm_check import ArmJudge
+from exograv.procedures.weighing.first_motion import first_motion
+from exograv.procedures.weighing.known_weight import weigh
 
 HALF_A_MINUTE_S = 30.0
 BODY_SHARE = 1.0 / 2.2046

@@ -8,8 +8,8 @@ import numpy as np
 
 from exograv.recording import RecordingWriter
 from exograv.study.dataset.beginning import begin_study
-from exograv.study.dataset.folder import StudyFolder
-from exograv.study.dataset.settings import AS_PUBLISHED
+from exograv.study.folder.settings import AS_PUBLISHED
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.register import new_participant
 
 JOINTS = ("shoulder", "elbow")

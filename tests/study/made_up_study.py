@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from exograv.study.dataset.columns import PARTICIPANTS, SESSIONS, TOUCHES, WINDOWS
-from exograv.study.dataset.settings import AS_PUBLISHED, StudySettings
 from exograv.study.dataset.tables import Tables, frame
+from exograv.study.folder.columns import PARTICIPANTS, SESSIONS, TOUCHES, WINDOWS
+from exograv.study.folder.settings import AS_PUBLISHED, StudySettings
 from exograv.study.measures.selecting import keys as keys_of
 from exograv.study.measures.study_data import StudyData
 from exograv.study.measures.table import SESSION, measures_of

@@ -11,7 +11,7 @@ from exograv.cli.study.init import Init, run_init
 from exograv.cli.study.participant import Participant, run_participant
 from exograv.cli.study.status import Status, run_status
 from exograv.errors import ConfigError
-from exograv.study.dataset.folder import StudyFolder
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.codes import is_code
 from exograv.study.participants.register import read_register
 

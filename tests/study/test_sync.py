@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.cli.sync import Sync, run_sync
+from exograv.cli.recordings.sync import Sync, run_sync
 from exograv.errors import RecordingError
 from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.recording.stream_block import StreamBlock, StreamFormat, packed
-from exograv.study.report import render
+from exograv.report.of_recording.recording_report import render
 from exograv.study.sync import sync_figures
 
 RATE_HZ = 250.0

@@ -10,14 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
-from exograv.task.assist_as_needed import (
-    SENTENCES,
-    AssistSettings,
-    AssistState,
-    decide,
-    first_session,
-    next_session,
-)
+from exograv.task.assist_as_needed import SENTENCES, AssistSettings, AssistState, decide, first_session, next_session
 
 USUAL = AssistSettings()
 ALL, NONE = [True] * 12, [False] * 12

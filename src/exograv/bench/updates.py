@@ -10,14 +10,14 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.parameters import Layout
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Method, Sample
-from exograv.identification.pace import BATCH_PERIOD_S
-from exograv.identification.prior import prior
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Method, Sample
+from exograv.identification.core.prior import prior
+from exograv.identification.core.sample_pace import BATCH_PERIOD_S
 from exograv.kernel import compilation
-from exograv.session.identify import identification_motion
-from exograv.session.learner import build_method
-from exograv.session.names import MethodName
+from exograv.procedures.identification.estimator_session import build_method
+from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.identification.method_names import MethodName
 
 from .contest import Report, row
 from .opponents import Native, VirtualMachine

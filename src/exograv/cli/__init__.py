@@ -10,42 +10,42 @@ from typing import Annotated, Any
 import tyro
 
 from exograv import __version__
+from exograv.cli.machine.calibrate import Calibrate, run_calibrate_command
+from exograv.cli.machine.check_rig import CheckRig, run_check_rig
+from exograv.cli.machine.design_motion import DesignMotion, run_design_motion
+from exograv.cli.machine.doctor import Doctor, run_doctor
+from exograv.cli.machine.drive_sim import DriveSim, run_drive_sim_command
+from exograv.cli.machine.export_urdf import ExportUrdf, run_export_command
+from exograv.cli.machine.live import Live, run_live_command
+from exograv.cli.machine.new_rig import NewRig, run_new_rig
+from exograv.cli.machine.rig_test import RigTest, run_rig_test_command
+from exograv.cli.machine.rigs import Rigs, run_rigs
+from exograv.cli.machine.self_test import SelfTest, run_self_test_command
+from exograv.cli.person.aircraft import Aircraft, run_aircraft_command
+from exograv.cli.person.assist import Assist, run_assist_command
+from exograv.cli.person.console import Console, run_console_command
+from exograv.cli.person.demo import Demo, Identify, run_demo_command
+from exograv.cli.person.guided import Mirror, Repeat, Teach, run_mirror_command, run_repeat_command, run_teach_command
+from exograv.cli.person.support_level import SupportLevel, run_support_level_command
+from exograv.cli.person.train import Train, run_train_command
+from exograv.cli.person.verify import Verify, run_verify_command
+from exograv.cli.person.weigh import Weigh, run_weigh_command
+from exograv.cli.recordings.identify_log import IdentifyLog, run_identify_log
+from exograv.cli.recordings.replay import Replay, run_replay_command
+from exograv.cli.recordings.report import Report, run_report
+from exograv.cli.recordings.streams import Streams, run_streams
+from exograv.cli.recordings.sync import Sync, run_sync
+from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
+from exograv.cli.simulation.benchmark_identification import BenchmarkIdentification, run_benchmark_identification
+from exograv.cli.simulation.faults import Faults, run_faults_command
+from exograv.cli.simulation.simulate_study import SimulateStudy, run_simulate_study
+from exograv.cli.simulation.sweep import Sweep, run_sweep_command
+from exograv.cli.simulation.transparency import Transparency, run_transparency_command
+from exograv.cli.simulation.validate_participant import ValidateParticipant, run_validate_participant
 from exograv.errors import ExogravError
 
-from .aircraft import Aircraft, run_aircraft_command
-from .assist import Assist, run_assist_command
 from .bench import Bench, run_bench_command
-from .benchmark_identification import BenchmarkIdentification, run_benchmark_identification
-from .calibrate import Calibrate, run_calibrate_command
-from .check_rig import CheckRig, run_check_rig
-from .common import Common, refuse_unwritable, write_json
-from .console import Console, run_console_command
-from .demo import Demo, Identify, run_demo_command
-from .design_motion import DesignMotion, run_design_motion
-from .doctor import Doctor, run_doctor
-from .drive_sim import DriveSim, run_drive_sim_command
-from .export_urdf import ExportUrdf, run_export_command
-from .faults import Faults, run_faults_command
-from .guided import Mirror, Repeat, Teach, run_mirror_command, run_repeat_command, run_teach_command
-from .identify_log import IdentifyLog, run_identify_log
-from .live import Live, run_live_command
-from .new_rig import NewRig, run_new_rig
-from .replay import Replay, run_replay_command
-from .report import Report, run_report
-from .rig_test import RigTest, run_rig_test_command
-from .rigs import Rigs, run_rigs
-from .self_test import SelfTest, run_self_test_command
-from .simulate_study import SimulateStudy, run_simulate_study
-from .streams import Streams, run_streams
 from .study import COMMANDS as STUDY_COMMANDS
-from .support_level import SupportLevel, run_support_level_command
-from .sweep import Sweep, run_sweep_command
-from .sync import Sync, run_sync
-from .train import Train, run_train_command
-from .transparency import Transparency, run_transparency_command
-from .validate_participant import ValidateParticipant, run_validate_participant
-from .verify import Verify, run_verify_command
-from .weigh import Weigh, run_weigh_command
 
 Commands = dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]]
 

@@ -1,5 +1,5 @@
 """`python -m exograv.cli`."""
 
-from exograv.cli import main
+from . import main
 
 main()

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .common import Common, refuse_unwritable, write_json
+from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ def run_bench_command(command: Bench) -> dict[str, Any]:
     from exograv.bench.compare import read_run, show_changes
     from exograv.bench.run import run_bench
     from exograv.bench.table import show_bench
-    from exograv.terminal import bars
+    from exograv.cli.shell.terminal import bars
 
     before = None if command.compare is None else read_run(command.compare)
     if command.save is not None:

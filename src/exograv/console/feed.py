@@ -3,11 +3,11 @@
 from typing import Any
 
 from exograv.errors import ConfigError
-from exograv.session.aircraft import AircraftReceiver
+from exograv.experiment.aircraft import AircraftReceiver
 from exograv.task.aircraft_line import AircraftSample
 from exograv.task.plan import Plan
 
-from .diary import Diary
+from .event_log import Diary
 from .sentences import say
 from .trial import Trial
 

@@ -6,12 +6,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from exograv.errors import ConfigError
-from exograv.session.steered.contract import ACT, LATE_S, Answer
+from exograv.experiment.steered.requests import ACT, LATE_S, Answer
 
 from .hub import NOT_STEERING, Hub, Line
 from .keys import Role
 from .limits import Close
-from .may import ACTS, WITHOUT_LEASE, may_say, word
 from .messages import (
     Beat,
     Calibrate,
@@ -28,6 +27,7 @@ from .messages import (
     Trail,
     read_message,
 )
+from .permissions import ACTS, WITHOUT_LEASE, may_say, word
 from .sentences import say, spoken
 
 CLOCK_UNKNOWN = say("console.clock_unknown")

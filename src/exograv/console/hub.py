@@ -7,10 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from exograv.session.steered.contract import Act, Answer, Desk
+from exograv.experiment.steered.requests import Act, Answer, Desk
 
 from .alarms import Alarms
-from .diary import Diary
+from .event_log import Diary
 from .feed import Feed
 from .keys import Keys, Role, Session
 from .lease import Lease

@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
+from exograv.experiment.steered.requests import Identifier
 from exograv.model.rig_settings import Settings
-from exograv.session.steered.contract import Identifier
 from exograv.task.events import Pixels
 
 from .limits import DEPTH_MAX, MESSAGE_MAX_BYTES, Close

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from exograv.session.aircraft import AircraftReceiver
-from exograv.session.steered.contract import Desk
+from exograv.experiment.aircraft import AircraftReceiver
+from exograv.experiment.steered.requests import Desk
 from exograv.task.events import Interrupted
 from exograv.task.levels import EARTH
 from exograv.task.plan import Plan
 from exograv.task.protocol import load_protocol, refuse_levels
 
-from .diary import Diary
+from .event_log import Diary
 from .feed import Feed
 from .hub import Hub
-from .kept_run import KeptRun
 from .page_clocks import PageClocks
+from .run_checkpoint import KeptRun
 from .serve import Address, Say, bound, serve
 from .trial import Trial
 

@@ -6,7 +6,7 @@ from functools import cache, lru_cache
 from types import MappingProxyType
 from typing import Any
 
-from exograv.session.steered import sentences as steered
+from exograv.experiment.steered import sentences as steered
 from exograv.task import assist_as_needed, operating
 
 OWN: Mapping[str, str] = MappingProxyType(

@@ -15,12 +15,12 @@ from starlette.websockets import WebSocket
 
 from exograv.model.rig_settings import Settings
 
-from .door import Door
+from .broadcaster import News
+from .http_guard import Door
 from .hub import Hub
 from .keys import SESSION_S, Entry, Role, Session
 from .limits import BODY_MAX_BYTES
 from .line import serve_line
-from .news import News
 from .sentences import say
 
 PAGES = Path(__file__).parent / "pages"

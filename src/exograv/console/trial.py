@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from exograv.errors import ConfigError
+from exograv.experiment.steered.view_models import Shown
 from exograv.model.rig_settings import Side
-from exograv.session.steered.shown import Shown
-from exograv.session.train.kept import AFRESH
+from exograv.storage.session_checkpoint import AFRESH
 from exograv.task.events import Acknowledge as AcknowledgeAlarm
 from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
@@ -14,10 +14,10 @@ from exograv.task.records import Record, Refused, TouchJudged
 from exograv.task.run import Run
 from exograv.task.screen import Span, calibrate_with_card, calibrate_with_ruler
 
-from .diary import Diary
-from .kept_run import KEPT_EVERY_S, Circumstances, KeptRun
+from .event_log import Diary
 from .messages import Calibrate, PageTouch, RunWord
 from .page_clocks import PageClocks
+from .run_checkpoint import KEPT_EVERY_S, Circumstances, KeptRun
 from .sentences import say
 
 CARRIED = frozenset({"floating", "weighing"})

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
-from . import adam, ekf, forgetting, gradient_full, gradient_prior, kaczmarz, least_squares, nlms, oracle
-from .instrument import Instrumented
-from .interface import Method, TorqueModel
-from .recursive import Recursive
-from .relaxation import SHARE_SD, Relaxing
-from .setting import Setting
+from exograv.identification.core.instrument import Instrumented
+from exograv.identification.core.interface import Method, TorqueModel
+from exograv.identification.core.relaxation import SHARE_SD, Relaxing
+from exograv.identification.core.setting import Setting
+from exograv.identification.recursive.recursive import Recursive
+
+from .baselines import adam, ekf, forgetting, gradient_full, gradient_prior, kaczmarz, least_squares, nlms, oracle
 
 Builder = Callable[..., Method]
 

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from exograv.signals import Command, JointState
 
-from .drives.status import DriveStatus
+from .drive_status import DriveStatus
 
 
 @runtime_checkable

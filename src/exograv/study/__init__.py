@@ -4,8 +4,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .report import write_report as write_report
-    from .summary import write_summary_picture as write_summary_picture
+    from exograv.report.of_recording.recording_report import write_report as write_report
+    from exograv.report.of_recording.summary import write_summary_picture as write_summary_picture
 
 _ROOMS = {"write_report": ".report", "write_summary_picture": ".summary"}
 

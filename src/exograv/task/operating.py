@@ -3,22 +3,12 @@
 from collections.abc import Callable
 from typing import Any
 
-from .clockwork import Step, close_window, end, made_level, open_window
-from .events import (
-    CloseWindow,
-    FeedBack,
-    FeedLost,
-    Interrupted,
-    OpenWindow,
-    Pause,
-    Resume,
-    Start,
-    Stop,
-)
+from .events import CloseWindow, FeedBack, FeedLost, Interrupted, OpenWindow, Pause, Resume, Start, Stop
 from .levels import EARTH, slewing_s
 from .plan import Plan
 from .records import AlarmRaised, Paused, Record, Resumed, RunBegan, WindowOpened
 from .state import Alarm, State
+from .timed_transitions import Step, close_window, end, made_level, open_window
 
 RESUME_NOTICE_S = 3.0
 """From the operator's word to what belongs to the window: nobody is surprised by a ramp [s]."""

@@ -8,13 +8,13 @@ from pydantic import ValidationError
 from exograv.errors import ConfigError
 from exograv.model.description import validation_sentences
 
-from .clockwork import Step, advanced, made_level
 from .events import Acknowledge, Distance, Event, Return, Touch
 from .operating import OPERATING
 from .plan import Plan
 from .pointing import returned
 from .records import AlarmAcknowledged, Record, Refused
 from .state import State
+from .timed_transitions import Step, advanced, made_level
 from .totals import Totals, totals
 from .touching import judge
 

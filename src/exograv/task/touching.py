@@ -1,12 +1,12 @@
 """A touch becomes a record, exactly once, in the window in which it fell, however late it arrives."""
 
-from .clockwork import Step, tell_pace
 from .events import Touch
 from .pace import Pace, pace
 from .plan import Plan
 from .pointing import AHEAD_MAX_S, Reason, deviation, too_soon, touched, unfit
 from .records import Record, TouchJudged
 from .state import State
+from .timed_transitions import Step, tell_pace
 
 
 def judge(plan: Plan, state: State, touch: Touch) -> Step:

@@ -5,18 +5,18 @@ from collections.abc import Callable
 import pytest
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.arm_model import ArmModel
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.left_over import LeftOverPrediction
+from exograv.identification.core.prior import prior
 from exograv.identification.excitation.basis import Basis
 from exograv.identification.excitation.information import LeftOverCriterion, Statistics
 from exograv.identification.excitation.limits import MotionLimits
 from exograv.identification.excitation.problem import Problem
-from exograv.identification.left_over import LeftOverPrediction
-from exograv.identification.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
-from exograv.session.nominal import nominal_machine
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 
 @pytest.fixture(scope="session")

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.arm_model import ArmModel
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.left_over import LeftOverPrediction
+from exograv.identification.core.prior import prior
 from exograv.identification.excitation import adaptive
 from exograv.identification.excitation.adaptive import PIECE_S, Planner
 from exograv.identification.excitation.limits import MotionLimits
-from exograv.identification.left_over import LeftOverPrediction
-from exograv.identification.prior import prior
 from exograv.model.assembly import Assembly
 
 DT = 0.01

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exograv.identification.arm_model import ArmModel
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Parameters
+from exograv.identification.core.left_over import LeftOverPrediction
 from exograv.identification.excitation.basis import forth_and_back, harmonic
 from exograv.identification.excitation.information import gram
 from exograv.identification.excitation.optimiser import solve
 from exograv.identification.excitation.problem import Problem
-from exograv.identification.interface import Parameters
-from exograv.identification.left_over import LeftOverPrediction
 
 SLOPE_TOLERANCE = 0.02
 """Share: slopes of the regressor are forward differences over 1e-3 rad, and the closed posture is carried along."""

@@ -16,10 +16,10 @@ from typing import Any
 import pytest
 
 from exograv.model.description import load_rig
-from exograv.rig.drive_sim.address import free_port
 from exograv.rig.drives.canopen import CanopenRig
 from exograv.rig.drives.moteus import MoteusRig
 from exograv.rig.drives.settings import Drives, load_drives
+from exograv.rig.drives.simulated.address import free_port
 from exograv.rig.drives.udp import UdpRig
 
 ROOT = Path(__file__).parents[3]

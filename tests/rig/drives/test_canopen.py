@@ -16,13 +16,13 @@ import pytest
 
 from exograv.errors import ConfigError, RigError
 from exograv.model.description import load_rig
-from exograv.rig.drive_sim.address import free_port
+from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.canopen import CanopenRig
 from exograv.rig.drives.canopen.bus import Bus
 from exograv.rig.drives.canopen.node import lost_after
 from exograv.rig.drives.canopen.objects import Cob
 from exograv.rig.drives.settings import Drives, load_drives
-from exograv.rig.drives.status import DriveFault
+from exograv.rig.drives.simulated.address import free_port
 from exograv.signals import Command, JointState
 
 HERE = Path(__file__).parent

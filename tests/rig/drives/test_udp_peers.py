@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from exograv.errors import RigError
+from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import Drives
-from exograv.rig.drives.status import DriveFault
 from exograv.rig.drives.udp import UdpRig
 
 from .battery.driving import drive, told

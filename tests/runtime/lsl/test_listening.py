@@ -19,8 +19,8 @@ from exograv.recording.stream_block import StreamBlock, packed
 from exograv.runtime.lsl.blocks import BLOCK, SAMPLES, SLOTS, TAKEN_MAX, Devices, block
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.streams import Found, formats, quoted
-from exograv.runtime.recorder import Recorder
-from exograv.runtime.shared import Ring
+from exograv.runtime.processes.shared_memory import Ring
+from exograv.runtime.recorder.recorder import Recorder
 
 from .conftest import wait_for
 

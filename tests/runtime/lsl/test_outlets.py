@@ -14,8 +14,8 @@ from exograv.recording import read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.runtime.lsl.library import lsl
 from exograv.runtime.lsl.outlets import OutletsJob
-from exograv.runtime.recorder import Recorder
-from exograv.runtime.recorder_process import PHASE, event
+from exograv.runtime.recorder.recorder import Recorder
+from exograv.runtime.recorder.recorder_process import PHASE, event
 
 from .conftest import wait_for
 

@@ -22,13 +22,13 @@ import pytest
 from exograv.errors import ConfigError
 from exograv.recording import read_recording
 from exograv.recording.encoding import tick_dtype
-from exograv.runtime.exchange import FeltLevel, state_dtype
-from exograv.runtime.recorder import Recorder
+from exograv.runtime.control_loop.exchange import FeltLevel, state_dtype
+from exograv.runtime.processes.shared_memory import Mailbox
+from exograv.runtime.recorder.recorder import Recorder
 from exograv.runtime.ros2.bridge import GRAVITY_LEVEL, JOINT_STATES, REMARK, SAFE_STATE, WANTED
 from exograv.runtime.ros2.bridging import Bridging, Ros2
 from exograv.runtime.ros2.keys import topic_key
 from exograv.runtime.ros2.messages import FLOAT64, JOINT_STATE, STRING, float64, joint_state, string
-from exograv.runtime.shared import Mailbox
 from exograv.safety.guard import SafeState
 
 pytest.importorskip("zenoh")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from exograv.study.dataset.folder import StudyFolder
+from exograv.study.folder.study_folder import StudyFolder
 
 from .small_study import export, write_study
 

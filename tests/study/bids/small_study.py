@@ -12,10 +12,10 @@ from exograv.recording import RecordingWriter
 from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
 from exograv.recording.stream_block import StreamBlock, StreamFormat, packed
 from exograv.study.bids.export import write_dataset
-from exograv.study.dataset.columns import PARTICIPANTS, SESSIONS, TOUCHES, WINDOWS
-from exograv.study.dataset.folder import StudyFolder
-from exograv.study.dataset.settings import AS_PUBLISHED, read_settings, write_settings
 from exograv.study.dataset.tables import Tables, frame, read_tables, write_tables
+from exograv.study.folder.columns import PARTICIPANTS, SESSIONS, TOUCHES, WINDOWS
+from exograv.study.folder.settings import AS_PUBLISHED, read_settings, write_settings
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.recording import import_recording
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")

@@ -18,10 +18,10 @@ from exograv.study.bids.export import export_bids
 from exograv.study.bids.manifest import MANIFEST, files_of, read_manifest
 from exograv.study.dataset.adding import AddOptions, add_files
 from exograv.study.dataset.beginning import begin_study
-from exograv.study.dataset.folder import StudyFolder
-from exograv.study.dataset.journal import alone
-from exograv.study.dataset.settings import AS_PUBLISHED
 from exograv.study.dataset.tables import Tables, read_tables, write_tables
+from exograv.study.folder.journal import alone
+from exograv.study.folder.settings import AS_PUBLISHED
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.imported import Said
 from exograv.study.participants.register import new_participant
 

@@ -9,8 +9,8 @@ import pytest
 
 from exograv.recording import read_recording
 from exograv.study.bids.checking import problems_of, read_rows
-from exograv.study.dataset.folder import StudyFolder
 from exograv.study.dataset.tables import Tables, read_tables, write_tables
+from exograv.study.folder.study_folder import StudyFolder
 
 from .small_study import (
     BEGINS_S,

@@ -11,11 +11,11 @@ from tests.study.made_up_sessions import BEGUN_S, settings, study_with, write_se
 from exograv.errors import ConfigError, RecordingError
 from exograv.study.dataset import sources
 from exograv.study.dataset.adding import AddOptions, Outcome, add_files
-from exograv.study.dataset.folder import StudyFolder
 from exograv.study.dataset.making import current_tables
 from exograv.study.dataset.quarantine import quarantined
 from exograv.study.dataset.status import study_status
 from exograv.study.dataset.tables import read_tables
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.imported import Said
 
 
@@ -197,7 +197,7 @@ def test_a_source_that_was_changed_by_hand_is_remarked_when_all_is_made_anew(tmp
 
 
 def test_two_commands_at_once_are_refused(tmp_path: Path):
-    from exograv.study.dataset.journal import alone
+    from exograv.study.folder.journal import alone
 
     folder, (code,) = study_with(tmp_path / "study", "trained")
     path = write_session(tmp_path / "run.mcap", settings(code))

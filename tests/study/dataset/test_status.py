@@ -7,8 +7,8 @@ from tests.study.made_up_sessions import run_records, settings, study_with, writ
 
 from exograv.errors import ConfigError
 from exograv.study.dataset.adding import AddOptions, add_files
-from exograv.study.dataset.settings import AS_PUBLISHED, read_settings
 from exograv.study.dataset.status import in_words, study_status
+from exograv.study.folder.settings import AS_PUBLISHED, read_settings
 
 
 def test_what_is_missing_is_what_is_expected_of_the_group(tmp_path: Path):

@@ -8,9 +8,9 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 from exograv.errors import RecordingError
-from exograv.study.dataset.columns import PARTICIPANTS, SESSIONS, TABLES, TOUCHES, WINDOWS
-from exograv.study.dataset.folder import StudyFolder
 from exograv.study.dataset.tables import MADE_BY, Tables, frame, read_tables, write_tables
+from exograv.study.folder.columns import PARTICIPANTS, SESSIONS, TABLES, TOUCHES, WINDOWS
+from exograv.study.folder.study_folder import StudyFolder
 
 ROW = {
     "participant": "K9RR9PR", "protocol": "training", "session": 1, "sequence": 4, "page": "p", "t_s": 1.5,

@@ -7,8 +7,8 @@ import pytest
 from tests.study.made_up_sessions import BEGUN_S, ZEROS, run_records, settings, touch, write_session
 
 from exograv.recording import RecordingWriter
-from exograv.study.dataset.columns import SESSIONS, TOUCHES, WINDOWS
 from exograv.study.dataset.tables import frame
+from exograv.study.folder.columns import SESSIONS, TOUCHES, WINDOWS
 from exograv.study.importers.imported import Imported
 from exograv.study.importers.recording import import_recording
 

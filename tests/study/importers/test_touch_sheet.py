@@ -10,9 +10,9 @@ from tests.study.made_up_sessions import study_with
 
 from exograv.errors import RecordingError
 from exograv.study.dataset.adding import AddOptions, add_files
-from exograv.study.dataset.columns import SESSIONS, TOUCHES, WINDOWS
 from exograv.study.dataset.making import refresh
 from exograv.study.dataset.tables import frame, read_tables
+from exograv.study.folder.columns import SESSIONS, TOUCHES, WINDOWS
 from exograv.study.importers.imported import Said
 from exograv.study.importers.touch_sheet import SheetPart, cut_sheet
 

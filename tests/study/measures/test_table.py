@@ -5,8 +5,8 @@ from collections import Counter
 import pytest
 from tests.study.made_up_study import made_up_study
 
-from exograv.study.dataset.columns import TABLES
 from exograv.study.dataset.tables import Tables, frame
+from exograv.study.folder.columns import TABLES
 from exograv.study.measures.catalogue import MEASURES
 from exograv.study.measures.selecting import keys, rows
 from exograv.study.measures.table import MEASURED, SESSION, measures_of

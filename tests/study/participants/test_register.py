@@ -7,9 +7,9 @@ from tests.study.made_up_sessions import study_with
 
 from exograv.errors import ConfigError
 from exograv.study.dataset.making import current_tables
+from exograv.study.dataset.unsealing import unseal
+from exograv.study.participants.participant_record import band
 from exograv.study.participants.register import new_participant, read_register
-from exograv.study.participants.told import band
-from exograv.study.participants.unsealing import unseal
 from exograv.task.allocation import Group, draw_list
 
 

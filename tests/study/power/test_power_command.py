@@ -9,10 +9,10 @@ from tests.study.statistics.made_up_touches import made_up_touches
 
 from exograv.cli.study.power import Power, run_power
 from exograv.errors import ConfigError, RecordingError
-from exograv.study.dataset.columns import SESSIONS, WINDOWS
-from exograv.study.dataset.folder import StudyFolder
-from exograv.study.dataset.settings import AS_PUBLISHED, write_settings
 from exograv.study.dataset.tables import Tables, frame, write_tables
+from exograv.study.folder.columns import SESSIONS, WINDOWS
+from exograv.study.folder.settings import AS_PUBLISHED, write_settings
+from exograv.study.folder.study_folder import StudyFolder
 
 QUICK: dict[str, Any] = {"n_max": 6, "studies": 500}
 

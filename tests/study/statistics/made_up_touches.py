@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from exograv.study.dataset.columns import PARTICIPANTS, TOUCHES
 from exograv.study.dataset.tables import frame
+from exograv.study.folder.columns import PARTICIPANTS, TOUCHES
 
 GROUPS = ("trained", "untrained")
 

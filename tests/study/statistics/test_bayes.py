@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from exograv.study.statistics.bayes import (
-    TOUCH_SD_FACTOR,
-    TOUCH_SD_MIDDLE,
-    Prior,
-    bayes_fit,
-    posterior_grid,
-)
+from exograv.study.statistics.bayes import TOUCH_SD_FACTOR, TOUCH_SD_MIDDLE, Prior, bayes_fit, posterior_grid
 from exograv.study.statistics.random_intercept import Sums
 
 WORLDS = 400

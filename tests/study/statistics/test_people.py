@@ -6,8 +6,8 @@ import pytest
 from tests.study.statistics.made_up_touches import GROUPS, made_up_touches, touch_row
 
 from exograv.errors import ConfigError
-from exograv.study.dataset.columns import PARTICIPANTS, TOUCHES
 from exograv.study.dataset.tables import frame
+from exograv.study.folder.columns import PARTICIPANTS, TOUCHES
 from exograv.study.statistics.findings import Unit
 from exograv.study.statistics.people import FLOOR, counted_touches, logs_of, people_of, spread_of
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from exograv.bench.interface import BatchShape, Call, Missing, Task
-from exograv.identification.empty_machine import V_REST
+from exograv.identification.calibration.empty_machine import V_REST
 
 from .jax_engine import jax_module, jax_version, jitted
 from .jax_recursion import Recursion

@@ -9,7 +9,7 @@ import numpy as np
 
 from exograv.bench.interface import BatchShape, Call, Missing, State, Task, copy_into, imported, only
 from exograv.bench.urdf_text import urdf_text
-from exograv.identification.empty_machine import V_REST
+from exograv.identification.calibration.empty_machine import V_REST
 
 
 class Pinocchio:

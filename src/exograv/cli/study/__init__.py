@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from exograv.cli.common import Common
+from exograv.cli.shell.base_options import Common
 
 from .add import Add, run_add
 from .example import Example, run_example

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.common import Common
+from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
 
 
@@ -48,8 +48,8 @@ class Add(Common):
 def run_add(command: Add) -> dict[str, Any]:
     """Add them."""
     from exograv.study.dataset.adding import AddOptions, add_files, worst
-    from exograv.study.dataset.folder import StudyFolder
-    from exograv.study.dataset.settings import read_toml
+    from exograv.study.folder.settings import read_toml
+    from exograv.study.folder.study_folder import StudyFolder
     from exograv.study.importers.imported import Said
     from exograv.study.importers.xdf_mapping import XdfMapping
     from exograv.study.participants.codes import typed_code

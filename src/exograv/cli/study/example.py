@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.common import Common, whole_pair
+from exograv.cli.shell.base_options import Common, whole_pair
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Example(Common):
 
 def run_example(command: Example) -> dict[str, Any]:
     """Make it."""
-    from exograv.session.study_example.making import ExampleOptions, make_example
-    from exograv.terminal import bars
+    from exograv.campaigns.study_example.making import ExampleOptions, make_example
+    from exograv.cli.shell.terminal import bars
 
     options = ExampleOptions(
         whole_pair(command.participants, "--participants"), whole_pair(command.sessions, "--sessions"), command.seed

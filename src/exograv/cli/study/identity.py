@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from exograv.cli.common import Common
+from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
 
 PASSPHRASE = "EXOGRAV_IDENTITIES_PASSPHRASE"
@@ -39,8 +39,8 @@ class Identity(Common):
 
 def run_identity(command: Identity) -> dict[str, Any]:
     """Do it."""
-    from exograv.study.dataset.folder import StudyFolder
-    from exograv.study.dataset.settings import read_settings
+    from exograv.study.folder.settings import read_settings
+    from exograv.study.folder.study_folder import StudyFolder
     from exograv.study.participants.codes import typed_code
     from exograv.study.participants.identities import read_identities, write_identities
     from exograv.study.participants.register import read_register

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.common import Common
+from exograv.cli.shell.base_options import Common
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Init(Common):
 def run_init(command: Init) -> dict[str, Any]:
     """Make it."""
     from exograv.study.dataset.beginning import begin_study
-    from exograv.study.dataset.settings import AS_PUBLISHED, StudySettings, checked
+    from exograv.study.folder.settings import AS_PUBLISHED, StudySettings, checked
 
     told = {} if command.name is None else {"name": command.name}
     settings = checked(StudySettings, AS_PUBLISHED.model_dump() | told, "--name")

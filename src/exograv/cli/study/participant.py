@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from exograv.cli.common import Common
+from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
 
 if TYPE_CHECKING:
-    from exograv.study.dataset.folder import StudyFolder
+    from exograv.study.folder.study_folder import StudyFolder
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Participant(Common):
 
 def run_participant(command: Participant) -> dict[str, Any]:
     """Do it."""
-    from exograv.study.dataset.folder import StudyFolder
+    from exograv.study.folder.study_folder import StudyFolder
 
     actions: dict[str, Callable[[Participant, StudyFolder], dict[str, Any]]] = {
         "new": _new,
@@ -70,10 +70,10 @@ def run_participant(command: Participant) -> dict[str, Any]:
 
 
 def _new(command: Participant, folder: "StudyFolder") -> dict[str, Any]:
-    from exograv.study.dataset.journal import alone, note
     from exograv.study.dataset.making import refresh
+    from exograv.study.folder.journal import alone, note
+    from exograv.study.participants.participant_record import band
     from exograv.study.participants.register import new_participant
-    from exograv.study.participants.told import band
 
     told = {
         "consent": command.consent,
@@ -92,7 +92,7 @@ def _new(command: Participant, folder: "StudyFolder") -> dict[str, Any]:
 
 
 def _list(_command: Participant, folder: "StudyFolder") -> dict[str, Any]:
-    from exograv.study.dataset.settings import read_settings
+    from exograv.study.folder.settings import read_settings
     from exograv.study.participants.register import read_register
 
     read_settings(folder)
@@ -104,9 +104,9 @@ def _list(_command: Participant, folder: "StudyFolder") -> dict[str, Any]:
 
 
 def _unseal(command: Participant, folder: "StudyFolder") -> dict[str, Any]:
-    from exograv.study.dataset.journal import alone, note
     from exograv.study.dataset.making import refresh
-    from exograv.study.participants.unsealing import unseal
+    from exograv.study.dataset.unsealing import unseal
+    from exograv.study.folder.journal import alone, note
 
     if command.allocation is None:
         raise ConfigError("--allocation is missing: the list of groups that was drawn before the study.")
@@ -119,8 +119,8 @@ def _unseal(command: Participant, folder: "StudyFolder") -> dict[str, Any]:
 
 
 def _erase(command: Participant, folder: "StudyFolder") -> dict[str, Any]:
+    from exograv.study.dataset.erasing import erase
     from exograv.study.participants.codes import typed_code
-    from exograv.study.participants.erasing import erase
 
     if command.code is None:
         raise ConfigError("The code is missing: exograv study participant STUDY erase CODE.")

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.common import Common
+from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
 
 
@@ -66,10 +66,10 @@ class Power(Common):
 
 def run_power(command: Power) -> dict[str, Any]:
     """Simulate, show the table, and draw it into the folder of `--out`."""
+    from exograv.cli.shell.terminal import bars
+    from exograv.report.study_figures.power_curve import write_power_figure
     from exograv.study.power.assumptions import LOG_2, TOUCH_SD, Plan, Price
     from exograv.study.power.curve import Asked, power_study
-    from exograv.study.power.drawing import write_power_figure
-    from exograv.terminal import bars
 
     if command.pilot is None and command.sd is None:
         raise ConfigError(
@@ -107,10 +107,10 @@ def run_power(command: Power) -> dict[str, Any]:
 
 def _pilot(command: Power, folder: Path) -> tuple[Any, bool]:
     """The pilot, and whether nobody took part in it."""
-    from exograv.study.dataset.columns import TOUCHES
-    from exograv.study.dataset.folder import StudyFolder
-    from exograv.study.dataset.settings import read_settings
     from exograv.study.dataset.tables import read_tables
+    from exograv.study.folder.columns import TOUCHES
+    from exograv.study.folder.settings import read_settings
+    from exograv.study.folder.study_folder import StudyFolder
     from exograv.study.measures.pointing import counted
     from exograv.study.measures.selecting import columns
     from exograv.study.power.pilot import read_pilot

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.common import Common
+from exograv.cli.shell.base_options import Common
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class StudyReport(Common):
 
 def run_study_report(command: StudyReport) -> dict[str, Any]:
     """Write the report and say where."""
-    from exograv.study.findings.report import write_study_report
+    from exograv.report.study_report.report import write_study_report
 
     result = write_study_report(command.study, tell=lambda source: print(f"Reading {source}"))
     if result["primary"] is None:

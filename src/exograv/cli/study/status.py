@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.common import Common
+from exograv.cli.shell.base_options import Common
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Status(Common):
 
 def run_status(command: Status) -> dict[str, Any]:
     """Say it."""
-    from exograv.study.dataset.folder import StudyFolder
     from exograv.study.dataset.status import study_status
+    from exograv.study.folder.study_folder import StudyFolder
 
     from .showing import show_status
 

@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Covariance, Parameters
-from exograv.identification.left_over import LeftOverPrediction
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Covariance, Parameters
+from exograv.identification.core.left_over import LeftOverPrediction
 from exograv.model.assembly import Assembly
 from exograv.motion import Trajectory
 

@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.left_over import TARGET_NM, LeftOverPrediction
-from exograv.identification.prior import prior
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.left_over import TARGET_NM, LeftOverPrediction
+from exograv.identification.core.prior import prior
 from exograv.model.assembly import Assembly
 
 from .basis import Basis, Coefficients, forth_and_back, harmonic

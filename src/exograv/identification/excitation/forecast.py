@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
-from exograv.identification.interface import Covariance, Parameters, Sample
-from exograv.identification.left_over import LeftOverPrediction
-from exograv.identification.square_root import FilterBank, square_root
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
+from exograv.identification.core.interface import Covariance, Parameters, Sample
+from exograv.identification.core.left_over import LeftOverPrediction
+from exograv.identification.core.square_root import FilterBank, square_root
 from exograv.motion import Trajectory
 
 from .information import CORRELATION_S, Statistics

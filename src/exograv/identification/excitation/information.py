@@ -16,11 +16,11 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.discrepancy import CLOSURE_ERROR_NM, POSTURE_LENGTH_RAD
-from exograv.identification.interface import Covariance
-from exograv.identification.left_over import TARGET_NM, LeftOverPrediction
-from exograv.identification.prior import disturbance_sd
-from exograv.identification.square_root import square_root
+from exograv.identification.core.discrepancy import CLOSURE_ERROR_NM, POSTURE_LENGTH_RAD
+from exograv.identification.core.interface import Covariance
+from exograv.identification.core.left_over import TARGET_NM, LeftOverPrediction
+from exograv.identification.core.prior import disturbance_sd
+from exograv.identification.core.square_root import square_root
 from exograv.model.rig_settings import Place
 
 from .regressor import Along

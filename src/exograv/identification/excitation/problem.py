@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from exograv.identification.arm_model import ArmModel
-from exograv.identification.interface import Parameters
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Parameters
 
 from .basis import Basis, Coefficients
 from .information import Criterion, Seen, Statistics

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from exograv.identification.arm_model import SLOW_V, ArmModel
-from exograv.identification.interface import Parameters, Sample
+from exograv.identification.core.arm_model import SLOW_V, ArmModel
+from exograv.identification.core.interface import Parameters, Sample
 
 STEP = 1e-3  # rad, rad/s, rad/s²: the model's curvature over it is far below what an optimiser sees
 

@@ -7,11 +7,10 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.model.description import RigDescription
-
-from .machine import Machine
-from .scene import Scene, build_scene
-from .statics import Statics
-from .wearer import Wearer
+from exograv.rig.twin.machine.machine import Machine
+from exograv.rig.twin.wearer.wearer import Wearer
+from exograv.rig.twin.world.scene import Scene, build_scene
+from exograv.rig.twin.world.statics import Statics
 
 HELD_OUT = 200
 """Postures."""

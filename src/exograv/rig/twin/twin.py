@@ -13,18 +13,17 @@ from jaxtyping import Float
 
 from exograv.errors import RigError
 from exograv.model.description import RigDescription
+from exograv.rig.twin.machine.drive import OMEGA, TAU_MOTOR, THETA
+from exograv.rig.twin.machine.machine import Machine
+from exograv.rig.twin.machine.sensors import Sensors
+from exograv.rig.twin.wearer.muscles import Muscles
+from exograv.rig.twin.wearer.wearer import Wearer
+from exograv.rig.twin.world.cuff_sensors import CuffSensors, Wrenches
+from exograv.rig.twin.world.forces import measured_truth, pass_clock, step_forces
+from exograv.rig.twin.world.scene import TIMESTEP, build_scene
+from exograv.rig.twin.world.statics import Statics
+from exograv.rig.twin.world.surroundings import Surroundings, TouchedScreen
 from exograv.signals import Command, JointState, TorqueSource
-
-from .cuff_sensors import CuffSensors, Wrenches
-from .drive import OMEGA, TAU_MOTOR, THETA
-from .forces import measured_truth, pass_clock, step_forces
-from .machine import Machine
-from .muscles import Muscles
-from .scene import TIMESTEP, build_scene
-from .sensors import Sensors
-from .statics import Statics
-from .surroundings import Surroundings, TouchedScreen
-from .wearer import Wearer
 
 SUBSTEPS = 2
 PERIOD = SUBSTEPS * TIMESTEP

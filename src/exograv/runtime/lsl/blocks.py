@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from exograv.recording.stream_block import StreamFormat
-from exograv.runtime.shared import Ring
+from exograv.runtime.processes.shared_memory import Ring
 
 DATA_BYTES = 16_000
 SLOTS = 1024

@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from exograv.errors import ConfigError
-from exograv.runtime.shared import Ring
+from exograv.runtime.processes.shared_memory import Ring
 
 from .blocks import BLOCK, SAMPLES, SLOTS, block
 from .stream_reader import StreamReader

@@ -9,8 +9,8 @@ from typing import Any
 
 from exograv.errors import ConfigError, RigError
 from exograv.recording.stream_block import packed_size
-from exograv.runtime.shared import Ring
-from exograv.runtime.spawn import spawned
+from exograv.runtime.processes.shared_memory import Ring
+from exograv.runtime.processes.spawn import spawned
 
 from .blocks import BLOCK, DATA_BYTES, SLOTS, Devices
 from .library import require_lsl

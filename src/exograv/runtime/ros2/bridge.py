@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.runtime.recorder_process import Inlet
+from exograv.runtime.recorder.recorder_process import Inlet
 from exograv.safety.guard import SafeState
 
 from .messages import FLOAT64, JOINT_STATE, STRING, float64, joint_state, read_float64, string

@@ -9,10 +9,10 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from exograv.errors import ConfigError, RigError
-from exograv.runtime.exchange import FeltLevel
-from exograv.runtime.recorder import Recorder
-from exograv.runtime.shared import Mailbox
-from exograv.runtime.spawn import spawned
+from exograv.runtime.control_loop.exchange import FeltLevel
+from exograv.runtime.processes.shared_memory import Mailbox
+from exograv.runtime.processes.spawn import spawned
+from exograv.runtime.recorder.recorder import Recorder
 
 from .bridge import BridgeJob, bridge_process
 from .levels import Levels

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from exograv.recording import Recording
-from exograv.study.dataset.columns import KEY, TOUCHES, WINDOWS, Column
+from exograv.study.folder.columns import KEY, TOUCHES, WINDOWS, Column
 
 from .files import MISSING, write_json, write_table
 from .names import SessionPlace

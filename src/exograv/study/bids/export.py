@@ -11,13 +11,13 @@ from typing import Any
 import pandas as pd
 
 from exograv.errors import ConfigError, RecordingError
-from exograv.study.dataset.columns import KEY, SESSIONS, TABLES
-from exograv.study.dataset.folder import PARTIAL, StudyFolder
-from exograv.study.dataset.journal import alone
 from exograv.study.dataset.making import refresh
-from exograv.study.dataset.settings import StudySettings, read_settings
 from exograv.study.dataset.sources import sha256_of
 from exograv.study.dataset.tables import Tables
+from exograv.study.folder.columns import KEY, SESSIONS, TABLES
+from exograv.study.folder.journal import alone
+from exograv.study.folder.settings import StudySettings, read_settings
+from exograv.study.folder.study_folder import PARTIAL, StudyFolder
 
 from .behaviour import rows_of
 from .checking import problems_of

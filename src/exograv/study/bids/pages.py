@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from exograv import __version__
-from exograv.study.dataset.columns import PARTICIPANTS
-from exograv.study.dataset.settings import StudySettings
 from exograv.study.dataset.tables import Tables
+from exograv.study.folder.columns import PARTICIPANTS
+from exograv.study.folder.settings import StudySettings
 
 from .behaviour import described, rows_of
 from .files import write_json, write_table, write_text

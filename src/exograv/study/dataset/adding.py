@@ -9,16 +9,16 @@ from pathlib import Path
 from mcap.writer import MCAP0_MAGIC
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.study.folder.journal import alone, note
+from exograv.study.folder.settings import StudySettings, read_settings
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.imported import Imported, Key, Said, sentences
 from exograv.study.importers.xdf_mapping import XdfMapping
 from exograv.study.participants.register import read_register
 
-from .folder import StudyFolder
 from .incoming import Incoming, read_incoming
-from .journal import alone, note
 from .making import refresh
 from .quarantine import put_aside, quarantined, set_aside
-from .settings import StudySettings, read_settings
 from .showing import looks_like_code, shown_file
 from .sources import SUFFIXES, Source, SourceNote, copied, placed_sources, put, remove_partial, sha256_of
 from .who import same_person

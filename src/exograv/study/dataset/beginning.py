@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.study.folder.journal import note
+from exograv.study.folder.settings import StudySettings, write_settings
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.register import write_register
 
-from .folder import StudyFolder
-from .journal import note
 from .making import refresh
-from .settings import StudySettings, write_settings
 
 
 def begin_study(path: Path, settings: StudySettings) -> StudyFolder:

@@ -7,15 +7,15 @@ from typing import Any
 import pandas as pd
 
 from exograv.errors import ExogravError, RecordingError
+from exograv.study.folder.columns import KEY, TABLES
+from exograv.study.folder.journal import alone
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.imported import Imported, Key, Said, sentences
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.touch_sheet import cut_sheet
+from exograv.study.participants.participant_record import SEALED
 from exograv.study.participants.register import read_register
-from exograv.study.participants.told import SEALED
 
-from .columns import KEY, TABLES
-from .folder import StudyFolder
-from .journal import alone
 from .sources import Source, placed_sources, rows_of, sha256_of
 from .tables import Tables, frame, read_tables, write_tables
 

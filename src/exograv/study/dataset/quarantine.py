@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import RecordingError
+from exograv.study.folder.study_folder import StudyFolder, sync
 
-from .folder import StudyFolder, sync
 from .sources import Source, copied, json_file, put_folder
 
 WHY = "why.json"

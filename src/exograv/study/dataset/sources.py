@@ -16,10 +16,9 @@ from pydantic import Field, ValidationError
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.model.rig_settings import Settings
+from exograv.study.folder.study_folder import PARTIAL, StudyFolder, sync
 from exograv.study.importers.imported import Imported, Key
 from exograv.study.importers.xdf_mapping import XdfMapping
-
-from .folder import PARTIAL, StudyFolder, sync
 
 NOTE = "source.json"
 BLOCK_BYTES = 1 << 22

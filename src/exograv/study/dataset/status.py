@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from exograv.study.folder.journal import alone, read_journal
+from exograv.study.folder.settings import StudySettings, read_settings
+from exograv.study.folder.study_folder import StudyFolder
+from exograv.study.participants.participant_record import ParticipantRow
 from exograv.study.participants.register import read_register
-from exograv.study.participants.told import ParticipantRow
 
-from .folder import StudyFolder
-from .journal import alone, read_journal
 from .making import refresh
 from .quarantine import quarantined
-from .settings import StudySettings, read_settings
 from .sources import placed_sources, remove_partial
 
 

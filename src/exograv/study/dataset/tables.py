@@ -12,9 +12,8 @@ import pyarrow.parquet as pq
 from exograv import __version__
 from exograv.errors import RecordingError
 from exograv.recording.code import code_sha256
-
-from .columns import TABLES, Column
-from .folder import StudyFolder, written_whole
+from exograv.study.folder.columns import TABLES, Column
+from exograv.study.folder.study_folder import StudyFolder, written_whole
 
 SCHEMA_VERSION = 1
 """Of the tables; raised whenever a column's name, type or meaning changes."""

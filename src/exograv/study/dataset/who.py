@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from exograv.study.participants.told import ParticipantRow
+from exograv.study.participants.participant_record import ParticipantRow
 
 from .sources import Body, SourceNote
 

@@ -10,9 +10,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from exograv.errors import RecordingError
-from exograv.study.dataset.columns import Column
-from exograv.study.dataset.folder import StudyFolder
 from exograv.study.dataset.tables import Tables, dtype, frame, write_parquet
+from exograv.study.folder.columns import Column
+from exograv.study.folder.study_folder import StudyFolder
 
 from .catalogue import MEASURES
 from .recordings import read_measures

@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from exograv.study.dataset.columns import TOUCHES
-from exograv.study.dataset.settings import StudySettings
 from exograv.study.dataset.tables import Tables
-from exograv.study.participants.told import SEALED
+from exograv.study.folder.columns import TOUCHES
+from exograv.study.folder.settings import StudySettings
+from exograv.study.participants.participant_record import SEALED
 
 from .pointing import counted
 from .selecting import columns, rows

@@ -5,8 +5,8 @@ from typing import Any, cast
 
 import pandas as pd
 
-from exograv.study.dataset.columns import KEY, Column
 from exograv.study.dataset.tables import Tables, frame
+from exograv.study.folder.columns import KEY, Column
 
 from .catalogue import Level, measure
 from .learning import Estimate, participant_learning, session_learning

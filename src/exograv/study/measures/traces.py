@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from exograv.study.dataset.columns import KEY, Column
+from exograv.study.folder.columns import KEY, Column
 
 MARGIN_S = 10.0
 """Before a window opens and after it closes; a training's ramp of the level takes 7 s."""

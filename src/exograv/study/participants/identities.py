@@ -20,7 +20,7 @@ from pydantic import Field, ValidationError
 
 from exograv.errors import ConfigError
 from exograv.model.rig_settings import Settings
-from exograv.study.dataset.folder import written_whole
+from exograv.study.folder.study_folder import written_whole
 
 MARK = b"exograv identities 1\n"
 COST = 2**17

@@ -6,11 +6,11 @@ from pydantic import Field, model_validator
 
 from exograv.errors import ConfigError
 from exograv.model.rig_settings import Settings
-from exograv.study.dataset.folder import StudyFolder, write_text_whole
-from exograv.study.dataset.settings import VERSION, checked, quoted, read_settings, read_toml
+from exograv.study.folder.settings import VERSION, checked, quoted, read_settings, read_toml
+from exograv.study.folder.study_folder import StudyFolder, write_text_whole
 
 from .codes import draw_code, typed_code
-from .told import SEALED, ParticipantRow
+from .participant_record import SEALED, ParticipantRow
 
 
 class Register(Settings):

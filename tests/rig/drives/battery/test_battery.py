@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError, RigError
+from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import Drives
-from exograv.rig.drives.status import DriveFault
 from exograv.rig.interface import Powered, Rig
 
 from .driving import CURRENT, LATE_MS, are_on, brakes, currents, drive, told, watchdogs

@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 
 from exograv.model.description import load_rig
-from exograv.rig.drive_sim import Plant, Wiring
-from exograv.rig.drive_sim.canopen import CanopenDevices
+from exograv.rig.drive_status import DriveFault
+from exograv.rig.drives.canopen.simulated.network import CanopenDevices
 from exograv.rig.drives.settings import load_drives
-from exograv.rig.drives.status import DriveFault
+from exograv.rig.drives.simulated import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 
 SEED = 1000

@@ -8,13 +8,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
+from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.canopen import objects as at
 from exograv.rig.drives.canopen.emergency import fault_of
 from exograv.rig.drives.canopen.node import Due, Node, lost_after
 from exograv.rig.drives.canopen.scaling import DAMPING_MOST, Scaling
 from exograv.rig.drives.canopen.states import DISABLE_VOLTAGE
 from exograv.rig.drives.settings import CanopenBus, Drive, Drives, DrivesSettings
-from exograv.rig.drives.status import DriveFault
 from exograv.signals import Command
 
 finite = st.floats(-1e3, 1e3)

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from exograv.model.description import load_rig
-from exograv.rig.drive_sim.firmware import SimulatedDrive
-from exograv.rig.drive_sim.moteus import MoteusDevices
-from exograv.rig.drive_sim.plant import Plant
+from exograv.rig.drives.moteus.simulated.bus import MoteusDevices
 from exograv.rig.drives.settings import Drives, load_drives
+from exograv.rig.drives.simulated.firmware import SimulatedDrive
+from exograv.rig.drives.simulated.plant import Plant
 
 ROOT = Path(__file__).parents[4]
 

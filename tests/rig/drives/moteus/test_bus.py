@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import RigError
-from exograv.rig.drive_sim.moteus_adapter import SimulatedFdcanusb, checksum
+from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.moteus.bringing_up import refuse_others
 from exograv.rig.drives.moteus.bus_load import load
 from exograv.rig.drives.moteus.cycle import OURS, Cycle, own_numbers
 from exograv.rig.drives.moteus.fdcanusb import Fdcanusb, head, line
 from exograv.rig.drives.moteus.node import LOST_AFTER, Node
+from exograv.rig.drives.moteus.simulated.adapter import SimulatedFdcanusb, checksum
 from exograv.rig.drives.settings import Drives
-from exograv.rig.drives.status import DriveFault
 
 from .test_frames import replied
 

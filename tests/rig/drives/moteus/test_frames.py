@@ -10,9 +10,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from exograv.rig.drive_sim import moteus_registers as at
-from exograv.rig.drive_sim.moteus_node import POSITION, SimulatedMoteus
 from exograv.rig.drives.moteus.frames import QUESTION, Orders, answer
+from exograv.rig.drives.moteus.simulated import registers as at
+from exograv.rig.drives.moteus.simulated.node import POSITION, SimulatedMoteus
 from exograv.rig.drives.settings import Drives
 
 OURS, NUMBER, MOST_Nm, WATCHDOG_s = 126, 3, 40.0, 0.02

@@ -7,7 +7,7 @@ from typing import Any
 import moteus
 import pytest
 
-from exograv.rig.drive_sim.moteus import MoteusDevices
+from exograv.rig.drives.moteus.simulated.bus import MoteusDevices
 from exograv.rig.drives.settings import Drives
 
 R = moteus.Register

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from exograv.errors import ConfigError, RigError
-from exograv.rig.drive_sim.moteus import MoteusDevices
 from exograv.rig.drives.moteus import MoteusRig
 from exograv.rig.drives.moteus.diagnostic import Diagnostic
 from exograv.rig.drives.moteus.fdcanusb import Fdcanusb
 from exograv.rig.drives.moteus.nameplate import MUSTS, read_plate
+from exograv.rig.drives.moteus.simulated.bus import MoteusDevices
 from exograv.rig.drives.opening import open_drives
 from exograv.rig.drives.settings import Drives
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from exograv.rig.drives.status import DriveFault
+from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.udp.layout import (
     COMMAND,
     COMMAND_JOINT,

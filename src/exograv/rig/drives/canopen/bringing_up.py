@@ -4,8 +4,8 @@ import time
 from collections.abc import Callable, Sequence
 
 from exograv.errors import RigError
+from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import Drives
-from exograv.rig.drives.status import DriveFault
 
 from .bus import Bus
 from .configuration import configure

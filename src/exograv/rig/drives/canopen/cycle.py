@@ -4,7 +4,7 @@ import struct
 import time
 from collections.abc import Callable, Sequence
 
-from exograv.rig.drives.status import DriveFault
+from exograv.rig.drive_status import DriveFault
 
 from . import objects as at
 from .bus import Bus, Frame

@@ -2,7 +2,7 @@
 
 import struct
 
-from exograv.rig.drives.status import DriveFault
+from exograv.rig.drive_status import DriveFault
 
 FRAME = struct.Struct("<HB")
 """Code and error register; five bytes of the maker's own follow."""

@@ -2,8 +2,8 @@
 
 import math
 
+from exograv.rig.drive_status import DriveFault, DriveStatus
 from exograv.rig.drives.settings import Drive
-from exograv.rig.drives.status import DriveFault, DriveStatus
 
 from . import objects as at
 from .emergency import FRAME, fault_of

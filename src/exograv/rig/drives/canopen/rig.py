@@ -8,9 +8,9 @@ from types import TracebackType
 import numpy as np
 
 from exograv.errors import ConfigError, RigError
+from exograv.rig.drive_status import DriveStatus
 from exograv.rig.drives.clock import ENDED, LOCK_STEP_S, Clock
 from exograv.rig.drives.settings import Drives
-from exograv.rig.drives.status import DriveStatus
 from exograv.signals import Command, JointState, TorqueSource
 
 from .bringing_up import enable_all, set_up

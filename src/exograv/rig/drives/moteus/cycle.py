@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 
-from exograv.rig.drives.status import DriveFault
+from exograv.rig.drive_status import DriveFault
 
 from .fdcanusb import Fdcanusb, Frame, head, line
 from .frames import QUESTION, answer

@@ -2,7 +2,7 @@
 
 from moteus import Mode
 
-from exograv.rig.drives.status import DriveFault
+from exograv.rig.drive_status import DriveFault
 
 from .frames import Answer
 

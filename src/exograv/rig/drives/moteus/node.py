@@ -4,8 +4,8 @@ import math
 
 from moteus import Mode
 
+from exograv.rig.drive_status import DriveFault, DriveStatus
 from exograv.rig.drives.settings import Drive
-from exograv.rig.drives.status import DriveFault, DriveStatus
 
 from .frames import Answer, Orders
 from .modes import fault_of

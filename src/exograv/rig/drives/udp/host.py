@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import ConfigError, RigError
+from exograv.rig.drive_status import DriveFault, DriveStatus
 from exograv.rig.drives.clock import ENDED, LOCK_STEP_S, Clock
 from exograv.rig.drives.settings import Drives
-from exograv.rig.drives.status import DriveFault, DriveStatus
 from exograv.rig.drives.units import Units
 from exograv.signals import Command, JointState, TorqueSource
 

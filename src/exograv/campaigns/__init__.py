@@ -1,0 +1,1 @@
+"""Thousands of runs: faults, identification benchmark, virtual studies, sweeps."""

@@ -1,0 +1,153 @@
+"""`exograv benchmark-identification`: all runs, and the figures made of them."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from exograv.loop.pilot import Progress
+
+from .bootstrap import RESAMPLES
+from .comparison import paired, parts, ratios, winner
+from .measures import left_over, rounded, row, time_to
+from .options import BenchmarkOptions, machines
+from .process_pool import run_all
+from .runs import Run, RunFile
+from .stream_replay import DURATIONS_S
+from .work import Task
+
+FILE = "benchmark_identification.jsonl"
+
+Group = tuple[str, int, str, str | None, str | None, bool]
+"""Setting, level, profile, and what is varied: runs that may be compared."""
+
+
+def run_benchmark(options: BenchmarkOptions, folder: Path, progress: Progress) -> dict[str, Any]:
+    """Run what is not done yet, and sum up; a stop by the keyboard sums up what there is.
+
+    Raises:
+        RecordingError: The folder cannot be written, or its runs cannot be resumed.
+    """
+    start = time.perf_counter()
+    planned = machines(options)
+    wanted = {key for tasks in planned for task in tasks for key in task.keys}
+    file = RunFile(folder / FILE, options.seconds, options.resume)
+    interrupted = _work_off(planned, wanted, options, file, progress)
+    runs = sorted((run for run in file.runs if run.key in wanted), key=lambda run: run.case.wearer_seed)
+    return {
+        **summary(runs),
+        "options": asdict(options),
+        "bootstrap_resamples": RESAMPLES,
+        "runs_wanted": len(wanted),
+        "runs_done": len(runs),
+        "interrupted": interrupted,
+        "runs_file": str(file.path),
+        "wall_s": round(time.perf_counter() - start, 1),
+    }
+
+
+def _work_off(
+    planned: Sequence[Sequence[Task]], wanted: set[Any], options: BenchmarkOptions, file: RunFile, progress: Progress
+) -> bool:
+    """Whether the keyboard stopped it."""
+    done = {run.key for run in file.runs}
+    left = [[task.left(done) for task in tasks if task.left(done).keys] for tasks in planned]
+    count = len(wanted & done)
+
+    def tell(text: str) -> None:
+        progress(f"{count}/{len(wanted)}: {text}", count / len(wanted))
+
+    arriving = run_all([tasks for tasks in left if tasks], options.seconds, options.processes, tell)
+    try:
+        for run in arriving:
+            file.add(run)
+            count += 1
+            tell(f"wearer {run.case.wearer_seed}, '{run.method}' done")
+    except KeyboardInterrupt:
+        return True
+    finally:
+        arriving.close()
+    return False
+
+
+def summary(runs: Sequence[Run]) -> dict[str, Any]:
+    """All figures of finished runs."""
+    groups = _grouped(runs)
+    results, pairs = [], []
+    winners: dict[str, dict[str, Any]] = {}
+    broken_down: list[dict[str, Any]] = []
+    for (setting, level, profile, *varied), by_method in groups.items():
+        results += [row(of_method) for of_method in by_method.values()]
+        common = paired([run for of_method in by_method.values() for run in of_method])
+        if any(varied) and any((one[0], one[2]) == (setting, profile) and not any(one[3:]) for one in groups):
+            continue  # a part of a remainder, told as such
+        place = {"setting": setting, "level": level, "profile": profile}
+        pairs += [{**place, **one} for one in ratios(common)]
+        if setting == "open_loop":
+            winners.setdefault(str(level), {})[profile] = winner(common)
+            broken_down += _broken_down(groups, (setting, level, profile), by_method)
+    return {
+        "results": results,
+        "winner_by_level": winners,
+        "paired_ratios": pairs,
+        "break_down": broken_down,
+        "seeds": sorted({run.case.wearer_seed for run in runs}),
+        "machine_seeds": sorted({run.case.machine_seed for run in runs}),
+        "wearers": [_wearer_row(run) for run in runs],
+    }
+
+
+def _grouped(runs: Sequence[Run]) -> dict[Group, dict[str, list[Run]]]:
+    """Runs of one method in one setting together, methods in the order in which they were asked for."""
+    groups: dict[Group, dict[str, list[Run]]] = {}
+    for run in runs:
+        case = run.case
+        key = (run.setting, case.level, case.profile, case.only, case.without, case.restless)
+        groups.setdefault(key, {}).setdefault(run.method, []).append(run)
+    return groups
+
+
+def _broken_down(
+    groups: dict[Group, dict[str, list[Run]]], place: tuple[str, int, str], references: dict[str, list[Run]]
+) -> list[dict[str, Any]]:
+    """Rows of every method whose disturbances were switched one at a time, against the runs of this place."""
+    setting, level, profile = place
+    found = []
+    for method, reference in references.items():
+        for index, kind in ((3, "only"), (4, "without")):
+            varied = [
+                by_method[method]
+                for group, by_method in groups.items()
+                if (group[0], group[2]) == (setting, profile)
+                and group[index] is not None
+                and level == (0 if kind == "only" else group[1])
+                and method in by_method
+            ]
+            found += parts(reference, varied, kind)
+    return found
+
+
+def _wearer_row(run: Run) -> dict[str, Any]:
+    """One run in short; its whole course is in the file of runs."""
+    case = run.case
+    return {
+        "setting": run.setting,
+        "method": run.method,
+        "level": case.level,
+        "profile": case.profile,
+        "wearer_seed": case.wearer_seed,
+        "machine_seed": case.machine_seed,
+        "arm": case.arm,
+        "only": case.only,
+        "without": case.without,
+        "never_relaxed": case.restless,
+        "failed": run.failed,
+        "time_to_target_s": rounded(time_to(run)),
+        "left_over_Nm": {
+            f"{t:g}": [rounded(left_over(run, t, place)) for place in ("shoulder", "elbow")] for t in DURATIONS_S
+        },
+        "outcome": run.outcome,
+        "stop_s": run.stop_s,
+        "method_s": run.method_s,
+    }

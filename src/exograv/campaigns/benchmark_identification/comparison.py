@@ -1,0 +1,129 @@
+"""Methods against each other on the same wearers: ratios of times, winners, and the parts of a remainder."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from exograv.rig.twin.disturbances.levels import ROWS
+from exograv.study.targets import TARGET_NM
+
+from . import bootstrap
+from .bootstrap import Values
+from .measures import COARSE, left_over, rounded, time_to, with_interval
+from .runs import Run
+
+OURS = "recursive"
+RIVALS = ("gradient", "gradient-full")
+TIE_SHARE = 0.025
+"""A method is tied with the winner where it is no worse in this share of the resamples [-]."""
+
+CRITERIA: Mapping[str, Callable[[Run], float]] = {
+    "time to target": time_to,
+    "time to the coarse target": lambda run: time_to(run, COARSE),
+    "left over after 60 s": lambda run: worst_of_targets(run, 60.0),
+}
+"""By what a level is won: the first of these in which a method's median is finite."""
+
+ByMethod = Mapping[str, Sequence[Run]]
+"""Runs of the same wearers in the same order."""
+
+
+def worst_of_targets(run: Run, seconds: float) -> float:
+    """What is left over at the joint farthest from its target, 1 at the target [-]."""
+    return max(left_over(run, seconds, place) / TARGET_NM[place] for place in ("shoulder", "elbow"))
+
+
+def paired(runs: Sequence[Run]) -> dict[str, list[Run]]:
+    """By method, only the wearers that every method met, in the order of their seeds."""
+    by_method: dict[str, dict[int, Run]] = {}
+    for run in runs:
+        by_method.setdefault(run.method, {})[run.case.wearer_seed] = run
+    common = sorted(set.intersection(*(set(of_wearers) for of_wearers in by_method.values())))
+    return {name: [of_wearers[seed] for seed in common] for name, of_wearers in by_method.items()}
+
+
+def ratios(by_method: ByMethod) -> list[dict[str, Any]]:
+    """Times of our method over each rival's: below 1 ours is sooner."""
+    if OURS not in by_method:
+        return []
+    return [
+        {"ours": OURS, "rival": rival, "threshold": name, **_ratio(of_time, by_method[OURS], by_method[rival])}
+        for rival in RIVALS
+        if by_method.get(rival)
+        for name, of_time in (("target", time_to), ("coarse", CRITERIA["time to the coarse target"]))
+    ]
+
+
+def _ratio(of_time: Callable[[Run], float], ours: Sequence[Run], rival: Sequence[Run]) -> dict[str, Any]:
+    a, b = (np.array([of_time(run) for run in runs]) for runs in (ours, rival))
+    value, ends = bootstrap.ratio(a, b)
+    return {
+        # 0: ours gets there and the rival never does. Null: ours never does, or neither.
+        "ratio_of_medians": rounded(value),
+        "ci95": [rounded(end) for end in ends],
+        "wearers": len(a),
+        "ours_sooner": int((a < b).sum()),
+        "rival_sooner": int((b < a).sum()),
+        "same_time": int(((a == b) & np.isfinite(a)).sum()),
+        "neither_reached": int((np.isinf(a) & np.isinf(b)).sum()),
+    }
+
+
+def winner(by_method: ByMethod) -> dict[str, Any]:
+    """Which method that learns while the arm moves has the best median, by what, and who cannot be told from it.
+
+    Off-line methods are named where they are ahead: they are asked three times in place of every second.
+    """
+    online = [name for name, runs in by_method.items() if not any(run.offline for run in runs)]
+    for criterion, figure in CRITERIA.items():
+        values = {name: np.array([figure(run) for run in runs]) for name, runs in by_method.items()}
+        best = min(online, key=lambda name: bootstrap.median(values[name]), default=None)
+        if best is not None and np.isfinite(bootstrap.median(values[best])):
+            median = bootstrap.median(values[best])
+            tied = [name for name in online if name != best and _is_tied(values[name], values[best])]
+            ahead = [name for name in values if name not in online and bootstrap.median(values[name]) < median]
+            return {
+                "method": best,
+                "by": criterion,
+                "median": rounded(median),
+                "tied_with": tied,
+                "offline_ahead": ahead,
+            }
+    return {"method": None, "by": "no method gave a result", "median": None, "tied_with": [], "offline_ahead": []}
+
+
+def _is_tied(other: Values, best: Values) -> bool:
+    """Whether the paired resamples leave open which is better."""
+    theirs, bests = bootstrap.medians(other), bootstrap.medians(best)
+    return bool((theirs <= bests).mean() >= TIE_SHARE and np.isfinite(bootstrap.median(other)))
+
+
+def parts(reference: Sequence[Run], varied: Sequence[Sequence[Run]], kind: str) -> list[dict[str, Any]]:
+    """What each disturbance does to the remainder after 120 s, the largest first.
+
+    Args:
+        reference: All wearers at the level where one row is switched off ("without"), at level 0 where one is alone
+            ("only").
+        varied: The same wearers with one row switched, one entry a row.
+        kind: "without" or "only".
+    """
+    rows = [_part(reference, runs, kind) for runs in varied]
+    return sorted(rows, key=lambda one: -abs(one["shoulder_change_Nm"]["median"] or 0.0))
+
+
+def _part(reference: Sequence[Run], runs: Sequence[Run], kind: str) -> dict[str, Any]:
+    before = {run.case.wearer_seed: run for run in reference}
+    pairs = [(before[run.case.wearer_seed], run) for run in runs if run.case.wearer_seed in before]
+    case = runs[0].case
+    row = (case.only if kind == "only" else case.without) or ""
+    found: dict[str, Any] = {"row": row, "meaning": ROWS[row].meaning, "kind": kind, "method": runs[0].method}
+    found |= {"profile": case.profile, "level": case.level, "wearers": len(pairs)}
+    for place in ("shoulder", "elbow"):
+        values = np.array([[left_over(run, 120.0, place) for run in pair] for pair in pairs]).reshape(-1, 2)
+        with np.errstate(invalid="ignore"):
+            change = values[:, 1] - values[:, 0]
+        found[f"{place}_reference_Nm"] = rounded(bootstrap.median(values[:, 0]))
+        found[f"{place}_Nm"] = rounded(bootstrap.median(values[:, 1]))
+        found[f"{place}_change_Nm"] = with_interval(change[np.isfinite(change)])
+    return found

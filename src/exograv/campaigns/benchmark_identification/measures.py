@@ -1,0 +1,171 @@
+"""From the runs of one method on many wearers to one row of the result."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.study.targets import TARGET_NM
+
+from . import bootstrap
+from .bootstrap import Values
+from .runs import Run
+from .stream_replay import DURATIONS_S
+
+COARSE = 2.5
+"""The coarse target is so many times the target: 0.5 and 0.25 N·m [-]."""
+
+SLACK_S = 0.01
+
+
+def table(run: Run) -> Float[np.ndarray, "estimate joint"]:
+    """Left over (total) of every estimate [N·m]; infinite where it is no number."""
+    rows = [[np.inf if value is None else value for value in row] for row in run.left_over_Nm]
+    return np.array(rows, dtype=float).reshape(len(run.t), len(run.places))
+
+
+def time_to(run: Run, factor: float = 1.0) -> float:
+    """Seconds of motion until what is left over stays below `factor` times the target to the end; infinite if never."""
+    limits = factor * np.array([TARGET_NM[place] for place in run.places])
+    within = np.all(table(run) <= limits, axis=1).reshape(-1)
+    if not len(within) or not within[-1]:
+        return np.inf
+    outside = np.flatnonzero(~within)
+    return run.t[outside[-1] + 1 if len(outside) else 0]
+
+
+def left_over(run: Run, seconds: float, place: str) -> float:
+    """After so much motion: the worst joint at a place, RMS over the held-out postures [N·m]."""
+    within = [k for k, t in enumerate(run.t) if t <= seconds + SLACK_S]
+    joints = [j for j, where in enumerate(run.places) if where == place]
+    return float(table(run)[within[-1], joints].max()) if within and joints else np.inf
+
+
+def row(runs: Sequence[Run]) -> dict[str, Any]:
+    """All figures of one method in one setting; one run a wearer."""
+    first = runs[0]
+    fine, coarse = (np.array([time_to(run, factor) for run in runs]) for factor in (1.0, COARSE))
+    return {
+        "method": first.method,
+        "level": first.case.level,
+        "profile": first.case.profile,
+        "setting": first.setting,
+        "only": first.case.only,
+        "without": first.case.without,
+        "never_relaxed": first.case.restless,
+        "offline": any(run.offline for run in runs),
+        "wearers": len(runs),
+        "failed": sum(run.failed is not None for run in runs),
+        "time_to_target_s": with_interval(fine),
+        "time_to_coarse_s": with_interval(coarse),
+        "reached_share": share(np.isfinite(fine)),
+        "reached_coarse_share": share(np.isfinite(coarse)),
+        "reached_within_share": {f"{t:g}": share(fine <= t + SLACK_S) for t in DURATIONS_S},
+        "left_over_Nm": {
+            f"{t:g}": {place: median_left_over(runs, t, place) for place in ("shoulder", "elbow")} for t in DURATIONS_S
+        },
+        "coverage95": coverage(runs, f"{DURATIONS_S[-1]:g}"),
+        "coverage95_by_duration": {f"{t:g}": coverage(runs, f"{t:g}") for t in DURATIONS_S},
+        "coverage95_torque_by_duration": {f"{t:g}": torque_coverage(runs, f"{t:g}") for t in DURATIONS_S},
+        "coverage95_by_parameter": by_parameter(runs, f"{DURATIONS_S[-1]:g}"),
+        "consistent_share": share(np.array([run.possible_share for run in runs if run.failed is None])),
+        "outcomes": outcomes(runs),
+        "stop_s": rounded(bootstrap.median(np.array([np.inf if run.stop_s is None else run.stop_s for run in runs]))),
+        "told_restless_share": share(np.array([run.restless_s is not None for run in runs if run.failed is None])),
+        "rejected_share": mean_of([run.rejected_share for run in runs if run.failed is None]),
+        "noise_scale": mean_of([run.noise_scale for run in runs if run.failed is None]),
+        "update_us": times_us([run.update_us for run in runs]),
+        "estimate_us": times_us([run.estimate_us for run in runs]),
+        "work_share": mean_of([run.work_share for run in runs if run.failed is None]),
+        "method_s": mean_of([run.method_s for run in runs if run.failed is None]),
+        "progress": progress(runs),
+    }
+
+
+def with_interval(values: Values) -> dict[str, Any]:
+    """Median and bootstrap interval; null where infinite."""
+    return {
+        "median": rounded(bootstrap.median(values)),
+        "ci95": [rounded(end) for end in bootstrap.interval(bootstrap.medians(values))],
+    }
+
+
+def median_left_over(runs: Sequence[Run], seconds: float, place: str) -> float | None:
+    """Over the wearers [N·m]."""
+    return rounded(bootstrap.median(np.array([left_over(run, seconds, place) for run in runs])))
+
+
+def coverage(runs: Sequence[Run], seconds: str) -> dict[str, int]:
+    """Of the parameters' intervals, all wearers together; none of none where a method states none."""
+    held = [
+        covered for run in runs if seconds in run.intervals for covered in run.intervals[seconds].parameters.values()
+    ]
+    return {"covered": sum(held), "of": len(held)}
+
+
+def torque_coverage(runs: Sequence[Run], seconds: str) -> dict[str, int]:
+    """Of the arm's torque at held-out postures."""
+    pairs = [run.intervals[seconds].torque for run in runs if seconds in run.intervals]
+    return {"covered": sum(pair[0] for pair in pairs), "of": sum(pair[1] for pair in pairs)}
+
+
+def by_parameter(runs: Sequence[Run], seconds: str) -> dict[str, dict[str, int]]:
+    """`coverage` by name of the parameter."""
+    found: dict[str, dict[str, int]] = {}
+    for run in runs:
+        for name, held in run.intervals[seconds].parameters.items() if seconds in run.intervals else ():
+            count = found.setdefault(name, {"covered": 0, "of": 0})
+            count["covered"] += int(held)
+            count["of"] += 1
+    return found
+
+
+def outcomes(runs: Sequence[Run]) -> dict[str, int]:
+    """How often the stop rule said what; "FAILED" where there is nothing to judge."""
+    names = ["FAILED" if run.failed is not None else run.outcome for run in runs]
+    return {name: names.count(name) for name in sorted(set(names))}
+
+
+def times_us(of_runs: Sequence[dict[str, float] | None]) -> dict[str, float | None]:
+    """Medians over the wearers of each run's percentiles, and the longest of all [µs]."""
+    timed = [one for one in of_runs if one is not None]
+    if not timed:
+        return {"p50": None, "p99": None, "max": None}
+    p50, p99 = (round(float(np.median([one[key] for one in timed])), 2) for key in ("p50", "p99"))
+    return {"p50": p50, "p99": p99, "max": max(one["max"] for one in timed)}
+
+
+def progress(runs: Sequence[Run]) -> dict[str, list[Any]]:
+    """Quartiles over the wearers against seconds of motion: worst shoulder axis and elbow [N·m], for the figure."""
+    times = max((run.t for run in runs), key=len, default=[])
+    curves: dict[str, list[Any]] = {"t": list(times)}
+    for place in ("shoulder", "elbow"):
+        ordered = np.sort([_course(run, times, place) for run in runs], axis=0)
+        # By rank: infinite ones have no mean.
+        ranks = [round(quarter * (len(runs) - 1)) for quarter in (0.25, 0.5, 0.75)]
+        curves[place] = [[rounded(value) for value in ordered[rank]] for rank in ranks]
+    return curves
+
+
+def _course(run: Run, times: Sequence[float], place: str) -> Float[np.ndarray, " time"]:
+    """`left_over` at many times."""
+    joints = [j for j, where in enumerate(run.places) if where == place]
+    worst = np.append(np.max(table(run)[:, joints], axis=1, initial=0.0), np.inf)
+    # Before the first estimate nothing is known: index -1, which is infinite.
+    return worst[np.searchsorted(np.array(run.t), np.array(times) + SLACK_S, side="right") - 1]
+
+
+def share(values: np.ndarray) -> float | None:
+    """Mean of yes and no, or of shares; null where there are none."""
+    return round(float(np.mean(values)), 4) if len(values) else None
+
+
+def mean_of(values: Sequence[float]) -> float | None:
+    """Null where there are none."""
+    return round(float(np.mean(values)), 5) if values else None
+
+
+def rounded(value: float) -> float | None:
+    """For files: null where it is infinite or undefined."""
+    return round(value, 4) if np.isfinite(value) else None

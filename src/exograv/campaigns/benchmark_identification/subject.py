@@ -1,0 +1,159 @@
+"""One wearer in one calibrated machine: what methods are built from, and the examiner who judges them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.dynamics.parameters import Layout
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Covariance, Estimate, Outcome
+from exograv.identification.core.left_over import LeftOverPrediction, StopRule, is_restless
+from exograv.identification.core.prior import prior
+from exograv.laboratory.result_rows import parameter_rows
+from exograv.laboratory.truth_score import Examination
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.model.assembly import Assembly
+from exograv.model.tree import is_physical
+
+from .cases import Case
+from .runs import Intervals, Run, Setting
+from .stream_replay import DURATIONS_S, Trace
+
+COVERAGE_SD = 1.96
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Of the stop rule."""
+
+    outcome: Outcome
+    stop_s: float | None
+    restless_s: float | None
+    """When the wearer was first seen not to relax [s of motion]."""
+
+
+@dataclass
+class Subject:
+    """One wearer in one calibrated machine."""
+
+    case: Case
+    assembly: Assembly
+    machine: CalibratedMachine
+    laboratory: VirtualLaboratory
+    """Only the examiner looks inside."""
+
+    @cached_property
+    def model(self) -> ArmModel:
+        """Of this arm in this machine; methods take another of it by `again`."""
+        return ArmModel(self.assembly, self.machine)
+
+    @cached_property
+    def _examination(self) -> Examination:
+        return Examination(self.laboratory, self.assembly, self.machine)
+
+    @cached_property
+    def _prior_mean(self) -> Float[np.ndarray, " parameter"]:
+        return prior(self.assembly, self.machine)[0]
+
+    @cached_property
+    def _prediction(self) -> LeftOverPrediction:
+        return LeftOverPrediction(self.model.again(), self._prior_mean)
+
+    def judged(self, setting: Setting, name: str, trace: Trace, verdict: Verdict | None = None) -> Run:
+        """The run as it is kept: every estimate examined; where it was not judged in the loop, the stop rule too."""
+        verdict = verdict or self._verdict(trace.estimates)
+        estimates, last = trace.estimates, trace.estimates[-1]
+        return Run(
+            setting,
+            name,
+            self.case,
+            list(self.assembly.description.places),
+            t=[round(estimate.t, 3) for estimate in estimates],
+            left_over_Nm=[self._left_over(estimate) for estimate in estimates],
+            possible_share=float(np.mean([self._is_possible(estimate) for estimate in estimates])),
+            intervals=self._intervals(estimates),
+            outcome=verdict.outcome.name,
+            stop_s=_tenths(verdict.stop_s),
+            restless_s=_tenths(verdict.restless_s),
+            rejected_share=round(last.rejected_share, 4),
+            noise_scale=round(last.noise_scale, 3),
+            update_us=_percentiles(trace.update_us),
+            estimate_us=_percentiles(trace.estimate_us),
+            work_share=round(trace.work_share, 5),
+            method_s=round(trace.method_s, 3),
+        )
+
+    def _left_over(self, estimate: Estimate) -> list[float | None]:
+        if not np.isfinite(estimate.x).all():
+            return [None] * self.assembly.n
+        total = self._examination.score(estimate.x).total
+        return [round(value, 4) if np.isfinite(value) else None for value in total.tolist()]
+
+    def _is_possible(self, estimate: Estimate) -> bool:
+        bodies = Layout.of(self.assembly).bodies
+        return bool(np.isfinite(estimate.x).all()) and all(is_physical(estimate.x[body]) for body in bodies)
+
+    def _intervals(self, estimates: Sequence[Estimate]) -> dict[str, Intervals]:
+        found = {}
+        for seconds in DURATIONS_S:
+            estimate = latest(estimates, seconds)
+            if estimate is not None and estimate.covariance is not None and np.isfinite(estimate.x).all():
+                torque = self._covered_torque(estimate, estimate.covariance)
+                found[f"{seconds:g}"] = Intervals(self._covered_parameters(estimate), torque)
+        return found
+
+    def _covered_parameters(self, estimate: Estimate) -> dict[str, bool]:
+        rows = parameter_rows(self.assembly, self._prior_mean, estimate, self.laboratory.wearer)
+        return {row["name"]: row["ci95"][0] <= row["truth"] <= row["ci95"][1] for row in rows}
+
+    def _covered_torque(self, estimate: Estimate, covariance: Covariance) -> tuple[int, int]:
+        """Whether the arm's torque lies in its interval, over held-out postures and joints."""
+        error = self._examination.arm_error(estimate.x)
+        model = self.model.again()
+        rows = np.array([model.at_rest(q, estimate.x)[1] for q in self._examination.postures])
+        rows[:, :, self._not_of_the_arm] = 0.0
+        variance = np.einsum("pji,ik,pjk->pj", rows, covariance, rows, optimize=True)
+        sd = np.sqrt(np.maximum(variance, 0.0))
+        return int((np.abs(error) <= COVERAGE_SD * sd).sum()), error.size
+
+    @cached_property
+    def _not_of_the_arm(self) -> Bool[np.ndarray, " parameter"]:
+        layout = Layout.of(self.assembly)
+        outside = np.ones(layout.count, dtype=bool)
+        outside[layout.phi] = outside[layout.fit] = False
+        return outside
+
+    def _verdict(self, estimates: Sequence[Estimate]) -> Verdict:
+        """As a session would have come to it (`session.identify`)."""
+        restless_s = next((estimate.t for estimate in estimates if is_restless(estimate)), None)
+        rule = StopRule(self.assembly.description.places)
+        for estimate in estimates:
+            if estimate.covariance is not None:
+                outcome = rule.judge(estimate, self._prediction.rms(estimate.covariance))
+                if outcome is not Outcome.RUNNING:
+                    return Verdict(outcome, estimate.t, restless_s)
+        if is_restless(estimates[-1]):
+            return Verdict(Outcome.NOT_RELAXED, None, restless_s)
+        states_none = estimates[-1].covariance is None
+        return Verdict(Outcome.NO_INTERVAL if states_none else Outcome.TIME_IS_UP, None, restless_s)
+
+
+def _tenths(seconds: float | None) -> float | None:
+    return None if seconds is None else round(seconds, 1)
+
+
+def latest(estimates: Sequence[Estimate], seconds: float) -> Estimate | None:
+    """The last one from at most so much motion; the filter's start is not motion, so a little more is allowed."""
+    within = [estimate for estimate in estimates if estimate.t <= seconds + 0.01]
+    return within[-1] if within else None
+
+
+def _percentiles(update_us: Float[np.ndarray, " update"]) -> dict[str, float] | None:
+    if not len(update_us):
+        return None
+    p50, p99 = np.percentile(update_us, [50, 99])
+    return {"p50": round(float(p50), 2), "p99": round(float(p99), 2), "max": round(float(update_us.max()), 1)}

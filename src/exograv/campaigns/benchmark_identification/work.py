@@ -1,0 +1,130 @@
+"""The runs of one machine: calibrated once, its wearers one after the other, every method on each."""
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from exograv.errors import ExogravError
+from exograv.procedures.identification.estimator_session import build_method
+from exograv.procedures.identification.method_names import MethodName
+
+from .cases import Case
+from .closed_loop import fly
+from .resting import rested
+from .runs import Run, Setting
+from .stream_replay import is_offline, replay
+from .streams import Calibrated, Recorded, calibrate, record_stream
+from .subject import Subject
+
+BREAKDOWNS = (ExogravError, np.linalg.LinAlgError, FloatingPointError, ValueError)
+"""How a run can fail: it is counted, and the others go on. Linear algebra says `ValueError` to what is not finite."""
+
+Tell = Callable[[str], None]
+"""What is going on."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be done with one wearer."""
+
+    case: Case
+    open_loop: tuple[MethodName, ...]
+    closed_loop: tuple[MethodName, ...]
+
+    @property
+    def keys(self) -> list[tuple[Setting, MethodName, Case]]:
+        """Of its runs."""
+        opened: list[tuple[Setting, MethodName, Case]] = [("open_loop", name, self.case) for name in self.open_loop]
+        return [*opened, *(("closed_loop", name, self.case) for name in self.closed_loop)]
+
+    def left(self, done: Collection[object]) -> "Task":
+        """Without the runs whose keys are done."""
+        return replace(
+            self,
+            open_loop=tuple(name for name in self.open_loop if ("open_loop", name, self.case) not in done),
+            closed_loop=tuple(name for name in self.closed_loop if ("closed_loop", name, self.case) not in done),
+        )
+
+
+def run_machine(tasks: Sequence[Task], seconds: float, tell: Tell) -> Iterator[Run]:
+    """All runs of one machine, each as soon as it is done; one that fails is a result too."""
+    case = tasks[0].case
+    try:
+        calibrated = calibrate(case, _spoken(tell, f"machine {case.machine_seed}"))
+    except ExogravError as error:
+        yield from (_failed(key, f"Stage 0: {error}") for task in tasks for key in task.keys)
+        return
+    for task in tasks:
+        yield from _run_wearer(task, calibrated, seconds, tell)
+
+
+def _run_wearer(task: Task, calibrated: Calibrated, seconds: float, tell: Tell) -> Iterator[Run]:
+    case = task.case
+    who = f"level {case.level}, {case.profile}, wearer {case.wearer_seed}"
+    try:
+        laboratory = case.laboratory()
+        subject = Subject(case, laboratory.assembly(), calibrated.machine, laboratory)
+    except ExogravError as error:
+        yield from (_failed(key, str(error)) for key in task.keys)
+        return
+    if task.open_loop:
+        yield from _replays(task, subject, calibrated, seconds, _spoken(tell, who))
+    for name in task.closed_loop:
+        tell(f"{who}: closed loop with '{name}'")
+        try:
+            trace, verdict = fly(subject, calibrated, name, seconds, _silent)
+            yield subject.judged("closed_loop", name, trace, verdict)
+        except BREAKDOWNS as error:
+            yield _failed(("closed_loop", name, case), str(error))
+
+
+def _replays(
+    task: Task, subject: Subject, calibrated: Calibrated, seconds: float, tell: Callable[[str, float], None]
+) -> Iterator[Run]:
+    try:
+        recorded = record_stream(task.case, calibrated, tell, seconds)
+    except ExogravError as error:
+        yield from (_failed(("open_loop", name, task.case), str(error)) for name in task.open_loop)
+        return
+    for name in task.open_loop:
+        tell(f"'{name}'", 0.0)
+        try:
+            yield _replayed(name, subject, recorded, calibrated)
+        except BREAKDOWNS as error:
+            yield _failed(("open_loop", name, task.case), str(error))
+
+
+def _replayed(name: MethodName, subject: Subject, recorded: Recorded, calibrated: Calibrated) -> Run:
+    stream = recorded.stream
+    method = build_method(name, stream.assembly, stream.machine, subject.model.again())
+    before = rested(method, subject, calibrated, _silent)
+    # What a method makes of numbers that run away is its own affair; the examiner counts what is not finite.
+    with np.errstate(all="ignore"):
+        trace = replay(method, stream.samples)
+        end = float(stream.samples.t[-1])
+        after = [estimate for estimate in trace.estimates if estimate.t <= end + 1e-9]
+        trace = replace(trace, estimates=[*before, *after])
+        return replace(subject.judged("open_loop", name, trace), offline=is_offline(method))
+
+
+def _failed(key: tuple[Setting, str, Case], why: str) -> Run:
+    setting, name, case = key
+    return Run(setting, name, case, list(case.description.places), failed=why)
+
+
+def _spoken(tell: Tell, who: str) -> Callable[[str, float], None]:
+    """A session's progress as a sentence; said once."""
+    last = ""
+
+    def note(text: str, _share: float) -> None:
+        nonlocal last
+        if text != last:
+            last = text
+            tell(f"{who}: {text}")
+
+    return note
+
+
+def _silent(_text: str, _share: float) -> None:
+    """Who flies has been said."""

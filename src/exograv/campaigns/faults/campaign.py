@@ -1,0 +1,243 @@
+"""Many scenarios from one seed, on all cores: what was found how soon, what went out, and what must never have."""
+
+import contextlib
+import math
+import os
+import signal
+import sys
+import tempfile
+from collections.abc import Container, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from exograv.cli.machine.live_floating import Plan
+from exograv.errors import ConfigError
+from exograv.laboratory.drive_sim import Bus
+from exograv.loop.pilot import Progress
+from exograv.runtime.processes.spawn import keyboard_ignored
+
+from .checkpoint import KeptVerdicts
+from .driver_faults import ALL, ONLY_DRIVES
+from .fault_plant import Ground, Subject
+from .fault_table import FAULTS, Fault
+from .figures import figures_of, told, with_strikes
+from .persons import make_known, subject
+from .process_faults import strike
+from .scenario import THE_TWIN, Scenario, Verdict, fly, is_bad, names_of, shrunk
+from .through_driver import driven_ground
+
+CHUNK = 20
+REPLAYS_MAX = 20
+
+STRIKES_MAX = 60
+"""Of each kind; a live run lasts at most two hours."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What `exograv faults` is asked for."""
+
+    scenarios: int = 200
+    seed: int = 0
+    level: int = 2
+    persons: int = 2
+    processes: int | None = None
+    strikes: int = 1
+    """How often each process of a live run is struck for real, after the scenarios."""
+
+    replay: str | None = None
+    """One scenario in place of all: "NUMBER:FAULT+FAULT"."""
+
+    through: Bus | None = None
+    """The bus of simulated drives in another process, with our driver before them; the twin itself if absent."""
+
+    out: Path | None = None
+    """Folder in which verdicts are kept as they are reached; they are not if absent."""
+
+    resume: bool = False
+    """Go on with the verdicts in that folder."""
+
+    def __post_init__(self):
+        if self.scenarios < 1:
+            raise ConfigError(f"--scenarios is {self.scenarios}; allowed: 1 and above.")
+        if self.seed < 0:
+            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
+        if not 0 <= self.level <= 4:
+            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
+        if not 0 <= self.strikes <= STRIKES_MAX:
+            raise ConfigError(f"--strikes is {self.strikes}; allowed: 0 (none) to {STRIKES_MAX}.")
+        if self.persons < 1:
+            raise ConfigError(f"--persons is {self.persons}; allowed: 1 and above.")
+        if self.processes is not None and self.processes < 1:
+            raise ConfigError(f"--processes is {self.processes}; allowed: 1 and above.")
+
+    def replayed(self) -> Scenario:
+        """The one that is asked for.
+
+        Raises:
+            ConfigError: There is no such fault, or no number.
+        """
+        number, _, faults = (self.replay or "").partition(":")
+        names = tuple(names_of(faults))
+        unknown = [name for name in names if name not in self.faults]
+        if not number.isdecimal() or unknown:
+            raise ConfigError(
+                f"--replay is '{self.replay}'; allowed: NUMBER:FAULT or NUMBER:FAULT+FAULT as a campaign prints it. "
+                f"Faults: {', '.join(self.faults)}."
+            )
+        return Scenario(self.seed, int(number), names, self.told)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What a number's flight depends on."""
+        return {name: getattr(self, name) for name in ("seed", "level", "persons", "through")} | {
+            "numbered": None if self.through is None else self.scenarios
+        }
+
+    @property
+    def told(self) -> str:
+        """What a line that replays one of its scenarios has to say besides seed and number."""
+        usual = Campaign()
+        names = [name for name in ("level", "persons", "through") if getattr(self, name) != getattr(usual, name)]
+        return "".join(f" --{name} {getattr(self, name)}" for name in names)
+
+    @property
+    def faults(self) -> Mapping[str, Fault]:
+        """By identifier, those that it may fly."""
+        return FAULTS if self.through is None else ALL
+
+    def scenario(self, number: int) -> Scenario:
+        """Of this number: first those that the twin alone flies too, then what only drives have."""
+        own = number - self.scenarios
+        if own < 0:
+            return Scenario.drawn(self.seed, number, self.told)
+        return Scenario(self.seed, number, (list(ONLY_DRIVES)[own % len(ONLY_DRIVES)],), self.told)
+
+    @property
+    def numbers(self) -> range:
+        """Of all its scenarios: through drives, what only they have is flown as often as a row of the table."""
+        own = 0 if self.through is None else len(ONLY_DRIVES) * math.ceil(self.scenarios / len(FAULTS))
+        return range(self.scenarios + own)
+
+
+def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
+    """Fly all scenarios; the result follows the contract of `exograv faults --json`.
+
+    Raises:
+        ConfigError: An option cannot be used.
+        ExogravError: A machine or a person could not be prepared.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        if campaign.replay is not None:
+            return _replayed(campaign, Path(folder), progress)
+        kept = KeptVerdicts(campaign.out or Path(folder), campaign.identity, campaign.resume)
+        verdicts, people = _flown(campaign, Path(folder), kept, progress)
+        bad = [verdict for verdict in verdicts if is_bad(verdict)][:REPLAYS_MAX]
+        small = []
+        for k, verdict in enumerate(bad):
+            progress("Shrinking what went wrong", k / len(bad))
+            with _ground(people[verdict.scenario.number % campaign.persons], campaign) as (who, ground):
+                small.append(shrunk(who, verdict, ground))
+        # Processes are stopped and their rights taken as Linux does it.
+        may_strike = len(verdicts) == len(campaign.numbers) and sys.platform.startswith("linux")
+        # Strikes are at the processes of a live run on the twin, whatever was flown before.
+        may_strike = may_strike and campaign.through is None
+        live = _struck(campaign, people[0], progress) if campaign.strikes and may_strike else None
+    return with_strikes(_told(campaign, verdicts), live) | {"replay": [scenario.command for scenario in small]}
+
+
+def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any]:
+    """After the scenarios: a live run needs the processors for itself."""
+    known = subject(path)
+    return strike(
+        Plan.of_twin(known.laboratory, known.prepared, known.person, campaign.seed, 0.0), campaign.strikes, progress
+    )
+
+
+def _told(campaign: Campaign, verdicts: list[Verdict]) -> dict[str, Any]:
+    named = {"seed": campaign.seed, "disturbance_level": campaign.level, "through": campaign.through}
+    return figures_of(verdicts, campaign.faults) | named
+
+
+def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> dict[str, Any]:
+    scenario = campaign.replayed()
+    path = make_known(campaign.seed, scenario.number % campaign.persons, campaign.level, folder, progress)
+    with _ground(path, campaign) as (who, ground):
+        verdict = fly(who, scenario, ground)
+    return with_strikes(_told(campaign, [verdict]), None) | {"replay": [], "course": told(verdict)}
+
+
+def _flown(
+    campaign: Campaign, folder: Path, kept: KeptVerdicts, progress: Progress
+) -> tuple[list[Verdict], list[Path]]:
+    """All verdicts in the order of their numbers, whoever flew them, and the persons' files.
+
+    Ctrl-C ends it with what was flown, if anything was.
+    """
+    people: list[Path] = []
+    with _workers(campaign) as pool:
+        try:
+            progress("Preparing persons", 0.0)
+            with keyboard_ignored():
+                known = [
+                    pool.submit(make_known, campaign.seed, person, campaign.level, folder)
+                    for person in range(min(campaign.persons, len(campaign.numbers)))
+                ]
+            for k, future in enumerate(known, start=1):
+                people.append(future.result())
+                progress("Preparing persons", k / len(known))
+            with keyboard_ignored():  # some of the processes begin only now
+                left = _chunks(campaign, kept.verdicts)
+                chunks = [pool.submit(_fly_chunk, people[k], campaign, chunk) for k, chunk in left]
+            for done, future in enumerate(as_completed(chunks), start=1):
+                kept.add(future.result())
+                progress("Flying scenarios", done / len(chunks))
+        except KeyboardInterrupt:
+            if not kept.verdicts:
+                raise
+            progress("Stopped by the keyboard; what was flown is summed up", 1.0)
+    return [kept.verdicts[number] for number in campaign.numbers if number in kept.verdicts], people
+
+
+def _chunks(campaign: Campaign, done: Container[int] = ()) -> list[tuple[int, list[int]]]:
+    """Person and numbers of scenarios; all of a chunk have the same person, and neighbours in time different ones."""
+    left = [number for number in campaign.numbers if number not in done]
+    by_person = [[number for number in left if number % campaign.persons == k] for k in range(campaign.persons)]
+    chunks = [(k, numbers[i : i + CHUNK]) for k, numbers in enumerate(by_person) for i in range(0, len(numbers), CHUNK)]
+    return sorted(chunks, key=lambda chunk: chunk[1][0])
+
+
+@contextlib.contextmanager
+def _workers(campaign: Campaign) -> Iterator[ProcessPoolExecutor]:
+    """Processes of their own, even if it is one: a scenario that takes its process down takes no more."""
+    processes = campaign.processes or os.cpu_count() or 1
+    pool = ProcessPoolExecutor(processes, get_context("spawn"), initializer=_begin)
+    try:
+        yield pool
+    finally:
+        for process in list(pool._processes.values()):
+            process.terminate()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _begin() -> None:
+    # Ctrl-C reaches every process of the terminal; this one is ended by the one that started it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _fly_chunk(path: Path, campaign: Campaign, numbers: Sequence[int]) -> list[Verdict]:
+    with _ground(path, campaign) as (who, ground):
+        return [fly(who, campaign.scenario(number), ground) for number in numbers]
+
+
+@contextlib.contextmanager
+def _ground(path: Path, campaign: Campaign) -> Iterator[tuple[Subject, Ground]]:
+    """Who is known by this file, and what they are flown on."""
+    if campaign.through is None:
+        yield subject(path), THE_TWIN
+        return
+    with driven_ground(campaign.through, path) as (who, ground):
+        yield who, ground

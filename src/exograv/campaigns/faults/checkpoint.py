@@ -1,0 +1,74 @@
+"""Verdicts of a campaign as rows of a file, so that one that was interrupted goes on."""
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from exograv import __version__
+from exograv.recording.code import code_sha256
+from exograv.safety.guard import SafeState
+from exograv.safety.stops import StopReason
+from exograv.storage.checkpoint_lines import KeptLines
+
+from .scenario import Scenario, Verdict
+from .scenario_log import Course
+
+FILE = "faults.jsonl"
+
+
+class KeptVerdicts:
+    """Of one campaign, by number; how many scenarios it was to have is no matter."""
+
+    def __init__(self, folder: Path, campaign: dict[str, Any], resume: bool):
+        """Open.
+
+        Args:
+            folder: Where the file is.
+            campaign: What a number's flight depends on besides the code.
+            resume: Whether to go on with what is there; else it is kept beside.
+
+        Raises:
+            RecordingError: The file cannot be used.
+        """
+        head = {"exograv": __version__, "code": code_sha256(), **campaign}
+        self._kept = KeptLines(folder / FILE, head, resume)
+        try:
+            self.verdicts = {row["scenario"]["number"]: verdict_of(row) for row in self._kept.rows}
+        except (KeyError, TypeError, ValueError) as error:
+            raise self._kept.damaged(error) from error
+
+    @property
+    def path(self) -> Path:
+        """Of the file."""
+        return self._kept.path
+
+    def add(self, verdicts: Iterable[Verdict]) -> None:
+        """Keep more."""
+        new = {verdict.scenario.number: verdict for verdict in verdicts}
+        self._kept.add(*map(row_of, new.values()))
+        self.verdicts |= new
+
+
+def row_of(verdict: Verdict) -> dict[str, Any]:
+    """In numbers and words."""
+    row, course = asdict(verdict), verdict.course
+    row["course"]["reason"] = None if course.reason is None else course.reason.name
+    row["course"]["since"] = {state.name: tick for state, tick in course.since.items()}
+    return row
+
+
+def verdict_of(row: dict[str, Any]) -> Verdict:
+    """What `row_of` wrote.
+
+    Raises:
+        KeyError, TypeError, ValueError: This is no such row.
+    """
+    course, scenario = dict(row["course"]), dict(row["scenario"])
+    reason = course["reason"]
+    course["reason"] = None if reason is None else StopReason[reason]
+    course["since"] = {SafeState[name]: tick for name, tick in course["since"].items()}
+    scenario["faults"] = tuple(scenario["faults"])
+    return Verdict(
+        **{**row, "course": Course(**course), "scenario": Scenario(**scenario), "missed": tuple(row["missed"])}
+    )

@@ -1,0 +1,90 @@
+"""Faults of control and of what it believes."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from exograv.loop.arm_controller import ArmController
+from exograv.safety.guard import Submitted
+
+from .fault_plant import World
+from .injector import Injector
+
+
+class FewLate(Injector):
+    """F14: control is late in one to three ticks."""
+
+    def draw(self) -> None:
+        self.count = self.ticks(int(self.generator.integers(1, 4)))
+
+    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+        return None if tick < self.onset + self.count else submitted
+
+
+class ManyLate(Injector):
+    """F14: control is late in every other tick."""
+
+    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+        return None if (tick - self.onset) % 2 == 0 else submitted
+
+
+class Hang(Injector):
+    """F15: control goes on saying what it said last."""
+
+    def draw(self) -> None:
+        self.last: Submitted | None = None
+
+    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+        self.last = self.last or submitted
+        return self.last
+
+
+class Killed(Injector):
+    """F16: control is gone."""
+
+    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+        return None
+
+
+class WrongTorque(Injector):
+    """Control asks for torques that no controller should: not a number, huge, of the wrong sign, or trembling."""
+
+    def draw(self) -> None:
+        self.kind = str(self.generator.choice(["nan", "huge", "sign", "tremble"]))
+
+    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+        if submitted is None:
+            return None
+        change: dict[str, Callable[[float], float]] = {
+            "nan": lambda _: np.nan,
+            "huge": lambda tau: 1e3 * np.sign(tau),
+            "sign": lambda tau: -tau,
+            "tremble": lambda tau: tau + 40.0 * (-1.0) ** (tick // self.ticks(5)),
+        }
+        return replace(submitted, tau=self.at_joint(submitted.tau, change[self.kind]))
+
+
+class TenfoldArm(Injector):
+    """F25: the arm in force is ten times, 2.2 times or a tenth of the real one, past all checks of the form."""
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            x = controller.x
+            x[: 10 * len(controller.assembly.arm.segments)] *= float(self.generator.choice([10.0, 2.2046, 0.1]))
+            controller.put_in_force(x)
+
+
+class Diverged(Injector):
+    """F26: identification publishes what is no number, no body, or five times the arm, every 50 ms."""
+
+    def draw(self) -> None:
+        self.kind = str(self.generator.choice(["nan", "impossible", "far"]))
+        self.refused = 0
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if (tick - self.onset) % self.ticks(50) == 0:
+            x = controller.x.copy()
+            bodies = slice(0, 10 * len(controller.assembly.arm.segments))
+            x[bodies] *= {"nan": np.nan, "impossible": -1.0, "far": 5.0}[self.kind]
+            self.refused += not controller.publish(x, world.q)

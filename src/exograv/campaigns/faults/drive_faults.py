@@ -1,0 +1,76 @@
+"""Faults that simulated drives have themselves, beyond a driver, in place of what the same rows do to the twin."""
+
+import numpy as np
+
+from exograv.loop.arm_controller import ArmController
+from exograv.rig.drives.simulated.firmware import MAX_C
+
+from .fault_plant import World
+from .injector import Injector
+
+
+class TorqueConstant(Injector):
+    """F09: a motor gives another torque for the same current, half to twice of it or the opposite."""
+
+    def draw(self) -> None:
+        self.factor = float(self.generator.choice([-1.0, 0.5, 2.0]))
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            world.turn_motor(self.joint, self.factor)
+
+
+class InternalFault(Injector):
+    """F12: a drive reports a fault and gives no torque."""
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            world.at_bench("fail", self.joint)
+
+
+class Unplugged(Injector):
+    """F12: a drive is not heard any more, and hears nothing."""
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            world.at_bench("unplug", self.joint)
+
+
+class Replugged(Injector):
+    """F12: a drive is lost for 50 to 300 ms, and comes back."""
+
+    def draw(self) -> None:
+        self.lasts = self.ticks(int(self.generator.integers(50, 300)))
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick in (self.onset, self.onset + self.lasts):
+            world.at_bench("unplug" if tick == self.onset else "plug", self.joint)
+
+
+class Overheated(Injector):
+    """F12: a drive's winding is too hot, and it gives up."""
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            world.at_bench("heat", self.joint, MAX_C + 10.0)
+
+    def shows(self, told: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
+        """From its status on: that a winding is too hot the drive itself notices in its next step only."""
+        return np.arange(len(told)) > self.onset
+
+
+class CableOut(Injector):
+    """F13: nothing comes from the machine, and nothing reaches it."""
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            world.at_bench("cut")
+            world.is_silent()
+
+
+class StopLineOpen(Injector):
+    """F39: the line of the hardware stop is open: every drive says so and gives no torque."""
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            world.at_bench("press")

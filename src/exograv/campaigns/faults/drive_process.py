@@ -1,0 +1,139 @@
+"""The other process of a flight through a driver: simulated drives with the person behind them, and who examines them.
+
+It tells what truly happened after a flight alone, and by another way than the bus: nobody flies by it.
+"""
+
+import pickle
+import signal
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from exograv.laboratory.drive_sim import Bus, Device, front_end
+from exograv.rig.drives.settings import load_drives
+from exograv.rig.drives.simulated import Plant
+from exograv.rig.drives.simulated.bench import Bench
+from exograv.rig.drives.simulated.firmware import AMBIENT_C
+
+from .fault_plant import Sight, Start, Swaying, twin_of
+
+
+class Tidy(NamedTuple):
+    """All cables in, all motors cool; and who is in the machine next."""
+
+    start: Start
+
+
+class Begin(NamedTuple):
+    """The person is in the machine, in the posture, from now on: somebody has held them there."""
+
+
+class Push(NamedTuple):
+    """More by the person's own muscles [N·m]."""
+
+    joint: int
+    torque: float
+
+
+class Turn(NamedTuple):
+    """A motor's constant, times this."""
+
+    joint: int
+    factor: float
+
+
+class Do(NamedTuple):
+    """A line at the bench."""
+
+    line: str
+
+
+class Passed(NamedTuple):
+    """Answered when so many steps of the plant are over since the beginning."""
+
+    steps: int
+
+
+class Report(NamedTuple):
+    """What truly happened: before the first step, and after each."""
+
+
+class Examiner:
+    """Obeys the campaign between two steps."""
+
+    def __init__(self, known: Path, plant: Plant, device: Device, joints: tuple[str, ...], line: Connection):
+        self._laboratory, prepared, _ = pickle.loads(known.read_bytes())
+        self._t0, self._plant, self._device, self._line = prepared.t, plant, device, line
+        self._bench = Bench(joints, plant, device, lambda _: None)
+        self._joints, self._next, self._awaited = joints, None, 0
+        self._person: Swaying | None = None
+        self._sights: list[Sight] = []
+
+    def obey(self) -> bool:
+        """Do what was asked; whether to end."""
+        if self._awaited and len(self._sights) > self._awaited:
+            self._awaited = 0
+            self._line.send(None)
+        try:
+            while self._line.poll():
+                if not self._do(self._line.recv()):
+                    return True
+        except (EOFError, OSError):  # the campaign is gone
+            return True
+        return False
+
+    def _do(self, asked: Any) -> bool:
+        """Whether to go on."""
+        if asked is None:
+            return False
+        if isinstance(asked, Passed):
+            self._awaited = asked.steps
+            return True
+        acts: dict[type, Callable[[Any], Any]] = {
+            Tidy: lambda it: self._tidy(it.start),
+            Begin: lambda _: self._begin(),
+            Push: lambda it: self._push(it.joint, it.torque),
+            Turn: lambda it: self._plant.turn_motor(it.joint, it.factor),
+            Do: lambda it: self._bench.do(it.line),
+            Report: lambda _: self._sights,
+        }
+        self._line.send(acts[type(asked)](asked))
+        return True
+
+    def _tidy(self, start: Start) -> None:
+        self._plant.watch, self._sights = None, []
+        self._device.mend()
+        self._plant.release_stop()
+        for joint, drive in enumerate(self._plant.each):
+            self._device.plug(joint)
+            drive.temperature_C = AMBIENT_C
+        self._next = Swaying(twin_of(self._laboratory, start, self._t0), start.moves)
+
+    def _begin(self) -> None:
+        person = self._person = self._next
+        assert person is not None
+        self._plant.change(person.twin)
+        self._plant.watch = self._look_on
+        self._look_on()
+
+    def _look_on(self) -> None:
+        if self._person is not None:
+            self._sights.append(self._person.look())
+            self._person.sway()
+
+    def _push(self, joint: int, torque: float) -> None:
+        self._plant.twin.tau_voluntary[joint] += torque
+
+
+def serve(known: Path, drives_file: Path, bus: Bus, line: Connection) -> None:
+    """Simulated drives until the campaign ends them; `known` is the file of a person (`people.make_known`)."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ended by who has begun it
+    laboratory, prepared, _ = pickle.loads(known.read_bytes())
+    description = laboratory.description
+    drives = load_drives(drives_file, description)
+    start = Start(0, description.donning_posture, 0.0 * description.donning_posture)
+    plant = Plant(twin_of(laboratory, start, prepared.t), drives)
+    with front_end(bus, drives)(plant, drives, lock_step=True, say=lambda _: None) as device:
+        line.send(None)
+        device.run(Examiner(known, plant, device, drives.joints, line).obey)

@@ -1,0 +1,90 @@
+"""Every fault in one table: what injects it, what should find it, how soon, and what should protect the person then.
+
+Identifiers and budgets: docs/safety.md, after the project's fault table.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from exograv.safety.envelope import StopReason
+from exograv.safety.guard import SafeState
+
+from . import control_faults as of_control
+from . import machine_faults as of_machine
+from . import person_faults as of_person
+from .injector import Injector
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One row."""
+
+    id: str
+    """As in docs/safety.md."""
+
+    injector: type[Injector]
+
+    reasons: tuple[StopReason, ...] = ()
+    """What the guard may call it; none where it has to be borne without a stop."""
+
+    budget_ms: float | None = None
+    """From its beginning to the first command of the safe state; None where it shows only once the arm moves, or where
+    nothing has to be found."""
+
+    safe_state: SafeState = SafeState.NONE
+    """The least that has to protect the person."""
+
+    shows_in_motion: bool = False
+    """Nothing tells it from a joint that stands still."""
+
+    at_drive: bool = False
+    """Nothing that a guard does reaches the drives any more: what counts is when they brake by themselves."""
+
+    @property
+    def is_borne(self) -> bool:
+        """Whether nothing has to be found."""
+        return not self.reasons and not self.at_drive
+
+    @property
+    def what(self) -> str:
+        """In a sentence."""
+        return (self.injector.__doc__ or "").split(": ", 1)[-1].split(". ")[0].rstrip(".")
+
+
+ISOLATION, DESCENT, BRIDGE = SafeState.ISOLATION, SafeState.DESCENT, SafeState.BRIDGE
+STOP = StopReason
+
+_FAULTS = (
+    Fault("F01", of_machine.NotANumber, (STOP.NO_MEASUREMENT,), 4.0, ISOLATION),
+    Fault("F02", of_machine.StuckEncoder, (STOP.ENCODER_DEAD, STOP.ENCODERS_PART), 30.0, ISOLATION, True),
+    Fault("F03", of_machine.Jump, (STOP.ENCODER_JUMPED,), 4.0, ISOLATION),
+    Fault("F03 spike", of_machine.Spike, (), None, BRIDGE),
+    Fault("F04", of_machine.Silent, (STOP.MACHINE_SILENT,), 6.0, ISOLATION),
+    Fault("F05", of_machine.Stale, (STOP.MACHINE_SILENT,), 6.0, ISOLATION),
+    Fault("F06", of_machine.Reordered, (), None, BRIDGE),
+    Fault("F06 twice", of_machine.Doubled, (), None, BRIDGE),
+    Fault("F07", of_machine.SignFlip, (STOP.ENCODERS_PART,), 20.0, ISOLATION, True),
+    Fault("F08", of_machine.Slip, (STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.TOO_FAST), 112.0, ISOLATION),
+    # Without a model of inertia nothing tells either from a person who pushes (docs/safety.md).
+    Fault("F09", of_machine.TorqueConstant),
+    Fault("F10", of_machine.CurrentBias, (STOP.TORQUE_WRONG,), 250.0, ISOLATION),
+    Fault("F11", of_machine.WeakMotor, (STOP.TORQUE_WRONG,), 26.0, ISOLATION),
+    Fault("F12", of_machine.DriveFault, (STOP.DRIVE_FAULT,), 3.0, ISOLATION),
+    Fault("F13", of_machine.BusesLost, (STOP.MACHINE_SILENT,), 30.0, ISOLATION, at_drive=True),
+    Fault("F14 few", of_control.FewLate, (), None, BRIDGE),
+    Fault("F14", of_control.ManyLate, (STOP.CONTROL_SILENT,), 20.0, DESCENT),
+    Fault("F15", of_control.Hang, (STOP.CONTROL_SILENT,), 10.0, DESCENT),
+    Fault("F16", of_control.Killed, (STOP.CONTROL_SILENT,), 5.0, DESCENT),
+    Fault("F17", of_machine.GuardDies, (), 30.0, at_drive=True),
+    Fault("F25", of_control.TenfoldArm),
+    Fault("F26", of_control.Diverged),
+    Fault("F28", of_person.HiddenWeight),
+    Fault("F29", of_person.Push),
+    Fault("F30", of_person.StopPressed, (STOP.STOP_PRESSED,), 1.0, DESCENT),
+    Fault("F39", of_machine.StopLineOpen, (STOP.DRIVE_FAULT,), 2.0, ISOLATION),
+    Fault("control", of_control.WrongTorque),
+)
+
+FAULTS: Mapping[str, Fault] = MappingProxyType({fault.id: fault for fault in _FAULTS})
+"""By identifier."""

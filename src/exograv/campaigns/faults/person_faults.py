@@ -1,0 +1,34 @@
+"""What the person does."""
+
+from exograv.loop.arm_controller import ArmController
+
+from .fault_plant import World
+from .injector import Injector
+
+
+class Push(Injector):
+    """F29: the person pushes with 10 to 40 N·m for 50 to 400 ms."""
+
+    def draw(self) -> None:
+        self.torque = float(self.generator.choice([-1.0, 1.0]) * self.generator.uniform(10.0, 40.0))
+        self.lasts = self.ticks(int(self.generator.integers(50, 400)))
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick in (self.onset, self.onset + self.lasts):
+            sign = 1.0 if tick == self.onset else -1.0
+            world.push(self.joint, sign * self.torque)
+
+    def pushes(self, tick: int) -> bool:
+        return self.onset <= tick < self.onset + self.lasts
+
+
+class HiddenWeight(Injector):
+    """F28: a kilogram that nobody has told of is put into the hand."""
+
+    def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if tick == self.onset:
+            world.hang("hand", 1.0)
+
+
+class StopPressed(Injector):
+    """F30: somebody presses Stop; the flight tells the guard."""

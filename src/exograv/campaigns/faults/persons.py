@@ -1,0 +1,39 @@
+"""Persons in machines for a campaign: each made known to the software once, by one process, for all of them."""
+
+import pickle
+from functools import lru_cache
+from pathlib import Path
+
+from exograv.laboratory.preparation import prepare
+from exograv.laboratory.virtual_laboratory import draw_laboratory, limits
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.person_limits import person_limits
+from exograv.loop.pilot import Progress
+
+from .fault_plant import Subject
+
+RIGS = ("recupera_like", "recupera_like_qdd")
+"""Each person is in one of these machines, in turn."""
+
+
+def make_known(seed: int, person: int, level: int, folder: Path, progress: Progress = lambda *_: None) -> Path:
+    """Calibrate and identify a person in a machine like any other; what is known then, as a file in `folder`.
+
+    Raises:
+        ExogravError: The machine or the person could not be prepared.
+    """
+    drawn = 1000 * (seed + 1) + person
+    laboratory = draw_laboratory(RIGS[person % len(RIGS)], None, level, drawn)
+    prepared = prepare(laboratory, drawn, progress)
+    of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
+    path = folder / f"person_{person}.pickle"
+    path.write_bytes(pickle.dumps((laboratory, prepared, of_person)))
+    return path
+
+
+@lru_cache(maxsize=4)
+def subject(path: Path, period_ms: int = 1) -> Subject:
+    """Who is known by this file, to a control of this period; kept for the next scenario."""
+    laboratory, prepared, of_person = pickle.loads(path.read_bytes())
+    controller = ArmController(prepared.assembly, prepared.machine, prepared.x, 1e-3 * period_ms)
+    return Subject(laboratory, prepared, controller, limits(laboratory.description), of_person)

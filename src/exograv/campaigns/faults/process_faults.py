@@ -1,0 +1,204 @@
+"""Process faults for real: a live run under strikes, and what guard, control and recording made of each."""
+
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.cli.machine.live_floating import fly_plan
+from exograv.errors import RigError
+from exograv.laboratory.virtual_laboratory import limits
+from exograv.live.live_control import Plan
+from exograv.live.live_figures import stall_ms
+from exograv.live.live_processes import Flown, Running
+from exograv.loop.pilot import Progress
+from exograv.recording import read_recording
+from exograv.runtime.clock.timing import PERIOD_NS, Timing
+from exograv.safety.guard import SafeState
+
+from .oracle import Oracle
+from .strikes import KINDS, Strike, Striker
+
+SECONDS_A_STRIKE = 60.0
+"""More than any of them takes: a run ends when all are made."""
+
+AROUND_S = 2.0
+"""Before and after a strike, in which control's timing is compared."""
+
+FLOATS_AFTER_S = 8.0
+"""A rest and a ramp after the loop's start the arm floats."""
+
+AFTER_MS = 1000.0
+"""Beyond, a stop is of another cause."""
+
+ALARM_MAX_MS = 1000.0
+"""From a full disk to the alarm (docs/safety.md, F19)."""
+
+ROUNDING_NM = 1e-4
+"""Of what a recording holds in 32 bits, positions through the table included."""
+
+
+def strike(plan: Plan, times: int, progress: Progress) -> dict[str, Any]:
+    """Fly a person live and disturb every process so often.
+
+    Returns:
+        `by_fault` as in a campaign, on the machine's clock; `envelope_violations` and `ticks` of the recording, and
+        the guard's own end.
+
+    Raises:
+        RigError: A process died that nobody had struck.
+        RecordingError: There is no room for the recording.
+    """
+    strikers: list[Striker] = []
+
+    def started(running: Running) -> None:
+        strikers.append(Striker(running, times))
+        strikers[0].start()
+
+    with tempfile.TemporaryDirectory() as folder:
+        seconds = SECONDS_A_STRIKE * times * len(KINDS)
+        try:
+            flown = fly_plan(plan, seconds, Path(folder), {}, _named(progress, "Striking processes"), started)
+        finally:
+            for striker in strikers:
+                striker.end()
+        made, found = strikers[0].made, _recorded(plan, flown)
+    rows = {kind: _row(kind, [one for one in made if one.kind == kind], flown, found) for kind in KINDS}
+    # A loop that the computer could not keep up ends before its time; what was not struck is not proved.
+    found["not_struck"] = [kind for kind, row in rows.items() if not row["alone"]]
+    return found | {
+        "by_fault": rows | {"F17 live": end_of_guard(plan, progress)},
+        "granted": flown.report.rights.granted,
+    }
+
+
+def _named(progress: Progress, name: str) -> Progress:
+    return lambda _text, share: progress(name, share)
+
+
+def _recorded(plan: Plan, flown: Flown) -> dict[str, Any]:
+    """The recording against what was acknowledged, and every command in it against the envelope."""
+    ticks, lost = read_recording(flown.path).ticks, flown.recording.lost
+    gaps = np.diff(ticks["sequence"].astype(np.int64)) - 1
+    wrong = [what for part in np.split(ticks, np.flatnonzero(gaps) + 1) for what in _judged(plan, part)]
+    # What found the ring full was never acknowledged; a gap beyond that was.
+    missing = max(flown.recording.acknowledged - len(ticks), 0) + max(int(gaps.sum()) - lost, 0)
+    return {
+        "outcome": flown.report.timing.outcome.value,
+        "recording": flown.recording.why,
+        "ticks": len(ticks),
+        "envelope_violations": len(wrong),
+        "violations": [f"live: {what}" for what in wrong[:3]],
+        "samples_acknowledged": flown.recording.acknowledged,
+        "samples_lost": lost,
+        "acknowledged_missing": missing,
+        "control_restarts": flown.control_restarts,
+        "recorder_restarts": flown.recording.restarts,
+    }
+
+
+def _judged(plan: Plan, ticks: np.ndarray) -> list[str]:
+    """What is wrong with commands that followed one another."""
+    oracle = Oracle(limits(plan.description), plan.person, 1e-9 * plan.period_ns, ROUNDING_NM)
+    for tau, q in zip(ticks["tau_commanded"].astype(float), ticks["q_measured"].astype(float), strict=True):
+        oracle.note(tau, q, frozenset(), plan.gravity_level)
+    return [f"{ticks['t'][k]:.3f} s: {what}" for k, what in oracle.judge().wrong.items()]
+
+
+def _row(kind: str, made: Sequence[Strike], flown: Flown, found: dict[str, Any]) -> dict[str, Any]:
+    row, budget = KINDS[kind], KINDS[kind].budget_ms
+    counted = [one for one in made if one.was_calm]
+    times = [reaction_ms(one, flown) for one in counted] if budget is not None else []
+    seen = [time for time in times if time is not None]
+    stalls = [_stall_ms(one, flown) for one in counted] if budget is not None else []
+    missed = sum(time is None or time > (budget or 0.0) + stall for time, stall in zip(times, stalls, strict=False))
+    if kind == "F19":
+        missed = sum(one.alarm_ms is None or one.alarm_ms > ALARM_MAX_MS for one in made)
+        seen = [one.alarm_ms for one in made if one.alarm_ms is not None]
+    if budget is None:
+        missed += found["acknowledged_missing"] > 0
+    p50, p99, most = np.percentile(seen, [50, 99, 100]).round(2).tolist() if seen else (None, None, None)
+    return {
+        "what": row.what,
+        "runs": len(made),
+        "alone": len(counted),
+        "detected": len(seen),
+        "reaction_ms": {"p50": p50, "p99": p99, "max": most},
+        "budget_ms": ALARM_MAX_MS if kind == "F19" else budget,
+        "missed": missed,
+        "safe_state": (SafeState.DESCENT if budget is not None else SafeState.NONE).name,
+        "stall_ms": round(max(stalls), 2) if stalls else None,
+        "command_p999_us": _around(counted, flown),
+        "acknowledged_missing": found["acknowledged_missing"],
+        "hand_m_s": None,
+    }
+
+
+def reaction_ms(one: Strike, flown: Flown) -> float | None:
+    """From a signal to the end of the tick in which the guard let the arm down; None where it did not."""
+    after = [1e3 * latch.at_s - _ms(one, flown) for latch in flown.report.latches]
+    return min((ms for ms in after if 0.0 <= ms < AFTER_MS), default=None)
+
+
+def _ms(one: Strike, flown: Flown) -> float:
+    """When it was, on the loop's own clock."""
+    return 1e-6 * (one.at_ns - flown.report.started_ns)
+
+
+def _stall_ms(one: Strike, flown: Flown) -> float:
+    """By how much the computer itself delayed the guard about then."""
+    first = next((latch.period for latch in flown.report.latches if latch.at_s * 1e3 >= _ms(one, flown)), None)
+    if first is None:
+        return 0.0
+    return max(stall_ms(flown.report.timing, first) - 1e-6 * PERIOD_NS, 0.0)
+
+
+def _around(made: Sequence[Strike], flown: Flown) -> dict[str, float | None]:
+    """How old a period is when its command is there, 99.9 % of them, before and after the strikes [µs]."""
+    timing = flown.report.timing
+    ms = timing.period * 1e-6 * timing.period_ns
+    marks = [_ms(one, flown) for one in made]
+    before = _any([(mark - 1e3 * AROUND_S <= ms) & (ms < mark) for mark in marks], timing)
+    after = _any([(mark <= ms) & (ms < mark + 1e3 * AROUND_S) for mark in marks], timing)
+    return {"before": before, "after": after}
+
+
+def _any(masks: Sequence[np.ndarray], timing: Timing) -> float | None:
+    taken = timing.command_ns[np.logical_or.reduce(masks)] if masks else np.empty(0)
+    return round(1e-3 * float(np.percentile(taken, 99.9)), 1) if len(taken) else None
+
+
+def end_of_guard(plan: Plan, progress: Progress) -> dict[str, Any]:
+    """Kill the guard (-9): whether the parent says so, and whether the recording is whole.
+
+    The twin's drives die with the process that flies them; their watchdog is timed in lock-step (F17).
+    """
+    at_ns = [0]
+
+    def started(running: Running) -> None:
+        time.sleep(FLOATS_AFTER_S)
+        at_ns[0] = time.monotonic_ns()
+        running.guard.kill()
+
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            fly_plan(plan, SECONDS_A_STRIKE, Path(folder), {}, _named(progress, "Killing the guard"), started)
+            ended = None
+        except RigError:
+            ended = round(1e-6 * (time.monotonic_ns() - at_ns[0]), 1)
+        recording = read_recording(Path(folder) / "live.mcap")
+    return {
+        "what": "the guard is killed (-9): its parent ends the others, completes the recording and says so",
+        "runs": 1,
+        "alone": 1,
+        "detected": int(ended is not None),
+        "reaction_ms": {"p50": None, "p99": None, "max": None},
+        "ended_ms": ended,
+        "budget_ms": None,
+        "missed": int(ended is None or recording.remark is not None),
+        "safe_state": "DRIVES BRAKE",
+        "hand_m_s": None,
+    }

@@ -1,0 +1,163 @@
+"""Faults that no scenario flies: by which tests they are proved, or why they are not yet.
+
+With the table of scenarios and the strikes at real processes these are all of F01 to F40.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class Proved:
+    """One row."""
+
+    id: str
+    what: str
+
+    proved_by: tuple[str, ...]
+    """Tests as pytest names them."""
+
+
+ELSEWHERE = (
+    Proved(
+        "F18",
+        "the recorder dies, or its disk is slow (struck for real too)",
+        (
+            "tests/runtime/recorder/test_recorder.py::test_no_acknowledged_tick_is_missing_and_none_is_there_twice_after_kills_at_random_moments",
+            "tests/runtime/recorder/test_recorder.py::test_a_slow_disk_delays_nobody_and_loses_nothing",
+        ),
+    ),
+    Proved(
+        "F19",
+        "the disk is full, or fails (struck for real too)",
+        (
+            "tests/runtime/recorder/test_recorder.py::test_a_full_disk_is_reported_within_a_second_and_leaves_control_alone",
+            "tests/recording/test_durability.py::test_a_sync_that_fails_ends_the_recording_and_is_never_repeated",
+        ),
+    ),
+    Proved(
+        "F20",
+        "power is lost while recording",
+        (
+            "tests/recording/test_durability.py::test_every_crash_image_holds_a_prefix_of_the_messages_and_says_that_it_was_cut",
+            "tests/recording/test_durability.py::test_the_zeros_that_a_power_failure_leaves_at_the_end_are_no_ticks",
+        ),
+    ),
+    Proved(
+        "F21",
+        "the wall clock jumps",
+        (
+            "tests/campaigns/faults/test_proved_elsewhere.py::test_nothing_that_moves_a_machine_asks_for_the_time_of_day",
+        ),
+    ),
+    Proved(
+        "F22",
+        "a URDF is corrupt or hostile",
+        (
+            "tests/model/test_urdf.py::test_a_file_that_could_hurt_later_is_refused_with_its_place",
+            "tests/model/test_urdf.py::test_changed_bytes_give_a_physical_tree_or_a_model_error",
+            "tests/model/test_urdf.py::test_any_attribute_with_any_number_gives_a_physical_tree_or_a_model_error",
+        ),
+    ),
+    Proved(
+        "F23",
+        "a settings file is corrupt, or in wrong units",
+        (
+            "tests/model/test_description.py::test_a_mistake_in_the_rig_file_is_refused_with_its_place",
+            "tests/storage/test_calibration_file.py::test_a_damaged_file_is_refused_with_the_next_step",
+            "tests/model/test_anthropometry.py::test_a_person_in_wrong_units_is_refused",
+        ),
+    ),
+    Proved(
+        "F24",
+        "a recording, a person's or a machine's file is altered",
+        (
+            "tests/recording/test_durability.py::test_no_altered_byte_alters_a_message_unnoticed",
+            "tests/storage/test_calibration_file.py::test_every_changed_digit_is_found_out",
+            "tests/storage/test_participant_file.py::test_a_changed_value_is_refused",
+        ),
+    ),
+    Proved(
+        "F27",
+        "the identifier pauses, hangs or dies: it has a process of its own, and control drops what is of before",
+        (
+            "tests/runtime/control_loop/test_worker.py::test_a_worker_in_place_of_one_that_died_begins_with_the_first_sample",
+            "tests/live/test_live_identification.py::test_a_finding_is_taken_once_and_one_of_an_earlier_time_never",
+            "tests/scenario/test_learn_live.py::test_a_worker_that_is_killed_is_replaced_and_the_arm_learned_all_the_same",
+        ),
+    ),
+    Proved(
+        "F31",
+        "the operator's page is lost, or frozen",
+        (
+            "tests/runtime/control_loop/test_steering.py::test_a_lease_is_never_longer_than_allowed",
+            "tests/runtime/control_loop/test_steering.py::test_an_arm_that_nobody_steers_any_more_is_given_back_once",
+            "tests/runtime/control_loop/test_steering.py::test_a_window_is_finished_without_an_operator_and_never_longer_than_a_window_takes",
+            "tests/runtime/control_loop/test_guard_commands.py::test_an_arm_that_is_carried_when_the_lease_ends_is_given_back",
+            "tests/runtime/control_loop/test_guard_commands.py::test_where_the_parent_is_gone_the_arm_comes_down_and_the_run_ends",
+            "tests/experiment/steered/test_session_controller.py::test_where_nobody_steers_any_more_there_is_an_alarm_and_the_arm_is_given_back",
+            "tests/scenario/test_console_struck.py::test_a_console_that_is_killed_lets_the_arm_down_within_the_lease",
+            "tests/scenario/test_console_struck.py::test_a_console_that_stands_still_has_the_arm_given_back_when_the_lease_ends",
+        ),
+    ),
+    Proved(
+        "F32",
+        "two operators: one lease, the second watches",
+        (
+            "tests/console/test_lease.py::test_in_no_history_do_two_write",
+            "tests/console/test_permissions.py::test_what_steers_is_taken_from_the_page_that_holds_the_lease_only",
+            "tests/browser/test_roles.py::test_the_second_operator_watches_until_the_first_is_gone",
+        ),
+    ),
+    Proved(
+        "F33",
+        "a command comes twice, late, or was made for something that has changed",
+        (
+            "tests/experiment/steered/test_session_controller.py::test_the_same_act_twice_is_done_once_and_answered_twice",
+            "tests/experiment/steered/test_session_controller.py::test_in_no_history_is_an_arm_carried_that_nobody_made_ready_and_took",
+            "tests/experiment/steered/test_request_validation.py::test_what_comes_late_or_from_the_future_is_refused_and_stop_is_not",
+            "tests/experiment/steered/test_request_validation.py::test_what_was_asked_for_something_that_has_changed_since_is_refused",
+        ),
+    ),
+    Proved(
+        "F34",
+        "a message is malformed, huge, deep or binary (a hundred thousand: `python benchmarks/console_fuzz.py`)",
+        (
+            "tests/console/test_messages.py::test_anything_is_read_without_an_exception",
+            "tests/console/test_line.py::test_a_line_that_is_misused_is_closed_with_its_code_and_counted",
+            "tests/console/test_serve.py::test_a_frame_beyond_16_kib_is_not_even_read_to_its_end",
+        ),
+    ),
+    Proved(
+        "F35",
+        "a client is unauthorised, of another origin, or comes by a name that was bound anew",
+        (
+            "tests/console/test_server.py::test_under_another_name_nothing_is_there",
+            "tests/console/test_server.py::test_no_line_is_opened_from_another_origin",
+            "tests/console/test_line.py::test_a_line_whose_first_words_hold_no_ticket_is_closed_with_4401",
+        ),
+    ),
+    Proved(
+        "F36",
+        "a role asks for what it may not",
+        (
+            "tests/console/test_permissions.py::test_what_a_role_may_not_say_reaches_nobody_and_is_an_alarm",
+            "tests/browser/test_roles.py::test_a_participant_page_that_sends_start_is_refused_and_the_operator_is_told",
+        ),
+    ),
+    Proved(
+        "F40",
+        "two faults at a time (`pairs` of a campaign)",
+        (
+            "tests/campaigns/faults/test_faults.py::test_in_sixty_scenarios_nothing_leaves_the_envelope_and_every_budget_is_kept",
+        ),
+    ),
+)
+
+NOT_YET: Mapping[str, str] = MappingProxyType(
+    {
+        "F37": "leaks: `exograv live --seconds 3600` says how memory grew (docs/realtime.md); no test runs so long",
+    }
+)
+"""Why no row and no test stands for them."""

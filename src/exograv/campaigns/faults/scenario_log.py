@@ -1,0 +1,130 @@
+"""What happened in one scenario: notes while it flies, figures when it is over."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from exograv.safety.envelope import StopReason
+from exograv.safety.guard import SafeState
+
+from .fault_plant import Sight
+from .oracle import Judgement
+
+Joints = Float[np.ndarray, " joint"]
+
+MOVING_RAD_S = 0.2
+"""Speed at which a fault that shows in motion has to show [rad/s]."""
+
+RELEASE_MS = 100
+"""After a push, in which the braked hand loses what the push gave it."""
+
+
+@dataclass
+class Course:
+    """Of one scenario."""
+
+    ticks: int = 0
+    period_ms: int = 1
+    """Between two ticks."""
+    violations: list[str] = field(default_factory=list)
+    """What went out that should not have; the first ones, in words."""
+
+    violated_ticks: int = 0
+    stopped_tick: int | None = None
+    reason: StopReason | None = None
+    since: dict[SafeState, int] = field(default_factory=dict)
+    """Tick with which that state, or a worse one, came first."""
+
+    braked_tick: int | None = None
+    """From the first onset on: at the beginning of which all drives were braking by themselves."""
+
+    extra_speed: float = 0.0
+    """By which a joint grew faster between the first onset and the safe state [rad/s]."""
+
+    extra_way_deg: float = 0.0
+    hand_m_s: float = 0.0
+    """The hand's greatest speed from the safe state on, while nobody pushes it."""
+
+    pushed_hand_m_s: float = 0.0
+    """The same while somebody does, and until the hand has had time to slow down."""
+
+    torque_step_Nm: float = 0.0
+    """Greatest change of a command from one tick to the next after the first onset [N·m]."""
+
+    crashed: str | None = None
+    """The twin or the software gave up."""
+
+    @property
+    def worst(self) -> SafeState:
+        """Greatest safe state that came."""
+        return max(self.since, default=SafeState.NONE)
+
+
+class Watch:
+    """Takes notes of one flight, and sums it up by the twin's truth: the examiner's business, nobody flies by it."""
+
+    def __init__(self, onset: int | None, period_ms: int = 1):
+        """Nothing has happened; `onset` is the tick of the first fault."""
+        self.course = Course(period_ms=period_ms)
+        self._onset = onset
+        self._told: list[Joints] = []
+        self._pushed: list[bool] = []
+        self.moves: Bool[np.ndarray, "tick joint"] = np.zeros((0, 0), bool)
+        """Joints that clearly move in each tick from the first onset on; known when it is over."""
+
+    @property
+    def told(self) -> Float[np.ndarray, "tick joint"]:
+        """What each joint was told in every tick [N·m]."""
+        return np.array(self._told)
+
+    def pushed(self, is_so: bool) -> None:
+        """Whether somebody pushes in the next tick."""
+        self._pushed.append(is_so)
+
+    def commanded(self, tick: int, tau: Joints, safe_state: SafeState, stop: StopReason | None) -> None:
+        """What the guard decided in a tick."""
+        course = self.course
+        self._told.append(tau)
+        if stop is not None and course.stopped_tick is None:
+            course.stopped_tick, course.reason = tick, stop
+        if safe_state > course.worst:
+            course.since |= {state: tick for state in SafeState if course.worst < state <= safe_state}
+
+    def finish(self, judgement: Judgement, sights: Sequence[Sight]) -> Course:
+        """Sum up; the sights are of the ticks in turn, and one may be of the end."""
+        course, onset = self.course, self._onset
+        course.violated_ticks = len(judgement.wrong)
+        course.violations = [f"tick {tick}: {what}" for tick, what in list(judgement.wrong.items())[:3]]
+        self.moves = np.zeros(self.told.shape, bool)
+        if onset is None:
+            return course
+        braking = (tick for tick, sight in enumerate(sights) if tick > onset and sight.are_braking)
+        course.braked_tick = next(braking, None)
+        if seen := sights[onset : course.ticks]:
+            course.torque_step_Nm = float(judgement.step_Nm[onset:].max(initial=0.0))
+            self._sum_up_motion(onset, np.array([one.q for one in seen]), np.array([one.v for one in seen]))
+        self._sum_up_hand(sights[: course.ticks])
+        return course
+
+    def _sum_up_motion(self, onset: int, q: np.ndarray, v: np.ndarray) -> None:
+        course, self.moves[onset : onset + len(v)] = self.course, np.abs(v) > MOVING_RAD_S
+        until = len(q) if course.stopped_tick is None else max(course.stopped_tick - onset, 0)
+        if until:
+            course.extra_speed = float(np.abs(v[:until] - v[0]).max())
+            course.extra_way_deg = float(np.rad2deg(np.abs(q[:until] - q[0]).max()))
+
+    def _sum_up_hand(self, sights: Sequence[Sight]) -> None:
+        """From the safe state on; after a push the hand needs time to slow down."""
+        course, release = self.course, RELEASE_MS // self.course.period_ms
+        protected = [tick for tick in (course.stopped_tick, course.braked_tick) if tick is not None]
+        pushed_tick = -release - 1
+        for tick, sight in enumerate(sights):
+            pushed_tick = tick if self._pushed[tick] else pushed_tick
+            if tick < min(protected, default=len(sights)):
+                continue
+            if tick - pushed_tick <= release:
+                course.pushed_hand_m_s = max(course.pushed_hand_m_s, sight.hand_m_s)
+            else:
+                course.hand_m_s = max(course.hand_m_s, sight.hand_m_s)

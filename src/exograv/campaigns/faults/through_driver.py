@@ -1,0 +1,199 @@
+"""Scenarios through a driver: ours in this process, simulated drives with the person behind them in another."""
+
+import contextlib
+import os
+from collections.abc import Iterator, Sequence
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import RigError
+from exograv.laboratory.drive_sim import Bus
+from exograv.live.on_drives.simulated_drives import written
+from exograv.rig.drives.opening import DrivenRig, open_drives
+from exograv.rig.drives.settings import Drives, load_drives
+from exograv.safety.guard import COMMAND_LIFE_S
+from exograv.signals import Command, JointState
+
+from .drive_process import Begin, Do, Passed, Push, Report, Tidy, Turn, serve
+from .fault_plant import Joints, Sight, Stand, Start, Subject
+from .persons import subject
+
+ANSWERS_S, STARTS_S = 30.0, 120.0
+"""For an answer of the other process, and for its beginning."""
+
+STEP_MS = 1
+"""Of the twin."""
+
+
+class DrivenStand:
+    """One flight's rig; the world is the examiner's, who is told by another line than the bus."""
+
+    def __init__(self, rig: DrivenRig, drives: Drives, line: "Line"):
+        self._rig, self._drives, self._line = rig, drives, line
+        self._stride = drives.settings.period_ms // STEP_MS
+        self._ticks, self._nobody_answers = 0, False
+        self._state: JointState | None = None
+
+    @property
+    def t(self) -> float:
+        """The rig's clock [s]."""
+        return self._rig.t
+
+    @property
+    def period_s(self) -> float:
+        """Of the loop [s]."""
+        return self._rig.period_s
+
+    def read(self) -> JointState:
+        """Ask the drives, which advances them by one period."""
+        self._ticks += 1
+        if self._nobody_answers:  # then the bus cannot tell when they have
+            self._line.send(Passed(self._ticks * self._stride))
+            self._state = self._rig.read()
+            self._line.answer()
+        else:
+            self._state = self._rig.read()
+        return self._state
+
+    def write(self, command: Command) -> None:
+        """To the drives."""
+        self._rig.write(command)
+
+    def go_on(self, last: Command) -> None:
+        """Nobody writes any more; what is read keeps the drives' time, and tells them nothing."""
+
+    def sights(self) -> list[Sight]:
+        """One for every tick, of the hand the fastest in it."""
+        return by_tick(self._line.ask(Report()), self._stride)
+
+    @property
+    def q(self) -> Joints:
+        """As measured last [rad]."""
+        state = self._state if self._state is not None else self.read()
+        return state.q
+
+    def push(self, joint: int, torque: float) -> None:
+        """By the wearer's muscles."""
+        self._line.ask(Push(joint, torque))
+
+    def hang(self, mount: str, mass_kg: float) -> None:
+        """Somebody at the bench."""
+        self._line.ask(Do(f"hang {mount} {mass_kg:g}"))
+
+    def turn_motor(self, joint: int, factor: float) -> None:
+        """Behind its drive, which does not know."""
+        self._line.ask(Turn(joint, factor))
+
+    def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
+        """Somebody does it."""
+        words = [word]
+        words += [] if joint is None else [self._drives.joints[joint]]
+        words += [] if number is None else [f"{number:g}"]
+        self._line.ask(Do(" ".join(words)))
+
+    def is_silent(self) -> None:
+        """Nobody is waited for."""
+        self._nobody_answers = True
+        self._rig.expect_silence()
+
+
+def by_tick(each: Sequence[Sight], stride: int) -> list[Sight]:
+    """Of sights before the first step and after each, those at which a tick began; of the hand the fastest since."""
+    ends = range(stride, len(each), stride)
+    fastest = (max(one.hand_m_s for one in each[end - stride + 1 : end + 1]) for end in ends)
+    return [each[end]._replace(hand_m_s=hand) for end, hand in zip(ends, fastest, strict=True)]
+
+
+class Line:
+    """To the other process."""
+
+    def __init__(self, ours: Connection):
+        self._ours = ours
+
+    def ask(self, what: Any) -> Any:
+        """Done, and what came of it."""
+        self.send(what)
+        return self.answer()
+
+    def send(self, what: Any) -> None:
+        """Without waiting."""
+        try:
+            self._ours.send(what)
+        except OSError as error:
+            raise RigError(ENDED) from error
+
+    def answer(self, within_s: float = ANSWERS_S) -> Any:
+        """To the oldest question.
+
+        Raises:
+            RigError: There is none.
+        """
+        try:
+            if self._ours.poll(within_s):
+                return self._ours.recv()
+        except (EOFError, OSError) as error:
+            raise RigError(ENDED) from error
+        raise RigError(f"The simulated drives have not answered for {within_s:g} s.")
+
+
+ENDED = "The process of the simulated drives has ended; what it said is above."
+
+
+class DrivenGround:
+    """A person's machine behind simulated drives on one bus."""
+
+    def __init__(self, bus: Bus, drives: Drives, line: Line):
+        self.bus: str | None = bus
+        self.period_ms = drives.settings.period_ms
+        self._drives, self._line = drives, line
+
+    @contextlib.contextmanager
+    def stand(self, subject: Subject, start: Start) -> Iterator[Stand]:
+        """The drives are on, and told what carries the arm, before the person is let go in the posture."""
+        self._line.ask(Tidy(start))
+        prepared = subject.prepared
+        tau = subject.controller.again(prepared.x).torque_at_rest(start.posture, prepared.x)
+        current, still = prepared.machine.actuators.current(tau), np.zeros_like(tau)
+        with open_drives(self._drives, lock_step=True) as rig:
+            rig.enable()
+            state = rig.read()
+            rig.write(Command(rig.t, state.sequence, rig.t + COMMAND_LIFE_S, tau, current, still))
+            rig.read()
+            self._line.ask(Begin())
+            yield DrivenStand(rig, self._drives, self._line)
+
+
+@contextlib.contextmanager
+def driven_ground(bus: Bus, known: Path) -> Iterator[tuple[Subject, DrivenGround]]:
+    """Begin the other process, and end it.
+
+    Args:
+        bus: On which the drives are.
+        known: File of the person (`people.make_known`).
+
+    Raises:
+        RigError: It does not begin.
+    """
+    folder = known.parent / f"{known.stem}_{bus}_{os.getpid()}"
+    description = subject(known).laboratory.description
+    path = written(folder, description, bus)
+    drives = load_drives(path, description)
+    context = get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=serve, args=(known, path, bus, theirs), daemon=True)
+    process.start()
+    theirs.close()
+    line = Line(ours)
+    try:
+        line.answer(STARTS_S)
+        yield subject(known, drives.settings.period_ms), DrivenGround(bus, drives, line)
+    finally:
+        ours.close()
+        process.join(5.0)
+        if process.is_alive():
+            process.kill()
+            process.join()

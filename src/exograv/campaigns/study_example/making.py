@@ -1,0 +1,201 @@
+"""All sessions of all participants of the example, one process a participant: learning goes from session to session."""
+
+import multiprocessing
+import os
+import random
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import ConfigError, RecordingError
+from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.loop.pilot import Progress
+from exograv.study.dataset.adding import AddOptions, add_files, worst
+from exograv.study.dataset.beginning import begin_study
+from exograv.study.folder.settings import AS_PUBLISHED, StudySettings
+from exograv.study.folder.study_folder import StudyFolder
+from exograv.study.participants.codes import draw_code
+from exograv.study.participants.register import new_participant
+from exograv.task.plan import Plan
+from exograv.task.protocol import LoadedProtocol, load_protocol
+
+from .arm_tables import arm_tables
+from .pointer import Pointer
+from .session_file import ExampleSession
+
+ACTIVE_RIG, PASSIVE_RIG = "recupera_like", "recupera_like_passive"
+LEVEL = 2
+GROUPS = {"trained": "training", "untrained": "familiarisation"}
+"""What a group does before the flight."""
+
+PARTICIPANTS_MAX, SESSIONS_MAX = 100, 99
+
+
+@dataclass(frozen=True)
+class ExampleOptions:
+    """What is asked for."""
+
+    participants: tuple[int, int] = (3, 3)
+    """Trained, untrained."""
+
+    sessions: tuple[int, int] = (16, 4)
+    """Before the flight, of each."""
+
+    seed: int = 0
+
+    def __post_init__(self):
+        """Refuse what cannot be.
+
+        Raises:
+            ConfigError: Names the option.
+        """
+        for name, pair, low, high in (
+            ("participants", self.participants, 0, PARTICIPANTS_MAX),
+            ("sessions", self.sessions, 0, SESSIONS_MAX),
+        ):
+            if len(pair) != 2 or not all(low <= value <= high for value in pair):
+                given = ",".join(str(value) for value in pair)
+                raise ConfigError(f"--{name} is {given}; give two numbers, trained and untrained: {low} to {high}.")
+        if sum(self.participants) == 0:
+            raise ConfigError("--participants is 0,0; a study has somebody in it.")
+
+
+@dataclass(frozen=True)
+class Somebody:
+    """One of the participants."""
+
+    code: str
+    group: str
+    seed: int
+    sessions: int
+    """Before the flight."""
+
+    @property
+    def files(self) -> tuple[tuple[str, int], ...]:
+        """Protocol and number of each session, in their order."""
+        return (*((GROUPS[self.group], k) for k in range(1, self.sessions + 1)), ("flight", 1))
+
+
+def make_example(options: ExampleOptions, path: Path, progress: Progress, workers: int | None = None) -> StudyFolder:
+    """Begin a study, simulate everybody's sessions and add them, as a laboratory would.
+
+    Args:
+        options: What is asked for.
+        path: The study's folder; there must be none.
+        progress: Told what is done, and the share of all.
+        workers: Processes; as many as there are processors where absent. The files do not depend on it.
+
+    Raises:
+        ConfigError: There is something in the folder already.
+        RecordingError: The disk is full; what was added stays.
+    """
+    folder = begin_study(path, _settings_of_study(options))
+    everybody = _people(options)
+    for somebody in everybody:
+        new_participant(folder, somebody.group, somebody.code)
+    total, done = sum(len(somebody.files) for somebody in everybody), 0
+    with tempfile.TemporaryDirectory(prefix=".simulated-", dir=path) as place:
+        for paths in _recordings(everybody, Path(place), workers or os.cpu_count() or 1):
+            progress("Simulating sessions, adding them", done / total)
+            outcomes = add_files(folder, paths, AddOptions())
+            if worst(outcomes):
+                raise RecordingError(next(one.sentence for one in outcomes if one.what in ("refused", "quarantined")))
+            done += len(paths)
+            for one in paths:
+                one.unlink()
+    progress("Simulating sessions, adding them", 1.0)
+    return folder
+
+
+def _settings_of_study(options: ExampleOptions) -> StudySettings:
+    trained, untrained = options.sessions
+    numbers = {"training": trained, "familiarisation": untrained, "flight": 1}
+    expected = [
+        one.model_copy(update={"sessions": numbers[one.protocol]})
+        for one in AS_PUBLISHED.expected
+        if numbers[one.protocol]
+    ]
+    groups = {
+        "trained": f"{trained} trainings in simulated microgravity with the active exoskeleton",
+        "untrained": f"{untrained} familiarisations with the passive exoskeleton",
+    }
+    named = f"Example with simulated participants, seed {options.seed}"
+    return AS_PUBLISHED.model_copy(
+        update={"name": named, "groups": groups, "expected": expected, "is_simulated": True, "licence": "CC0-1.0"}
+    )
+
+
+def _people(options: ExampleOptions) -> list[Somebody]:
+    """Trained ones first; codes and seeds are drawn from that of the study."""
+    groups = [group for group, count in zip(GROUPS, options.participants, strict=True) for _ in range(count)]
+    sessions = dict(zip(GROUPS, options.sessions, strict=True))
+    chance, codes = random.Random(options.seed), list[str]()
+    for _ in groups:
+        codes.append(draw_code(codes, chance.choice))
+    seeds = np.random.default_rng([options.seed, 43]).integers(1000, 2**31, len(groups)).tolist()
+    return [
+        Somebody(code, group, seed, sessions[group]) for code, group, seed in zip(codes, groups, seeds, strict=True)
+    ]
+
+
+def _recordings(everybody: list[Somebody], folder: Path, workers: int) -> Iterator[list[Path]]:
+    """Everybody's files, one person after the other."""
+    if workers == 1:
+        for somebody in everybody:
+            yield _sessions_of(somebody, folder)
+        return
+    # Whoever takes longest first would not be in order; a pool's map is.
+    with ProcessPoolExecutor(min(workers, len(everybody)), multiprocessing.get_context("spawn")) as pool:
+        yield from pool.map(partial(_sessions_of, folder=folder), everybody)
+
+
+def _sessions_of(somebody: Somebody, folder: Path) -> list[Path]:
+    """Write all recordings of one person; learning goes from one to the next."""
+    paths = list[Path]()
+    room, protocols = SimulatedRoom(), {name: load_protocol(name) for name in (*GROUPS.values(), "flight")}
+    laboratories = {rig: draw_laboratory(rig, None, LEVEL, somebody.seed) for rig in (ACTIVE_RIG, PASSIVE_RIG)}
+    target = protocols["flight"].settings.target
+    tables = arm_tables(laboratories[ACTIVE_RIG], room, target)
+    pointer = Pointer(tables, somebody.seed)
+    for number, (protocol, session) in enumerate(somebody.files):
+        loaded = protocols[protocol]
+        laboratory = laboratories[ACTIVE_RIG if loaded.settings.exo == "active" else PASSIVE_RIG]
+        plan = Plan(loaded, loaded.settings.exo, room.calibration)
+        path = folder / f"{somebody.code}_{protocol}_{session:02d}.mcap"
+        example = ExampleSession(plan, room, tables, pointer, somebody.seed + number)
+        settings = _settings(somebody, laboratory, loaded, session, pointer, room)
+        example.record(path, tuple(laboratory.description.joints), settings)
+        pointer.adaptation.night()
+        paths.append(path)
+    return paths
+
+
+def _settings(
+    somebody: Somebody,
+    laboratory: VirtualLaboratory,
+    loaded: LoadedProtocol,
+    session: int,
+    pointer: Pointer,
+    room: SimulatedRoom,
+) -> dict[str, Any]:
+    whole = laboratory_settings(laboratory)
+    whole["settings"] |= {
+        "options": {"participant": somebody.code, "protocol": loaded.settings.name, "session": session},
+        "protocol": loaded.recorded,
+        "room": room.model_dump(),
+        "participant_model": asdict(pointer.character),
+    }
+    whole["hashes"] |= {"protocol": loaded.sha256}
+    return whole | {
+        "command": "exograv study example --simulate",
+        "disturbance_level": LEVEL,
+        "seed": somebody.seed,
+    }

@@ -1,0 +1,250 @@
+"""One session of the example: the run of the protocol by the real task room, and a recording as a real one has it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.laboratory.participant.aircraft_feed import AircraftFeed
+from exograv.laboratory.participant.task_course import task_message
+from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.motion import smooth_share
+from exograv.recording import RecordingWriter
+from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
+from exograv.task.aircraft_line import AircraftSample
+from exograv.task.events import Event, Start, Stop, Tick, Touch
+from exograv.task.plan import Plan
+from exograv.task.records import Record, WindowClosed, WindowOpened
+from exograv.task.run import Run
+
+from .arm_tables import NODES, ArmTables
+from .pointer import Pointer
+
+RATE_HZ = 60.0
+"""Of the ticks: enough for positions of a reach; a real machine has 1000."""
+
+SKELETON_HZ = 20.0
+STEP_S = 0.1
+"""In which time goes on: the aircraft's own."""
+
+REACTION_S = 1.4
+"""From a window's opening to the first movement: 0.35 s, and 1 s in which muscles are tensed; assumed, as in
+`session/train/`."""
+
+REACH_S, STAY_S = 0.9, 0.2
+"""There, and back; on the screen."""
+
+ENCODER_RAD = 1e-4
+"""Step of an encoder; assumed."""
+
+TORQUE_SD = 0.1
+"""Of what the motors' current says [N·m]; assumed."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """One movement to the screen and back."""
+
+    contact: float
+    """When [s]."""
+
+    change: np.ndarray
+    """Of the posture at the screen [rad]."""
+
+
+class _Sky:
+    """What `AircraftFeed` accelerates: nobody's room."""
+
+    def __init__(self) -> None:
+        self.t = 0.0
+
+    def fly(self, g: np.ndarray) -> None:
+        """Nothing here feels it."""
+
+
+class ExampleSession:
+    """Somebody before a screen, for one protocol."""
+
+    def __init__(self, plan: Plan, room: SimulatedRoom, tables: ArmTables, pointer: Pointer, seed: int):
+        """Nothing has begun.
+
+        Args:
+            plan: Protocol, machine and screen.
+            room: Where the screen stands.
+            tables: Of the person's arm.
+            pointer: The person.
+            seed: Draws the flight and all noise of this session.
+        """
+        self._plan, self._room, self._tables, self._pointer, self._seed = plan, room, tables, pointer, seed
+        self._random = np.random.default_rng([seed, 42])
+        self.run = Run(plan)
+        self._reaches = list[Reach]()
+        self._coming = list[Touch]()
+        self._count = 0
+
+    def record(self, path: Path, joints: tuple[str, ...], settings: dict[str, Any]) -> None:
+        """Run it and write it.
+
+        Raises:
+            RecordingError: The place cannot be written.
+        """
+        with RecordingWriter(path, joints, settings) as recording:
+            recording.phase(0.0, "task")
+            self._go_through(recording)
+            self._write_ticks(recording)
+            figures = self.run.totals().figures()
+            recording.write("/result", self.run.state.t, {
+                "task": figures, "rig": settings["rig"], "joints": list(joints), "seed": settings["seed"],
+                "simulated_s": round(self.run.state.t, 3),
+            })  # fmt: skip
+
+    def _go_through(self, recording: RecordingWriter) -> None:
+        def heard(t: float, sample: AircraftSample) -> None:
+            message = {"g": list(sample.g), "parabola": sample.parabola, "announcement": sample.announcement}
+            recording.write("/aircraft", t, message)
+
+        feed = None if self._plan.is_clocked else AircraftFeed(self._plan.protocol, _Sky(), self._seed, heard)
+        self._feed(recording, Start(t=0.0))
+        for t in self._times():
+            if feed is not None:
+                for event in feed(t):
+                    self._feed(recording, event)
+            while self._coming and self._coming[0].received <= t:
+                self._feed(recording, self._coming.pop(0))
+            self._feed(recording, Tick(t=t))
+        if self.run.state.status == "running":
+            self._feed(recording, Stop(t=self.run.state.t, why="all windows are complete"))
+
+    def _times(self) -> Iterator[float]:
+        """Every step where something can happen; a clock's rests are passed in one."""
+        step, end = 0, self._plan.timeline.duration_s
+        while self.run.state.status == "running":
+            step += 1
+            t = step * STEP_S
+            if self._plan.is_clocked and self.run.state.window is None and not self._coming:
+                phase = self._plan.timeline.phase_at(t)
+                step = max(step, int(min(phase.end_s, end) / STEP_S) + 1)
+            elif not self._plan.is_clocked and self._is_over(t):
+                return
+            yield step * STEP_S
+
+    def _is_over(self, t: float) -> bool:
+        run, protocol = self.run, self._plan.protocol
+        closed = run.state.windows[-1].closed if run.state.windows else None
+        is_done = run.state.complete >= set(protocol.windows.numbers)
+        return is_done and closed is not None and t >= closed + protocol.after_last_s
+
+    def _feed(self, recording: RecordingWriter, event: Event) -> None:
+        for record in self.run.feed(event):
+            recording.write("/task", record.t, task_message(record))
+            self._hear(record)
+
+    def _hear(self, record: Record) -> None:
+        """The person sees the window open and close; the task's own words are all that is known of it."""
+        if isinstance(record, WindowOpened):
+            self._pointer.window(record.gravity_level if self._feels(record) else 1.0)
+            self._plan_window(record.t)
+        elif isinstance(record, WindowClosed):
+            self._coming = [touch for touch in self._coming if touch.t < record.t]
+
+    def _feels(self, record: WindowOpened) -> bool:
+        """Whether the level of the window is there: made by the machine, or by the aircraft."""
+        return self._plan.exo == "active" or record.by != "clock"
+
+    def _plan_window(self, opened: float) -> None:
+        windows = self._plan.protocol.windows
+        contact, closes = opened + REACTION_S + REACH_S, opened + windows.duration_s
+        while contact + STAY_S < closes:
+            change, landed_mm = self._pointer.reach()
+            self._reaches.append(Reach(contact, change))
+            self._coming.append(self._touch(contact, landed_mm))
+            interval = max(self._pointer.interval(), REACH_S + STAY_S + REACH_S)
+            self._show_arrow(interval - windows.interval_s)
+            contact += interval
+
+    def _show_arrow(self, late_s: float) -> None:
+        pace = self._plan.protocol.pace
+        if pace.shown and abs(late_s) > pace.tolerance_s:
+            self._pointer.see_arrow(late_s)
+
+    def _touch(self, contact: float, landed_mm: np.ndarray) -> Touch:
+        room, target = self._room, self._room.target_px(self._plan.protocol.target)
+        at = contact + max(room.touch_lag_s + room.touch_lag_sd_s * float(self._random.standard_normal()), 0.0)
+        self._count += 1
+        return Touch(
+            t=at,
+            received=at + room.delivery_s,
+            page="simulated",
+            sequence=self._count - 1,
+            x_px=target[0] + float(landed_mm[0]) / room.pitch_mm,
+            y_px=target[1] - float(landed_mm[1]) / room.pitch_mm,
+            target_x_px=target[0],
+            target_y_px=target[1],
+            contact_px=room.contact_mm / room.pitch_mm,
+        )
+
+    def _write_ticks(self, recording: RecordingWriter) -> None:
+        """Where the arm was, and the torque that carried it."""
+        t = np.arange(int(self.run.state.t * RATE_HZ)) / RATE_HZ
+        share, change = _along(self._reaches, t, len(self._tables.rest))
+        tables, n = self._tables, len(self._tables.rest)
+        q = tables.rest + share[:, None] * (tables.touch - tables.rest + change)
+        level = self._levels(t)
+        weights = np.column_stack([np.interp(share * (NODES - 1), np.arange(NODES), w) for w in tables.weights.T])
+        tau = (1.0 - level)[:, None] * weights
+        rows = np.zeros(len(t), tick_dtype(n))
+        for name, value in TICK_DEFAULTS.items():
+            rows[name] = value
+        rows["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+        rows["t"] = rows["now"] = t
+        rows["phase"], rows["sequence"] = 1, np.arange(1, len(t) + 1)
+        rows["gravity_level"], rows["arm_share"], rows["tick_us"] = level, 1.0, np.nan
+        rows["q_measured"] = np.round(q / ENCODER_RAD) * ENCODER_RAD
+        rows["q_reference"] = rows["current"] = np.nan
+        rows["v"] = np.gradient(q, 1.0 / RATE_HZ, axis=0)
+        rows["tau_feedforward"] = rows["tau_desired"] = rows["tau_commanded"] = tau
+        is_on = self._plan.exo == "active"
+        rows["tau_measured"] = tau + is_on * TORQUE_SD * self._random.standard_normal(tau.shape)
+        recording.ticks(rows)
+        self._write_skeletons(recording, t, share, change)
+
+    def _levels(self, t: np.ndarray) -> np.ndarray:
+        """What the machine makes [-]."""
+        if self._plan.exo != "active":
+            return np.ones(len(t))
+        phases = self._plan.timeline.phases
+        times = np.array([[phase.start_s, phase.end_s] for phase in phases]).ravel()
+        levels = np.array([[phase.level_from, phase.level_to] for phase in phases]).ravel()
+        return np.interp(t, times, levels)
+
+    def _write_skeletons(
+        self, recording: RecordingWriter, t: np.ndarray, share: np.ndarray, change: np.ndarray
+    ) -> None:
+        tables = self._tables
+        windows = [(w.opened, w.closed) for w in self.run.state.windows if w.closed is not None]
+        drawn = np.concatenate([np.arange(*np.searchsorted(t, window)) for window in windows] or [np.zeros(0, int)])
+        for k in drawn[:: round(RATE_HZ / SKELETON_HZ)].tolist():
+            exo, arm = (_between(points, float(share[k])) for points in (tables.exo, tables.arm))
+            arm[-1] += share[k] * tables.tip_slope @ change[k]
+            recording.write("/skeleton", float(t[k]), {"exo": exo.round(4).tolist(), "arm": arm.round(4).tolist()})
+
+
+def _along(reaches: list[Reach], t: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """How far on the way to the screen the arm is at each time [-], and to which change of posture [rad]."""
+    share, change = np.zeros(len(t)), np.zeros((len(t), n))
+    for reach in reaches:
+        begin, end = reach.contact - REACH_S, reach.contact + STAY_S + REACH_S
+        part = slice(*np.searchsorted(t, [begin, end]))
+        there = np.clip((t[part] - begin) / REACH_S, 0.0, 1.0)
+        back = np.clip((t[part] - reach.contact - STAY_S) / REACH_S, 0.0, 1.0)
+        share[part], change[part] = smooth_share(there) - smooth_share(back), reach.change
+    return share, change
+
+
+def _between(nodes: np.ndarray, share: float) -> np.ndarray:
+    """Of even nodes (node, …), at a share of the way."""
+    place = share * (len(nodes) - 1)
+    first = min(int(place), len(nodes) - 2)
+    return nodes[first] + (place - first) * (nodes[first + 1] - nodes[first])

@@ -1,0 +1,84 @@
+"""Tasks that take time and find nothing: a cluster is tried with them before a long sweep."""
+
+import os
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from exograv.study.folder.columns import Column
+
+from .task import Grid, Task, TaskKind, Values, each
+
+Does = Literal["work", "fail", "die"]
+"""Computes; raises an error; or ends its own process, as a worker ends that has no memory left."""
+
+
+@dataclass(frozen=True)
+class ProbeTask:
+    """Settings of one."""
+
+    number: int
+    seconds: float
+    does: Does
+
+
+class ProbeGrid(Grid):
+    """So many of them."""
+
+    count: Annotated[int, Field(ge=1, le=10_000_000)]
+    seconds: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.1
+    """What each takes of a processor [s]."""
+
+    batch: Annotated[int, Field(ge=1, le=1000)] = 1
+    """Tasks that a worker is given at once."""
+
+    fail: list[int] = Field(default=[])
+    """Numbers of tasks that raise an error."""
+
+    die: list[int] = Field(default=[])
+    """Numbers of tasks that take their worker down."""
+
+    def __len__(self) -> int:
+        return self.count
+
+    def groups(self) -> Iterator[Sequence[ProbeTask]]:
+        """Neighbours together."""
+        for first in range(0, self.count, self.batch):
+            numbers = range(first, min(first + self.batch, self.count))
+            yield [ProbeTask(number, self.seconds, self._does(number)) for number in numbers]
+
+    def _does(self, number: int) -> Does:
+        if number in self.die:
+            return "die"
+        return "fail" if number in self.fail else "work"
+
+
+def _run(task: Task) -> Values:
+    settings: ProbeTask = task.settings
+    end = time.process_time() + settings.seconds
+    if settings.does == "die":
+        os._exit(1)
+    if settings.does == "fail":
+        raise ValueError(f"task {settings.number} was told to fail")
+    while time.process_time() < end:
+        pass
+    return {"drawn": float(np.random.default_rng(task.seed).normal())}
+
+
+PROBE = TaskKind(
+    "probe",
+    "Takes time and finds nothing: tries a cluster.",
+    ProbeGrid,
+    (
+        Column("number", "int64", "-", "which one"),
+        Column("seconds", "float64", "s", "of a processor"),
+        Column("does", "string", "-", "`work`, `fail` or `die`"),
+    ),
+    (Column("drawn", "float64", "-", "one normal number from the task's own seed", is_nullable=True),),
+    ("number",),
+    each(_run),
+)

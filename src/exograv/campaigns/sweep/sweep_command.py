@@ -1,0 +1,190 @@
+"""`exograv sweep`: what is not done yet is done, whoever does it; what is done is kept, whoever stops it."""
+
+import time
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.loop.pilot import Progress
+
+from .process_runner import OnProcesses
+from .runner import LOSSES_MAX, Finished, InThisProcess, Lost, Runner
+from .store import Store
+from .study_file import Study
+from .task import Batch, Result
+
+WORKERS_MAX = 1024
+FLUSH_S = 5.0
+"""Results are kept at least so often: each part file is forced to the disk."""
+
+
+@dataclass(frozen=True)
+class SweepOptions:
+    """Who works, and on what share of it."""
+
+    workers: int = 1
+    scheduler: str | None = None
+    part: str | None = None
+    """ "K/N": only every N-th batch, for jobs that know nothing of each other."""
+
+    def __post_init__(self):
+        if not 1 <= self.workers <= WORKERS_MAX:
+            raise ConfigError(f"--workers is {self.workers}; allowed: 1 to {WORKERS_MAX}.")
+        if self.scheduler is not None and self.workers != 1:
+            raise ConfigError("--scheduler and --workers exclude each other: the cluster's workers do the tasks.")
+        _ = self.share
+
+    @property
+    def share(self) -> tuple[int, int]:
+        """Which one of how many.
+
+        Raises:
+            ConfigError: It is none.
+        """
+        k, _, n = (self.part or "1/1").partition("/")
+        if not (k.isdecimal() and n.isdecimal() and 1 <= int(k) <= int(n)):
+            raise ConfigError(f"--part is '{self.part}'; allowed: K/N with K from 1 to N, such as 3/100.")
+        return int(k) - 1, int(n)
+
+    def runner(self) -> Runner:
+        """Who does it.
+
+        Raises:
+            ConfigError: There is no such cluster, or it cannot be used.
+        """
+        if self.scheduler is not None:
+            from .dask_runner import OnDask  # of the extra `cluster`
+
+            return OnDask(self.scheduler)
+        return InThisProcess() if self.workers == 1 else OnProcesses(self.workers)
+
+
+class Sweep:
+    """The course of one sweep: what is left, what came, what has to run again."""
+
+    def __init__(self, study: Study, store: Store, options: SweepOptions, progress: Progress):
+        self._store, self._progress = store, progress
+        self._again: deque[Batch] = deque()
+        k, n = options.share
+        self._fresh = self._left(batch for batch in study.batches() if int(batch.key, 16) % n == k)
+        self._total = sum(len(batch.tasks) for batch in study.batches()) if n == 1 else 0
+        self._losses: Counter[str] = Counter()
+        self._open: list[Result] = []
+        self._begin = self._flushed = time.perf_counter()
+        self.ran = self.retried = 0
+        self.busy_s = 0.0
+        self.given_up: set[str] = set()
+        """Keys of tasks whose workers were lost time after time."""
+
+    def work_off(self, runner: Runner) -> None:
+        """All of it; whoever stops it, what is done is kept."""
+        events = runner.run(self._take)
+        try:
+            for event in events:
+                if isinstance(event, Finished):
+                    self._keep(event.results)
+                elif isinstance(event, Lost):
+                    self._run_again(event.batch)
+                else:
+                    self.retried += event.tasks
+                if time.perf_counter() - self._flushed > FLUSH_S:
+                    self.flush()
+        finally:
+            events.close()
+            self.flush()
+
+    def flush(self) -> None:
+        """Put what came since the last time on the disk."""
+        if self._open:
+            results, self._open = self._open, []
+            self._store.add(results, Batch(tuple(result.task for result in results)).key)
+        self._flushed = time.perf_counter()
+
+    def _left(self, batches: Iterator[Batch]) -> Iterator[Batch]:
+        for batch in batches:
+            tasks = tuple(task for task in batch.tasks if task.key not in self._store.done)
+            if tasks:
+                yield replace(batch, tasks=tasks)
+
+    def _take(self) -> Batch | None:
+        return self._again.popleft() if self._again else next(self._fresh, None)
+
+    def _keep(self, results: Sequence[Result]) -> None:
+        for result in results:
+            self._open.append(replace(result, retries=result.retries + self._losses[result.task.key]))
+            self.ran += 1
+            self.busy_s += result.wall_s
+        done = len(self._store.done) + len(self._open)
+        rate = self.ran / max(time.perf_counter() - self._begin, 1e-9)
+        told = f"{done} of {self._total} tasks, {rate:.2g} tasks/s, {_time((self._total - done) / rate)} left"
+        self._progress(
+            told if self._total else f"{done} tasks, {rate:.2g} tasks/s", min(1.0, done / max(1, self._total))
+        )
+
+    def _run_again(self, batch: Batch) -> None:
+        batch = batch.lost()
+        self._losses.update(task.key for task in batch.tasks)
+        # Once may be chance; who it is that takes workers down shows when each is alone.
+        alone = batch.losses > 1 and len(batch.tasks) > 1
+        pieces = [replace(batch, tasks=(task,)) for task in batch.tasks] if alone else [batch]
+        for piece in pieces:
+            if piece.losses >= LOSSES_MAX:
+                told = f"Its worker was lost {piece.losses} times: no memory left, or the task takes it down."
+                self.given_up.update(task.key for task in piece.tasks)
+                self._keep([Result(task, "lost", error=told) for task in piece.tasks])
+            else:
+                self.retried += len(piece.tasks)
+                self._again.append(piece)
+
+
+def _time(seconds: float) -> str:
+    if seconds < 90:
+        return f"{max(seconds, 0.0):.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
+def run_sweep(study: Study, options: SweepOptions, folder: Path, progress: Progress) -> dict[str, Any]:
+    """Do what is left, and write the tables; the result follows the contract of `exograv sweep --json`.
+
+    Raises:
+        ConfigError: The cluster cannot be used.
+        RecordingError: The folder cannot be used.
+    """
+    start = time.perf_counter()
+    store, runner, interrupted = Store(folder, study.kind), options.runner(), False
+    before = len(store.done)
+    sweep = Sweep(study, store, options, progress)
+    try:
+        sweep.work_off(runner)
+    except KeyboardInterrupt:
+        interrupted = True
+    worked_s = time.perf_counter() - start
+    keys = {task.key for batch in study.batches() for task in batch.tasks}
+    outcomes = Counter(store.done[key] for key in keys if key in store.done)
+    lost = len(sweep.given_up & keys)
+    result: dict[str, Any] = {
+        "tasks": len(keys),
+        "done": outcomes["done"],
+        "failed": outcomes["failed"] + lost,
+        "retried": sweep.retried,
+    }
+    table = times = None
+    if options.part is None:
+        store.compact()
+        table, times = store.write_tables(study, keys)
+    return result | {
+        "wall_s": round(time.perf_counter() - start, 3),
+        "table": None if table is None else str(table),
+        "times": None if times is None else str(times),
+        "lost": lost,
+        "before": before,
+        "ran": sweep.ran,
+        "busy_s": round(sweep.busy_s, 3),
+        "tasks_per_s": round(sweep.ran / worked_s, 4) if sweep.ran else None,
+        "runner": runner.name,
+        "workers": runner.workers,
+        "interrupted": interrupted,
+    }

@@ -1,0 +1,87 @@
+"""What came of careers, a file each: read where it is kept, gone through where it is not."""
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from exograv.errors import ConfigError, RecordingError
+from exograv.study.folder.study_folder import write_text_whole
+
+from .flight import flight_of
+from .options import Career, StudyOptions
+from .participants import Lived
+from .process_pool import live_all
+
+
+@dataclass(frozen=True)
+class Job:
+    """A career, the options that hold for it, and the file that keeps what comes of it."""
+
+    career: Career
+    options: StudyOptions
+    file: Path
+
+
+def lived_of(
+    jobs: Sequence[Job],
+    recordings: Path,
+    processes: int,
+    tell: Callable[[float], None],
+    add: Callable[[Lived], None] = lambda _lived: None,
+) -> list[Lived]:
+    """What came of each, in their order.
+
+    Args:
+        jobs: Each with a file of its own.
+        recordings: Folder for those that are made.
+        processes: At the same time.
+        tell: Told the share of all that is done.
+        add: Gets what comes of a career before it is kept.
+
+    Raises:
+        ExogravError: A machine or run was refused, a file cannot be read, or the disk is full; what is kept stays.
+    """
+    done = {k: lived for k, job in enumerate(jobs) if (lived := read_lived(job.file)) is not None}
+    left = [k for k in range(len(jobs)) if k not in done]
+    going = dict[str, float]()
+
+    def told(name: str, share: float) -> None:
+        going[name] = share
+        tell(min((len(done) + sum(going.values())) / len(jobs), 1.0))
+
+    asked = [(jobs[k].career, jobs[k].options) for k in left]
+    arriving = live_all(asked, recordings, min(processes, max(len(left), 1)), told)
+    try:
+        for which, lived in arriving:
+            job = jobs[left[which]]
+            add(lived)
+            write_text_whole(job.file, json.dumps(asdict(lived)))
+            done[left[which]] = lived
+            going.pop(job.career.name, None)
+    finally:
+        arriving.close()
+    return [done[k] for k in range(len(jobs))]
+
+
+def read_lived(path: Path) -> Lived | None:
+    """What was kept; None where nothing was.
+
+    Raises:
+        ConfigError: The file holds something else.
+        RecordingError: It cannot be read.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        plain = json.loads(text)
+        flights = tuple(flight_of(one) for one in plain["flights"])
+        return Lived(flights, tuple(plain["files"]), plain["spent_s"], plain["simulated_s"], plain.get("refused"))
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be read: {error.strerror}. See whose it is.") from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise ConfigError(
+            f"{path} cannot be read as what came of a career ({error}). Delete this file, and --resume goes through "
+            "that career again."
+        ) from None

@@ -1,0 +1,213 @@
+"""Transfer against what the machine left over, and against its friction: points, a falling curve, a slope."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy import optimize
+
+from exograv.campaigns.benchmark_identification.bootstrap import interval, resamples
+from exograv.study.statistics.fieller import fieller
+
+from .conditions import Condition, condition_of
+from .flight import FAMILIARISED, Flight, compared, familiarised
+from .transfer import constant_error_mm, ends_of
+
+BAND_FROM = 5
+"""People from which on resamples of them say anything of others."""
+
+GRID = 60
+LEAST_NM = 0.01
+"""Left over that counts as none, on a logarithmic axis."""
+
+ALIKE = 1e-18
+"""Share of their squares below which places do not differ: rounding."""
+
+Xs = Float[np.ndarray, " point"]
+
+ENTERS = (
+    "The curve and its slope are through conditions that differ by {what} alone, such as {such}: {through}. All others "
+    "stand beside it as points, since they differ by more."
+)
+
+Kind = tuple[str, str, int]
+"""Training, drives and sessions before the flight: what conditions of one curve have in common."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One person after one training."""
+
+    person: int
+    condition: str
+    kind: Kind
+    x: float
+    """Left over or friction, of this person's machine [N·m]."""
+
+    trained_mm: float
+    familiarised_mm: float
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Over what transfer is told."""
+
+    what: str
+    such: str
+    """Conditions that differ by it alone."""
+
+    step: str
+    """That a slope is for."""
+
+    scale: Callable[[Xs], Xs]
+
+
+LEFT_OVER = Axis(
+    "what is left on purpose", "ideal, ideal+left=0.1 and ideal+left=0.4", "ten times as much left over",
+    lambda x: np.log10(np.maximum(x, LEAST_NM)),
+)  # fmt: skip
+FRICTION = Axis("friction", "ideal, ideal+friction=2 and ideal+friction=4", "1 N·m more friction", lambda x: x)
+
+
+def by_left_over(flights: Sequence[Flight]) -> dict[str, Any]:
+    """Over the logarithm of what is left over [N·m], friction as it is; the slope is for ten times as much."""
+    return _curve(_points(flights, "left_over_Nm", lambda one: one.friction == 1.0), LEFT_OVER)
+
+
+def by_friction(flights: Sequence[Flight]) -> dict[str, Any]:
+    """Over friction [N·m], nothing left on purpose; the slope is for one N·m more."""
+    return _curve(_points(flights, "friction_Nm", lambda one: one.left == 0.0), FRICTION)
+
+
+def through(points: Sequence[Point]) -> list[Point]:
+    """Those of the kind of which most conditions were flown, the first of several; none where each is of its own."""
+    conditions = dict[Kind, set[str]]()
+    for one in points:
+        conditions.setdefault(one.kind, set()).add(one.condition)
+    most = max(conditions, key=lambda kind: len(conditions[kind]), default=None)
+    return [] if most is None or len(conditions[most]) < 2 else [one for one in points if one.kind == most]
+
+
+def _points(flights: Sequence[Flight], x: str, enters: Callable[[Condition], bool]) -> list[Point]:
+    before = familiarised(flights)
+    found = list[Point]()
+    for name, own in compared(flights).items():
+        for flight in own:
+            value, other = getattr(flight, x), before.get(flight.person)
+            if value is None or other is None or flight.condition == FAMILIARISED:
+                continue
+            condition = condition_of(flight.condition)
+            errors = constant_error_mm(flight), constant_error_mm(other)
+            if enters(condition) and np.isfinite(errors).all():
+                kind = condition.training, condition.drives, flight.sessions
+                found.append(Point(flight.person, name, kind, float(value), *errors))
+    return found
+
+
+def _curve(points: Sequence[Point], axis: Axis) -> dict[str, Any]:
+    own = through(points)
+    names = list(dict.fromkeys(one.condition for one in own))
+    enters = ENTERS.format(what=axis.what, such=axis.such, through=", ".join(names) or "here there are no two of them")
+    told: dict[str, Any] = {"which_flights": enters, "through": names, "points": [], "curve": None, "slope": None}
+    if not points:
+        return told | {"sentence": "No such condition was flown: nothing can be read."}
+    usual = _usual_mm(points)
+    whole = fieller(usual, usual) if len(usual) > 1 else None
+    if usual.mean() == 0.0 or (whole is not None and whole.value is None):
+        return told | {"sentence": "The error after familiarisation cannot be told from 0: there is nothing to share."}
+    told["points"] = [
+        {
+            "person": one.person, "condition": one.condition, "x_Nm": one.x, "is_on_curve": one.condition in names,
+            "taken_away": (one.familiarised_mm - one.trained_mm) / float(usual.mean()),
+        }
+        for one in points
+    ]  # fmt: skip
+    if not own:
+        return told | {"sentence": f"No two conditions that differ by {axis.what} alone were flown: there is no curve."}
+    people, slope = sorted({one.person for one in own}), _slope(own, axis.scale)
+    told |= {"curve": _monotone(own, people, axis.scale), "slope": slope | {"per": axis.step}}
+    return told | {"people": len(people), "sentence": _sentence(slope, axis.step, len(people), names)}
+
+
+def _usual_mm(points: Sequence[Point]) -> Float[np.ndarray, " person"]:
+    """Error after familiarisation, once a person."""
+    by_person = {one.person: one.familiarised_mm for one in points}
+    return np.array([by_person[person] for person in sorted(by_person)])
+
+
+def _slope(points: Sequence[Point], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
+    """Each person has a straight line through the own conditions; their mean slope, over the usual error."""
+    by_person = dict[int, list[Point]]()
+    for one in points:
+        by_person.setdefault(one.person, []).append(one)
+    slopes, usual = list[float](), list[float]()
+    for own in by_person.values():
+        x = scale(np.array([one.x for one in own]))
+        off = x - x.mean()
+        if off @ off > ALIKE * (1.0 + x @ x):
+            away = np.array([one.familiarised_mm - one.trained_mm for one in own])
+            slopes.append(float(off @ away / (off @ off)))
+            usual.append(own[0].familiarised_mm)
+    found = fieller(np.array(slopes), np.array(usual))
+    return {"value": found.value, "ci95": ends_of(found.interval), "reason": found.reason or None}
+
+
+def _monotone(points: Sequence[Point], people: Sequence[int], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
+    """Never rising, of no given shape; the band by drawing people, all their points with them."""
+    x = np.array([one.x for one in points])
+    ends = scale(np.array([x.min(), x.max()]))
+    grid = np.linspace(ends[0], ends[1], GRID)
+    of = {person: [one for one in points if one.person == person] for person in people}
+    middle = _falling(points, scale, grid)
+    at = 10.0**grid if abs(float(scale(np.array([10.0]))[0]) - 1.0) < 1e-9 else grid
+    told: dict[str, Any] = {"x_Nm": at.tolist(), "transfer": middle.tolist(), "low": None, "high": None}
+    if len(people) < BAND_FROM:
+        return told | {"reason": f"no band: fewer than {BAND_FROM} people"}
+    drawn = np.array([_drawn(of, people, row, scale, grid) for row in resamples(len(people)).tolist()])
+    bands = [interval(column) for column in drawn.T]
+    return told | {"low": [low for low, _ in bands], "high": [high for _, high in bands], "reason": None}
+
+
+def _drawn(
+    of: Mapping[int, Sequence[Point]], people: Sequence[int], row: Sequence[int], scale: Callable[[Xs], Xs], grid: Xs
+) -> Xs:
+    return _falling([one for k in row for one in of[people[k]]], scale, grid, [of[people[k]][0] for k in row])
+
+
+def _falling(points: Sequence[Point], scale: Callable[[Xs], Xs], grid: Xs, people: Sequence[Point] | None = None) -> Xs:
+    """Of all curves that never rise the nearest to the conditions' means, at the grid; `people`: a point of each."""
+    usual = _usual_mm(points) if people is None else np.array([one.familiarised_mm for one in people])
+    x = scale(np.array([one.x for one in points]))
+    y = np.array([one.familiarised_mm - one.trained_mm for one in points])
+    # A condition's machines are much alike: by their own places the curve would follow the people's noise.
+    _, where, counts = np.unique([one.condition for one in points], return_inverse=True, return_counts=True)
+    at, means = np.bincount(where, x) / counts, np.bincount(where, y) / counts
+    # Conditions of one place are one.
+    at, same, weights = _merged(at, counts.astype(float))
+    means = np.bincount(same, means * counts) / weights
+    fitted = optimize.isotonic_regression(means, weights=weights, increasing=False).x
+    return np.interp(grid, at, fitted) / usual.mean()
+
+
+def _merged(
+    at: Float[np.ndarray, " condition"], counts: Float[np.ndarray, " condition"]
+) -> tuple[Float[np.ndarray, " place"], Int[np.ndarray, " condition"], Float[np.ndarray, " place"]]:
+    """Different places in their order, which of them each condition has, and how many points there are."""
+    places, same = np.unique(at, return_inverse=True)
+    return places, same, np.bincount(same, counts)
+
+
+def _sentence(slope: Mapping[str, Any], step: str, people: int, names: Sequence[str]) -> str:
+    who = "one person" if people == 1 else f"{people} people"
+    if slope["value"] is None:
+        return f"No slope can be told: {slope['reason']}."
+    said = f"With {step} transfer changes by {slope['value']:+.2f}".replace("-", "−") + f" over {', '.join(names)}"
+    if slope["ci95"] is None:
+        return f"{said} ({who}; no interval: {slope['reason']})."
+    low, high = (f"{end:+.2f}".replace("-", "−") for end in slope["ci95"])
+    said = f"{said} (95 % interval {low} to {high}, {who})"
+    if slope["ci95"][0] <= 0.0 <= slope["ci95"][1]:
+        return f"{said}: that it changes at all is not shown."
+    return f"{said}: it {'falls' if slope['value'] < 0 else 'rises'}."

@@ -1,0 +1,69 @@
+"""Transfer against what the machine left over, and against its friction."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exograv.report.study_figures.groups import WIDTH_2, plain_ticks
+from exograv.report.style.figure_style import BLUE, GREY, INK, JOINT_COLOURS, mark_simulated
+
+MARKERS = "osD^vPX<>*"
+TEXT = (
+    "Share of the first error that training took away. Small marks: one person after one training; large ones: a "
+    "condition's mean over people, where the machines on average are. Filled: conditions of one kind, which differ by "
+    "what is on the axis alone; the line is through them: of all that never rise the nearest to these means. Its "
+    "band, from five people on, holds 95 % of such curves when people are drawn again, all their points with them. It "
+    "is forced to fall: whether transfer falls at all is told by the slope. Empty: other conditions, which differ by "
+    "more and have no part in the line."
+)
+
+
+def draw(told: Mapping[str, Any]) -> Figure | None:
+    """Two panels of `outcome_of(…)["transfer"]`; None where neither has points."""
+    panels = [
+        (told["by_left_over"], "left over, worst shoulder axis [N·m]", True),
+        (told["by_friction"], "friction, mean over joints [N·m]", False),
+    ]
+    shown = [one for one in panels if one[0]["points"]]
+    if not shown:
+        return None
+    figure = Figure(figsize=(WIDTH_2, 3.2), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(1, 2, sharey=True))
+    for ax in axes[len(shown) :]:
+        ax.set_axis_off()
+    names = list(dict.fromkeys(point["condition"] for one, _, _ in shown for point in one["points"]))
+    for ax, (of, words, is_log) in zip(axes, shown, strict=False):
+        _panel(ax, of, names)
+        ax.set_xlabel(words)
+        if is_log:
+            ax.set_xscale("log")
+            plain_ticks(ax.xaxis, np.array(ax.get_xlim()))
+    axes[0].set_ylabel("transfer [-]")
+    handles = {h.get_label(): h for ax in axes for h in ax.get_lines() if not str(h.get_label()).startswith("_")}
+    figure.legend(handles=list(handles.values()), loc="outside lower center", ncols=4, fontsize=6.5)
+    mark_simulated(figure)
+    return figure
+
+
+def _panel(ax: Axes, of: Mapping[str, Any], names: Sequence[str]) -> None:
+    curve = of["curve"]
+    if curve is not None:
+        if curve["low"] is not None:
+            ax.fill_between(curve["x_Nm"], curve["low"], curve["high"], color=GREY, alpha=0.25, linewidth=0)
+        ax.plot(curve["x_Nm"], curve["transfer"], color=INK, linewidth=1.4)
+    for level in (0.0, 1.0):
+        ax.axhline(level, color=INK, linewidth=0.7, linestyle=(0, (3, 2)))
+    for k, name in enumerate(names):
+        own = [point for point in of["points"] if point["condition"] == name]
+        if not own:
+            continue
+        marker, colour = MARKERS[k % len(MARKERS)], (*JOINT_COLOURS, BLUE)[k % len(JOINT_COLOURS)]
+        x, y = (np.array([point[key] for point in own]) for key in ("x_Nm", "taken_away"))
+        ax.plot(x, y, marker, color=colour, markersize=2.5, alpha=0.6, markeredgewidth=0)
+        is_on = bool(own[0]["is_on_curve"])
+        ax.plot([x.mean()], [y.mean()], marker, color=colour, markersize=6,
+                markerfacecolor=colour if is_on else "white", markeredgecolor=INK if is_on else colour,
+                markeredgewidth=0.6 if is_on else 1.2, linestyle="none", label=name)  # fmt: skip

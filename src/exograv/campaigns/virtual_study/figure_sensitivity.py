@@ -1,0 +1,72 @@
+"""What each constant that nobody has verified does to transfer, the most telling on top."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from matplotlib.figure import Figure
+
+from exograv.laboratory.participant.habits import swept
+from exograv.report.study_figures.groups import WIDTH_2
+from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, mark_simulated
+
+from .small_study import SIZE
+
+TEXT = (
+    "Transfer with one constant of the virtual participant at the low (orange, hatched) or the high end (blue) of what "
+    "is plausible, all others as they are; thin lines are 95 % intervals over people. The vertical line is transfer "
+    "with all constants as they are. Constants move one at a time: what two do together is not here. The machine is "
+    f"the ideal one, which knows itself and the arm; {SIZE}."
+)
+
+
+@dataclass(frozen=True)
+class Swept:
+    """Transfer with one constant at one value."""
+
+    name: str
+    value: float
+    transfer: float | None
+    ci95: tuple[float, float] | None
+    """None where it cannot be told."""
+
+
+def draw(rows: Sequence[Swept], usual: float | None) -> Figure | None:
+    """A bar a constant and end; `usual` is transfer with all constants as they are. None without anything to show."""
+    if not rows or usual is None:
+        return None
+    ends, lowest = spans(rows, usual), {one.name: one.low for one in swept()}
+    figure = Figure(figsize=(WIDTH_2, 0.8 + 0.3 * len(ends)), layout="constrained")
+    ax = figure.subplots()
+    for at, own in enumerate(ends):
+        for k, row in enumerate(own):
+            if row.transfer is None:
+                continue
+            # A constant that usually is at an end has only the other one.
+            is_low = k == 0 and (len(own) > 1 or row.value == lowest.get(row.name))
+            y = at - 0.19 if is_low else at + 0.19
+            ax.barh(y, row.transfer - usual, 0.36, left=usual, color=ORANGE if is_low else BLUE, alpha=0.75,
+                    hatch="///" if is_low else "", edgecolor=INK, linewidth=0.5)  # fmt: skip
+            if row.ci95 is not None:
+                ax.plot(row.ci95, [y, y], color=INK, linewidth=0.8)
+    ax.axvline(usual, color=INK, linewidth=1.0)
+    ax.axvline(0.0, color=GREY, linewidth=0.8, linestyle=(0, (3, 2)))
+    ax.set_yticks(range(len(ends)), [f"{own[0].name}: {' / '.join(f'{row.value:g}' for row in own)}" for own in ends])
+    ax.set_ylim(len(ends) - 0.4, -0.6)
+    ax.grid(visible=True, axis="x")
+    ax.grid(visible=False, axis="y")
+    ax.set_xlabel("transfer [-]")
+    mark_simulated(figure)
+    return figure
+
+
+def spans(rows: Sequence[Swept], usual: float) -> list[tuple[Swept, ...]]:
+    """Rows of each constant from low to high, the constant that moves transfer most from `usual` first."""
+    by_name = dict[str, list[Swept]]()
+    for row in rows:
+        by_name.setdefault(row.name, []).append(row)
+
+    def width(own: tuple[Swept, ...]) -> float:
+        told = [usual, *(row.transfer for row in own if row.transfer is not None)]
+        return max(told) - min(told)
+
+    return sorted((tuple(sorted(own, key=lambda row: row.value)) for own in by_name.values()), key=width, reverse=True)

@@ -1,0 +1,216 @@
+"""One person's sessions and flights, one after the other: what is learned goes along."""
+
+import time
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from exograv.errors import ConfigError, IdentificationError, RigError
+from exograv.experiment.train.options import first_windows
+from exograv.laboratory.participant.habits import Habits
+from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.laboratory.participant.virtual_participant import PointingPerson
+from exograv.laboratory.provenance import laboratory_settings
+from exograv.loop.pilot import Progress
+from exograv.recording import RecordingWriter
+from exograv.rig.twin import day_seed
+from exograv.storage.session_checkpoint import Learned
+from exograv.task.plan import Plan
+from exograv.task.protocol import LoadedProtocol, load_protocol
+
+from .flight import Flight, Group
+from .options import Career, StudyOptions
+from .session_simulation import ACT_TICKS, Sitting
+from .stage import PreparedTraining, Stage, familiarisation_stage, flight_stage, prepared_once, stage_on
+
+FLIGHT_DAY = 1000
+"""Number of the day of a flight: what the air is like that day does not depend on how often somebody trained."""
+
+
+@dataclass(frozen=True)
+class Lived:
+    """What came of a career."""
+
+    flights: tuple[Flight, ...]
+    files: tuple[str, ...]
+    """Recordings for the study."""
+
+    spent_s: dict[str, float] = field(default_factory=dict)
+    """Wall time, by what was done."""
+
+    simulated_s: float = 0.0
+    """In which the twin ran."""
+
+    refused: str | None = None
+    """Why this person did nothing at all in this condition."""
+
+
+class Life:
+    """Goes through one career."""
+
+    def __init__(self, career: Career, options: StudyOptions, folder: Path, progress: Progress):
+        """Nobody has done anything yet; recordings go into `folder`."""
+        self._career, self._options, self._folder, self._progress = career, options, folder, progress
+        self._room = SimulatedRoom()
+        self._learned: Learned | None = None
+        self._spent = {"preparing": 0.0, "sessions": 0.0, "flights": 0.0}
+        self._simulated_s, self._files = 0.0, list[str]()
+        self._parts_done = 0
+        self._prepared: PreparedTraining | None = None
+
+    def live(self) -> Lived:
+        """All sessions and flights.
+
+        A machine that is refused is one person less in a comparison, and an error for whoever is in the main study.
+
+        Raises:
+            ExogravError: A machine or run was refused, or the disk is full.
+        """
+        career, flights = self._career, list[Flight]()
+        if career.condition is not None:
+            try:
+                with self._timed("preparing"):
+                    self._prepared = prepared_once(career.condition, career.seed, self._options.level, self._tell)
+            except (ConfigError, IdentificationError, RigError) as error:
+                if career.code is not None:
+                    raise
+                return Lived((), (), self._spent, 0.0, str(error))
+            self._parts_done += 1
+        for session in range(career.sessions + 1):
+            if session:
+                with self._timed("sessions"):
+                    self._train(session)
+            for after, group in career.flights:
+                if after == session:
+                    with self._timed("flights"):
+                        flights.append(self._fly(session, group))
+        return Lived(tuple(flights), tuple(self._files), self._spent, self._simulated_s)
+
+    def _train(self, session: int) -> None:
+        career, level = self._career, self._options.level
+        loaded = self._loaded(self._protocol, self._options.windows)
+        if self._prepared is None:
+            stage = familiarisation_stage(career.seed, level, session)
+        else:
+            stage = stage_on(self._prepared, session)
+        _sitting, self._learned = self._sit(stage, loaded, session, session, is_kept=True)
+
+    def _fly(self, session: int, group: Group) -> Flight:
+        career, options = self._career, self._options
+        loaded = self._loaded("flight", options.windows if options.flight_windows is None else options.flight_windows)
+        stage = flight_stage(career.seed, options.level, FLIGHT_DAY)
+        is_main = group != "comparison"
+        sitting, _learned = self._sit(stage, loaded, FLIGHT_DAY, 1, is_kept=is_main)
+        prepared = self._prepared
+        return Flight(
+            person=career.person,
+            condition=career.condition_name,
+            group=group,
+            sessions=session,
+            left_over_Nm=None if prepared is None else prepared.left_over_Nm,
+            friction_Nm=None if prepared is None else prepared.friction_Nm,
+            touches=tuple(sitting.touches),
+        )
+
+    @property
+    def _protocol(self) -> str:
+        condition = self._career.condition
+        if condition is None:
+            return "familiarisation"
+        return "flight" if condition.training == "parabolic" else "training"
+
+    def _loaded(self, protocol: str, windows: int | None) -> LoadedProtocol:
+        loaded = load_protocol(protocol)
+        return loaded if windows is None else first_windows(loaded, windows)
+
+    def _sit(
+        self, stage: Stage, loaded: LoadedProtocol, day: int, number: int, is_kept: bool
+    ) -> tuple[Sitting, Learned]:
+        """One session, from what was learned before to what is known on the next morning."""
+        career, room = self._career, self._room
+        plan = Plan(loaded, stage.exo, room.calibration)
+        person = self._person(stage, loaded, day)
+        seed = day_seed(career.seed, day)
+        sitting = Sitting(stage, plan, room, person, seed)
+        begun, tell = stage.twin.t, partial(self._tell, "")
+        if career.code is None or not is_kept:
+            sitting.fly(None, tell)
+        else:
+            path = self._folder / f"{career.code}_{loaded.settings.name}_{number:02d}.mcap"
+            settings = self._settings(stage, loaded, number, seed, person.habits)
+            with RecordingWriter(path, stage.twin.joints, settings) as recording:
+                sitting.fly(recording, tell)
+                recording.write("/result", stage.twin.t, {
+                    "task": sitting.run.totals().figures(), "rig": settings["rig"], "joints": list(stage.twin.joints),
+                    "seed": seed, "simulated_s": round(stage.twin.t - begun, 3),
+                })  # fmt: skip
+            self._files.append(str(path))
+        self._simulated_s += sitting.simulated_s
+        self._parts_done += 1
+        person.adaptation.night()
+        return sitting, person.learned
+
+    def _person(self, stage: Stage, loaded: LoadedProtocol, day: int) -> PointingPerson:
+        protocol = loaded.settings
+        person = PointingPerson(
+            stage.own,
+            stage.worn_inertia,
+            stage.surroundings,
+            self._room.on_panel(*self._room.target_px(protocol.target)),
+            protocol.pace.too_short.shape,
+            self._career.seed,
+            ACT_TICKS * stage.twin.period_s,
+            self._options.habits,
+        )
+        person.inner_ear = lambda: stage.twin.room_gravity
+        person.begin_day(day)
+        if self._learned is not None:
+            person.remember(self._learned)
+        return person
+
+    def _settings(self, stage: Stage, loaded: LoadedProtocol, number: int, seed: int, habits: Habits) -> dict[str, Any]:
+        whole = laboratory_settings(stage.laboratory)
+        whole["settings"] |= {
+            "options": {"participant": self._career.code, "protocol": loaded.settings.name, "session": number},
+            "protocol": loaded.recorded,
+            "room": self._room.model_dump(),
+            "participant_model": asdict(habits),
+            "condition": self._career.condition_name,
+        }
+        whole["hashes"] |= {"protocol": loaded.sha256}
+        return whole | {
+            "command": "exograv simulate-study --simulate",
+            "disturbance_level": self._options.level,
+            "seed": seed,
+        }
+
+    def _tell(self, _text: str, share: float) -> None:
+        """The share of all that this person does; that of one part of it comes in."""
+        parts = self._career.sessions + len(self._career.flights) + (self._career.condition is not None)
+        self._progress(self._career.name, (self._parts_done + share) / parts)
+
+    def _timed(self, what: str) -> "_Timed":
+        return _Timed(self._spent, what)
+
+
+class _Timed:
+    """Adds the wall time of a block to an account."""
+
+    def __init__(self, account: dict[str, float], what: str):
+        self._account, self._what = account, what
+
+    def __enter__(self) -> None:
+        self._begun = time.perf_counter()
+
+    def __exit__(self, *_of_error: object) -> None:
+        self._account[self._what] += time.perf_counter() - self._begun
+
+
+def live(career: Career, options: StudyOptions, folder: Path, progress: Progress) -> Lived:
+    """One career, from the first session to the last flight.
+
+    Raises:
+        ExogravError: A machine or run was refused, or the disk is full.
+    """
+    return Life(career, options, folder, progress).live()

@@ -1,0 +1,66 @@
+"""Ticks of a virtual session that are kept: every 20th, as rows of a recording."""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.pilot import Controller
+from exograv.recording import RecordingWriter
+from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
+from exograv.signals import JointState
+
+Joints = Float[np.ndarray, " joint"]
+
+AT_ONCE = 4096
+"""Rows that are kept in one block."""
+
+
+class TickRows:
+    """They wait here until the session is over."""
+
+    def __init__(self, joints: int):
+        """None yet."""
+        self._empty = np.zeros(1, tick_dtype(joints))
+        for name, value in TICK_DEFAULTS.items():
+            self._empty[name] = value
+        self._empty["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+        self._empty["phase"], self._empty["tick_us"] = 1, np.nan
+        for name in ("q_reference", "v_reference", "a_reference", "q_motor"):
+            self._empty[name] = np.nan
+        self._blocks, self._count = list[np.ndarray](), AT_ONCE
+
+    def add(
+        self,
+        state: JointState,
+        v: Joints,
+        tau_measured: Joints,
+        controller: Controller,
+        tau: tuple[Joints, Joints] | None,
+    ) -> None:
+        """One tick; `tau` is what control asked for and what the envelope let through, None in a rest passed over."""
+        if self._count == AT_ONCE:
+            self._blocks.append(np.repeat(self._empty, AT_ONCE))
+            self._count = 0
+        row = self._blocks[-1][self._count]
+        self._count += 1
+        row["t"] = row["now"] = state.t
+        row["sequence"] = 0  # not counted: most are left out
+        row["q_measured"], row["v"], row["current"] = state.q, v, state.current
+        row["tau_measured"], row["tau_feedforward"] = tau_measured, controller.tau_feedforward
+        resting = controller.tau_feedforward, controller.tau_feedforward
+        row["tau_desired"], row["tau_commanded"] = resting if tau is None else tau
+        row["closure_slope"] = controller.closure_slope
+        if isinstance(controller, ArmController):
+            row["gravity_level"], row["drive"] = controller.mode.gravity_level, controller.mode.drive
+            row["arm_share"] = controller.mode.arm_share
+
+    def write(self, recording: RecordingWriter) -> None:
+        """All of them.
+
+        Raises:
+            RecordingError: The disk is full.
+        """
+        for block in self._blocks[:-1]:
+            recording.ticks(block)
+        if self._blocks:
+            recording.ticks(self._blocks[-1][: self._count])

@@ -1,0 +1,43 @@
+"""What transfer depends on: every constant of the virtual person that nobody has verified, at both plausible ends."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from exograv.laboratory.participant.habits import swept
+
+from .figure_sensitivity import Swept
+from .flight import Flight
+from .options import StudyOptions
+from .small_study import Means, Variant, fly_variants
+from .transfer import transfers
+
+USUAL = "as they are"
+
+
+def sensitivity(options: StudyOptions, means: Means) -> list[Swept]:
+    """Transfer of an ideal machine with one constant changed at a time; the first row has all as they are.
+
+    The machine knows itself and the arm exactly, so that nothing has to be identified: constants of a person do not
+    change what a machine leaves over. The options are those of the study, whose drives and constants are taken.
+
+    Raises:
+        ExogravError: A machine or run was refused, or the disk is full; careers that were done are kept.
+    """
+    condition = "ideal" if options.main.drives == "harmonic" else f"ideal@{options.main.drives}"
+    rows = [(USUAL, np.nan, Variant(USUAL))]
+    rows += [
+        (one.name, value, Variant(one.name, {one.name: value}))
+        for one in swept()
+        if one.standing != "source"
+        for value in (one.low, one.high)
+        if value != one.value
+    ]
+    flown = fly_variants(options, (condition,), [variant for _, _, variant in rows], means)
+    return [_row(name, value, flights, condition) for (name, value, _), flights in zip(rows, flown, strict=True)]
+
+
+def _row(name: str, value: float, flights: Sequence[Flight], condition: str) -> Swept:
+    one = transfers(flights)[condition]
+    interval = one["ci95"]
+    return Swept(name, value, one["transfer"], None if interval is None else (interval[0], interval[1]))

@@ -1,0 +1,224 @@
+"""Somebody at a screen, in each condition of a virtual study: twin, controller and surroundings before anything begins.
+
+What an identification finds is kept in `PreparedTraining`, so that all days of one person in one condition share it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.control.tick import Mode
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.experiment.train.options import PASSIVE_RIG
+from exograv.laboratory.conditions import NoTorque
+from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.laboratory.preparation import Prepared, prepare, prepare_machine
+from exograv.laboratory.truth_score import Examination
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.pilot import Controller, Progress
+from exograv.rig.twin import Machine, Twin, day_seed
+from exograv.rig.twin.behaviour.own_arm import OwnArm, out_of_the_machine, worn_inertia
+from exograv.rig.twin.world.surroundings import Surroundings
+from exograv.rig.twin.world.water import Water
+from exograv.task.protocol import load_protocol
+from exograv.task.protocol_schema import ExoMode
+
+from .conditions import Condition
+
+READY_S = 420.0
+"""Of the rig's clock, to which a machine whose truth is known has warmed up: as after a calibration."""
+
+
+@dataclass
+class Stage:
+    """Somebody at a screen; nothing has begun."""
+
+    laboratory: VirtualLaboratory
+    twin: Twin
+    """With screen and support, the arm as it was put on."""
+
+    controller: Controller
+    """At gravity level 1 where it carries an arm."""
+
+    actuators: ActuatorGain
+    own: OwnArm
+    worn_inertia: Float[np.ndarray, "arm arm"]
+    """Of the machine, about the arm's freedoms; zero where none is worn [kg·m²]."""
+
+    surroundings: Surroundings
+    exo: ExoMode
+    left_over_Nm: float | None
+    """Worst shoulder axis, RMS over the held-out postures, weight left on purpose included; None without motors."""
+
+    friction_Nm: float | None
+    """Coulomb friction of the machine as it truly is, mean over its joints; None where none is worn."""
+
+
+@dataclass(frozen=True)
+class PreparedTraining:
+    """What is found once for one person in one condition; it can be pickled."""
+
+    condition: Condition
+    seed: int
+    level: int
+    known: Prepared | None
+    """None where no machine carries."""
+
+    left_over_Nm: float | None
+    friction_Nm: float | None
+
+
+def prepared_for(condition: Condition, seed: int, level: int, progress: Progress) -> PreparedTraining:
+    """Calibrate and identify as far as the condition says; half a minute where an arm is identified.
+
+    Raises:
+        ExogravError: Machine, wearer or run was refused.
+    """
+    if not condition.has_motors:
+        return PreparedTraining(condition, seed, level, None, None, None)
+    laboratory = _laboratory(condition, seed, level)
+    known = _known(condition, laboratory, seed, progress)
+    progress("Examining what is left over", 0.0)
+    examination = Examination(laboratory, known.assembly, known.machine)
+    left_over = examination.left_over(known.x, Mode(arm_share=_arm_share(condition)))
+    places = np.array(laboratory.description.places)
+    worst = float(left_over[places == "shoulder"].max())
+    return PreparedTraining(condition, seed, level, known, worst, float(laboratory.machine.friction.coulomb.mean()))
+
+
+_last = dict[tuple[Condition, int, int], PreparedTraining]()
+"""Of this process: who varies a person's constants goes through one machine many times."""
+
+
+def prepared_once(condition: Condition, seed: int, level: int, progress: Progress) -> PreparedTraining:
+    """The same; at once where it was asked for last.
+
+    Raises:
+        ExogravError: Machine, wearer or run was refused.
+    """
+    asked = condition, seed, level
+    if asked not in _last:
+        found = prepared_for(condition, seed, level, progress)
+        _last.clear()
+        _last[asked] = found
+    return _last[asked]
+
+
+def stage_on(prepared: PreparedTraining, day: int) -> Stage:
+    """The training of this day, 0 the first; only noise and muscles differ between days."""
+    condition, seed, level = prepared.condition, prepared.seed, prepared.level
+    known = prepared.known
+    if condition.training == "water":
+        return _alone(seed, level, day, Water())
+    if known is None:
+        return flight_stage(seed, level, day)
+    laboratory = _laboratory(condition, seed, level)
+    surroundings = _surroundings(laboratory)
+    twin = _twin(laboratory, surroundings, seed, day, known.t)
+    controller = ArmController(known.assembly, known.machine, known.x, twin.period_s)
+    controller.mode.gravity_level, controller.mode.arm_share = 1.0, _arm_share(condition)
+    return _worn(
+        laboratory, twin, controller, known.machine.actuators, surroundings, "active", prepared.left_over_Nm
+    )  # fmt: skip
+
+
+def training_stage(condition: Condition, seed: int, level: int, day: int, progress: Progress) -> Stage:
+    """Both at once, for a single day.
+
+    Raises:
+        ExogravError: Machine, wearer or run was refused.
+    """
+    return stage_on(prepared_for(condition, seed, level, progress), day)
+
+
+def familiarisation_stage(seed: int, level: int, day: int) -> Stage:
+    """The same person in the passive machine, which hangs on the arm with all its weight."""
+    laboratory = draw_laboratory(PASSIVE_RIG, None, level, seed)
+    surroundings, n = _surroundings(laboratory), len(laboratory.description.joints)
+    twin = _twin(laboratory, surroundings, seed, day, 0.0)
+    return _worn(laboratory, twin, NoTorque(n), _no_current(n), surroundings, "passive", None)
+
+
+def flight_stage(seed: int, level: int, day: int) -> Stage:
+    """The same; whoever flies it changes gravity by `Twin.fly`, and it begins on the ground."""
+    return familiarisation_stage(seed, level, day)
+
+
+def free_stage(seed: int, level: int, day: int, gravity_level: float) -> Stage:
+    """The same person in nobody's machine, under a gravity of so many g."""
+    stage = _alone(seed, level, day, None)
+    stage.twin.fly(np.array([0.0, 0.0, gravity_level]))
+    return stage
+
+
+def _alone(seed: int, level: int, day: int, water: Water | None) -> Stage:
+    """With open cuffs: machine and arm share the room and do not touch."""
+    worn = draw_laboratory(PASSIVE_RIG, None, level, seed)
+    laboratory = replace(worn, wearer=out_of_the_machine(worn.wearer))
+    surroundings = replace(_surroundings(worn), water=water)
+    twin, n = _twin(laboratory, surroundings, seed, day, 0.0), len(laboratory.description.joints)
+    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+    freedoms = len(twin.truth.q_arm)
+    return Stage(
+        laboratory, twin, NoTorque(n), _no_current(n), own, np.zeros((freedoms, freedoms)), surroundings, "passive",
+        left_over_Nm=None, friction_Nm=None,
+    )  # fmt: skip
+
+
+def _worn(
+    laboratory: VirtualLaboratory,
+    twin: Twin,
+    controller: Controller,
+    actuators: ActuatorGain,
+    surroundings: Surroundings,
+    exo: ExoMode,
+    left_over_Nm: float | None,
+) -> Stage:
+    description, machine, wearer = laboratory.description, laboratory.machine, laboratory.wearer
+    return Stage(
+        laboratory, twin, controller, actuators, OwnArm(description, machine, wearer),
+        worn_inertia(description, machine, wearer), surroundings, exo,
+        left_over_Nm, float(machine.friction.coulomb.mean()),
+    )  # fmt: skip
+
+
+def _known(condition: Condition, laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Prepared:
+    if condition.training == "ideal":
+        return prepared_by_truth(laboratory, READY_S)
+    if condition.training in ("table", "gcm"):
+        return prepare_machine(laboratory, seed, progress)
+    return prepare(laboratory, seed, progress, "gradient" if condition.training == "gradient" else "recursive")
+
+
+def _laboratory(condition: Condition, seed: int, level: int) -> VirtualLaboratory:
+    laboratory = draw_laboratory(condition.rig, None, level, seed)
+    return replace(laboratory, machine=rubbing(laboratory.machine, condition.friction))
+
+
+def rubbing(machine: Machine, factor: float) -> Machine:
+    """The same machine with so many times its friction; breakaway is a ratio to what slides and goes along."""
+    friction = machine.friction
+    scaled = {name: factor * getattr(friction, name) for name in ("coulomb", "viscous", "load_share", "ripple")}
+    return replace(machine, friction=replace(friction, **scaled))
+
+
+def _arm_share(condition: Condition) -> float:
+    return 0.0 if condition.training == "gcm" else 1.0 - condition.left
+
+
+def _surroundings(laboratory: VirtualLaboratory) -> Surroundings:
+    return SimulatedRoom().around(laboratory.assembly(), load_protocol("training").settings.target)
+
+
+def _twin(laboratory: VirtualLaboratory, surroundings: Surroundings, seed: int, day: int, t: float) -> Twin:
+    return Twin(
+        laboratory.description, laboratory.machine, laboratory.wearer, day_seed(seed, day), t0=t,
+        surroundings=surroundings,
+    )  # fmt: skip
+
+
+def _no_current(joints: int) -> ActuatorGain:
+    return ActuatorGain(np.ones(joints), np.zeros(joints))

@@ -1,0 +1,185 @@
+"""`exograv simulate-study`: everybody's sessions and flights, the study's folder, its report, the page."""
+
+import os
+import random
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from exograv import __version__
+from exograv.errors import RecordingError
+from exograv.loop.pilot import Progress
+from exograv.report.study_report.report import write_study_report
+from exograv.study.dataset.adding import AddOptions, add_files, worst
+from exograv.study.folder.study_folder import StudyFolder
+from exograv.study.participants.codes import draw_code
+
+from .ablation import Ablated, ablation
+from .checkpoint import Job, lived_of
+from .figure_sensitivity import Swept
+from .flight import Flight
+from .options import Career, StudyOptions, careers
+from .out_folder import CAREERS, RECORDINGS, STUDY, SWEEP, out_folder
+from .outcome import NO_EVIDENCE, outcome_of
+from .page import Content, write_virtual_page
+from .participants import Lived
+from .sensitivity import USUAL, sensitivity
+from .small_study import Means
+
+Result = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Work:
+    """Where and how it is done."""
+
+    folder: Path
+    processes: int
+    resume: bool
+    sensitivity: bool = False
+    """Whether every constant of the virtual person is swept, too."""
+
+    ablate: bool = False
+    """Whether its mechanisms are put out of action one at a time, too."""
+
+
+def simulate_study(
+    options: StudyOptions, work: Work, progress: Progress, keep: Callable[[Result], None] = lambda _result: None
+) -> Result:
+    """Run it; the result follows the contract of `exograv simulate-study --json`.
+
+    Args:
+        options: What is asked for.
+        work: Where and how.
+        progress: Told what is done, and the share of it.
+        keep: Gets the figures of the study before a sweep or an ablation, which take longer than it, and after each.
+
+    Raises:
+        ConfigError: The folder holds another study, or one that was begun, without `resume`; or another command is at
+            it.
+        ExogravError: A machine or run was refused, or the disk is full; careers that were done are kept.
+        KeyboardInterrupt: The same.
+    """
+    begun = time.perf_counter()
+    everybody = careers(options, _codes(options))
+    with out_folder(work.folder, options, everybody, work.resume) as study:
+        lived = _everybody_lived(everybody, options, work, study, progress)
+        progress("Writing the reports", 0.0)
+        flights = [flight for one in lived for flight in one.flights]
+        telling = _Telling(options, work.folder, study, flights, _time_of(lived, time.perf_counter() - begun))
+        telling.refused = [
+            {"person": career.person, "condition": career.condition_name, "why": one.refused}
+            for career, one in zip(everybody, lived, strict=True)
+            if one.refused is not None
+        ]
+        result = telling.told([], [])
+        progress("Writing the reports", 1.0)
+        swept, ablated = list[Swept](), list[Ablated]()
+        if work.ablate:
+            keep(result)
+            ablated = ablation(options, _means(work, "With one mechanism off at a time", progress))
+            result = telling.told(swept, ablated)
+        if work.sensitivity:
+            keep(result)
+            swept = sensitivity(options, _means(work, "What transfer depends on", progress))
+            result = telling.told(swept, ablated)
+    return result
+
+
+def _means(work: Work, text: str, progress: Progress) -> Means:
+    return Means(work.folder / SWEEP, work.processes, lambda share: progress(text, share))
+
+
+class _Telling:
+    """Report, page and figures of what was flown; the page is written anew when there is more to tell."""
+
+    def __init__(
+        self, options: StudyOptions, folder: Path, study: StudyFolder, flights: Sequence[Flight], time: dict[str, Any]
+    ):
+        """The study's own report is written."""
+        self._options, self._folder, self._study, self._flights, self._time = options, folder, study, flights, time
+        self._outcome = outcome_of(flights, options.main.name)
+        self.refused = list[dict[str, Any]]()
+        """Who did nothing in which condition, and why."""
+        self._report = write_study_report(study.path)["report"]
+
+    def told(self, swept: Sequence[Swept], ablated: Sequence[Ablated]) -> Result:
+        """Write the page, and return what `--json` says."""
+        links = {"The report of the study": f"{STUDY}/report/{Path(self._report).name}"}
+        content = Content(
+            self._outcome, self._flights, _shown(self._options), swept[1:], swept[0].transfer if swept else None, links,
+            ablated, [f"V{one['person']:02d} is left out of {one['condition']}: {one['why']}" for one in self.refused],
+        )  # fmt: skip
+        page, figures = write_virtual_page(self._folder, content)
+        return {
+            **self._outcome,
+            "sensitivity": [asdict(row) | {"value": None if row.name == USUAL else row.value} for row in swept],
+            "ablation": [asdict(row) for row in ablated],
+            "refused": self.refused,
+            "options": asdict(self._options),
+            "dataset": str(self._study.path),
+            "study_report": self._report,
+            "report": str(page),
+            "figures": [str(path) for path in figures],
+            "time": self._time,
+        }
+
+
+def _everybody_lived(
+    everybody: Sequence[Career], options: StudyOptions, work: Work, study: StudyFolder, progress: Progress
+) -> list[Lived]:
+    """Of each career: read where it is kept, gone through else."""
+    jobs = [Job(career, options, work.folder / CAREERS / f"{career.name}.json") for career in everybody]
+    return lived_of(
+        jobs, work.folder / RECORDINGS, work.processes,
+        lambda share: progress("Virtual people train and fly", share), lambda lived: _add(study, lived),
+    )  # fmt: skip
+
+
+def _add(study: StudyFolder, lived: Lived) -> None:
+    """Into the study's folder, as a laboratory would."""
+    paths = [Path(file) for file in lived.files]
+    if not paths:
+        return
+    outcomes = add_files(study, paths, AddOptions(replace=True))
+    if worst(outcomes):
+        raise RecordingError(next(one.sentence for one in outcomes if one.what in ("refused", "quarantined")))
+    for path in paths:
+        path.unlink()
+
+
+def _codes(options: StudyOptions) -> tuple[str, ...]:
+    chance, codes = random.Random(options.seed), list[str]()
+    for _ in range(sum(options.participants)):
+        codes.append(draw_code(codes, chance.choice))
+    return tuple(codes)
+
+
+def _shown(options: StudyOptions) -> dict[str, str]:
+    return {
+        "What it is": NO_EVIDENCE,
+        "Trained, untrained": ", ".join(map(str, options.participants)),
+        "Sessions before the flight": ", ".join(map(str, options.sessions)),
+        "Sessions before flights that compare conditions": ", ".join(map(str, options.compared)),
+        "Conditions": ", ".join(options.conditions),
+        "Disturbance level": str(options.level),
+        "Seed": str(options.seed),
+        "Windows of each protocol, of the flight": ", ".join(
+            "all" if count is None else str(count) for count in (options.windows, options.flight_windows)
+        ),
+        "Constants changed": ", ".join(f"{name} = {value:g}" for name, value in options.constants.items()) or "none",
+        "exograv": __version__,
+    }
+
+
+def _time_of(lived: Sequence[Lived], wall_s: float) -> dict[str, Any]:
+    """Where the time of the study itself went, over all processes."""
+    spent = {name: round(sum(one.spent_s.get(name, 0.0) for one in lived), 1) for name in lived[0].spent_s}
+    return {
+        "wall_s": round(wall_s, 1),
+        "spent_s": spent,
+        "simulated_s": round(sum(one.simulated_s for one in lived), 1),
+        "processors": os.cpu_count(),
+    }

@@ -1,0 +1,183 @@
+"""What of the virtual participant agrees with published data, before it is used: no machine, 0, 1 and 1.8 g.
+
+Simulated, and no evidence about people. `trusts_felt` and `learns_aim` were chosen with one row each in view, nothing
+with another.
+"""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.laboratory.participant.habits import Habits, register
+from exograv.loop.pilot import Progress
+
+from .validation_reaches import Landing, Reaching
+
+WINDOWS = {0.0: 6, 1.0: 1, 1.8: 1}
+"""With sight, by gravity level."""
+
+UNSEEN = 44
+"""Touches without any sight: as many cycles as in PMC5607024."""
+
+UNSEEN_S = 2.75 * UNSEEN + 1.0
+DRAWS = 2000
+REFERENCE = "the project's reference"
+
+SLOWED = 1.05
+"""Movement time over that on the ground from which a reach is called distinctly slower; our reading."""
+
+MATCHES, DIFFERS, NOT_COMPARED = "matches", "does not match", "cannot be compared"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One published figure and ours."""
+
+    what: str
+    unit: str
+    published: str
+    source: str
+    standing: str
+    """Of the published figure, here: "source" or "unverified"."""
+
+    allowed: tuple[float, float] | None
+    """Where ours would be; None where it cannot be compared."""
+
+    why: str
+    ours: float | None = None
+    interval: tuple[float, float] | None = None
+    """95 % of bootstrap draws over people."""
+
+    @property
+    def verdict(self) -> str:
+        """By the mean: no wide interval makes a match."""
+        if self.allowed is None or self.ours is None:
+            return NOT_COMPARED
+        return MATCHES if self.allowed[0] <= self.ours <= self.allowed[1] else DIFFERS
+
+
+@dataclass(frozen=True)
+class Person:
+    """What one person did."""
+
+    windows: dict[float, list[list[Landing]]]
+    """By gravity level."""
+
+    unseen: list[Landing]
+
+
+def run_validation(people: int, seed: int, progress: Progress, habits: Habits | None = None) -> dict[str, Any]:
+    """Measure so many people, of this seed and those after it.
+
+    Raises:
+        ConfigError: Fewer than two people, or more than 100.
+    """
+    if not 2 <= people <= 100:
+        raise ConfigError(f"--people is {people}; allowed: 2 to 100. An interval over people needs two.")
+    measured = []
+    for k in range(people):
+
+        def tell(share: float, k: int = k) -> None:
+            progress(f"Person {k + 1} of {people}", (k + share) / people)
+
+        measured.append(measured_person(seed + k, habits, tell))
+    rows = rows_of(measured)
+    touches = {
+        str(level): [[[asdict(one) for one in w] for w in p.windows[level]] for p in measured] for level in WINDOWS
+    }
+    return {
+        "simulated": True, "people": people, "seed": seed,
+        "rows": [asdict(row) | {"verdict": row.verdict} for row in rows],
+        "constants": [asdict(one) for one in register(habits)],
+        "touches": touches, "unseen": [[asdict(one) for one in p.unseen] for p in measured],
+    }  # fmt: skip
+
+
+def measured_person(seed: int, habits: Habits | None, tell: Callable[[float], None]) -> Person:
+    """Under each gravity as somebody who never was elsewhere, and on the ground once more without sight."""
+    windows, total, done = {}, sum(WINDOWS.values()) + UNSEEN_S / 22.0, 0
+    for level, count in WINDOWS.items():
+        reaching = Reaching(seed, level, sees=True, habits=habits)
+        windows[level] = []
+        for _ in range(count):
+            windows[level].append(reaching.window())
+            done += 1
+            tell(done / total)
+    return Person(windows, Reaching(seed, 1.0, sees=False, habits=habits).window(UNSEEN_S))
+
+
+def rows_of(people: list[Person]) -> list[Row]:
+    """The table."""
+    first = {level: _table(people, lambda p, level=level: [t.up_mm for t in p.windows[level][0]]) for level in WINDOWS}
+    n = min(table.shape[1] for table in first.values())
+    away = first[0.0][:, :n] - first[1.0][:, :n]
+    scatter = np.array([np.std([(t.right_mm, t.up_mm) for t in p.unseen], axis=0, ddof=1) for p in people])
+    constant = np.array([np.mean([(t.right_mm, t.up_mm) for t in p.unseen], axis=0) for p in people])
+    drift = np.array([_drift(p.unseen) for p in people])
+    took = np.array([[np.mean([t.took_s for t in p.windows[g][0]]) for g in (0.0, 1.0)] for p in people])
+    peak = np.array([[np.mean([t.peak_share for t in p.windows[g][0]]) for g in (0.0, 1.0)] for p in people])
+    last = np.array([p.windows[0.0][-1][0].up_mm for p in people]) - first[1.0].mean(axis=1)
+    up, down = (0.0, np.inf), (-np.inf, 0.0)
+    memorised = "there the target was remembered with closed eyes, here it is half visible all the time"
+    return [
+        _with(Row("scatter of unseen touches, SD", "mm", "4.5°: 55 at 0.7 m", "Watt 1997", "source", None,
+                  memorised), scatter.mean(axis=1)),
+        _with(Row("constant error of unseen touches, horizontal", "mm", "8.8 ± 8.7", "JEMS", "source", None,
+                  "put in: the personal map (bias_sd_deg) is such an error, by another source"),
+              np.abs(constant[:, 0])),
+        Row("constant error of the unseen hand, sagittal", "mm", "12.4 ± 9.6", "JEMS", "source", None,
+            "the glass stops the finger"),
+        _with(Row("first touch, 0 g against 1 g, up", "mm", "downwards", "Chen et al.", "source", down,
+                  "a weight that is still carried lifts the arm; earlier reports conflict"), away[:, 0]),
+        _with(Row("first touch, 1.8 g against 1 g, up", "mm", "upwards", "Chen et al.; Bock 1996", "source", up,
+                  "a weight that is not yet carried lowers the arm; nothing here makes anyone aim higher"),
+              (first[1.8] - first[1.0])[:, 0]),
+        _with(Row("size of that at 0 g", "mm", "10 to 30", REFERENCE, "unverified", (10.0, 30.0),
+                  "trusts_felt was fitted to this row"), np.abs(away[:, 0])),
+        _with(Row("half-life at 0 g", "movements", "3 to 8", REFERENCE, "unverified", (3.0, 8.0),
+                  "learns_aim was halved for this row; aim, holding and the fast state learn at once"), away,
+              half_life),
+        _with(Row("residual, first touch of window 6 at 0 g, up", "mm", "one is left after 5 to 10", REFERENCE,
+                  "unverified", None, "no size is given"), last),
+        _with(Row("movement time, 0 g over 1 g", "-", "distinctly longer", "Bock 2001; eLife RP107472", "source",
+                  (SLOWED, np.inf),
+                  "mass_doubt slows a little; stiff muscles keep the path"), took[:, 0] / took[:, 1]),
+        _with(Row("greatest speed, share of the reach, 0 g minus 1 g", "-", "earlier", "eLife RP107472", "source",
+                  down, "stiff muscles put the mass right on the way"), peak[:, 0] - peak[:, 1]),
+        _with(Row("drift over 44 unseen touches", "mm", "about 50", "PMC5607024", "source", (25.0, 75.0),
+                  "felt errors do not add up here; part of ours is scatter of four touches"), drift),
+        Row("corrections to a double step", "-", "preserved", "Bringoux 2020", "source", None,
+            "the target does not jump, and no reach is planned anew on the way"),
+    ]  # fmt: skip
+
+
+def half_life(away: np.ndarray) -> float:
+    """Movements after which the mean of (person, touch) is half of its first; as many as there are if never."""
+    mean = away.mean(axis=0) / away[:, 0].mean()
+    below = np.flatnonzero(mean <= 0.5)
+    if not len(below):
+        return float(len(mean))
+    k = int(below[0])
+    return k - 1 + float((mean[k - 1] - 0.5) / (mean[k - 1] - mean[k]))
+
+
+def _table(people: list[Person], values: Callable[[Person], list[float]]) -> np.ndarray:
+    rows = [values(person) for person in people]
+    n = min(map(len, rows))
+    return np.array([row[:n] for row in rows])
+
+
+def _drift(touches: list[Landing]) -> float:
+    places = np.array([(t.right_mm, t.up_mm) for t in touches])
+    return float(np.linalg.norm(places[-4:].mean(axis=0) - places[:4].mean(axis=0)))
+
+
+def _with(row: Row, per_person: np.ndarray, statistic: Callable[[np.ndarray], float] = np.mean) -> Row:
+    random = np.random.default_rng(1000)
+    n = len(per_person)
+    drawn = [statistic(per_person[random.integers(n, size=n)]) for _ in range(DRAWS)]
+    low, high = np.percentile(drawn, [2.5, 97.5])
+    return replace(row, ours=float(statistic(per_person)), interval=(float(low), float(high)))

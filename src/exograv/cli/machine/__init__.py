@@ -1,0 +1,1 @@
+"""Commands for a machine: check, bring-up, calibration, self-test, live."""

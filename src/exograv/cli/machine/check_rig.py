@@ -1,0 +1,88 @@
+"""`exograv check-rig`."""
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from exograv.cli.shell.base_options import Common
+
+
+@dataclass(frozen=True)
+class CheckRig(Common):
+    """Say what a machine's folder lacks, what its cuffs hold, how far it reaches and whom it can carry."""
+
+    rig: Annotated[str, tyro.conf.Positional] = field(default=tyro.MISSING)
+    """Folder with a rig.toml, or name of a machine (see `exograv rigs`)."""
+
+    side: Literal["right", "left", "both"] | None = None
+    """Arm that is put in; the machine's first if none is named."""
+
+    height_m: float = 1.75
+    """Of the wearer whose arm is put in [m]."""
+
+    mass_kg: float = 75.0
+    """Of the wearer [kg]."""
+
+    sex: Literal["male", "female"] = "male"
+    """Of the wearer: which table the arm is taken from."""
+
+
+def run_check_rig(command: CheckRig) -> dict[str, Any]:
+    """Examine and show; `ok` is false where problems remain."""
+    from exograv.cli.shell.terminal import bars
+    from exograv.procedures.machine_tools.check_rig import CheckOptions, check_rig
+
+    options = CheckOptions(command.rig, command.side, command.height_m, command.mass_kg, command.sex)
+    with bars() as progress:
+        result = check_rig(options, command.out, progress)
+    _show(result)
+    return result
+
+
+def _show(result: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+
+    console = Console()
+    if result["rank"] is not None:
+        _show_mechanics(result, console)
+    for problem in result["problems"]:
+        console.print(f"[bold red]Problem:[/] {escape(problem)}")
+    for note in result["notes"]:
+        console.print(f"[bold]Note:[/] {escape(note)}")
+    if result["picture"] is not None:
+        console.print(f"Picture: {result['picture']}", soft_wrap=True)
+    if result["ok"]:
+        console.print("[bold green]Nothing is wrong with this machine.[/]")
+    else:
+        console.print(f"{len(result['problems'])} problems remain in {escape(result['rig'])}.")
+
+
+def _show_mechanics(result: dict[str, Any], console: Any) -> None:
+    from rich.table import Table
+
+    table = Table(title=f"{result['rig']}, {result['side']}: torque at rest, worst posture of the task workspace, N·m")
+    for name in ("joint", "machine", "arm", "1 kg in hand", "friction", "drive"):
+        table.add_column(name, justify="left" if name == "joint" else "right")
+    for row in result["torque_Nm"]:
+        limit = "no motor" if row["limit"] is None else f"{row['limit']:g}"
+        numbers = (f"{row[name]:.1f}" for name in ("exo", "arm", "hand_1kg", "friction"))
+        table.add_row(row["joint"].replace("_", " "), *numbers, limit)
+    console.print(table)
+    conditioning, loops, softest = result["conditioning"], result["loops"], result["softest"]
+    reach = "; ".join(
+        f"{arm['side']} {arm['volume_m3']:.2f} m³, up to {arm['furthest_m']:.2f} m" for arm in result["workspace"]
+    )
+    margin = conditioning["singular_beyond_task_deg"]
+    singular = "none within the limits" if margin is None else f"the nearest {margin:g}° outside it"
+    console.print(
+        f"Cuffs hold {result['rank']} of {result['human_dof']} freedoms, {softest['freedom']} most softly "
+        f"({softest['Nm_per_rad']:.1f} N·m/rad); strained by at most {loops['stretch_mm']:.1f} mm and "
+        f"{loops['turn_deg']:.1f}° through the task workspace.\n"
+        f"Finger tip reaches: {reach}.\n"
+        f"Conditioning in the task workspace {conditioning['worst_in_task']:.2f} and more; singular postures: "
+        f"{singular}.\n"
+        f"Largest arm with 1 kg in the hand: {result['largest_arm_kg']:.1f} kg; this "
+        f"wearer's weighs {result['wearer_arm_kg']:.1f} kg."
+    )

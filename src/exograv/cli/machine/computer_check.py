@@ -1,0 +1,94 @@
+"""Can this computer run exograv, and how fast is its loop here."""
+
+import os
+import platform
+import sys
+import tempfile
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import KernelError
+from exograv.laboratory.result_rows import percentiles
+from exograv.model.description import rig_names
+
+PACKAGES = ("casadi", "mcap", "mujoco-core", "numpy", "pydantic", "scipy")
+TICKS = 2000
+PERIOD_US = 1000.0
+
+
+def examine_computer(folder: Path) -> dict[str, Any]:
+    """Versions, a writable folder, and the time of a tick; each finding is a check with a sentence.
+
+    `ok` says whether exograv runs here. Whether a worn machine may hang on this computer is another question, whose
+    answer (`doctor_loop`) leaves `ok` alone: most computers run the twin, the study and the report, and no machine.
+    """
+    checks = [_python(), *(_package(name) for name in PACKAGES), _writable(folder)]
+    checks.append(_kernels())
+    checks.append({"name": "machines", "ok": bool(rig_names()), "text": ", ".join(rig_names()) or "none found"})
+    tick = percentiles(_tick_times()) if all(check["ok"] for check in checks[1:]) else None
+    if tick is not None:
+        ok = tick["p99"] < PERIOD_US / 2
+        text = f"median {tick['p50']} µs, p99 {tick['p99']} µs of a period of 1000 µs"
+        checks.append({"name": "tick", "ok": ok, "text": text})
+    return {
+        "ok": all(check["ok"] for check in checks),
+        "computer": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        "checks": checks,
+        "tick_us": tick,
+    }
+
+
+def has_all_it_needs(result: dict[str, Any]) -> bool:
+    """Whether everything is there; a slow tick is no lack."""
+    return all(check["ok"] for check in result["checks"] if check["name"] != "tick")
+
+
+def _python() -> dict[str, Any]:
+    return {"name": "python", "ok": sys.version_info >= (3, 11), "text": platform.python_version()}
+
+
+def _package(name: str) -> dict[str, Any]:
+    try:
+        return {"name": name, "ok": True, "text": version(name)}
+    except PackageNotFoundError:
+        return {"name": name, "ok": False, "text": "not installed: pip install 'exograv[all]'"}
+
+
+def _kernels() -> dict[str, Any]:
+    """Slower without native code, and as right."""
+    try:
+        from exograv.kernel import object_code
+
+        return {"name": "kernels", "ok": True, "text": f"native code for {object_code.processor().name}"}
+    except ImportError:
+        return {"name": "kernels", "ok": False, "text": "no CasADi: pip install 'exograv[all]'"}
+    except KernelError as error:
+        return {"name": "kernels", "ok": True, "text": f"virtual machine. {error}"}
+
+
+def _writable(folder: Path) -> dict[str, Any]:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        return {"name": "out", "ok": False, "text": f"{folder}: {error.strerror}; give another folder with --out"}
+    return {"name": "out", "ok": True, "text": f"{folder} can be written"}
+
+
+def _tick_times() -> list[float]:
+    """Of the control tick of the default machine [µs]."""
+    from exograv.laboratory.doctor_tick import nominal_tick
+    from exograv.signals import Reference
+
+    tick, x, assembly = nominal_tick()
+    q, still, times = assembly.description.donning_posture, np.zeros(assembly.n), []
+    for _ in range(TICKS):
+        start = time.perf_counter_ns()
+        tick.step(q, still, Reference(q, still, still), x)
+        times.append(1e-3 * (time.perf_counter_ns() - start))
+    return times

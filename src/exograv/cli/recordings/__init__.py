@@ -1,0 +1,1 @@
+"""Commands for recordings and streams."""

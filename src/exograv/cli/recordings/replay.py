@@ -1,0 +1,111 @@
+"""`exograv replay`."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from exograv.cli.shell.base_options import Common, refuse_unwritable
+
+TITLE = "Commanded torque, replayed minus recorded: RMS (largest) [N·m]"
+
+ROOM_FOR_JOINT = 12
+"""Columns of a terminal that a cell takes: with fewer each phase has a line in place of a row."""
+
+
+@dataclass(frozen=True)
+class Replay(Common):
+    """Let control and guard decide once more on what a recording measured; exit status 1 where they decide otherwise.
+
+    With another person, calibration, gravity level or machine: how the torque would have differed.
+    """
+
+    file: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
+    """Recording of `exograv demo`, `identify` or `live`."""
+
+    person: Path | None = None
+    """What if: the arm in this participant's file from the first tick on, in place of what was identified."""
+
+    calibration: Path | None = None
+    """What if: the machine as in this calibration, its friction for the identified one; the arm as recorded."""
+
+    gravity_level: float | None = None
+    """What if: this felt share of the arm's weight in every tick in which an arm is carried."""
+
+    rig: str | None = None
+    """What if: this machine's present files in place of the recorded ones."""
+
+
+def run_replay_command(command: Replay) -> dict[str, Any]:
+    """Run it and say where it differs."""
+    from exograv.cli.shell.terminal import bars
+    from exograv.loop.replay.what_if import Instead
+
+    from .replaying import ReplayOptions, run_replay
+
+    instead = Instead(command.rig, command.person, command.calibration, command.gravity_level)
+    refuse_unwritable(command.out / "replay.png", "--out")
+    with bars() as progress:
+        result = run_replay(ReplayOptions(command.file, instead), command.out, progress)
+    show_replay(result)
+    return result
+
+
+def show_replay(result: dict[str, Any]) -> None:
+    """A table of phases and joints, then the answer in a sentence."""
+    from rich.console import Console
+
+    console = Console()
+    if console.width < ROOM_FOR_JOINT * (2 + len(result["joints"])):
+        console.print(TITLE)
+        for name, ticks, cells in _rows(result):
+            told = ", ".join(
+                f"{joint.replace('_', ' ')} {cell}" for joint, cell in zip(result["joints"], cells, strict=True)
+            )
+            console.print(f"{name}, {ticks} ticks: {told}.", highlight=False)
+    else:
+        console.print(_table(result))
+    for line in [*result["circumstances"], _answer(result)]:
+        console.print(line, highlight=False)
+    console.print(f"Figure: {result['figure']}", highlight=False, soft_wrap=True)
+
+
+def _table(result: dict[str, Any]) -> Any:
+    from rich.table import Table
+
+    table = Table(title=TITLE, title_justify="left")
+    table.add_column("phase")
+    table.add_column("ticks", justify="right")
+    for joint in result["joints"]:
+        table.add_column(joint.replace("_", " "), justify="right")
+    for name, ticks, cells in _rows(result):
+        table.add_row(name, str(ticks), *cells)
+    return table
+
+
+def _rows(result: dict[str, Any]) -> list[tuple[str, int, list[str]]]:
+    """Phase, its ticks, and a cell for each joint."""
+    rows = [(phase["name"], phase["ticks"], phase["tau_commanded"]) for phase in result["phases"]]
+    rows.append(("all", result["ticks"], result["difference_Nm"]["tau_commanded"]))
+    return [(name, ticks, _cells(found) or ["–"] * len(result["joints"])) for name, ticks, found in rows]
+
+
+def _cells(found: dict[str, Any]) -> list[str]:
+    pairs = zip(found["rms"], found["max"], strict=True)
+    return [f"{rms:.2g} ({largest:.2g})" if largest else "0" for rms, largest in pairs]
+
+
+def _answer(result: dict[str, Any]) -> str:
+    first, states = result["first_difference"], result["safe_state_differs"]
+    if first is None and not states["ticks"]:
+        bits = "to the last bit" if all(result["bit_identical"].values()) else f"within {result['resolution_Nm']:g} N·m"
+        given = f" In {result['given']} ticks control's torque was given, not rebuilt." if result["given"] else ""
+        return f"The same decisions in {result['ticks']} ticks, {bits}.{given}"
+    words = []
+    if first is not None:
+        size = "is decided in one of the two only" if first["Nm"] is None else f"by {first['Nm']:g} N·m"
+        words.append(f"first at {first['t']:.3f} s (tick {first['tick']}): {first['what']} of {first['joint']} {size}")
+    if states["ticks"]:
+        words.append(f"another safe state in {states['ticks']} ticks, first at {states['first_s']:.3f} s")
+    return f"It differs, {'; '.join(words)}."

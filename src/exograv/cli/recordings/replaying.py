@@ -1,0 +1,118 @@
+"""`exograv replay`: fly a recording once more and say where control or guard decide otherwise."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.live.replay import LiveAgain
+from exograv.loop.pilot import Progress
+from exograv.loop.replay.columns import Again, Columns
+from exograv.loop.replay.difference import (
+    RESOLUTION_NM,
+    Difference,
+    by_phase,
+    differences,
+    first_difference,
+    recorded_stops,
+)
+from exograv.loop.replay.lockstep_replay import Lockstep
+from exograv.loop.replay.reasons import circumstances
+from exograv.loop.replay.recorded_run import Recorded, recorded
+from exograv.loop.replay.what_if import Instead
+
+
+@dataclass(frozen=True)
+class ReplayOptions:
+    """What is replayed, and what with."""
+
+    file: Path
+    instead: Instead = field(default_factory=Instead)
+
+
+def run_replay(options: ReplayOptions, folder: Path | None, progress: Progress) -> dict[str, Any]:
+    """Run it; the result is what `exograv replay --json` writes.
+
+    Args:
+        options: What is asked for.
+        folder: Of the figure; none is drawn where absent.
+        progress: Told now and then.
+
+    Raises:
+        RecordingError: The file cannot be replayed, or the figure not be written.
+        ConfigError: What takes the place of something recorded cannot be used.
+    """
+    start = time.perf_counter()
+    progress("Reading the recording", 0.0)
+    with recorded(options.file, options.instead.rig) as run:
+        progress("Reading the recording", 1.0)
+        again = again_of(run, options.instead, progress)
+        columns = Columns(run.recording.ticks)
+        found = differences(columns, again)
+        result = figures(run, columns, again, found, options.instead)
+        result["figure"] = None if folder is None else str(_draw(run, columns, again, found, folder))
+    return result | {"wall_s": round(time.perf_counter() - start, 2)}
+
+
+def again_of(run: Recorded, instead: Instead, progress: Progress) -> Again:
+    """What control and guard decide this time."""
+    flight = Lockstep(run, instead) if run.live is None else LiveAgain(run, instead)
+    return flight.fly(progress)
+
+
+def figures(
+    run: Recorded, columns: Columns, again: Again, found: Mapping[str, Difference], instead: Instead
+) -> dict[str, Any]:
+    """All that is reported."""
+    settings, everywhere = run.recording.settings, np.ones(len(columns), bool)
+    first = first_difference(columns, run.recording.joints, found)
+    stops, now = recorded_stops(columns), [{"t": round(t, 6), "cause": cause} for t, cause in again.stops]
+    other_states = np.flatnonzero((np.array(columns.safe_state) != again.safe_state) & again.knows_guard)
+    same = first is None and not len(other_states)
+    return {
+        "ok": same or instead.is_anything,
+        "recording": str(run.recording.path),
+        "remark": run.recording.remark,
+        "rig": settings.get("rig"),
+        "command": settings.get("command"),
+        "joints": list(run.recording.joints),
+        "ticks": len(columns),
+        "compared": {name: int(np.isfinite(one.by_tick).all(axis=1).sum()) for name, one in found.items()},
+        "given": int((~again.is_rebuilt).sum()),
+        "resolution_Nm": RESOLUTION_NM,
+        "bit_identical": {name: one.is_identical for name, one in found.items()},
+        "first_difference": first,
+        "difference_Nm": {name: one.of(everywhere) for name, one in found.items()},
+        "phases": by_phase(columns, run.phase_names, found),
+        "safe_state_differs": {
+            "ticks": len(other_states),
+            "first_s": round(columns.t[other_states[0]], 6) if len(other_states) else None,
+        },
+        "stops": {"recorded_s": stops, "replayed": now},
+        "gaps": [{"t": round(t, 6), "lost": lost} for t, lost in again.gaps],
+        "instead": instead.figures,
+        "circumstances": circumstances(run, again, instead),
+    }
+
+
+def _draw(run: Recorded, columns: Columns, again: Again, found: Mapping[str, Difference], folder: Path) -> Path:
+    from exograv.report.figures.replay import Series, write  # Matplotlib: 0.4 s
+
+    # Where there is an arm, minutes of an empty machine before it would leave it no room.
+    worn = slice(int(np.isfinite(columns["gravity_level"]).argmax()), None)
+    names, phase, t = run.phase_names, columns["phase"][worn], columns["t"][worn]
+    begins = np.flatnonzero(np.diff(phase.astype(int), prepend=-1))
+    series = Series(
+        t=t,
+        recorded=columns["tau_commanded"][worn],
+        again=again.tau_commanded[worn],
+        difference=found["tau_commanded"].by_tick[worn],
+        joints=run.recording.joints,
+        phases=[(t[k], names[phase[k]]) for k in begins],
+        gaps=[t for t, _ in again.gaps],
+        resolution=RESOLUTION_NM,
+    )
+    return write(series, folder / f"{run.recording.path.stem}_replay.png")

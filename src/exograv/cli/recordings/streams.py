@@ -1,0 +1,53 @@
+"""`exograv streams`."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import tyro
+
+from exograv.cli.shell.base_options import Common
+
+
+@dataclass(frozen=True)
+class Streams(Common):
+    """Show which streams of Lab Streaming Layer are there, or record some without a robot."""
+
+    record: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME")] = ()
+    """Record the stream of this name, or all of this type; may be repeated."""
+
+    seconds: Annotated[float, tyro.conf.arg(metavar="S")] = 60.0
+    """How long to record; Ctrl-C ends it earlier, and the file is complete all the same."""
+
+
+def run_streams(command: Streams) -> dict[str, Any]:
+    """Look, or record."""
+    from exograv.cli.shell.terminal import bars
+
+    if not command.record:
+        return _look()
+    from exograv.live.record_streams import record_streams
+
+    with bars() as progress:
+        result = record_streams(command.record, command.seconds, command.out / "streams.mcap", progress)
+    for stream in result["streams"]:
+        print(f"{stream['name']} ({stream['type']}): connected {stream['connected']} times, lost {stream['lost']}.")
+    print(f"Recorded: {result['recording']}. {result['recording_why']}")
+    return result
+
+
+def _look() -> dict[str, Any]:
+    from rich.console import Console
+    from rich.table import Table
+
+    from exograv.runtime.lsl.streams import visible
+
+    found = visible()
+    table = Table("name", "type", "host", "rate, Hz", "channels", "values", "source")
+    for one in found:
+        rate = f"{one.rate_Hz:g}" if one.rate_Hz else "irregular"
+        table.add_row(one.name, one.kind, one.host, rate, str(one.channels), one.value_type, one.source_id)
+    if found:
+        Console().print(table)
+    else:
+        print("No streams there. Start the devices' programs; other computers must be in the same network.")
+    return {"streams": [one.figures() for one in found]}

@@ -1,0 +1,94 @@
+"""`exograv sync`."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from exograv.cli.shell.base_options import Common
+
+
+@dataclass(frozen=True)
+class Sync(Common):
+    """Say how well the streams in a recording are tied to the robot's clock, and what is missing of them."""
+
+    file: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
+    """Recording of `exograv live --record-stream` or `exograv streams --record` (.mcap)."""
+
+
+def run_sync(command: Sync) -> dict[str, Any]:
+    """Work it out, show it, draw it."""
+    from exograv.recording import read_recording
+    from exograv.report.figures.sync import write_sync_picture
+    from exograv.study.sync import sync_figures
+
+    recording = read_recording(command.file)
+    result = sync_figures(recording)
+    result["figure"] = str(write_sync_picture(recording, command.out / "sync.png"))
+    show_sync(result)
+    return result
+
+
+def show_sync(result: dict[str, Any]) -> None:
+    """A table of the streams, then what is to be known of each."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    if result["remark"]:
+        console.print(result["remark"], highlight=False)
+    table = Table(title="Streams of other devices, on the robot's clock", title_justify="left")
+    table.add_column("")
+    for stream in result["streams"]:
+        table.add_column(stream["name"], justify="right")
+    for label, cell in ROWS.items():
+        table.add_row(label, *(cell(stream) for stream in result["streams"]))
+    console.print(table)
+    for stream in result["streams"]:
+        for remark in stream["remarks"]:
+            console.print(f"{stream['name']}: {remark}", highlight=False)
+    if robot := result["robot"]:
+        scatter = robot["scatter_us"]
+        console.print(
+            f"Robot: {robot['ticks']} ticks tie its clock to the computer's; about a straight line they scatter by "
+            f"{scatter['p50']:g} µs (median), {scatter['max']:g} (most).",
+            highlight=False,
+        )
+    console.print(f"Figure: {result['figure']}", highlight=False)
+
+
+def _number(value: float | int | None, digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def _by_clock(name: str, digits: int, interval: str | None = None):
+    """A line a connection."""
+
+    def cell(stream: dict[str, Any]) -> str:
+        lines = list[str]()
+        for clock in stream["clocks"]:
+            ci95 = clock[interval] if interval else None
+            half = f" ± {0.5 * (ci95[1] - ci95[0]):.{digits}f}" if ci95 else ""
+            lines.append(_number(clock[name], digits) + half)
+        return "\n".join(lines) or "–"
+
+    return cell
+
+
+ROWS = {
+    "type": lambda stream: stream["type"],
+    "samples": lambda stream: str(stream["samples"]),
+    "rate, Hz": lambda stream: _number(stream["effective_rate_Hz"], 3),
+    "nominal": lambda stream: f"{stream['nominal_rate_Hz']:g}" if stream["nominal_rate_Hz"] else "irregular",
+    "connected, times": lambda stream: str(stream["connections"]),
+    "offset, ms": _by_clock("offset_ms", 3, "offset_ci95_ms"),
+    "drift, ppm": _by_clock("drift_ppm", 2, "drift_ci95_ppm"),
+    "corrections": _by_clock("measured", 0),
+    "round trip, µs": _by_clock("round_trip_us", 0),
+    "jitter of stamps, µs: sd": lambda stream: _number((stream["jitter_us"] or {}).get("sd"), 1),
+    "  99 %": lambda stream: _number((stream["jitter_us"] or {}).get("p99"), 1),
+    "gaps": lambda stream: str(stream["gaps_total"]),
+    "arrives after, ms: median": lambda stream: _number((stream["arrival_ms"] or {}).get("p50"), 1),
+    "a stamp is certain to ± µs": lambda stream: _number(stream["certain_to_us"], 0),
+}

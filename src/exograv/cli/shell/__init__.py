@@ -1,0 +1,1 @@
+"""The options and the terminal output that commands share."""

@@ -1,0 +1,125 @@
+"""`exograv faults`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from exograv.cli.shell.base_options import Common
+
+ROOM_FOR_WORDS = 160
+"""Columns of a terminal from which on each fault is also told in a sentence."""
+
+ROOM_FOR_TABLE = 72
+"""Columns below which a table would cut its figures off: then each fault has a line."""
+
+
+@dataclass(frozen=True)
+class Faults(Common):
+    """Break machine, control and person in simulation, thousands of times, and see what the guard makes of it."""
+
+    scenarios: int = 200
+    """How many; one takes half a second of a processor."""
+
+    level: int = 2
+    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
+
+    persons: int = 2
+    """Persons in machines, each calibrated and identified at first; every second one has quasi-direct drives."""
+
+    processes: int | None = None
+    """At the same time; one a processor if none is named. The result does not depend on it."""
+
+    strikes: int = 1
+    """How often each process of a live run is killed, stopped and starved for real afterwards; 0 for not at all."""
+
+    replay: Annotated[str | None, tyro.conf.arg(metavar="NUMBER:FAULT")] = None
+    """One scenario, as a campaign prints it."""
+
+    through: Literal["udp", "canopen"] | None = None
+    """Our driver of this bus, before simulated drives in another process, in place of the twin; ten times as slow,
+    and without strikes."""
+
+    resume: bool = False
+    """Go on with a campaign that was interrupted, by the verdicts in the folder of `--out`."""
+
+
+def run_faults_command(command: Faults) -> dict[str, Any]:
+    """Run it and say what came of it."""
+    from exograv.campaigns.faults.campaign import Campaign, run_campaign
+    from exograv.cli.shell.terminal import bars
+
+    campaign = Campaign(
+        command.scenarios,
+        command.seed,
+        command.level,
+        command.persons,
+        command.processes,
+        command.strikes,
+        command.replay,
+        command.through,
+        command.out,
+        command.resume,
+    )
+    with bars() as progress:
+        result = run_campaign(campaign, progress)
+    show_faults(result)
+    return result
+
+
+def show_faults(result: dict[str, Any]) -> None:
+    """One row a fault; then what must be zero."""
+    from rich.console import Console
+
+    console = Console()
+    _show_rows(console, result)
+    hand, pairs = result["relaxed_hand_m_s"], result["pairs"]
+    console.print(
+        f"Hand of a relaxed person after a stop: at most {hand['max']} m/s, above {hand['allowed']} in {hand['above']} "
+        f"of {hand['runs']}. Pairs: {pairs['missed']} of {pairs['runs']} missed their budgets together.",
+        highlight=False,
+    )
+    for line in hand["cases"]:
+        console.print(f"  {line}", highlight=False, soft_wrap=True)
+    for title in ("envelope_violations", "missed_budgets", "false_trips_per_hour"):
+        console.print(f"{title.replace('_', ' ')}: {result[title]}", highlight=False)
+    for line in (*result["crashed"], *result["violations"], *result["missed"], *result["false_trips"]):
+        console.print(f"  {line}", highlight=False, soft_wrap=True)
+    if result["live"] and result["live"]["not_struck"]:
+        console.print(f"Not struck: {', '.join(result['live']['not_struck'])}. {result['live']['outcome']}")
+    if "course" in result:
+        console.print(result["course"])
+    for line in result["replay"]:
+        console.print(f"again: {line}", highlight=False, soft_wrap=True)
+
+
+def _show_rows(console: Any, result: dict[str, Any]) -> None:
+    from rich.table import Table
+
+    title = f"{result['scenarios']} scenarios, {result['ticks']} ticks, seed {result['seed']}"
+    through = result.get("through")
+    title += f", through {through}" if through else ""
+    has_room = console.width >= ROOM_FOR_WORDS
+    words = ("fault", *(("what",) if has_room else ()), *(("done to",) if through and has_room else ()))
+    headings = (*words, "alone", "found", "ms", "most", "budget", "missed", "hand m/s")
+    rows = [_cells(name, row, words) for name, row in result["by_fault"].items() if row["runs"]]
+    if console.width < ROOM_FOR_TABLE:
+        console.print(title)
+        for name, *cells in rows:
+            told = ", ".join(f"{heading} {cell}" for heading, cell in zip(headings[1:], cells, strict=True))
+            console.print(f"{name}: {told}", highlight=False)
+        return
+    table = Table(title=title)
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading in words else "right", no_wrap=True)
+    for cells in rows:
+        table.add_row(*cells)
+    console.print(table)
+
+
+def _cells(name: str, row: dict[str, Any], words: Sequence[str]) -> list[str]:
+    numbers = (row["alone"], row["detected"], *(row["reaction_ms"][key] for key in ("p50", "max")))
+    numbers = (*numbers, row["budget_ms"], row["missed"], row["hand_m_s"])
+    told = {"fault": name, "what": row["what"], "done to": row.get("injected_by", "")}
+    return [*(told[word] for word in words), *("–" if cell is None else f"{cell:g}" for cell in numbers)]

@@ -1,0 +1,107 @@
+"""`exograv sweep`."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from exograv.cli.shell.base_options import Common, numbers, write_json
+from exograv.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Sweep(Common):
+    """Wearers, machines, disturbances and methods by the thousand, here or on a cluster; run again, it goes on."""
+
+    study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
+    """What is swept: kind of task and grid (docs/sweep.md)."""
+
+    workers: int = 1
+    """Processes of this computer."""
+
+    scheduler: str | None = None
+    """Address of a Dask scheduler whose workers do the tasks, such as tcp://10.0.0.5:8786."""
+
+    part: Annotated[str | None, tyro.conf.arg(metavar="K/N")] = None
+    """The K-th of N shares, for jobs that know nothing of each other; without it afterwards, once, for the table."""
+
+    plan: bool = False
+    """Run nothing: what 10⁴, 10⁶ and 10⁸ wearers would take, by the times in the folder of `--out`."""
+
+    price_per_core_hour: float | None = None
+    """What your provider asks, in your currency, for `--plan`."""
+
+    plan_workers: str = "2,100,1000"
+    """Workers by commas, for `--plan`."""
+
+
+def run_sweep_command(command: Sweep) -> dict[str, Any]:
+    """Run it, or plan."""
+    from exograv.campaigns.sweep.study_file import load_study
+    from exograv.campaigns.sweep.sweep_command import SweepOptions, run_sweep
+    from exograv.cli.shell.terminal import bars
+
+    if command.seed != 0:
+        raise ConfigError(f"--seed is {command.seed}; the seeds of a sweep stand in {command.study}. Leave it out.")
+    study = load_study(command.study)
+    if command.plan:
+        return _plan(command)
+    options = SweepOptions(command.workers, command.scheduler, command.part)
+    print(f"{study.title}: {len(study.grid)} tasks. Ctrl-C keeps what is done; the same command goes on.", flush=True)
+    with bars() as progress:
+        result = run_sweep(study, options, command.out, progress)
+    _show(result, command)
+    if result["interrupted"]:
+        if command.json is not None:
+            write_json(command.json, result)
+        raise KeyboardInterrupt
+    return result
+
+
+def _show(result: dict[str, Any], command: Sweep) -> None:
+    rate = "" if result["tasks_per_s"] is None else f", {result['tasks_per_s']:g} tasks/s"
+    print(
+        f"{result['done']} of {result['tasks']} done, {result['failed']} failed, {result['retried']} run again after a "
+        f"worker was lost; {result['ran']} ran now on {result['workers']} ({result['runner']}) in "
+        f"{result['wall_s']:.1f} s{rate}."
+    )
+    if result["lost"]:
+        print(f"{result['lost']} took every worker down that had them; the same command tries them again.")
+    if result["done"] + result["failed"] < result["tasks"]:
+        print(f"The others are still to be done. Go on with: exograv sweep {command.study} --out {command.out}")
+    if result["table"] is not None:
+        print(f"Table: {result['table']}")
+
+
+def _plan(command: Sweep) -> dict[str, Any]:
+    from rich.console import Console
+    from rich.table import Table
+
+    from exograv.campaigns.sweep.plan import plan
+    from exograv.campaigns.sweep.study_file import load_study
+
+    workers = [int(number) for number in numbers(command.plan_workers, "--plan-workers")]
+    result = plan(load_study(command.study), command.out, workers, command.price_per_core_hour)
+    table = Table(
+        "wearers", "core hours", "price", "table", *(f"on {count}" for count in workers), title=result["title"]
+    )
+    for row in result["rows"]:
+        price = "–" if row["price"] is None else f"{row['price']:,.2f}"
+        cells = (f"{row['wearers']:,}", f"{row['core_h']:,.1f}", price, _size(row["table_bytes"]))
+        table.add_row(*cells, *(_time(hours) for hours in row["hours"].values()))
+    Console().print(table)
+    print(result["measured"])
+    return result
+
+
+def _size(count: float) -> str:
+    return f"{count / 1e9:.1f} GB" if count >= 1e8 else f"{count / 1e6:.1f} MB"
+
+
+def _time(hours: float) -> str:
+    if hours < 1.0:
+        return f"{60 * hours:.0f} min"
+    if hours < 48.0:
+        return f"{hours:.1f} h"
+    return f"{hours / 24:.0f} days" if hours < 24 * 730 else f"{hours / 8766:.0f} years"

@@ -1,0 +1,78 @@
+"""`exograv transparency`."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from exograv.cli.shell.base_options import Common
+
+MINUTES_A_MACHINE = 2.0
+"""Measured on two shared cores of a server; recorded movements take twice as long."""
+
+
+@dataclass(frozen=True)
+class Transparency(Common):
+    """What a person feels of the machine: muscle effort of one movement in six conditions, over several machines."""
+
+    rig: str | None = None
+    """Name of a machine (see `exograv rigs`) or path of its folder; harmonic and quasi-direct drives side by side if
+    none is named."""
+
+    side: Literal["right", "left"] | None = None
+    """Arm; the machine's first if none is named."""
+
+    level: int = 2
+    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
+
+    movement: Literal["pointing", "recorded"] = "pointing"
+    """Eight touches of a screen, or reaching as recorded from people (docs/transparency.md says where to get it)."""
+
+    machines: int = 5
+    """Machines and wearers, drawn from `seed` and the seeds after it."""
+
+
+def run_transparency_command(command: Transparency) -> dict[str, Any]:
+    """Run it and show one table a kind of drive."""
+    from exograv.cli.shell.terminal import bars
+    from exograv.laboratory.transparency import TransparencyOptions, run_transparency
+
+    options = TransparencyOptions(
+        command.rig, command.side, command.level, command.seed, command.machines, command.movement
+    )
+    count = command.machines * (2 if command.rig is None else 1)
+    minutes = MINUTES_A_MACHINE * count * (2.0 if command.movement == "recorded" else 1.0)
+    print(f"{count} machines, each calibrated, worn and moved in six conditions: about {minutes:.0f} minutes.")
+    with bars() as progress:
+        result = run_transparency(options, command.out, progress)
+    for one in result.get("profiles", {"": result}).values():
+        _show(one)
+    print(f"Report: {result['report']}")
+    return result
+
+
+def _show(result: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(
+        title=f"{result['rig']}, {result['movement']}, disturbance level {result['disturbance_level']}, median of "
+        f"{len(result['seeds'])}"
+    )
+    table.add_column("effort, N·m·s")
+    for column in ("all", *(joint.replace("_", "\n") for joint in result["joints"]), "path\nerror °"):
+        table.add_column(column, justify="right")
+    for name, row in result["conditions"].items():
+        values = [row["effort_Nms"], *row["by_joint_Nms"]]
+        table.add_row(name.replace("_", " "), *(f"{value:.0f}" for value in values), f"{row['tracking_error_deg']:.2f}")
+    console = Console()
+    console.print(table)
+    ratios = result["dam_over_gcm"]
+    console.print(
+        f"With the arm carried too, {100 * ratios['effort']:.0f} % of the effort are left (elbow alone "
+        f"{100 * ratios['elbow']:.0f} %); knowing the truth would save {result['dam_minus_ideal_Nms']:.1f} N·m·s.",
+        highlight=False,
+    )
+    for stray in result["off_path"]:
+        console.print(
+            f"Path not kept: {stray['condition']}, seed {stray['seed']}, {stray['tracking_error_deg']:.1f}°.",
+            highlight=False,
+        )

@@ -1,0 +1,59 @@
+"""`exograv validate-participant`."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from exograv.cli.shell.base_options import Common, named_number, refuse_unwritable
+
+
+@dataclass(frozen=True)
+class ValidateParticipant(Common):
+    """Hold the virtual participant against published data, before anything is concluded from it. Simulated."""
+
+    people: int = 6
+    """Virtual people, drawn from `seed` and the seeds after it; about 15 s each."""
+
+    constant: tuple[str, ...] = ()
+    """NAME=VALUE of the virtual participant, such as sees_higher_m=0.05."""
+
+
+def run_validate_participant(command: ValidateParticipant) -> dict[str, Any]:
+    """Measure, show the table, draw the picture."""
+    from exograv.campaigns.virtual_study.validation import run_validation
+    from exograv.campaigns.virtual_study.validation_picture import PICTURE, write_picture
+    from exograv.cli.shell.terminal import bars
+    from exograv.laboratory.participant.habits import with_constants
+
+    habits = with_constants(dict(named_number(text, "--constant") for text in command.constant))
+    refuse_unwritable(command.out / PICTURE, "--out")
+    with bars() as progress:
+        result = run_validation(command.people, command.seed, progress, habits)
+    _show(result)
+    result["picture"] = str(write_picture(result, command.out))
+    print(f"Picture: {result['picture']}")
+    return _plain(result)
+
+
+def _show(result: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"Virtual participant, simulated, {result['people']} people: no evidence about people")
+    for column in ("", "published", "ours, 95 % over people", "verdict", "why"):
+        table.add_column(column)
+    for row in result["rows"]:
+        unit = "" if row["unit"] == "-" else f" {row['unit']}"
+        ours = "" if row["ours"] is None else "{:.3g} ({:.3g} to {:.3g}){}".format(row["ours"], *row["interval"], unit)
+        published = f"{row['published']}{unit if row['published'][0].isdigit() else ''}, {row['source']}"
+        published += " (unverified)" if row["standing"] == "unverified" else ""
+        table.add_row(row["what"], published, ours, row["verdict"], row["why"])
+    Console().print(table)
+
+
+def _plain(result: dict[str, Any]) -> dict[str, Any]:
+    """Without what JSON has no word for: None is an open end."""
+    for row in result["rows"]:
+        if row["allowed"] is not None:
+            row["allowed"] = [end if math.isfinite(end) else None for end in row["allowed"]]
+    return result

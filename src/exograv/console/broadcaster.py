@@ -1,0 +1,210 @@
+"""What goes to the pages by itself: pictures, plots, lines to draw, alarms; and what the clock asks of the machine."""
+
+import asyncio
+import secrets
+from collections.abc import Coroutine
+from typing import Any
+
+from exograv.experiment.steered.requests import SetLevel
+from exograv.experiment.steered.view_models import Alarm as MachineAlarm
+from exograv.task.state import Alarm as RunAlarm
+
+from .alarms import ConsoleAlarm
+from .hub import UNMANNED, Hub
+from .keys import Role
+from .lease import ALARM_AFTER_S
+from .sentences import say, spoken
+from .trial import Trial
+
+TICK_S = 0.015
+PLOTS_EVERY = 2
+"""Ticks between messages with samples to plot: 33 a second."""
+
+LINES_EVERY = 4
+"""And between those with lines to draw, for each of which a closed posture is computed."""
+
+SHOWN_EVERY = 7
+PARTICIPANT_EVERY = 7
+"""At least; a change of the picture is sent at once."""
+
+LEVEL_STEP = 0.004
+"""Smaller changes of the gravity level wait."""
+
+MACHINE = frozenset({Role.OPERATOR, Role.VIEWER})
+STEERED = MACHINE | {Role.THERAPIST}
+
+
+class _Errand:
+    """Something that takes a while, one at a time; what fails in it fails the whole."""
+
+    def __init__(self) -> None:
+        self._task: asyncio.Task[None] | None = None
+
+    def is_over(self) -> bool:
+        if self._task is not None and self._task.done():
+            self._task.result()
+            return True
+        return self._task is None
+
+    def begin(self, errand: Coroutine[Any, Any, None]) -> None:
+        self._task = asyncio.create_task(errand)
+
+
+class News:
+    """Goes round for as long as the console runs."""
+
+    def __init__(self, hub: Hub):
+        """Nothing was sent yet."""
+        self._hub, self._count, self._since = hub, 0, 0
+        self._picture: dict[str, Any] = {}
+        self._level: float | None = None
+        self._is_silent = False
+        self._asking, self._looking, self._drawing = _Errand(), _Errand(), _Errand()
+
+    async def go_round(self) -> None:
+        """Until it is cancelled; what fails in here fails for good."""
+        loop = asyncio.get_running_loop()
+        due = loop.time()
+        while True:
+            await self.step()
+            # Late ones are left out, not made up for.
+            due = max(due + TICK_S, loop.time() - TICK_S)
+            await asyncio.sleep(due - loop.time())
+
+    async def step(self) -> None:
+        """One round."""
+        hub, t = self._hub, self._hub.desk.now()
+        self._count += 1
+        self._watch_lease(t)
+        if hub.trial is not None:
+            self._show_trial(t)
+        if self._count % PLOTS_EVERY == 0 and self._drawing.is_over():
+            self._drawing.begin(self._show_plots())
+        if self._count % SHOWN_EVERY == 0:
+            # For the next time: a desk that decides about an act keeps nobody else waiting.
+            if self._looking.is_over():
+                self._looking.begin(hub.look())
+            self._show_state(t)
+
+    def _watch_lease(self, t: float) -> None:
+        hub = self._hub
+        holder, silent_s = hub.lease.holder, hub.lease.silent_s(t)
+        was_silent, self._is_silent = self._is_silent, silent_s > ALARM_AFTER_S
+        if self._is_silent and not was_silent and hub.shown.mode not in UNMANNED:
+            hub.alarms.sound(say("alarm.silent", line=holder), t, "high")
+        hub.lease.held_by(t)
+
+    def _show_trial(self, t: float) -> None:
+        hub, trial = self._hub, self._hub.trial
+        if trial is None:
+            return
+        if hub.feed is not None and (why := hub.feed.step(t)):
+            hub.alarms.sound(why, t, "high")
+        if why := trial.tick(t, hub.shown):
+            hub.alarms.sound(why, t, "high")
+        picture = trial.participant(t).model_dump(mode="json")
+        steady = {key: value for key, value in picture.items() if key != "countdown_s"}
+        if steady != self._picture or self._count % PARTICIPANT_EVERY == 0:
+            self._picture = steady
+            hub.show({Role.PARTICIPANT}, "picture", {"picture": picture, "screen": _screen(hub)})
+        for record in trial.news:
+            for line in hub.lines.values():
+                if line.role in MACHINE:
+                    line.say("record", record=record.model_dump(mode="json"))
+        trial.news.clear()
+        self._ask_level(trial.level(t))
+
+    def _ask_level(self, level: float | None) -> None:
+        """The guard follows by its own ramp; one question at a time."""
+        if level is None or not self._asking.is_over() or "set_level" not in self._hub.shown.possible:
+            return
+        # An end of a ramp is reached exactly.
+        least = 0.0 if level in (0.0, 1.0) else LEVEL_STEP
+        if self._level is None or abs(level - self._level) > least:
+            self._asking.begin(self._ask(level))
+
+    async def _ask(self, level: float) -> None:
+        hub = self._hub
+        act = SetLevel(id=secrets.token_urlsafe(12), made_at_s=hub.desk.now(), gravity_level=level)
+        answer = await hub.ask_desk(hub.desk.act, act, "operator")
+        self._level = level if answer.taken else None
+
+    async def _show_plots(self) -> None:
+        hub = self._hub
+        if not any(line.role in MACHINE for line in hub.lines.values()):
+            return
+        trace = await hub.ask_desk(hub.desk.trace, self._since)
+        self._since = trace.next
+        if trace.t:
+            hub.show(MACHINE, "trace", {"trace": trace.model_dump(mode="json")})
+        if self._count % LINES_EVERY == 0:
+            skeleton = await hub.ask_desk(hub.desk.skeleton)
+            hub.show(MACHINE, "skeleton", {"skeleton": skeleton.model_dump(mode="json")})
+
+    def _show_state(self, t: float) -> None:
+        hub = self._hub
+        if not any(line.role in STEERED for line in hub.lines.values()):
+            return
+        fields: dict[str, Any] = {
+            "shown": _shown(hub),
+            "steers": hub.lease.held_by(t),
+            "lines": [{"line": line.number, "role": line.role.value} for line in hub.lines.values()],
+            "alarms": [_alarm(alarm) for alarm in hub.alarms.open],
+            "run": None,
+            "aircraft": None if hub.feed is None else hub.feed.shown(t),
+            "run_sets_level": False,
+        }
+        if hub.diary.why:
+            hub.alarms.sound(hub.diary.why, t, "high")
+        if hub.trial is not None and hub.trial.why_not_kept:
+            hub.alarms.sound(hub.trial.why_not_kept, t, "high")
+        if hub.trial is not None:
+            fields |= {
+                "run": _run(hub.trial, t),
+                "run_sets_level": hub.trial.level(t) is not None,
+                "protocol": _protocol(hub),
+            }
+        hub.show(STEERED, "state", fields)
+
+
+def _shown(hub: Hub) -> dict[str, Any]:
+    """What the desk shows, with its sentences for any language."""
+    shown = hub.shown
+    learning = None
+    if shown.learning is not None:
+        learning = shown.learning.model_dump(mode="json") | {"outcome": spoken(shown.learning.outcome)}
+    return shown.model_dump(mode="json") | {
+        "mode_text": spoken(shown.mode_text),
+        "latch": None if shown.latch is None else spoken(shown.latch),
+        "learning": learning,
+        "alarms": [_alarm(alarm) for alarm in shown.alarms],
+    }
+
+
+def _run(trial: Trial, t: float) -> dict[str, Any]:
+    picture = trial.operator(t)
+    return picture.model_dump(mode="json") | {"alarms": [_alarm(alarm) for alarm in picture.alarms]}
+
+
+def _alarm(alarm: ConsoleAlarm | MachineAlarm | RunAlarm) -> dict[str, Any]:
+    return alarm.model_dump(mode="json") | {"text": spoken(alarm.text)}
+
+
+def _screen(hub: Hub) -> dict[str, Any] | None:
+    screen = None if hub.trial is None else hub.trial.plan.screen
+    return None if screen is None else screen.model_dump(mode="json")
+
+
+def _protocol(hub: Hub) -> dict[str, Any] | None:
+    if hub.trial is None:
+        return None
+    plan = hub.trial.plan
+    return {
+        "name": plan.protocol.name,
+        "title": plan.protocol.title,
+        "opening": plan.protocol.opening,
+        "windows": plan.protocol.windows.count,
+        "duration_s": plan.timeline.duration_s,
+        "target": plan.protocol.target.model_dump(mode="json"),
+        "screen": _screen(hub),
+    }

@@ -1,0 +1,64 @@
+"""The twin with a person in it who hears what the machine begins, and does for the arm what it does not do."""
+
+import math
+
+import numpy as np
+
+from exograv.laboratory.cooperative_wearer import DAMPING, LET_GO_S, STIFFNESS, OverTwin
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.rig.twin import Twin
+from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.safety.modes import RAMP_IN_S, RAMP_OUT_S, Mode
+
+
+class AttentiveTwin(OverTwin):
+    """A `Rig`: the person holds the own arm until the machine has taken it, and again when it gives it back."""
+
+    def __init__(self, twin: Twin, own: OwnArm):
+        """The arm is held where it is.
+
+        Args:
+            twin: With the wearer in it.
+            own: What the wearer knows of the own arm.
+        """
+        super().__init__(twin)
+        self._own = own
+        self._ramp, self._since_s, self._given_before = Mode.OFF, 0.0, 0.0
+        self._given, self._grip = 0.0, 1.0
+        self._hold()
+
+    def hear(self, mode_name: str) -> None:
+        """A mode has begun, by its name in lower case."""
+        mode = Mode[mode_name.upper()]
+        if mode is Mode.SAFE and self._given:
+            self._ramp, self._given, self._grip = mode, 1.0, 0.0  # relaxed, and let down
+        if mode is Mode.EXO_ONLY and not self._grip:
+            self._ramp, self._given = mode, 0.0  # it begins anew
+            self._hold()
+        if mode is Mode.RAMP_OUT:
+            self._hold()
+        if mode in (Mode.RAMP_IN, Mode.RAMP_OUT):
+            self._ramp, self._since_s, self._given_before = mode, self._twin.t, self._given
+
+    def _hold(self) -> None:
+        self._q = self._twin.truth.q_arm.copy()
+        still = np.zeros_like(self._q)
+        self._weight, self._grip = self._own.torque(self._q, still, still), 1.0
+
+    def _act(self) -> None:
+        """Muscles, for the next period."""
+        passed = self._twin.t - self._since_s
+        if self._ramp is Mode.RAMP_IN:
+            self._given = 0.5 - 0.5 * math.cos(math.pi * min(passed / RAMP_IN_S, 1.0))
+            self._grip = 1.0 - min(max((passed - RAMP_IN_S) / LET_GO_S, 0.0), 1.0)
+        elif self._ramp is Mode.RAMP_OUT:
+            self._given = self._given_before * (1.0 - min(passed / RAMP_OUT_S, 1.0))
+        truth = self._twin.truth
+        held = STIFFNESS * (self._q - truth.q_arm) - DAMPING * truth.v_arm
+        self._twin.tau_voluntary[:] = (1.0 - self._given) * self._weight + self._grip * held
+
+
+def attentive_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> AttentiveTwin:
+    """The twin at the time `t` of its clock [s], in the donning posture."""
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
+    return AttentiveTwin(twin, OwnArm(laboratory.description, laboratory.machine, laboratory.wearer))

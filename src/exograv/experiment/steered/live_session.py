@@ -1,0 +1,299 @@
+"""A flight of real processes: guard, control, recorder and worker, begun anew for everybody who is put in."""
+
+import contextlib
+import itertools
+import threading
+import time
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.cli.machine.live_floating import parts_of, settings_of
+from exograv.errors import ExogravError
+from exograv.laboratory.preparation import Prepared
+from exograv.live.live_processes import Running, fly
+from exograv.loop.arm_controller import ArmController
+from exograv.procedures.identification.warm_start import FROM_FILE_S
+from exograv.runtime.control_loop.exchange import FeltLevel
+from exograv.runtime.control_loop.steering import Asked, Heard, Leased, Pressed
+from exograv.runtime.recorder.recorder import Recorder
+from exograv.safety.modes import Event, Mode
+from exograv.signals import Reference
+
+from .interface import Moment
+from .memory_view import Watching
+from .options import SteeredOptions
+from .participant_keeping import Keeping
+from .participants import Donned
+from .prepared_machine import Place
+from .process_state import Course, points, told
+from .requests import Don
+from .sentences import say
+from .view_models import Skeleton, Trace
+
+LOOKS_EVERY_S = 0.02
+ANSWER_WITHIN_S = 0.4
+"""A guard that is there answers in some milliseconds; its line is looked at by a thread of an ordinary process."""
+
+WARNED_S, ENDED_S = 300.0, 15.0
+"""Before the end of a recording: told so, and the arm let down, which takes 3 s [s]."""
+
+CLOSED_WITHIN_S = 20.0
+NOT_RECORDED = ("/console/trail",)
+"""Topics that are too many for the recording's messages; the console keeps them itself."""
+
+
+class LiveFlight:
+    """A `Flight` on the twin, at the machine's own clock."""
+
+    def __init__(self, options: SteeredOptions, folder: Path):
+        """Begin, in a thread of its own: the machine is calibrated, then guard and control start.
+
+        Raises:
+            ConfigError: The rig or an option cannot be used.
+        """
+        self._options, self._folder = options, folder
+        place = Place(options, options.side)
+        self._places = {place.side: place}
+        self._next = self._donned(place, options.participant, options.identify_s)
+        self._state, self._numbers = Course(self._next, place, Keeping(self._next)), itertools.count(1)
+        self._answers: dict[int, str] = {}
+        self._answered, self._drawing = threading.Condition(), threading.Lock()
+        self._controller: ArmController | None = None
+        self._is_closing = self._is_ending = False
+        self._is_asked = threading.Event()
+        self._is_asked.set()
+        self._threads = [threading.Thread(target=target, daemon=True) for target in (self._live, self._watch)]
+        for thread in self._threads:
+            thread.start()
+
+    def now(self) -> float:
+        """CLOCK_MONOTONIC [s]."""
+        return time.monotonic()
+
+    def moment(self) -> Moment:
+        """By what the guard has recorded last."""
+        state = self._state
+        description = state.place.description
+        watching = None if self._is_ending or state.running is None else state.watching
+        row = None if watching is None else watching.newest
+        mode = None if watching is None or row is None else watching.mode
+        return Moment(
+            mode=Mode.OFF if state.failure else mode,
+            latch=None if watching is None else watching.latch,
+            safe_state="none" if watching is None else watching.safe_state,
+            rig=description.name,
+            title=description.settings.title,
+            side=description.side,
+            sides=description.settings.urdf.sides,
+            is_twin=True,
+            participant=state.keeping.code,
+            participants=state.place.participants,
+            is_known=state.is_known,
+            is_learned=state.is_learned,
+            joints=tuple(description.joints),
+            tau_limit_Nm=state.place.torque_max_Nm,
+            gravity_level_asked=state.level_asked,
+            **told(row, len(description.joints)),
+            lateness=None if watching is None else watching.lateness(),
+            recorded=state.recorded(),
+            learning=state.learning(),
+            failure=state.failure,
+            warnings=state.warnings,
+            doing=state.doing,
+        )
+
+    def trace(self, since: int) -> Trace:
+        """By the recorded ticks."""
+        watching = self._state.watching
+        if watching is None:
+            return Trace(first=0, next=0, t=(), q_rad=(), tau_desired_Nm=(), tau_commanded_Nm=(), tau_measured_Nm=())
+        return watching.trace(since)
+
+    def skeleton(self) -> Skeleton:
+        """By control's model, at the posture that was measured last."""
+        state, controller = self._state, self._controller
+        row = None if state.watching is None else state.watching.newest
+        if controller is None or row is None or not np.isfinite(row["q_measured"]).all():
+            return Skeleton(exo=(), arm=())
+        with self._drawing:
+            q, still = row["q_measured"].copy(), np.zeros(len(row["q_measured"]))
+            controller.step(q, still, Reference(q, still, still))
+            exo, arm = controller.skeleton(q)
+        return Skeleton(exo=(points(exo),), arm=(points(arm),))
+
+    def ask(self, event: Event) -> str:
+        """By the guard's word."""
+        number = next(self._numbers)
+        return self._said(Asked(number, event), number)
+
+    def stop(self) -> None:
+        """Heard in the guard's next tick."""
+        running = self._state.running
+        if running is not None:
+            with contextlib.suppress(OSError):
+                running.line.send(Pressed(next(self._numbers)))
+
+    def feel(self, gravity_level: float, ramp_s: float) -> str:
+        """By the guard's word; recorded before it, as a replay needs it."""
+        state, number = self._state, next(self._numbers)
+        row = None if state.watching is None else state.watching.newest
+        if state.running is not None and row is not None:
+            message = {"act": "level", "gravity_level": gravity_level, "ramp_s": ramp_s}
+            state.running.recorder.write("/control", float(row["now"]), message)
+        why = self._said(FeltLevel(gravity_level, ramp_s, number), number)
+        if not why:
+            state.level_asked = gravity_level
+        return why
+
+    def don(self, who: Don) -> str:
+        """All processes end, and others begin; another side is another machine, and calibrated first."""
+        side = who.side or self._next.side
+        try:
+            # Made here, so that pages are told at once whose arm comes next.
+            place = self._places.get(side) or self._places.setdefault(side, Place(self._options, side))
+        except ExogravError as error:
+            return str(error)
+        self._next = self._donned(place, who.participant, who.identify_s)
+        self._end()
+        self._is_asked.set()
+        return ""
+
+    def lease(self, until_s: float, window_left_s: float | None) -> None:
+        """To the guard, on the clock that both have."""
+        running = self._state.running
+        if running is None or self._is_ending:
+            return
+        window = None if window_left_s is None else round(1e9 * (self.now() + window_left_s))
+        with contextlib.suppress(OSError):
+            running.line.send(Leased(round(1e9 * until_s), window, self._options.on_loss))
+
+    def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
+        """To the recording, on the rig's clock."""
+        state = self._state
+        row = None if state.watching is None else state.watching.newest
+        if state.running is None or row is None or topic in NOT_RECORDED:
+            return
+        rig_t = t + float(row["now"]) - float(row["monotonic"])
+        if topic == "/task":  # a channel of its own, which the study reads
+            state.running.recorder.write(topic, rig_t, {"kind": message["kind"], "record": dict(message)})
+        elif topic == "/aircraft":
+            state.running.recorder.write(topic, rig_t, message)
+        else:
+            state.running.recorder.write("/page", rig_t, {"topic": topic, "message": dict(message)})
+
+    def close(self) -> None:
+        """The arm comes down, all ends."""
+        self._is_closing = True
+        self._end()
+        self._is_asked.set()
+        for thread in self._threads:
+            thread.join(CLOSED_WITHIN_S)
+
+    def _end(self) -> None:
+        self._is_ending = True
+        running = self._state.running
+        if running is not None:
+            with contextlib.suppress(OSError):
+                running.stop()
+
+    def _said(self, word: object, number: int) -> str:
+        """What the guard answers to a word of this number."""
+        running = self._state.running
+        if running is None or self._is_ending:
+            return say("guard.absent")
+        try:
+            running.line.send(word)
+        except OSError:
+            return say("guard.ended")
+        with self._answered:
+            if not self._answered.wait_for(lambda: number in self._answers, ANSWER_WITHIN_S):
+                return say("guard.silent")
+            return self._answers.pop(number)
+
+    def _hear(self, word: object) -> None:
+        if isinstance(word, Heard):
+            with self._answered:
+                self._answers[word.number] = word.why
+                self._answered.notify_all()
+
+    def _live(self) -> None:
+        """The thread that calibrates, and then is the parent of one set of processes after the other."""
+        while True:
+            self._is_asked.wait()
+            self._is_asked.clear()
+            if self._is_closing:
+                return
+            self._is_ending, who = False, self._next
+            place = self._places[who.side]
+            self._state = state = Course(who, place, Keeping(who))
+            try:
+                prepared = state.place.prepared
+                state.doing = say("flight.starts")
+                if not self._is_closing:
+                    self._fly(state, prepared, self._free_path())
+                if not self._is_ending:
+                    state.failure = say("flight.recording_over")
+            except ExogravError as error:
+                state.failure = str(error)
+            state.running = None
+
+    def _donned(self, place: Place, participant: str | None, identify_s: float) -> Donned:
+        """Somebody whose file is there needs a check only; of anybody else all is learned."""
+        known = participant if participant in place.participants else None
+        return Donned(known, participant, FROM_FILE_S if known else identify_s, place.side)
+
+    def _free_path(self) -> Path:
+        """Of the next recording: what is there is somebody's data."""
+        paths = (self._folder / f"steered-{number}.mcap" for number in itertools.count(1))
+        return next(path for path in paths if not path.exists())
+
+    def _fly(self, state: Course, prepared: Prepared, path: Path) -> None:
+        options = self._options
+        with contextlib.ExitStack() as stack:
+            plan = state.place.people.plan(state.who, prepared, options.seed, stack)
+            said = {"disturbance_level": options.level, "seed": options.seed,
+                    "settings": {"options": options.written()}}  # fmt: skip
+            self._controller = ArmController(
+                prepared.assembly, prepared.machine, plan.prepared.x, 1e-9 * plan.period_ns
+            )
+            recorder = stack.enter_context(
+                Recorder(path, plan.description.joints, settings_of(plan, said), options.session_s)
+            )
+            state.plan, state.path = plan, path
+
+            def started(running: Running) -> None:
+                state.watching = stack.enter_context(contextlib.closing(Watching(recorder.inlet)))
+                state.begun_s, state.running = self.now(), running
+                if self._is_ending:
+                    running.stop()
+
+            def progress(_phase: str, _share: float) -> None:
+                if state.running is not None:
+                    self._look_after(state, state.running)
+
+            fly(parts_of(plan, is_tested=False), options.session_s, recorder, progress, started, hears=self._hear)
+
+    def _look_after(self, state: Course, running: Running) -> None:
+        """Some times a second, in the thread that is the processes' parent."""
+        state.recording = running.recorder.check()
+        if state.plan is not None:
+            state.keeping.look(running.worker, running.line.send, partial(state.place.keep, state.plan.prepared))
+        left, warnings = self._options.session_s - (self.now() - state.begun_s), []
+        if left < WARNED_S:
+            warnings.append(say("flight.recording_ends"))
+        if running.control.restarts:
+            warnings.append(say("flight.control_again"))
+        state.warnings = (*warnings, *state.keeping.wrong)
+        if left < ENDED_S:
+            running.stop()
+
+    def _watch(self) -> None:
+        while not self._is_closing:
+            state = self._state
+            if state.watching is not None and state.running is not None:
+                state.watching.look()
+            time.sleep(LOOKS_EVERY_S)

@@ -1,0 +1,107 @@
+"""What the memory of a flight's processes says from moment to moment: read beside them, as its recorder reads it."""
+
+import threading
+from collections import deque
+
+import numpy as np
+
+from exograv.runtime.recorder.recorder_process import PHASE, Inlet
+from exograv.safety.guard import SafeState
+from exograv.safety.modes import Mode
+
+from .view_models import Lateness, SafeStateName, Trace
+
+PLOT_EVERY = 20
+"""Ticks between two samples to plot: 50 Hz of a loop of 1 kHz."""
+
+PLOTTED = 500
+"""Samples that are kept: ten seconds."""
+
+JUDGED_TICKS = 1000
+"""Of which lateness is told."""
+
+
+class Watching:
+    """One flight's rings, with cursors of their own: nothing is taken from the recorder."""
+
+    def __init__(self, inlet: Inlet):
+        """From now on."""
+        self._ticks, self._events, self._lock = inlet.ticks(), inlet.events(), threading.Lock()
+        self._late: deque[float] = deque(maxlen=JUDGED_TICKS)
+        self._plotted: deque[np.void] = deque(maxlen=PLOTTED)
+        self._number = self._seen = 0
+        self._is_closed = False
+        self.newest: np.void | None = None
+        """Row of `tick_dtype`."""
+        self.mode = Mode.OFF
+        self.cause = "The machine has been stopped."
+        """Why it was stopped last."""
+
+    def look(self) -> None:
+        """Take what is new; some ten times a second."""
+        with self._lock:
+            if self._is_closed:
+                return
+            for event in self._events.take():
+                kind, text = (bytes(event[name]).decode(errors="replace") for name in ("kind", "text"))
+                if kind == PHASE:
+                    self.mode = Mode[text.upper()]
+                elif kind == "stop":
+                    self.cause = text
+            rows = self._ticks.take()
+            if not len(rows):
+                return
+            self.newest = rows[-1]
+            self._late.extend(rows["lateness_us"].tolist())
+            for k in range(-self._seen % PLOT_EVERY, len(rows), PLOT_EVERY):
+                self._plotted.append(rows[k])
+                self._number += 1
+            self._seen += len(rows)
+
+    @property
+    def latch(self) -> str | None:
+        """Why it is stopped; None where it is not."""
+        row = self.newest
+        is_stopped = row is not None and int(row["safe_state"]) - 1 >= SafeState.DESCENT
+        return self.cause if is_stopped else None
+
+    @property
+    def safe_state(self) -> SafeStateName:
+        """In force."""
+        row = self.newest
+        state = SafeState.NONE if row is None else SafeState(int(row["safe_state"]) - 1)
+        return state.name.lower()  # pyright: ignore[reportReturnType] - all of its names are there
+
+    def lateness(self) -> Lateness | None:
+        """Of the last second."""
+        with self._lock:
+            late = np.array(self._late)
+        if not len(late):
+            return None
+        p50, p99, most = np.percentile(late, [50, 99, 100]).round(1).tolist()
+        return Lateness(p50_us=p50, p99_us=p99, max_us=most)
+
+    def trace(self, since: int) -> Trace:
+        """Samples from number `since` on, of those that are kept."""
+        with self._lock:
+            oldest = self._number - len(self._plotted)
+            first = min(max(since, oldest), self._number)
+            rows = list(self._plotted)[first - oldest :]
+            number = self._number
+        named = {
+            f"{shown}": tuple(tuple(np.nan_to_num(row[name]).round(5).tolist()) for row in rows)
+            for shown, name in (
+                ("q_rad", "q_measured"),
+                ("tau_desired_Nm", "tau_desired"),
+                ("tau_commanded_Nm", "tau_commanded"),
+                ("tau_measured_Nm", "tau_measured"),
+            )
+        }
+        return Trace(first=first, next=number, t=tuple(float(row["monotonic"]) for row in rows), **named)
+
+    def close(self) -> None:
+        """Let go of the memory; what was seen last is told on."""
+        with self._lock:
+            self._is_closed = True
+            self._ticks.close()
+            self._events.close()

@@ -1,0 +1,131 @@
+"""Who may be put into a steered machine: somebody whose file is there, or anybody; and who was learned is kept."""
+
+import contextlib
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from exograv.cli.machine.live_floating import lesson_plan
+from exograv.errors import ConfigError
+from exograv.identification.core.prior import prior
+from exograv.laboratory.preparation import Prepared
+from exograv.laboratory.result_rows import rounded
+from exograv.laboratory.virtual_laboratory import Told, VirtualLaboratory
+from exograv.live.arm_worker import Learned
+from exograv.live.live_control import Plan
+from exograv.live.live_identification import person_believed, unknown_person
+from exograv.model.rig_settings import Side
+from exograv.procedures.identification.participant_session import NOT_KEPT, stored_person
+from exograv.procedures.identification.warm_start import belief_today
+from exograv.rig.twin.twin import PERIOD
+from exograv.storage.participant_file import (
+    new_code,
+    read_participant,
+    refuse_other,
+    refuse_other_body,
+    write_participant,
+)
+from exograv.storage.participant_schema import Identified, Person, StoredParticipant, prior_hash
+
+from .listening_wearer import attentive_twin
+
+
+@dataclass(frozen=True)
+class Donned:
+    """Who is put in, as it was asked for."""
+
+    participant: str | None
+    """Code of a file; absent for an arm that is to be identified."""
+    code: str | None
+    """Under which the arm is kept; a random one where absent."""
+    identify_s: float
+    """Of motion [s]."""
+    side: Side
+
+
+@dataclass(frozen=True)
+class People:
+    """Files of a folder that fit one machine and the person who is told to be in it."""
+
+    laboratory: VirtualLaboratory
+    machine: str
+    """Its serial number, or what stands for it."""
+    folder: Path | None
+
+    def files(self) -> dict[str, StoredParticipant]:
+        """Whoever was in this machine before, by code.
+
+        Files of other machines and people are left out, and damaged ones.
+        """
+        assembly, now, found = self.laboratory.assembly(), datetime.now(UTC), dict[str, StoredParticipant]()
+        for path in sorted(self.folder.glob("*.toml")) if self.folder is not None else ():
+            with contextlib.suppress(ConfigError):
+                whole = read_participant(path)
+                refuse_other(path, whole, assembly, self.machine, now)
+                refuse_other_body(path, whole, self.laboratory.body)
+                found[whole.person.code] = whole
+        return found
+
+    def plan(self, who: Donned, prepared: Prepared, seed: int, stack: contextlib.ExitStack) -> Plan:
+        """What guard, control and worker are built from; seconds pass. A worker's memory is there as long as `stack`.
+
+        Raises:
+            ConfigError: There is no such file any more.
+        """
+        assembly, machine, belief = prepared.assembly, prepared.machine, None
+        if who.participant is None:
+            person = unknown_person(assembly, machine)
+        else:
+            whole = self.files().get(who.participant)
+            if whole is None:
+                raise ConfigError(f"There is no file of {who.participant} in {self.folder} any more.")
+            belief, _ = belief_today(whole, assembly, machine, datetime.now(UTC))
+            prepared = replace(prepared, x=belief[0])
+            person = person_believed(assembly, machine, belief)
+        # Broken off and begun anew, all of it is kept for the worker.
+        lesson = lesson_plan(prepared, who.identify_s, PERIOD, stack, passes_s=2.0 * who.identify_s, belief=belief)
+        told = Told(self.laboratory.body, dict(self.laboratory.wearer.lengths_given))
+        rig = partial(attentive_twin, self.laboratory, seed, prepared.t)
+        return Plan(self.laboratory.description, told, prepared, person, 0.0, rig, lesson=lesson, is_steered=True)
+
+    def keep(self, prepared: Prepared, code: str | None, learned: Learned, predicted: np.ndarray) -> str | None:
+        """Write the file of somebody who has been learned; the code, or none where there is nothing to keep.
+
+        Args:
+            prepared: The machine with the arm in it.
+            code: Of the person; a random one where absent.
+            learned: What was found.
+            predicted: To be left over, per joint [N·m].
+
+        Raises:
+            ConfigError: The place cannot be written.
+        """
+        estimate, assembly = learned.estimate, prepared.assembly
+        if self.folder is None or estimate.covariance is None or learned.outcome in NOT_KEPT:
+            return None
+        code = code or new_code()
+        before = self.files().get(code)
+        identified = Identified(
+            at_utc=datetime.now(UTC).replace(microsecond=0),
+            donnings=1 if before is None else before.identified.donnings + 1,
+            method="recursive",
+            prior_sha256=prior_hash(assembly, prior(assembly, prepared.machine)),
+            motion="designed",
+            motion_s=round(estimate.t, 3),
+            calibration_sha256="",
+            outcome=learned.outcome.value,
+            predicted_left_over_Nm=rounded(predicted),
+            # A worker has no second that it has not seen to hold against what it says.
+            held_out_error_Nm=[],
+            held_out_s=0.0,
+        )
+        person = Person.of(code, self.laboratory.body)
+        found = estimate.x, estimate.covariance
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_participant(
+            self.folder / f"{code}.toml", stored_person(person, assembly, self.machine, identified, found)
+        )
+        return code

@@ -1,0 +1,57 @@
+"""The machine made for one side, with its person and their files; calibrated when somebody is first put in."""
+
+from functools import cached_property
+
+import numpy as np
+
+from exograv.cli.machine.calibration import twin_identity
+from exograv.laboratory.preparation import Prepared, machine_of
+from exograv.laboratory.virtual_laboratory import draw_laboratory, limits, refuse_motorless
+from exograv.live.arm_worker import Learned
+from exograv.model.rig_settings import Side
+from exograv.procedures.identification.estimator_session import table_guess
+
+from .options import SteeredOptions
+from .participants import People
+
+
+class Place:
+    """One side's; of a machine for both arms there is one."""
+
+    def __init__(self, options: SteeredOptions, side: Side | None):
+        """Drawn, and not calibrated yet; the machine's first side where none is named.
+
+        Raises:
+            ConfigError: The rig or an option cannot be used.
+        """
+        self._options = options
+        self.laboratory = draw_laboratory(options.rig, side, options.level, options.seed, donning=options.donning)
+        self.description = self.laboratory.description
+        refuse_motorless(self.description)
+        self.people = People(self.laboratory, twin_identity(options.level, options.seed), options.participants)
+        self.participants = tuple(self.people.files())
+        """Codes of those who may be put in."""
+        self.torque_max_Nm = tuple(limits(self.description).torque_max_Nm.tolist())
+        """Of the drives [N·m]."""
+
+    @property
+    def side(self) -> Side:
+        """Whose arm is in it."""
+        return self.description.side
+
+    @cached_property
+    def prepared(self) -> Prepared:
+        """The machine as calibrated, once; a minute passes where there is no file of it.
+
+        Raises:
+            ExogravError: The file is of another machine or side, or the calibration was refused.
+        """
+        options, assembly = self._options, self.laboratory.assembly()
+        machine, t = machine_of(self.laboratory, options.level, options.seed, options.calibration, lambda *_: None)
+        return Prepared(assembly, machine, table_guess(assembly, machine), t)
+
+    def keep(self, prepared: Prepared, code: str | None, learned: Learned, predicted: np.ndarray) -> str | None:
+        """As `People.keep`."""
+        kept = self.people.keep(prepared, code, learned, predicted)
+        self.participants = tuple(self.people.files())
+        return kept

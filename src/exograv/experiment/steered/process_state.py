@@ -1,0 +1,118 @@
+"""How one set of processes is: what their parent's thread says of them, made into what pages show."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.dynamics.parameters import names_and_units
+from exograv.identification.core.interface import Outcome
+from exograv.live.arm_worker import Judged
+from exograv.live.live_control import Plan
+from exograv.live.live_processes import Running
+from exograv.runtime.recorder.recorder import Report as RecorderReport
+
+from .memory_view import Watching
+from .participant_keeping import Keeping
+from .participants import Donned
+from .prepared_machine import Place
+from .sentences import say
+from .view_models import LearnedParameter, Learning, Point, Recorded
+
+INTERVAL = 1.96
+"""Standard deviations of half a 95 % interval."""
+
+SHOWN_UNITS = ("kg", "kg·m")
+"""Of the parameters that are shown: what carries weight."""
+
+
+@dataclass
+class Course:
+    """One set of processes, as their parent's thread has said last."""
+
+    who: Donned
+    place: Place
+    keeping: Keeping
+    doing: str = say("flight.calibrates")
+    plan: Plan | None = None
+    running: Running | None = None
+    watching: Watching | None = None
+    path: Path | None = None
+    recording: RecorderReport | None = None
+    begun_s: float = 0.0
+    level_asked: float = 0.0
+    failure: str = ""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the arm may be taken without an identification."""
+        if self.keeping.is_contradicted:
+            return False
+        return self.who.participant is not None or self.is_learned
+
+    @property
+    def is_learned(self) -> bool:
+        """Whether nothing more is to be learned."""
+        worker = None if self.running is None else self.running.worker
+        return worker is not None and worker.learned is not None
+
+    def recorded(self) -> Recorded | None:
+        """How the recording is."""
+        report = self.recording
+        if report is None or self.path is None:
+            return None
+        return Recorded(
+            path=str(self.path), samples=report.acknowledged, lost=report.lost, is_ok=report.recording_ok,
+            why=report.why
+        )  # fmt: skip
+
+    def learning(self) -> Learning | None:
+        """How far an identification is."""
+        worker = None if self.running is None else self.running.worker
+        if worker is None or worker.judged is None or self.plan is None:
+            return None
+        judged, learned = worker.judged, worker.learned
+        return Learning(
+            share_done=1.0 if learned is not None else min(judged.motion_s / self.who.identify_s, 1.0),
+            parameters=_parameters(judged, self.plan),
+            left_over_Nm=tuple(judged.left_over.tolist()),
+            left_over_prior_Nm=tuple(judged.left_over_prior.tolist()),
+            outcome=(Outcome.RUNNING if learned is None else learned.outcome).value,
+            is_over=learned is not None,
+        )
+
+
+PER_JOINT = {
+    "q_rad": "q_measured",
+    "v_rad_s": "v",
+    "tau_desired_Nm": "tau_desired",
+    "tau_commanded_Nm": "tau_commanded",
+}
+"""Fields of a tick, by what pages call them."""
+
+
+def told(row: np.void | None, joints: int) -> dict[str, Any]:
+    """What a moment has of the newest tick; what is unknown is 0."""
+    if row is None:
+        return dict.fromkeys(PER_JOINT, (0.0,) * joints) | {"gravity_level": 0.0, "arm_share": 0.0}
+    shown = {name: tuple(np.nan_to_num(row[field]).tolist()) for name, field in PER_JOINT.items()}
+    return shown | {name: float(np.nan_to_num(row[name])) for name in ("gravity_level", "arm_share")}
+
+
+def _parameters(judged: Judged, plan: Plan) -> tuple[LearnedParameter, ...]:
+    rows = zip(names_and_units(plan.prepared.assembly), judged.x, judged.sd, judged.prior, judged.prior_sd, strict=True)
+    return tuple(
+        LearnedParameter(
+            name=name, unit=unit, mean=float(x), half_width=INTERVAL * float(sd), prior=float(before),
+            prior_half_width=INTERVAL * float(before_sd)
+        )
+        for (name, unit), x, sd, before, before_sd in rows
+        if unit in SHOWN_UNITS
+    )  # fmt: skip
+
+
+def points(rows: list[list[float]]) -> tuple[Point, ...]:
+    """As a skeleton has them."""
+    return tuple((x, y, z) for x, y, z in rows)

@@ -1,0 +1,206 @@
+"""A flight without a machine: the mode table, the guard's own checks, joints that sway; for pages and their tests."""
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from exograv.identification.core.interface import Outcome
+from exograv.model.rig_settings import Side
+from exograv.runtime.control_loop.steering import Leased, Steering
+from exograv.safety.guard import GRAVITY_LEVEL_S
+from exograv.safety.modes import WORN, Event, Mode, ModeMachine
+from exograv.safety.stops import StopReason
+
+from .interface import Moment
+from .requests import Don
+from .sentences import say
+from .view_models import LearnedParameter, Learning, Point, Skeleton, Trace
+
+JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
+PLOT_HZ, PLOTTED_S = 50, 10.0
+STEP_S = 0.05
+DESCENT_S = 3.0
+WRITTEN_MAX = 10_000
+"""A rehearsal may run for a day, and nobody reads what it would have recorded."""
+
+UPPER_ARM_M, FOREARM_M = 0.3, 0.26
+PARAMETERS = (("upper_arm.mass", "kg", 2.0, 0.4), ("forearm.mass", "kg", 1.6, 0.3))
+"""Name, unit, mean and half width of what a rehearsal pretends to learn."""
+
+
+class RehearsedFlight:
+    """A `Flight`; nothing moves, and nobody is hurt by a mistake of a page."""
+
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        participants: tuple[str, ...] = ("P-07",),
+        side: Side = "right",
+    ):
+        """Off, with nobody known in it."""
+        self._clock, self._lock, self._t = clock, threading.RLock(), clock()
+        self._begun_at, self._participants = self._t, participants
+        self._modes, self._steering = ModeMachine(), Steering()
+        self._participant: str | None = None
+        self._side: Side = side
+        self._is_known, self._identify_s, self._moved_s = False, 60.0, 0.0
+        self._latch: StopReason | None = None
+        self._latched_at = 0.0
+        self._level = self._level_asked = 0.0
+        self.written = deque[tuple[str, float, dict[str, Any]]](maxlen=WRITTEN_MAX)
+        """What would have been recorded, the newest."""
+
+    def now(self) -> float:
+        """By its own clock [s]."""
+        return self._clock()
+
+    def moment(self) -> Moment:
+        """As if it were a machine."""
+        with self._lock:
+            self._advance()
+            share, n, t = self._modes.arm_share, len(JOINTS), self._t
+            tau = tuple(share * (2.0 + joint) for joint in range(n))
+            return Moment(
+                mode=self._modes.mode,
+                latch=None if self._latch is None else self._latch.value,
+                safe_state="none" if self._latch is None else "descent",
+                rig="rehearsal",
+                title="A rehearsal without a machine",
+                side=self._side,
+                sides=("right", "left"),
+                is_twin=True,
+                participant=self._participant,
+                participants=self._participants,
+                is_known=self._is_known,
+                is_learned=self._is_known,
+                joints=JOINTS,
+                q_rad=self._q(t),
+                v_rad_s=tuple(0.1 * math.cos(t + joint) for joint in range(n)),
+                tau_desired_Nm=tau,
+                tau_commanded_Nm=tau,
+                tau_limit_Nm=(40.0,) * n,
+                gravity_level_asked=self._level_asked,
+                gravity_level=self._level,
+                arm_share=share,
+                learning=self._learning(),
+            )
+
+    def trace(self, since: int) -> Trace:
+        """Of the last ten seconds."""
+        with self._lock:
+            self._advance()
+            newest = int((self._t - self._begun_at) * PLOT_HZ)
+            first = max(since, newest - round(PLOTTED_S * PLOT_HZ), 0)
+            t = tuple(self._begun_at + number / PLOT_HZ for number in range(first, newest))
+            q, tau = tuple(map(self._q, t)), tuple((0.0,) * len(JOINTS) for _ in t)
+            return Trace(first=first, next=max(newest, first), t=t, q_rad=q, tau_desired_Nm=tau,
+                         tau_commanded_Nm=tau, tau_measured_Nm=tau)  # fmt: skip
+
+    def skeleton(self) -> Skeleton:
+        """An arm that sways in a plane."""
+        flexion, elbow = self._q(self.now())[2:]
+        points: list[Point] = [(0.0, -0.2, 1.2)]
+        for length, angle in ((UPPER_ARM_M, flexion), (FOREARM_M, flexion + elbow)):
+            x, y, z = points[-1]
+            points.append((x + length * math.sin(angle), y, z - length * math.cos(angle)))
+        arm = tuple(points)
+        return Skeleton(exo=(((0.0, -0.3, 0.0), (0.0, -0.3, 1.2), *((x, -0.25, z) for x, _, z in arm)),), arm=(arm,))
+
+    def ask(self, event: Event) -> str:
+        """Decided as by the guard."""
+        with self._lock:
+            self._advance()
+            if event is Event.RESET and self._latch is not None:
+                if self._t - self._latched_at < DESCENT_S:
+                    return say("rehearsal.still_down")
+                self._latch = None
+            is_latched, now_ns = self._latch is not None, round(1e9 * self._t)
+            why = self._steering.ask(event, self._modes.mode, is_latched=is_latched, now_ns=now_ns)
+            self._advance(STEP_S)
+            return why
+
+    def stop(self) -> None:
+        """As a guard does."""
+        with self._lock:
+            self._advance()
+            if self._latch is None:
+                self._latch, self._latched_at = StopReason.STOP_PRESSED, self._t
+            self._steering.stopped()
+            self._modes.take(Event.FAULT)
+
+    def feel(self, gravity_level: float, ramp_s: float) -> str:
+        """By the guard's ramp."""
+        with self._lock:
+            self._level_asked = gravity_level
+            return ""
+
+    def don(self, who: Don) -> str:
+        """At once."""
+        with self._lock:
+            self._participant, self._is_known = who.participant, who.participant is not None
+            self._identify_s, self._moved_s, self._side = who.identify_s, 0.0, who.side or self._side
+            return ""
+
+    def lease(self, until_s: float, window_left_s: float | None) -> None:
+        """As the guard does."""
+        with self._lock:
+            self._advance()
+            window = None if window_left_s is None else round(1e9 * (self._t + window_left_s))
+            self._steering.lease(Leased(round(1e9 * until_s), window), round(1e9 * self._t))
+
+    def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
+        """Keep it."""
+        self.written.append((topic, t, dict(message)))
+
+    def close(self) -> None:
+        """Nothing to do."""
+
+    def _advance(self, at_least_s: float = 0.0) -> None:
+        """Let time pass."""
+        until = max(self._clock(), self._t + at_least_s)
+        while self._t + STEP_S <= until:
+            self._t += STEP_S
+            self._step()
+
+    def _step(self) -> None:
+        modes = self._modes
+        if self._steering.watch(modes.mode, round(1e9 * self._t)) and self._steering.is_to_stop:
+            self.stop()
+        if (event := self._steering.next()) is not None:
+            modes.take(event)
+        if modes.mode is Mode.FLOATING and not self._is_known:
+            modes.take(Event.MOVE)
+        if modes.mode is Mode.MOVING:
+            self._moved_s += STEP_S
+            self._is_known = self._moved_s >= self._identify_s
+            if self._is_known:
+                modes.take(Event.FLOAT)
+        if modes.mode in WORN or modes.mode is Mode.OFF:
+            way = self._level_asked - self._level
+            self._level += math.copysign(min(abs(way), STEP_S / GRAVITY_LEVEL_S), way)
+        modes.step(STEP_S, 0.0, 0.0)
+
+    def _q(self, t: float) -> tuple[float, ...]:
+        return tuple(0.4 + 0.1 * math.sin(t + joint) for joint in range(len(JOINTS)))
+
+    def _learning(self) -> Learning | None:
+        if not self._moved_s:
+            return None
+        left = 1.0 / math.sqrt(1.0 + self._moved_s)
+        parameters = tuple(
+            LearnedParameter(name=name, unit=unit, prior=mean, prior_half_width=width, mean=mean + 0.2 * (1.0 - left),
+                             half_width=width * left)
+            for name, unit, mean, width in PARAMETERS
+        )  # fmt: skip
+        over, share = self._is_known, min(self._moved_s / self._identify_s, 1.0)
+        return Learning(
+            share_done=share,
+            parameters=parameters,
+            left_over_Nm=(2.0 * left,) * len(JOINTS),
+            left_over_prior_Nm=(2.0,) * len(JOINTS),
+            outcome=say("rehearsal.identified") if over else Outcome.RUNNING.value,
+            is_over=over,
+        )

@@ -1,0 +1,132 @@
+"""Whether an act may be done: once each, soon after it was asked for, for what was seen, and in the right order."""
+
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import get_args
+
+from exograv.safety.modes import TRANSITIONS, Event, Mode
+
+from .requests import LATE_S, LEASE_S, Act, Answer
+from .sentences import say
+from .view_models import ActKind
+
+REMEMBERED = 4096
+"""Answers that are kept for an act that comes again: ten seconds of the most that pages may send."""
+
+KINDS: tuple[ActKind, ...] = get_args(ActKind)
+
+ALWAYS: frozenset[ActKind] = frozenset({"stop", "note", "acknowledge"})
+"""They move nothing, or let the arm down: anybody may, whether somebody steers or not."""
+
+EVENTS: Mapping[ActKind, Event] = MappingProxyType(
+    {
+        "make_ready": Event.TEST,
+        "take_arm": Event.TAKE_ARM,
+        "identify": Event.TAKE_ARM,
+        "give_back": Event.GIVE_BACK,
+        "reset": Event.RESET,
+        "switch_off": Event.SWITCH_OFF,
+    }
+)
+"""What each lets happen; the guard decides about it once more."""
+
+LEVEL_IN = frozenset({Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mode.FLOATING})
+"""Where another gravity level may be asked for: not on a path, nor while the arm is given back."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How things are, as far as an act depends on it."""
+
+    version: int
+    mode: Mode | None
+    latch: str | None
+    is_known: bool
+    is_learned: bool
+    is_ready: bool
+    """Step one was done not too long ago."""
+    is_leased: bool
+    participants: tuple[str, ...]
+    sides: tuple[str, ...] = ()
+    failure: str = ""
+    """Why no guard runs any more; then somebody can only be put in anew."""
+
+
+def why_not(kind: ActKind, s: Standing) -> str:
+    """Why an act of this kind would be refused now; empty where it would not."""
+    if kind in ALWAYS:
+        return ""
+    if s.mode is None:
+        return say("desk.not_begun")
+    if not s.is_leased:
+        return say("desk.nobody", seconds=f"{LEASE_S:g}")
+    if s.failure:
+        return "" if kind == "don" else s.failure
+    if kind == "reset":
+        return "" if s.latch is not None or s.mode is Mode.SAFE else say("desk.not_stopped")
+    if s.latch is not None:
+        return say("desk.stopped", latch=s.latch)
+    return _out_of_place(kind, s, s.mode) or _out_of_turn(kind, s)
+
+
+def _out_of_place(kind: ActKind, s: Standing, mode: Mode) -> str:
+    if kind == "don":
+        possible = mode is Mode.OFF
+    elif kind == "set_level":
+        possible = mode in LEVEL_IN
+    else:
+        possible = (mode, EVENTS[kind]) in TRANSITIONS or (kind == "make_ready" and mode is Mode.EXO_ONLY)
+    return "" if possible else say("desk.not_possible", mode=mode.value)
+
+
+def _out_of_turn(kind: ActKind, s: Standing) -> str:
+    """Two steps before an arm is taken, and the right second one."""
+    if kind in ("take_arm", "identify") and not s.is_ready:
+        return say("desk.no_step_one")
+    # An arm is learned, or checked, while all of its weight is carried.
+    if kind == "set_level" and s.is_known and not s.is_learned:
+        return say("desk.unchecked")
+    if kind in ("take_arm", "set_level") and not s.is_known:
+        return say("desk.unknown_arm")
+    if kind == "identify" and s.is_known:
+        return say("desk.known_arm")
+    return ""
+
+
+class Reception:
+    """Of one desk."""
+
+    def __init__(self):
+        self._answers: OrderedDict[str, tuple[Act, Answer]] = OrderedDict()
+
+    def known(self, act: Act) -> Answer | None:
+        """What an act with this identifier was answered before."""
+        before = self._answers.get(act.id)
+        if before is None:
+            return None
+        same = before[0] == act
+        return before[1] if same else Answer(id=act.id, taken=False, why=say("desk.same_id"))
+
+    def refusal(self, act: Act, now: float, s: Standing) -> str:
+        """Why this one is not done; empty where it may be."""
+        if act.kind != "stop" and not now - LATE_S <= act.made_at_s <= now + LATE_S:
+            return say("desk.late", seconds=f"{now - act.made_at_s:.1f}", allowed=f"{LATE_S:g}")
+        seen = getattr(act, "seen_version", None)
+        if seen is not None and seen != s.version:
+            return say("desk.changed")
+        if why := why_not(act.kind, s):
+            return why
+        if act.kind == "don" and act.side is not None and act.side not in s.sides:
+            return say("desk.no_side", side=act.side, sides=", ".join(s.sides))
+        if act.kind == "don" and act.participant is not None and act.participant not in s.participants:
+            return say("desk.no_file", person=act.participant, people=", ".join(s.participants) or "-")
+        return ""
+
+    def remember(self, act: Act, answer: Answer) -> Answer:
+        """The answer itself."""
+        self._answers[act.id] = act, answer
+        if len(self._answers) > REMEMBERED:
+            self._answers.popitem(last=False)
+        return answer

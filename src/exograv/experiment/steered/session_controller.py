@@ -1,0 +1,153 @@
+"""The desk: takes acts from pages, decides about each once, and has them done by a flight."""
+
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+from exograv.safety.modes import Mode
+
+from .alarms import AlarmBook, Priority
+from .interface import Flight, Moment
+from .request_validation import EVENTS, KINDS, Reception, Standing, why_not
+from .requests import LEASE_S, READY_S, Acknowledge, Act, Answer, Don, MakeReady, Note, SetLevel, Stop, Who
+from .sentences import say
+from .view_models import ModeName, Shown, Skeleton, Trace
+
+RECORD_TOPIC = "/act"
+"""Of what was asked for, by whom, and what became of it."""
+
+
+class SteeredDesk:
+    """A `Desk` over a flight."""
+
+    def __init__(self, flight: Flight):
+        self._flight, self._lock = flight, threading.Lock()
+        self._reception, self._alarms = Reception(), AlarmBook()
+        self._version, self._key = 0, ()
+        self._ready_until_s: float | None = None
+        self._lease_until_s: float | None = None
+        self._was_mode: Mode | None = None
+
+    def now(self) -> float:
+        """As the flight's [s]."""
+        return self._flight.now()
+
+    def shown(self) -> Shown:
+        """One moment."""
+        with self._lock:
+            now, moment = self.now(), self._flight.moment()
+            s = self._standing(moment, now)
+            said = {name: value for name, value in vars(moment).items() if name in Shown.model_fields}
+            mode: ModeName = "starting" if moment.mode is None else moment.mode.name.lower()  # pyright: ignore[reportAssignmentType]
+            return Shown(**said | {
+                "version": s.version,
+                "t": now,
+                "mode": mode,
+                "mode_text": moment.failure or _mode_text(moment),
+                "take_within_s": _left(self._ready_until_s, now),
+                "possible": tuple(kind for kind in KINDS if not why_not(kind, s)),
+                "lease_left_s": _left(self._lease_until_s, now),
+                "alarms": self._alarms.shown,
+            })  # fmt: skip
+
+    def trace(self, since: int) -> Trace:
+        """As the flight's."""
+        return self._flight.trace(since)
+
+    def skeleton(self) -> Skeleton:
+        """As the flight's."""
+        return self._flight.skeleton()
+
+    def act(self, act: Act, by: Who) -> Answer:
+        """Decide, do, answer."""
+        if isinstance(act, Stop):
+            self._flight.stop()  # before all else: it waits for nobody who is deciding about something
+        with self._lock:
+            now, moment = self.now(), self._flight.moment()
+            s = self._standing(moment, now)
+            if (before := self._reception.known(act)) is not None:
+                return before
+            why = self._reception.refusal(act, now, s) or self._done(act, by, now)
+            answer = self._reception.remember(act, Answer(id=act.id, taken=not why, why=why))
+            said = act.model_dump(mode="json") | {"by": by, "taken": answer.taken, "why": why}
+            self._flight.write(RECORD_TOPIC, now, said)
+            return answer
+
+    def keep(self, window_left_s: float | None = None) -> None:
+        """Somebody steers."""
+        self._lease_until_s = self.now() + LEASE_S
+        self._flight.lease(self._lease_until_s, window_left_s)
+
+    def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
+        """As the flight's."""
+        self._flight.write(topic, t, message)
+
+    def close(self) -> None:
+        """As the flight's."""
+        self._flight.close()
+
+    def _done(self, act: Act, by: Who, now: float) -> str:
+        """Why it could not be done; empty where it was."""
+        if isinstance(act, Acknowledge):
+            return "" if self._alarms.acknowledge(act.alarm, by) else say("desk.no_alarm", number=act.alarm)
+        if isinstance(act, Note | Stop):
+            return ""
+        if isinstance(act, SetLevel):
+            return self._flight.feel(act.gravity_level, act.ramp_s)
+        if isinstance(act, Don):
+            return self._flight.don(act)
+        why = self._flight.ask(EVENTS[act.kind])
+        if not why:
+            self._ready_until_s = now + READY_S if isinstance(act, MakeReady) else None
+        return why
+
+    def _standing(self, moment: Moment, now: float) -> Standing:
+        """How things are; counts the version, and raises what is wrong."""
+        is_leased = _left(self._lease_until_s, now) is not None
+        if moment.latch is not None or not is_leased or moment.mode not in (Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY):
+            self._ready_until_s = None
+        is_ready = _left(self._ready_until_s, now) is not None
+        key = (moment.mode, moment.latch, is_ready, moment.participant, moment.is_known, moment.side)
+        if key != self._key:
+            self._key, self._version = key, self._version + 1
+        self._look_for_alarms(moment, now, is_lost=self._lease_until_s is not None and not is_leased)
+        return Standing(
+            self._version,
+            moment.mode,
+            moment.latch,
+            moment.is_known,
+            moment.is_learned,
+            is_ready,
+            is_leased,
+            moment.participants,
+            moment.sides,
+            moment.failure,
+        )
+
+    def _look_for_alarms(self, moment: Moment, now: float, *, is_lost: bool) -> None:
+        causes: dict[str, Priority] = {}
+        for text in moment.warnings:
+            causes[text] = "medium"
+        if moment.failure:
+            causes[moment.failure] = "high"
+        if moment.latch is not None:
+            causes[moment.latch] = "high"
+        if is_lost:
+            causes[say("desk.nobody_any_more")] = "medium"
+        if moment.recorded is not None and not moment.recorded.is_ok:
+            causes[moment.recorded.why] = "medium"
+        self._alarms.look(causes, now)
+
+
+def _mode_text(moment: Moment) -> str:
+    """What is the matter; of a stop, why."""
+    if moment.mode is None:
+        return moment.doing
+    if moment.mode is Mode.SAFE and moment.latch is not None:
+        return say("desk.let_down", latch=moment.latch)
+    return moment.mode.value
+
+
+def _left(until: float | None, now: float) -> float | None:
+    """What is left of a time; None where there was none, or nothing is left."""
+    return None if until is None or until <= now else until - now

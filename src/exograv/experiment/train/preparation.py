@@ -1,0 +1,209 @@
+"""Before the first window: the empty machine known and tested, the arm checked against the form and identified."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from exograv import motion
+from exograv.cli.machine.calibration import twin_identity
+from exograv.cli.machine.self_testing import virtual_subject
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.errors import ConfigError, RigError
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Estimate
+from exograv.identification.core.prior import prior
+from exograv.laboratory.conditions import NoTorque
+from exograv.laboratory.preparation import MOTION_S, calibration_of
+from exograv.laboratory.result_rows import rounded
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.laboratory.weighing_command import in_doubt_not_refused
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.mode_ramp import fade
+from exograv.loop.person_limits_manager import Worn
+from exograv.loop.pilot import Controller, Pilot, Progress
+from exograv.loop.replay_log import read_machine
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.identification.float_arm import TRAVEL
+from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.identification.participant_session import ParticipantOptions, ParticipantRun
+from exograv.procedures.identification.warm_start import FROM_FILE_S
+from exograv.procedures.self_test.unworn import test_machine
+from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
+from exograv.procedures.weighing.first_motion import first_motion
+from exograv.procedures.weighing.motion_samples import Kept
+from exograv.rig.twin import Twin
+from exograv.rig.twin.world.surroundings import Surroundings
+from exograv.storage.session_checkpoint import Person
+
+from .options import TrainOptions
+
+PilotOf = Callable[[Twin, ActuatorGain], Pilot]
+
+
+@dataclass
+class Ready:
+    """Somebody in the machine, whom control knows as well as it is going to."""
+
+    pilot: Pilot
+    twin: Twin
+    controller: Controller
+    person: Person | None = None
+    figures: dict[str, Any] = field(default_factory=dict)
+    model: ArmModel | None = None
+
+
+def recording_only(
+    laboratory: VirtualLaboratory, surroundings: Surroundings, day: int, pilot_of: PilotOf, t: float
+) -> Ready:
+    """A machine that gives no torque: it has no motors, or they are off."""
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, day, t0=t, surroundings=surroundings)
+    n = len(twin.joints)
+    return Ready(pilot_of(twin, ActuatorGain(np.ones(n), np.zeros(n))), twin, NoTorque(n))
+
+
+def empty_machine(
+    options: TrainOptions, laboratory: VirtualLaboratory, progress: Progress
+) -> tuple[CalibratedMachine, float, dict[str, Any]]:
+    """The machine as calibrated, its clock [s], and what its self-test said.
+
+    Raises:
+        RigError: The self-test has failed.
+        ExogravError: The calibration was refused, or the file is of another machine.
+    """
+    level, seed = options.level, options.seed
+    calibration, t = calibration_of(laboratory, level, seed, options.calibration, progress)
+    lengths = laboratory.wearer.lengths_given
+    subject = virtual_subject(laboratory.description, laboratory.machine, calibration, lengths, seed)
+    steps, busy_s = test_machine(subject, progress)
+    failed = [step for step in steps if not (step.passed or step.locks_only)]
+    if failed:
+        raise RigError(
+            f"The self-test has failed: {failed[0].name}. {failed[0].what_to_do} Nobody may be in this machine before "
+            "`exograv self-test` passes."
+        )
+    return calibration.machine, t + busy_s, {"self_test": {"passed": True, "steps": len(steps)}}
+
+
+def known_arm(
+    options: TrainOptions,
+    laboratory: VirtualLaboratory,
+    surroundings: Surroundings,
+    empty: tuple[CalibratedMachine, float, dict[str, Any]],
+    day: int,
+    pilot_of: PilotOf,
+) -> Ready:
+    """The arm in the machine: twenty seconds for the form, then identified, then laid down on its support.
+
+    Raises:
+        ConfigError: The arm is not that of the form, or of the participant's file.
+        RigError: The envelope stopped the run.
+    """
+    machine, t, figures = empty
+    assembly = laboratory.assembly()
+    twin = Twin(
+        laboratory.description, laboratory.machine, laboratory.wearer, day, t0=t, surroundings=surroundings
+    )  # fmt: skip
+    twin.put_surroundings(False)
+    pilot = pilot_of(twin, machine.actuators)
+    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
+    model = ArmModel(assembly, machine)
+    judge, person = ArmJudge(model), _person_run(options, laboratory, assembly)
+    pilot.begin("check arm")
+    gentle = first_motion(pilot, controller, model)
+    check = judge.judge([gentle], laboratory.body.mass_kg)
+    if check.is_sure:
+        _refuse_other_arm(check)
+    identifier = Identifier(
+        pilot, controller, machine, "recursive", "current", lambda _t, estimate, predicted, _outcome: person.note(
+            estimate, predicted
+        ), person.belief(machine),
+    )  # fmt: skip
+    kept = Kept()
+    person.listen(identifier)
+    identifier.followers.append(kept)
+    found = identify_arm(pilot, controller, identifier, MOTION_S if person.before is None else FROM_FILE_S)
+    if not check.is_sure:
+        both = judge.judge([gentle, kept.samples], laboratory.body.mass_kg)
+        check = in_doubt_not_refused(both, found.restless_s is not None)
+        _refuse_other_arm(check)
+    written = person.keep(found, machine, "designed", "")
+    lay_down(pilot, controller, twin)
+    figures |= {
+        "arm_check": {
+            "arm_mass_kg": round(check.arm_mass, 3),
+            "why": check.why,
+            "probability": round(check.probability, 4),
+        },
+        "identification": {
+            "motion_s": round(found.last.t, 3),
+            "outcome": found.outcome.value,
+            "from_file": person.before is not None,
+            "predicted_left_over_Nm": None if found.predicted[-1] is None else rounded(found.predicted[-1]),
+        },
+        "person_kept": written is not None and written["file"] is not None,
+    }  # fmt: skip
+    return Ready(pilot, twin, controller, _kept(machine, found.last), figures, identifier.model)
+
+
+def known_again(
+    laboratory: VirtualLaboratory,
+    surroundings: Surroundings,
+    person: Person,
+    t: float,
+    day: int,
+    pilot_of: PilotOf,
+) -> Ready:
+    """The same arm after an interruption, with what was known of it.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    machine, x, assembly = read_machine(person.machine), np.array(person.x), laboratory.assembly()
+    twin = Twin(
+        laboratory.description, laboratory.machine, laboratory.wearer, day, t0=t, surroundings=surroundings
+    )  # fmt: skip
+    twin.put_surroundings(False)
+    pilot = pilot_of(twin, machine.actuators)
+    pilot.worn = Worn(pilot.envelope, assembly, machine, prior(assembly, machine)[0])
+    pilot.worn.know(x)
+    controller = ArmController(assembly, machine, x, twin.period_s)
+    controller.mode.drive = 1.0
+    lay_down(pilot, controller, twin)
+    return Ready(pilot, twin, controller, person, model=ArmModel(assembly, machine))
+
+
+def lay_down(pilot: Pilot, controller: ArmController, twin: Twin) -> None:
+    """Lead the relaxed arm to where it was put on, bring screen and support, and give the arm back to the person."""
+    posture, dt = controller.assembly.description.donning_posture, twin.period_s
+    pilot.begin("lay down")
+    way = motion.joined([motion.go_to(pilot.q, posture, TRAVEL, dt), motion.hold(posture, 1.0, dt)])
+    pilot.run(controller, way, "Bringing the arm to its support")
+    twin.put_surroundings(True)
+    fade(pilot, controller, "drive", 0.0, posture)
+    fade(pilot, controller, "gravity_level", 1.0, posture)
+
+
+def _kept(machine: CalibratedMachine, found: Estimate) -> Person:
+    """What a run that is broken off goes on with."""
+    covariance = np.zeros((0, 0)) if found.covariance is None else found.covariance
+    return Person.of(machine, found.x, covariance)
+
+
+def _person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: Any) -> ParticipantRun:
+    file = options.person_file
+    files = ParticipantOptions(
+        keep=file,
+        code=None if file is None else options.participant,
+        participant=file if file is not None and file.exists() else None,
+    )
+    now = datetime.now(UTC).replace(microsecond=0)
+    return ParticipantRun(files, assembly, twin_identity(options.level, options.seed), laboratory.body, now)
+
+
+def _refuse_other_arm(check: ArmCheck) -> None:
+    if check.refused:
+        raise ConfigError(f"{check.why} Nothing was trained.")

@@ -1,0 +1,293 @@
+"""`exograv train --simulate`: from the empty machine to the last window, in lock-step and from one seed."""
+
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.errors import ConfigError, RigError
+from exograv.laboratory.participant.aircraft_feed import AircraftFeed
+from exograv.laboratory.participant.habits import Habits, register
+from exograv.laboratory.participant.task_course import Course, silence, task_message
+from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.laboratory.participant.virtual_participant import PointingPerson
+from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, limits
+from exograv.loop.pilot import Pilot, Progress
+from exograv.recording import RecordingWriter
+from exograv.recording.disk import refuse_small_disk
+from exograv.rig.twin import Twin, day_seed
+from exograv.rig.twin.behaviour.own_arm import OwnArm, worn_inertia
+from exograv.rig.twin.twin import PERIOD
+from exograv.safety.envelope import Envelope
+from exograv.storage.session_checkpoint import KeptSession, read_kept, refuse_kept, write_kept
+from exograv.task.aircraft_line import AircraftSample
+from exograv.task.events import Interrupted, Resume, Start
+from exograv.task.plan import Plan
+from exograv.task.records import Record, marker
+from exograv.task.run import Run
+
+from .options import Asked, TrainOptions, asked_for
+from .preparation import Ready, empty_machine, known_again, known_arm, recording_only
+from .recording_pilot import RecordingPilot
+from .verification import verify_between
+
+PREPARING_S = 420.0
+"""Of the machine's time, at most, before the first window: calibration, self-test, identification."""
+
+LISTENER_S = 5.0
+"""For a recorder of Lab Streaming Layer that is already running to find the markers: lock-step does not wait for it."""
+
+LAST_MARKERS_S = 0.5
+"""For the last of them to get out of this process."""
+
+AWAY_S = 300.0
+"""From the last moment that was kept to the one at which a run goes on: more than a verification takes [s]."""
+
+
+def run_training(options: TrainOptions, folder: Path, progress: Progress) -> dict[str, Any]:
+    """Run it; the result follows the contract of `exograv train --json`.
+
+    Raises:
+        ConfigError: An option or a file cannot be used, or there is no run to go on with.
+        ExogravError: Machine, wearer or run was refused or stopped.
+        KeyboardInterrupt: Ctrl-C; what is needed to go on is kept.
+    """
+    return _Training(options, folder, progress).run()
+
+
+class _Training:
+    """One call of the command."""
+
+    def __init__(self, options: TrainOptions, folder: Path, progress: Progress):
+        self._begun = time.perf_counter()
+        self._options, self._progress = options, progress
+        self._asked: Asked = asked_for(options)
+        self._folder, name = folder, options.name
+        self._recording_path, self._kept_path = folder / f"{name}.mcap", folder / f"{name}.run.json"
+        self._before: KeptSession | None = None
+        if options.resume:
+            self._before = read_kept(self._kept_path, options.kept)
+        else:
+            refuse_kept(self._kept_path)
+        self._laboratory: VirtualLaboratory = draw_laboratory(
+            self._asked.rig, options.side, options.level, options.seed, donning=options.donning
+        )
+        self._day = day_seed(options.seed, options.donning)
+        self._refuse_machine()
+        protocol = self._asked.loaded.settings
+        self._room = SimulatedRoom()
+        self._plan = Plan(self._asked.loaded, self._asked.exo, self._room.calibration)
+        self._assembly = self._laboratory.assembly()
+        self._surroundings = self._room.around(self._assembly, protocol.target)
+
+    def run(self) -> dict[str, Any]:
+        before, joints = self._before, self._laboratory.description.joints
+        run = Run(self._plan) if before is None else Run.from_kept(self._plan, before.run)
+        if run.state.status in ("stopped", "finished"):
+            raise ConfigError(f"The run in {self._kept_path} is over; there is nothing to go on with.")
+        left_s = self._plan.timeline.duration_s + PREPARING_S
+        refuse_small_disk(self._recording_path, len(joints), left_s)
+        if before is None:
+            recording = RecordingWriter(self._recording_path, joints, self._settings())
+        else:
+            recording = RecordingWriter.continued(self._recording_path)
+        with recording:
+            ready = self._ready(recording)
+            self._fly(run, ready, recording)
+            figures = run.totals().figures()
+            recording.write("/result", ready.twin.t, {
+                "task": {**figures, **ready.figures}, "rig": self._asked.rig, "joints": list(joints),
+                "disturbance_level": self._options.level, "seed": self._options.seed,
+                "simulated_s": round(ready.twin.t, 3),
+            })  # fmt: skip
+        self._progress("Writing the report", 0.0)
+        from exograv.report.of_recording.recording_report import write_report  # Matplotlib: 0.4 s
+
+        report = write_report(self._recording_path, self._folder / f"{self._options.name}.html")
+        return {
+            "protocol": self._plan.protocol.name,
+            "participant": self._options.participant,
+            "session": self._options.session,
+            **figures,
+            "is_complete": run.state.status == "finished"
+            or run.state.complete >= set(self._plan.protocol.windows.numbers),
+            "is_whole_protocol": self._asked.is_whole,
+            "attempts": len(run.state.windows),
+            **ready.figures,
+            "rig": self._asked.rig,
+            "disturbance_level": self._options.level,
+            "seed": self._options.seed,
+            "simulated_s": round(ready.twin.t, 3),
+            "wall_s": round(time.perf_counter() - self._begun, 2),
+            "recording_MB": round(1e-6 * self._recording_path.stat().st_size, 1),
+            "report": str(report),
+            "recording": str(self._recording_path),
+        }
+
+    def _refuse_machine(self) -> None:
+        description = self._laboratory.description
+        if description.side == "both":
+            raise ConfigError(
+                f"{description.name} is for both arms, and one of them points. Choose a machine for one arm."
+            )
+        if description.motorless and self._asked.loaded.settings.exo == "active":
+            raise ConfigError(
+                f"{description.name} has no motor at {', '.join(description.motorless)}; protocol "
+                f"'{self._asked.loaded.settings.name}' wants an active machine. Choose one with motors (exograv rigs)."
+            )
+
+    @property
+    def _records_only(self) -> bool:
+        """Whether no torque is given: without motors, and where gravity changes and no model knows of it."""
+        return bool(self._laboratory.description.motorless) or self._plan.protocol.opening == "aircraft"
+
+    def _pilot_of(self, recording: RecordingWriter, twin: Twin, actuators: ActuatorGain) -> Pilot:
+        envelope = Envelope(limits(self._laboratory.description, self._records_only), twin.period_s)
+        kind = RecordingPilot if self._records_only else Pilot
+        return kind(twin, actuators, envelope, recording, self._progress)
+
+    def _ready(self, recording: RecordingWriter) -> Ready:
+        def pilot_of(twin: Twin, actuators: ActuatorGain) -> Pilot:
+            return self._pilot_of(recording, twin, actuators)
+
+        laboratory, surroundings, before, seed = self._laboratory, self._surroundings, self._before, self._day
+        t = 0.0 if before is None else before.t + AWAY_S
+        if before is not None:
+            # Muscles and noise do not repeat themselves.
+            seed += round(t)
+        if self._records_only:
+            ready = recording_only(laboratory, surroundings, seed, pilot_of, t)
+        elif before is not None and before.person is not None:
+            ready = known_again(laboratory, surroundings, before.person, t, seed, pilot_of)
+        else:
+            empty = empty_machine(self._options, laboratory, self._progress)
+            ready = known_arm(self._options, laboratory, surroundings, empty, seed, pilot_of)
+        if before is not None:
+            ready.figures = before.before
+        return ready
+
+    def _participant(self, twin: Twin) -> PointingPerson:
+        laboratory, protocol = self._laboratory, self._plan.protocol
+        own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+        person = PointingPerson(
+            own,
+            worn_inertia(laboratory.description, laboratory.machine, laboratory.wearer),
+            self._surroundings,
+            self._room.on_panel(*self._room.target_px(protocol.target)),
+            protocol.pace.too_short.shape,
+            self._options.seed,
+            twin.period_s,
+            Habits(interval_s=protocol.windows.interval_s),
+        )
+        person.inner_ear = lambda: twin.room_gravity
+        person.begin_day(self._day)
+        if self._before is not None and self._before.learned is not None:
+            person.remember(self._before.learned)
+        return person
+
+    def _fly(self, run: Run, ready: Ready, recording: RecordingWriter) -> None:
+        twin = ready.twin
+        participant = self._participant(twin)
+
+        def keep(t: float) -> None:
+            kept = KeptSession(
+                options=self._options.kept, t=t, run=run.kept(), person=ready.person, before=ready.figures,
+                learned=participant.learned,
+            )  # fmt: skip
+            write_kept(self._kept_path, kept)
+
+        outlet = self._outlet()
+
+        def told(t: float, record: Record) -> None:
+            recording.write("/task", t, task_message(record))
+            if outlet is not None:
+                outlet.push_sample([marker(record)])
+
+        def verify() -> None:
+            after = len(run.state.complete)
+            found = {"after_windows": after, **verify_between(ready, self._day + after)}
+            ready.figures["verified"] = [*ready.figures.get("verified", []), found]
+
+        def heard(t: float, sample: AircraftSample) -> None:
+            message = {"g": list(sample.g), "parabola": sample.parabola, "announcement": sample.announcement}
+            recording.write("/aircraft", t, message)
+
+        flies = self._plan.protocol.opening == "aircraft"
+        course = Course(
+            run, ready.pilot, twin, ready.controller, participant, self._room, told, keep, self._day,
+            page=f"simulated-{run.state.epoch + (self._before is not None)}",
+            feed_from=AircraftFeed(self._plan.protocol, twin, self._day, heard) if flies else silence,
+            verify=verify,
+            verify_every=self._options.verify_every,
+        )  # fmt: skip
+        ready.pilot.begin("task")
+        if self._before is None:
+            course.feed(Start(t=twin.t))
+        else:
+            course.feed(Interrupted(t=twin.t))
+            course.feed(Resume(t=twin.t))
+        try:
+            course.fly()
+        except RigError as error:
+            raise RigError(f"{error} {how_to_go_on(self._options, self._folder) or ''}") from error
+        keep(twin.t)
+        if outlet is not None and outlet.have_consumers():
+            time.sleep(LAST_MARKERS_S)
+
+    def _outlet(self):
+        """The stream of markers; None where nobody asked."""
+        if not self._options.lsl:
+            return None
+        from exograv.runtime.lsl.outlets import OutletsJob, marker_outlet  # starts threads
+
+        description = self._laboratory.description
+        outlet = marker_outlet(OutletsJob(description.name, description.joints, PERIOD))
+        self._progress("Waiting for a program that hears the markers", 0.0)
+        outlet.wait_for_consumers(LISTENER_S)  # what is pushed before one is there, nobody gets
+        return outlet
+
+    def _settings(self) -> dict[str, Any]:
+        options, asked = self._options, self._asked
+        habits = Habits(interval_s=asked.loaded.settings.windows.interval_s)
+        whole = laboratory_settings(self._laboratory)
+        whole["settings"] |= {
+            # A file's place changes nothing; which files were read stands in the hashes.
+            "options": asdict(options)
+            | {
+                "rig": asked.rig,
+                "calibration": None,
+                "person_file": None,
+                "allocation": None,
+                "resume": False,
+                "lsl": False,
+            },
+            "protocol": asked.loaded.recorded,
+            "room": self._room.model_dump(),
+            "surroundings": {
+                "screen_centre_m": self._surroundings.screen_centre.tolist(),
+                "screen_tilt_rad": self._surroundings.screen_tilt,
+                "support_z_m": self._surroundings.support_z,
+            },
+            "participant_model": asdict(habits),
+            "participant_constants": [asdict(one) for one in register(habits)],
+        }
+        whole["hashes"] |= {"protocol": asked.loaded.sha256}
+        if asked.allocation_sha256 is not None:
+            whole["hashes"]["allocation"] = asked.allocation_sha256
+        return whole | {
+            "command": "exograv train --simulate",
+            "disturbance_level": options.level,
+            "seed": options.seed,
+        }
+
+
+def how_to_go_on(options: TrainOptions, folder: Path) -> str | None:
+    """What to type after an interruption; None where nothing was kept yet."""
+    if not (folder / f"{options.name}.run.json").exists():
+        return None
+    return (
+        "No complete window is lost. Go on with the same command and --resume: the run is kept in "
+        f"{folder / (options.name + '.run.json')}."
+    )

@@ -1,0 +1,47 @@
+"""Between two windows: what is left over of the arm's weight, while the participant lets go."""
+
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.identification.core.interface import Estimate
+from exograv.laboratory.preparation import MOTION_S
+from exograv.laboratory.verification_command import verified_figures
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.mode_ramp import fade
+from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.verification.verification import verify_arm
+
+from .preparation import Ready, lay_down
+
+SEEN_EVERY = 50
+"""Ticks between two postures of the identification that count as seen."""
+
+
+def verify_between(ready: Ready, seed: int) -> dict[str, Any]:
+    """Take the arm from its support, fly the passes, and lay it down again.
+
+    Args:
+        ready: Of a machine that carries an arm, at gravity level 1.
+        seed: Of the postures.
+
+    Raises:
+        ConfigError: The machine only records.
+        RigError: The envelope stopped the run.
+    """
+    pilot, controller, twin, person = ready.pilot, ready.controller, ready.twin, ready.person
+    if not isinstance(controller, ArmController) or ready.model is None or person is None:
+        raise ConfigError("--verify-every needs a machine that carries the arm; this one only records. Leave it out.")
+    twin.put_surroundings(False)
+    pilot.begin("verify")
+    posture = pilot.q.copy()
+    fade(pilot, controller, "gravity_level", 0.0, posture)
+    fade(pilot, controller, "drive", 1.0, posture)
+    arm = Estimate(MOTION_S, np.array(person.x), np.array(person.covariance), 0.0, 1.0)
+    seen = identification_motion(controller.assembly, MOTION_S, SEEN_EVERY * twin.period_s).q
+    verified = verify_arm(pilot, controller, ready.model, arm, seen, seed)
+    figures = verified_figures(verified, twin.joints)
+    lay_down(pilot, controller, twin)
+    kept = ("left_over_Nm", "ci95", "target_Nm", "fingertip_mm", "fingertip_ci95_mm", "relaxed", "why", "motion_s")
+    return {name: figures[name] for name in kept}

@@ -1,0 +1,1 @@
+"""Methods that the recursive filter is compared with."""

@@ -1,0 +1,57 @@
+"""Gradient descent in the prior's own scale: far where little is known, hardly where much is."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from exograv.identification.core.coordinates import Coordinates
+from exograv.identification.core.interface import Estimate, Sample
+from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, Pace
+from exograv.identification.core.setting import Setting
+from exograv.identification.core.whitened import square_root_but
+
+CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
+    MappingProxyType({"step": step}) for step in (3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
+)
+STEP = 1e-2
+"""Of the descent at 50 Hz, in units of prior covariance [1/(N·m)²]; python benchmarks/tune_methods.py."""
+
+
+class GradientPrior:
+    """`Method`: c += step · P₀ Hᵀ R⁻¹ (τ − τ̂), with the prior covariance P₀ and the joints' noise R, 1 on average.
+
+    A quasi-Newton step whose curvature is the prior's and never learns. c is the log-Cholesky numbers of each body, so
+    that it stays possible, and all else in the prior's scale. It states no uncertainty.
+    """
+
+    name = "gradient-prior"
+
+    def __init__(self, setting: Setting, step: float = STEP):
+        self._model, self._sd, self._step = setting.model, setting.residual_sd, step
+        others = square_root_but(setting.bodies, setting.covariance)
+        self._coordinates = Coordinates(setting.bodies, setting.mean, others)
+        self._c = self._coordinates.start.copy()
+        self._P = self._coordinates.prior(setting.covariance)
+        self._pace, self._t = Pace(DESCENT_PERIOD_S), 0.0
+
+    def update(self, sample: Sample) -> None:
+        """One step downhill, at 50 Hz."""
+        self._t = sample.t
+        if not self._pace.takes(sample.t):
+            return
+        x, x_by_c = self._coordinates.at(self._c)
+        tau, derivative = self._model.linearise(sample, x)
+        variance = (self._sd**2 + self._model.direction_uncertainty(sample.v) ** 2) / np.mean(self._sd**2)
+        self._c += self._step * (self._P @ (x_by_c.T @ (derivative.T @ ((sample.tau - tau) / variance))))
+
+    def curvature_at(self, sample: Sample) -> float:
+        """Largest eigenvalue of the error's Gauss–Newton Hessian at the start, in the prior's scale [(N·m)²]."""
+        x, x_by_c = self._coordinates.at(self._coordinates.start)
+        _, derivative = self._model.linearise(sample, x)
+        H = derivative @ x_by_c / self._sd[:, None] * np.sqrt(np.mean(self._sd**2))
+        return float(np.linalg.eigvalsh(H @ self._P @ H.T)[-1])
+
+    def estimate(self) -> Estimate:
+        """Where the descent is now."""
+        return Estimate(self._t, self._coordinates.at(self._c)[0], None, 0.0, 1.0)

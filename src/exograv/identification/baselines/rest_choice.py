@@ -1,0 +1,64 @@
+"""In which postures an arm should rest, so that what is learned there errs least elsewhere."""
+
+import itertools
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics.parameters import Layout
+from exograv.identification.core.prior import prior
+
+from .rest_statics import Balance, RestStatics
+
+Gain = Float[np.ndarray, "phi row"]
+"""Correction of the inertial parameters per torque at the rests that the table does not explain."""
+
+GainOf = Callable[[Float[np.ndarray, "row phi"]], Gain]
+
+
+def gravity_spread(statics: RestStatics) -> Float[np.ndarray, "phi phi"]:
+    """The table's covariance of masses and first moments; of what gravity does not show, zero."""
+    covariance = statics.assembly.arm.phi_covariance.copy()
+    unseen = np.arange(len(covariance)) % 10 > 3
+    covariance[unseen] = 0.0
+    covariance[:, unseen] = 0.0
+    return covariance
+
+
+def best_rests(statics: RestStatics, gain_of: GainOf, count: int) -> Float[np.ndarray, "rest joint"]:
+    """The `count` postures [rad] after which the arm's gravity torque is expected to err least over the workspace.
+
+    The expectation is over arms as far from the table as tables are from people, and over the elastic torque of usual
+    joints, which these methods take for weight. It needs no measurement, so the postures are the same for everyone of
+    the same measures.
+
+    Args:
+        statics: Of the arm in the machine.
+        gain_of: From the stacked rows `Y` of the rests to the gain of the method.
+        count: One or two; all pairs of candidates are tried.
+    """
+    postures = statics.candidates()
+    balances = [statics.weight_at(q) for q in postures]
+    pulls = _elastic_squares(statics, balances)
+    spread = gravity_spread(statics)
+    importance = np.sum([balance.Y.T @ balance.Y for balance in balances], axis=0)
+
+    def expected_error(chosen: tuple[int, ...]) -> float:
+        Y = np.vstack([balances[i].Y for i in chosen])
+        gain = gain_of(Y)
+        missed = gain @ Y - np.eye(len(spread))
+        noise = gain * np.concatenate([pulls[i] for i in chosen])
+        return float(np.trace(importance @ (missed @ spread @ missed.T + noise @ gain.T)))
+
+    return postures[list(min(itertools.combinations(range(len(postures)), count), key=expected_error))]
+
+
+def _elastic_squares(statics: RestStatics, balances: Sequence[Balance]) -> Float[np.ndarray, "posture freedom"]:
+    """Expected square of the elastic torque K z − c of each freedom [N²·m²]."""
+    layout = Layout.of(statics.assembly)
+    mean, covariance = prior(statics.assembly, statics.machine)
+    K, c = layout.stiffness, layout.spring_offset
+    z, variances = np.array([balance.z for balance in balances]), np.diag(covariance)
+    variance = variances[K] * z**2 + variances[c] - 2.0 * z * np.diag(covariance[K, c])
+    return (mean[K] * z - mean[c]) ** 2 + variance

@@ -1,0 +1,1 @@
+"""What every identification method shares: model, prior, samples, uncertainty."""

@@ -1,0 +1,31 @@
+"""The setting of an arm in a calibrated machine."""
+
+import numpy as np
+
+from exograv.dynamics.parameters import Layout
+from exograv.identification.recursive.recursive import Noise
+
+from .arm_model import ArmModel
+from .discrepancy import Discrepancy
+from .interface import Covariance, Parameters
+from .prior import disturbance_sd
+from .setting import Setting, Springs
+
+
+def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discrepancy: Discrepancy) -> Setting:
+    """What every method starts from, with this belief about the arm; `model` becomes the method's own."""
+    assembly, machine, layout = model.assembly, model.machine, Layout.of(model.assembly)
+    of_machine = np.zeros(len(mean), dtype=bool)
+    of_machine[layout.rotor.start : layout.viscous.stop] = True
+    return Setting(
+        model=model,
+        mean=mean,
+        covariance=covariance,
+        noise=Noise(machine.residual_sd, machine.correlation_s, disturbance_sd(assembly.description.places)),
+        bodies=layout.bodies,
+        learned=np.ones(len(mean), dtype=bool),
+        machine=of_machine,
+        discrepancy=discrepancy,
+        springs=Springs(layout.stiffness, layout.spring_offset, lambda: model.z),
+        again=model.again,
+    )

@@ -1,0 +1,1 @@
+"""Identification of a payload on a robot."""

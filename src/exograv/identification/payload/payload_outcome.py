@@ -1,0 +1,86 @@
+"""How the identification of a payload ended, in sentences, and the one case that is refused."""
+
+import enum
+
+import numpy as np
+from scipy.stats import norm
+
+from exograv.errors import IdentificationError
+from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S
+from exograv.identification.core.interface import Estimate, Sample
+
+from .payload import NOTHING, PAYLOAD, PayloadModel, payload_prior
+from .robot_from_log import RobotFromLog, thinned
+
+STRANGE_RATIO = 2.0  # of what is left unexplained with the payload over what was without, in any joint
+WELL_KNOWN = 0.05  # half of the mass interval as a share of the mass
+STRANGE_SHARE = 0.3  # of samples that the model did not explain
+QUANTILE_95 = float(norm.ppf(0.975))
+
+
+class PayloadOutcome(enum.Enum):
+    """The value is a sentence for whoever reads the result."""
+
+    FOUND = "The payload is identified: the 95 % interval of its mass is within 5 % of it."
+    COARSE = "A payload is there, but the motion tells its mass only roughly. Record a longer or livelier one."
+    NOTHING_THERE = "No payload can be told from none: the interval of its mass contains zero. Is this the loaded log?"
+    STRANGE = "The torques fit no rigid payload at this frame. Check frame, gains, and that nothing touched the robot."
+    NO_INTERVAL = "The log is over. This method states no uncertainty, so nothing says how well the payload is known."
+
+
+def judge(estimate: Estimate, interval_kg: tuple[float, float] | None, unexplained_ratio: float) -> PayloadOutcome:
+    """Outcome at the end of the log.
+
+    Args:
+        estimate: The last one.
+        interval_kg: 95 % interval of the mass; None where the method states none.
+        unexplained_ratio: RMS of the loaded residual over that of the unloaded one, in the worst joint [-].
+    """
+    if interval_kg is None:
+        return PayloadOutcome.NO_INTERVAL
+    if interval_kg[0] <= 0.0:
+        return PayloadOutcome.NOTHING_THERE
+    if estimate.rejected_share > STRANGE_SHARE or unexplained_ratio > STRANGE_RATIO:
+        return PayloadOutcome.STRANGE
+    half = 0.5 * (interval_kg[1] - interval_kg[0])
+    return PayloadOutcome.FOUND if half <= WELL_KNOWN * estimate.x[0] else PayloadOutcome.COARSE
+
+
+def mass_interval(estimate: Estimate, gain_sd: float) -> tuple[float, float] | None:
+    """95 % interval of the mass [kg]; None where the method states no uncertainty.
+
+    Args:
+        estimate: The payload.
+        gain_sd: Standard deviation of the torque gains, as a share that all joints have in common: then torque, and
+            with it the mass, is off by the same share. Independent errors of the joints would partly cancel.
+    """
+    if estimate.covariance is None:
+        return None
+    mass = float(estimate.x[0])
+    half = QUANTILE_95 * float(np.hypot(estimate.sd[0], gain_sd * mass))
+    return mass - half, mass + half
+
+
+def refuse_negative_mass(model: PayloadModel, robot: RobotFromLog, samples: list[Sample]) -> None:
+    """Refuse a log in which the robot carried less than in the unloaded one; physical parameters would hide that.
+
+    Raises:
+        IdentificationError: The mass that explains the log best is clearly negative.
+    """
+    _, prior_covariance = payload_prior()
+    information, slope = np.linalg.inv(prior_covariance), np.zeros(10)
+    repeats = np.maximum(robot.correlation_s / SAMPLE_PERIOD_S, 1.0)
+    for sample in thinned(samples):
+        tau, derivative = model.linearise(sample, robot.x)
+        sd = np.hypot(robot.residual_sd * np.sqrt(repeats), model.direction_uncertainty(sample.v))
+        weighted = derivative[:, PAYLOAD] / sd[:, None]
+        information += weighted.T @ weighted
+        slope += weighted.T @ ((sample.tau - tau) / sd)
+    covariance = np.linalg.inv(information)
+    mass, sd_mass = float((covariance @ slope)[0]), float(np.sqrt(covariance[0, 0]))
+    if mass + QUANTILE_95 * sd_mass < -NOTHING[0]:
+        raise IdentificationError(
+            f"The log fits a payload of {mass:.2f} kg: the robot carried less there than in the unloaded log. "
+            "Are the two logs swapped? Give the one with the payload first, the other one with --unloaded. "
+            "Or do the gains have the wrong sign?"
+        )

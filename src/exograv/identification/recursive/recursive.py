@@ -1,0 +1,239 @@
+"""Our method: a Bayesian information filter from the table's prior, with the wearer's restlessness in its state."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.identification.core.discrepancy import Discrepancy
+from exograv.identification.core.instrument import Instrumented
+from exograv.identification.core.interface import Covariance, Estimate, Joints, Parameters, Sample, TorqueModel
+from exograv.identification.core.physical import PhysicalProjection
+from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
+from exograv.identification.core.square_root import GATE, FilterBank, square_root
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What the expected torque cannot explain."""
+
+    sd: Joints
+    """Of the calibrated machine's residual [N·m]."""
+
+    correlation_s: Joints
+    """Its integrated autocorrelation time [s]."""
+
+    disturbance_sd: Joints
+    """Size of a slow disturbance, as assumed [N·m]: a wearer who does not quite relax, and errors of the model that
+    change with the posture. The filter weighs multiples of it by the data."""
+
+    disturbance_correlation_s: float = 3.0
+    """Of the slow disturbance [s]; people: 1-5 s (docs/arm.md)."""
+
+
+DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
+"""Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
+
+USUAL_SCALES = DISTURBANCE_SCALES[:-1]
+"""Those of wearers of whom anything may be decided: the largest would explain another person's arm away."""
+
+ASKED_ABOVE = 1.5
+"""Multiple of `Noise.disturbance_sd` above which rows are taken along the motion that was asked for [-]."""
+
+UNLIKELY = 1e-6
+"""Probability below which an assumed size is not carried on at the next linearisation [-]."""
+
+PLAUSIBLE_SD = 2.5
+"""Standard deviations from the prior up to which the model is linearised; the estimate itself may go farther."""
+
+RELINEARISE_FIRST_S, RELINEARISE_GROWTH = 2.0, 1.6
+"""When all samples are linearised anew: after 2 s of motion, then at times that grow geometrically."""
+
+
+ASTRAY_SD = 4.0
+"""Standard deviations from the prior beyond which an estimate is doubted: the first seconds can lead a bent model to
+another fit of the same torques, from where each step looks right."""
+
+FRESH_STEPS = 4
+"""Linearisations of a second fit, which starts from the prior again."""
+
+REWEIGHTINGS = 2
+"""How often samples are weighed anew by what the newest estimate leaves of them, at each linearisation [-]."""
+
+_Row = tuple[float, np.ndarray, Joints, Joints, np.ndarray | None]
+"""Seconds since the one before, derivative, measurement, its noise, and what each considered error would add."""
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """All samples as measurements of the unknowns."""
+
+    dt: Float[np.ndarray, " sample"]
+    H: Float[np.ndarray, "sample joint unknown"]
+    y: Float[np.ndarray, "sample joint"]
+    noise_sd: Float[np.ndarray, "sample joint"]
+    errors: Float[np.ndarray, "sample joint considered"] | None
+
+
+class Recursive:
+    """`Method` for any `TorqueModel`; linearised at the newest estimate, robust to bursts, physical when published."""
+
+    name = "recursive"
+
+    def __init__(
+        self,
+        model: TorqueModel,
+        mean: Parameters,
+        covariance: Covariance,
+        noise: Noise,
+        bodies: tuple[slice, ...],
+        discrepancy: Discrepancy | None = None,
+        hidden: int = 0,
+    ):
+        """Before any motion.
+
+        Args:
+            model: Of the torque.
+            mean: Of what is believed beforehand.
+            covariance: Of that.
+            noise: What the model cannot explain.
+            bodies: Inertial parameters of the bodies.
+            discrepancy: Errors of the model that come again with the posture.
+            hidden: So many parameters at the end are learned and not told: they are nobody's outside of this method.
+        """
+        self._told = len(mean) - hidden
+        self._model, self._noise, self._discrepancy = model, noise, discrepancy
+        self._mean = mean
+        self._unwhiten = square_root(covariance)
+        self._free = self._unwhiten.shape[1]
+        self._scales = DISTURBANCE_SCALES
+        self._bank = self._empty_bank()
+        self._project = PhysicalProjection(bodies, mean)
+        self._x = mean.copy()
+        self._t = 0.0
+        self._averages = Averages(BATCH_PERIOD_S)
+        self._history: list[Sample] = []
+        self._relinearise_t = RELINEARISE_FIRST_S
+        self._samples = 0
+        self._rejected = 0
+        self._choose_rows(False)
+
+    def update(self, sample: Sample) -> None:
+        """Take one sample; every 0.08 s their mean is used."""
+        self._t = sample.t
+        kept = self._averages.take(sample)
+        if kept is None:
+            return
+        self._take(kept)
+        self._history.append(kept)
+        if sample.t >= self._relinearise_t:
+            self.relinearise()
+            self._relinearise_t *= RELINEARISE_GROWTH
+
+    def relinearise(self) -> None:
+        """Run over all samples again, linearised at the newest estimate: one Gauss–Newton step of the whole batch.
+
+        What was learned at the wrong place (a shoulder centimetres off) is forgotten that way. It takes some
+        milliseconds per second of motion, five times as many where the estimate is doubted, and belongs to a worker,
+        not to the loop.
+        """
+        if not self._history:
+            return
+        self._choose_rows(self._restlessness() > ASKED_ABOVE)
+        self._step()
+        if np.abs(self._bank.mean()).max() > ASTRAY_SD:
+            self._doubt()
+
+    def _doubt(self) -> None:
+        """Fit everything once more from the prior, and keep what explains the samples better."""
+        before = self._bank, self._x, self._scales, self._rejected
+        self._bank, self._x = self._empty_bank(), self._mean.copy()
+        for _ in range(FRESH_STEPS):
+            self._step()
+        if before[0].log_evidence > self._bank.log_evidence:
+            self._bank, self._x, self._scales, self._rejected = before
+
+    def _step(self) -> None:
+        """One Gauss–Newton step of all samples, bursts held back."""
+        self._scales = self._plausible_scales()
+        linear, likely = self._linearised(), self._bank
+        surprise = np.zeros(len(self._history))
+        for _ in range(REWEIGHTINGS):
+            residual = linear.y - linear.H @ likely.mean()
+            noise_sd, surprise = likely.all_held_back(linear.dt, residual, linear.noise_sd)
+            likely = self._empty_bank()
+            likely.update_all(linear.dt, linear.H, linear.y, noise_sd, linear.errors)
+        self._bank = likely
+        self._samples, self._rejected = len(surprise), int((surprise > 2 * GATE).sum())
+        self._x = self._plausible()
+
+    def _linearised(self) -> "_Linear":
+        """All samples, linearised at the newest estimate."""
+        self._model.restart()
+        x, before, rows = self._x.copy(), -np.inf, []
+        for sample in self._history:
+            rows.append(self._row(sample, x, min(sample.t - before, 1.0)))
+            before = sample.t
+        dt, H, y, noise_sd, errors = zip(*rows, strict=True)
+        together = None if errors[0] is None else np.array(errors)
+        return _Linear(np.array(dt), np.array(H), np.array(y), np.array(noise_sd), together)
+
+    def _take(self, sample: Sample) -> None:
+        dt = min(sample.t - self._history[-1].t, 1.0) if self._history else 1.0
+        _, H, y, noise_sd, errors = self._row(sample, self._x, dt)
+        noise_sd, surprise = self._bank.held_back(dt, H, y, noise_sd)
+        self._samples += 1
+        self._rejected += int(surprise > 2 * GATE)
+        self._bank.update(dt, H, y, noise_sd, errors)
+        if self._samples % 5 == 0:
+            self._x = self._plausible()
+
+    def _row(self, sample: Sample, x: Parameters, dt: float) -> "_Row":
+        """One sample as measurement of the unknowns, linearised at `x`, `dt` seconds after the one before."""
+        tau, derivative = self._model.linearise(sample, x)
+        # A correlated residual says less: its variance grows by the number of samples that say the same.
+        repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
+        noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
+        errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q, sample.v)
+        return dt, derivative @ self._unwhiten, sample.tau - tau + derivative @ (x - self._mean), noise_sd, errors
+
+    def estimate(self) -> Estimate:
+        """What is known now; bodies projected onto possible ones."""
+        covariance = self.covariance()
+        x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
+        scale = self._restlessness()
+        told, rejected = slice(0, self._told), self._rejected / max(self._samples, 1)
+        return Estimate(self._t, x[told], covariance[told, told], rejected, scale)
+
+    def _choose_rows(self, asked: bool) -> None:
+        """Along the motion that was asked for, where the model can; else along the measured one."""
+        if isinstance(self._model, Instrumented):
+            self._model.is_on = asked
+
+    def _restlessness(self) -> float:
+        """Size of the slow disturbance, in multiples of the expected one [-]."""
+        return float(self._bank.weights @ self._scales)
+
+    def _plausible(self) -> Parameters:
+        """Where to linearise: the mean, but not beyond `PLAUSIBLE_SD`: early, a few samples can point anywhere."""
+        return self._mean + self._unwhiten @ np.clip(self._bank.mean(), -PLAUSIBLE_SD, PLAUSIBLE_SD)
+
+    def _plausible_scales(self) -> Float[np.ndarray, " scale"]:
+        """Sizes of the disturbance worth a filter: what the data leave, and the neighbours of the best.
+
+        Neighbours, because a person may grow restless later.
+        """
+        weights = self._bank.weights
+        likely = self._scales[weights > UNLIKELY]
+        best = int(np.searchsorted(DISTURBANCE_SCALES, self._scales[int(weights.argmax())]))
+        around = DISTURBANCE_SCALES[max(best - 1, 0) : best + 2]
+        return np.union1d(likely, around)
+
+    def _empty_bank(self) -> FilterBank:
+        considered = 0 if self._discrepancy is None else self._discrepancy.count
+        disturbance = self._scales[:, None] * self._noise.disturbance_sd
+        return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered)
+
+    def covariance(self) -> Covariance:
+        """Of all parameters."""
+        return self._unwhiten @ self._bank.covariance() @ self._unwhiten.T

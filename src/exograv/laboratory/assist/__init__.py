@@ -1,0 +1,1 @@
+"""Sessions of assist as needed with a virtual person."""

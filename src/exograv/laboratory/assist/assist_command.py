@@ -1,0 +1,125 @@
+"""`exograv assist --simulate`: one session of a virtual person, from the file that keeps where the last one ended."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.support_level.preparation import Subject, subject
+from exograv.loop.pilot import Progress
+from exograv.procedures.rehabilitation.assist.page import write_assist_page
+from exograv.procedures.rehabilitation.assist.participant_record import (
+    Block,
+    Session,
+    opened,
+    read_assist,
+    write_assist,
+)
+from exograv.procedures.rehabilitation.assist.words import Words
+from exograv.recording import RecordingWriter
+from exograv.task.assist_as_needed import next_session
+from exograv.task.assist_protocol import LoadedAssist, load_assist_protocol
+
+from .options import AssistOptions
+from .session import fly_session
+
+Told = Callable[[Session, Block], None]
+
+
+def assist_file(options: AssistOptions, folder: Path) -> Path:
+    """Where a participant's sessions are kept."""
+    return folder / f"assist_{options.participant}.json"
+
+
+def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, progress: Progress) -> dict[str, Any]:
+    """One session, or what is left of it; the page is written however it ends.
+
+    Args:
+        options: What is asked for.
+        folder: For the participant's file, the recordings and the page.
+        words: Of the page.
+        told: Hears each block as it is decided.
+        progress: Of the preparation.
+
+    Raises:
+        ConfigError: An option, a file or the machine cannot be used.
+        RigError: The envelope stopped the run; decided blocks are kept.
+        RecordingError: The folder cannot be written.
+        KeyboardInterrupt: Ctrl-C; decided blocks are kept.
+    """
+    start = time.perf_counter()
+    loaded, path = load_assist_protocol(options.protocol), assist_file(options, folder)
+    file = read_assist(path, options.participant, options.kept)
+    session = opened(file, loaded, options.needed_percent, options.new_session)
+    one = subject(options.person(session.number), progress)
+    page = path.with_suffix(".html")
+    done, name = len(session.blocks), f"{path.stem}_{session.number:02d}"
+    recording_path = folder / (f"{name}.mcap" if done == 0 else f"{name}_from_{done + 1}.mcap")
+    settings = _settings(options, one, loaded, session)
+    try:
+        with RecordingWriter(recording_path, one.laboratory.description.joints, settings) as recording:
+            flight = one.flight(options.run_seed(session.number, done), recording)
+
+            def keep(now: Session, block: Block) -> None:
+                nonlocal file
+                file = file.with_session(now)
+                write_assist(path, file)
+                record = {"session": now.number, "block": len(now.blocks), **block.model_dump(mode="json")}
+                decided = {"kind": "assist_decided", "record": record | {"text": words.in_all(block)}}
+                recording.write("/task", one.known.t + flight.seconds, decided)
+                told(now, block)
+
+            session = fly_session(flight, session, keep)
+            flight.carry_all()
+            result = figures(options, session) | {"rescues": flight.rescues, "simulated_s": round(flight.seconds, 1)}
+            recording.write("/result", one.known.t + flight.seconds, {"task": result, "rig": options.rig})
+    finally:
+        if file.sessions:
+            write_assist_page(page, file, words)
+    return result | {
+        "file": str(path),
+        "page": str(page),
+        "recording": str(recording_path),
+        "wall_s": round(time.perf_counter() - start, 1),
+    }
+
+
+def figures(options: AssistOptions, session: Session) -> dict[str, Any]:
+    """By the contract of `exograv assist --json`, without paths."""
+    following = next_session(session.protocol.rule, session.state)
+    return {
+        "participant": options.participant,
+        "session": session.number,
+        "blocks": len(session.blocks),
+        "began_percent": session.began_percent,
+        "support_percent": session.state.support_percent,
+        "next_percent": following.state.began_percent,
+        "reached": sum(sum(block.reached) for block in session.blocks),
+        "tried": sum(len(block.reached) for block in session.blocks),
+        "sank": sum(block.sank for block in session.blocks),
+        "supports_percent": [block.support_percent for block in session.blocks],
+        "decisions": [block.code for block in session.blocks],
+        "is_simulated": True,
+    }
+
+
+def how_to_go_on(options: AssistOptions, folder: Path) -> str:
+    """What to type after an interruption."""
+    path = assist_file(options, folder)
+    kept = f"Decided blocks are kept in {path}." if path.exists() else "No block was decided yet."
+    return f"{kept} The same command goes on with this session; with --new-session another one begins."
+
+
+def _settings(options: AssistOptions, one: Subject, loaded: LoadedAssist, session: Session) -> dict[str, Any]:
+    whole = laboratory_settings(one.laboratory)
+    whole["settings"] |= {
+        "options": options.kept | {"participant": options.participant, "session": session.number},
+        "protocol": loaded.settings.model_dump(mode="json"),
+    }
+    whole["hashes"] |= {"protocol": loaded.sha256}
+    return whole | {
+        "command": "exograv assist --simulate",
+        "disturbance_level": options.level,
+        "seed": options.seed,
+    }

@@ -1,0 +1,54 @@
+"""The blocks of a session: attempts with one support, then one decision; what is asked for goes by the guard's ramp."""
+
+from collections.abc import Callable
+from typing import Protocol, runtime_checkable
+
+from exograv.laboratory.support_level.flight import Attempt
+from exograv.procedures.rehabilitation.assist.participant_record import Block, Session
+from exograv.procedures.rehabilitation.support_level.targets import TARGETS
+from exograv.task.assist_as_needed import AssistSettings, AssistState, decide
+
+
+@runtime_checkable
+class Attempts(Protocol):
+    """Whoever lets a person try; a `Flight`."""
+
+    def attempt(self, target: int, support: float) -> Attempt:
+        """At this target, with this share of the weight carried."""
+        ...
+
+
+def fly_session(flight: Attempts, session: Session, told: Callable[[Session, Block], None]) -> Session:
+    """All blocks that are still to come; each is told when it is decided.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    rule = session.protocol.rule
+    while len(session.blocks) < session.protocol.blocks:
+        block = fly_block(flight, rule, session.state)
+        blocks = (*session.blocks, block)
+        is_over = len(blocks) == session.protocol.blocks
+        session = session.model_copy(update={"blocks": blocks, "is_over": is_over})
+        told(session, block)
+    return session
+
+
+def fly_block(flight: Attempts, rule: AssistSettings, state: AssistState) -> Block:
+    """One target after the other; an arm that sinks ends the block."""
+    reached, sank = list[bool](), False
+    while len(reached) < rule.block and not sank:
+        one = flight.attempt(len(reached) % len(TARGETS), state.support_percent / 100.0)
+        reached.append(one.reached)
+        sank = one.rescued
+    decision = decide(rule, state, reached, sank)
+    after = decision.state
+    return Block(
+        support_percent=state.support_percent,
+        reached=tuple(reached),
+        sank=sank,
+        code=decision.code,
+        gaps=dict(decision.gaps),
+        after_percent=after.support_percent,
+        has_failed=after.has_failed,
+    )

@@ -1,0 +1,61 @@
+"""What the doctor times: the default machine's general tick, cuffs soft, around an arm of the table."""
+
+import numpy as np
+
+from exograv import motion
+from exograv.control.observer import Observer
+from exograv.control.tick import Mode, Tick
+from exograv.dynamics.parameters import Parameters
+from exograv.loop.pilot import CLOSURE_SLOPE_MAX
+from exograv.model.anthropometry import Body
+from exograv.model.assembly import Assembly
+from exograv.model.description import load_rig
+from exograv.model.support import assemble
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.safety.envelope import Envelope
+from exograv.signals import Reference
+
+from .virtual_laboratory import limits
+
+RIG = "recupera_like"
+BODY = Body(1.75, 75.0, "male")
+
+
+def nominal_tick() -> tuple[Tick, Parameters, Assembly]:
+    """A controller, its parameters, and whom it is for."""
+    description = load_rig(RIG)
+    assembly = assemble(description, BODY)
+    machine = nominal_machine(description, assembly.exo.phi)
+    return Tick(assembly, machine), table_guess(assembly, machine), assembly
+
+
+class MovingTick:
+    """A decision of the pilot's loop in each period, on the machine's own excitation: the loops really move.
+
+    The encoders read the reference: what is timed is the decision, not a machine.
+    """
+
+    def __init__(self, dt: float):
+        self.tick, self._x, assembly = nominal_tick()
+        self.tick.mode = Mode(drive=1.0)
+        excitation = assembly.description.excitation
+        centre, sine, cosine = (
+            np.deg2rad(x) for x in (excitation.centre_deg, excitation.sine_deg, excitation.cosine_deg)
+        )
+        # One period of it: the end runs into the start, so the loop may last as long as it likes.
+        path = motion.fourier(centre, sine, cosine, excitation.period_s, excitation.period_s, dt)
+        self._references = [Reference(*row) for row in zip(path.q, path.v, path.a, strict=True)]
+        self._observer = Observer(assembly.n, dt)
+        self._envelope = Envelope(limits(assembly.description), dt)
+        self.open_ticks = 0
+        """In how many the loops were not closed: what was timed there was no valid decision."""
+
+    def __call__(self, period: int) -> None:
+        """Decide the torque of this period."""
+        reference = self._references[period % len(self._references)]
+        observer, tick = self._observer, self.tick
+        observer.update(reference.q)
+        self._envelope.limit(tick.step(observer.q, observer.v, reference, self._x), observer.q, observer.v)
+        if not tick.closure_slope < CLOSURE_SLOPE_MAX:
+            self.open_ticks += 1

@@ -1,0 +1,186 @@
+"""`exograv drive-sim`: the twin as a machine that is only reached over its bus."""
+
+import contextlib
+import importlib
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol, runtime_checkable
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.live.on_drives.simulated_drives import written
+from exograv.model.assembly import read_exoskeleton
+from exograv.model.description import RigDescription, Side, load_rig
+from exograv.procedures.calibration.breakaway_test import starting_posture
+from exograv.rig.drives.settings import Drives, load_drives
+from exograv.rig.drives.simulated.bench import Bench, FrontEnd
+from exograv.rig.drives.simulated.plant import Plant, Wiring
+from exograv.rig.twin import Disturbances, Twin, draw_machine
+from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.runtime.clock.realtime import realtime
+from exograv.safety.modes import RAMP_IN_S
+
+from .cooperative_wearer import REST_BEFORE_RAMP_S, Grip
+from .virtual_laboratory import draw_laboratory, refuse_motorless
+
+Bus = Literal["canopen", "moteus", "udp"]
+FRONT_ENDS: dict[Bus, tuple[str, str]] = {
+    "canopen": ("exograv.rig.drives.canopen.simulated.network", "CanopenDevices"),
+    "moteus": ("exograv.rig.drives.moteus.simulated.bus", "MoteusDevices"),
+    "udp": ("exograv.rig.drives.udp.simulated.controller", "UdpController"),
+}
+"""Module and class of each bus, imported when it is asked for: each has libraries of its own."""
+
+Say = Callable[[str], None]
+
+
+@runtime_checkable
+class Device(FrontEnd, Protocol):
+    """Simulated drives on a bus."""
+
+    @property
+    def where(self) -> str:
+        """Its address, for people."""
+        ...
+
+    def run(self, until_stopped: Callable[[], bool]) -> None:
+        """Serve until then."""
+        ...
+
+    def __enter__(self) -> "Device": ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+@dataclass(frozen=True)
+class DriveSimOptions:
+    """What is simulated, and how it is wired."""
+
+    bus: Bus
+    rig: str
+    side: Side | None
+    drives: Path | None = None
+    """drives.toml of the machine; one is written where absent."""
+    folder: Path = Path("out")
+    """Where it is written."""
+    level: int = 0
+    seed: int = 0
+    worn: bool = False
+    """With the wearer, who holds the own arm until the motors are on, and gives it over as in `exograv live`."""
+    lock_step: bool = False
+    wrong_sign: tuple[str, ...] = ()
+    """Joints whose motor turns the other way."""
+    wrong_scale: tuple[str, ...] = ()
+    """JOINT:FACTOR of motors that give so many times the torque."""
+    wrong_encoder: tuple[str, ...] = ()
+    """Joints whose encoder counts the other way."""
+
+
+def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
+    """Serve until `quit`, or Ctrl-C.
+
+    Raises:
+        ConfigError: An option or a file cannot be used.
+        RigError: The bus is not to be had.
+    """
+    description = load_rig(options.rig, options.side)
+    refuse_motorless(description)
+    file = options.drives or written(options.folder / "drive_sim", description, options.bus)
+    drives = load_drives(file, description)
+    wiring = _wiring(options, drives.joints)
+    make = front_end(options.bus, drives)
+    plant = _plant(options, description, drives, wiring)
+    device: Device = make(plant, drives, lock_step=options.lock_step, say=say)
+    bench = Bench(drives.joints, plant, device, say)
+    bench.listen(sys.stdin)
+    say(_greeting(options, drives, device, file))
+    with device, _punctual(options.lock_step):
+        device.run(bench.obey)
+
+
+def _punctual(lock_step: bool) -> contextlib.AbstractContextManager[object]:
+    """Real-time rights on another processor than the loop's: a real drive does not wait for other programs either."""
+    if lock_step or not sys.platform.startswith("linux"):
+        return contextlib.nullcontext()
+    return realtime((min(os.sched_getaffinity(0)),))
+
+
+def _greeting(options: DriveSimOptions, drives: Drives, device: Device, file: Path) -> str:
+    who = "with its wearer" if options.worn else "empty"
+    clock = "each measurement is a step" if options.lock_step else "real time"
+    return (
+        f"Simulated drives of {drives.settings.rig} ({', '.join(drives.joints)}), {who}, disturbance level "
+        f"{options.level}, seed {options.seed}, {clock}; serial '{drives.settings.serial}'. Reached at "
+        f"{device.where}, as {file} says. Type help for what can be done at the bench; Ctrl-C ends."
+    )
+
+
+def front_end(bus: Bus, drives: Drives) -> Callable[..., Device]:
+    """Simulated drives on this bus, of a plant.
+
+    Raises:
+        ConfigError: The drives are on another bus, or a package is missing.
+    """
+    if getattr(drives.settings, bus) is None:
+        raise ConfigError(f"--drives names no [{bus}] bus. Give the file of that bus, or name the bus of the file.")
+    module, name = FRONT_ENDS[bus]
+    try:
+        return getattr(importlib.import_module(module), name)
+    except ModuleNotFoundError as error:
+        if error.name == module:
+            raise ConfigError(f"This version has no simulated drives on {bus} yet. Take another bus.") from error
+        raise ConfigError(
+            f"Simulated drives on {bus} need '{error.name}', which is not installed. Install exograv with the extra "
+            "of this bus (docs/stack.md)."
+        ) from error
+
+
+def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives, wiring: dict[str, Wiring]) -> Plant:
+    if not options.worn:
+        machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
+        twin = Twin(description, machine, None, options.seed, starting_posture(read_exoskeleton(description)))
+        return Plant(twin, drives, wiring)
+    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    twin = Twin(description, laboratory.machine, laboratory.wearer, options.seed)
+    plant = Plant(twin, drives, wiring)
+    grip = Grip(twin, OwnArm(description, laboratory.machine, laboratory.wearer))
+    is_told = False
+
+    def hold() -> None:
+        nonlocal is_told
+        if not is_told and all(drive.is_enabled for drive in plant.each):
+            is_told = True
+            grip.give_over(plant.now + REST_BEFORE_RAMP_S, RAMP_IN_S)
+        grip.act()
+
+    plant.before_step = hold
+    return plant
+
+
+def _wiring(options: DriveSimOptions, joints: tuple[str, ...]) -> dict[str, Wiring]:
+    factors = dict(_factor(text) for text in options.wrong_scale)
+    named = {*options.wrong_sign, *options.wrong_encoder, *factors}
+    if unknown := sorted(named - set(joints)):
+        raise ConfigError(f"No joint {', '.join(unknown)} to be wired wrongly. The joints are {', '.join(joints)}.")
+    return {
+        joint: Wiring(
+            factors.get(joint, 1.0) * (-1.0 if joint in options.wrong_sign else 1.0),
+            -1.0 if joint in options.wrong_encoder else 1.0,
+        )
+        for joint in named
+    }
+
+
+def _factor(text: str) -> tuple[str, float]:
+    joint, _, factor = text.partition(":")
+    try:
+        value = float(factor)
+    except ValueError:
+        value = np.nan
+    if not 0.0 < value < 100.0:
+        raise ConfigError(f"--wrong-scale is '{text}'; give JOINT:FACTOR with a factor above 0, such as elbow:0.5.")
+    return joint, value

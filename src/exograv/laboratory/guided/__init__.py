@@ -1,0 +1,1 @@
+"""Teach, repeat and mirror on the twin, with a virtual therapist."""

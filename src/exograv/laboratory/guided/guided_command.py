@@ -1,0 +1,194 @@
+"""Teaching and repeating from end to end: prepare, fly, keep, and say what came of it."""
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.laboratory.preparation import Prepared, prepare
+from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, refuse_motorless
+from exograv.loop.pilot import Progress
+from exograv.model.description import Side
+from exograv.procedures.rehabilitation.guided.floating_arm import Flown, flown, rms_deg
+from exograv.procedures.rehabilitation.guided.grip import Led
+from exograv.procedures.rehabilitation.guided.path_guide import PathGuide
+from exograv.procedures.rehabilitation.guided.repeat import repeat
+from exograv.procedures.rehabilitation.guided.taught_path import read_taught, taught, write_taught
+from exograv.procedures.rehabilitation.guided.teach import teach
+from exograv.recording import RecordingWriter
+
+from .therapist_and_wearer import Holding, Therapist, drawn_movement
+
+AFTER_S = 1.0
+"""For which a simulated therapist holds the arm where the path ends: let go before the end, it would float on."""
+
+ACTS_S, PAUSE_S = 8.0, 2.0
+"""After which a simulated person does something, and for how long one pauses who pauses."""
+
+Preparing = Callable[[VirtualLaboratory, int, Progress], Prepared]
+"""By laboratory and seed: whoever flies one several times prepares it once."""
+
+PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
+
+
+@dataclass(frozen=True)
+class GuidedOptions:
+    """On the twin; on real machines nothing is led yet."""
+
+    rig: str = "recupera_like_qdd"
+    side: Side | None = None
+    level: int = 2
+    seed: int = 0
+    simulate: bool = False
+
+    def __post_init__(self):
+        if not self.simulate:
+            raise ConfigError(
+                "Only the twin is led so far: add --simulate. A real machine first needs its own risk analysis for "
+                "motion that a person does not begin (docs/guided.md)."
+            )
+        if not 0 <= self.level <= 4:
+            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
+
+
+@dataclass(frozen=True)
+class RepeatOptions(GuidedOptions):
+    """How a path is repeated, and what the simulated person does about it."""
+
+    speed: float = 1.0
+    repetitions: int = 1
+    person: PersonKind = "relaxed"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not 0.1 <= self.speed <= 1.0:
+            raise ConfigError(f"--speed is {self.speed:g}; allowed: 0.1 to 1, the speed of the path itself.")
+        if not 1 <= self.repetitions <= 100:
+            raise ConfigError(f"--repetitions is {self.repetitions}; allowed: 1 to 100.")
+
+
+def run_teach(
+    options: GuidedOptions, path: Path, code: str, folder: Path, progress: Progress, preparing: Preparing = prepare
+) -> dict[str, Any]:
+    """A simulated therapist leads the arm; the path goes into a file.
+
+    Raises:
+        ConfigError: The path is none, or leaves what is allowed; or an option cannot be used.
+        RigError: The envelope stopped the run.
+    """
+    laboratory = _of_one_arm(options)
+    recorded = folder / "teach.mcap"
+    with writer_of(recorded, options, laboratory, "exograv teach") as recording:
+        known = preparing(laboratory, options.seed, progress)
+        arm = flown(laboratory, known, options.seed, recording, progress)
+        start = laboratory.description.donning_posture
+        movement = drawn_movement(laboratory.description, options.seed, start, arm.twin.period_s)
+        therapist = Therapist(arm.twin, movement)
+        path_found = teach(arm, movement.seconds + AFTER_S, therapist.act)
+        whole = taught(path_found, laboratory.description, code, datetime.now(UTC).replace(microsecond=0), True)
+        result = {
+            "path": str(path),
+            "seconds": round((len(whole.q_rad) - 1) * whole.period_s, 2),
+            "stretched": round(whole.stretched, 3),
+            "hash": whole.content_sha256,
+            "guard": arm.guard_record,
+        }
+        recording.write("/result", arm.twin.t, {"task": result, "rig": options.rig})
+    write_taught(path, whole)
+    return result | about_run(options, laboratory, recorded)
+
+
+def run_repeat(
+    options: RepeatOptions,
+    path: Path,
+    code: str | None,
+    folder: Path,
+    progress: Progress,
+    preparing: Preparing = prepare,
+) -> dict[str, Any]:
+    """A taught path, repeated with a simulated person.
+
+    Raises:
+        ConfigError: The file is damaged or of another machine or person; or an option cannot be used.
+        RigError: The envelope stopped the run.
+    """
+    laboratory = _of_one_arm(options)
+    whole = read_taught(path, laboratory.description, code)
+    recorded = folder / "repeat.mcap"
+    with writer_of(recorded, options, laboratory, "exograv repeat") as recording:
+        known = preparing(laboratory, options.seed, progress)
+        arm = flown(laboratory, known, options.seed, recording, progress)
+        true_errors: list[np.ndarray] = []
+        muscles = np.zeros_like(arm.twin.tau_voluntary)
+
+        def watch(guide: PathGuide) -> None:
+            np.maximum(muscles, np.abs(arm.twin.tau_voluntary), out=muscles)
+            if guide.state is Led.LED:
+                true_errors.append(guide.target - arm.twin.truth.q)
+
+        path_driven, act = whole.trajectory(arm.twin.period_s), _person(options.person, arm)
+        done = repeat(arm, path_driven, options.speed, options.repetitions, act, watch)
+        examined = {"true_rms_deg": rms_deg(true_errors), "muscles_max_Nm": muscles.round(2).tolist()}
+        result = done.figures | examined | {"path": str(path), "guard": arm.guard_record}
+        recording.write("/result", arm.twin.t, {"task": result, "rig": options.rig})
+    return result | about_run(options, laboratory, recorded)
+
+
+def laboratory_of(options: GuidedOptions) -> VirtualLaboratory:
+    """Machine and wearer.
+
+    Raises:
+        ConfigError: The machine cannot be used.
+    """
+    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    refuse_motorless(laboratory.description)
+    return laboratory
+
+
+def _of_one_arm(options: GuidedOptions) -> VirtualLaboratory:
+    laboratory = laboratory_of(options)
+    if len(laboratory.description.arm_sides) > 1:
+        raise ConfigError(
+            f"{options.rig} holds both arms, and nothing keeps the hands apart on the way to a path: a path is of one "
+            "arm. Choose a machine for one arm, or let one arm follow the other (exograv mirror)."
+        )
+    return laboratory
+
+
+def _person(kind: PersonKind, arm: Flown) -> Callable[[], bool]:
+    """What the person does, `ACTS_S` after the arm floats; whether to be let go is asked for."""
+    begins_s = arm.twin.t + ACTS_S
+    lasts_s = {"relaxed": 0.0, "pauses": PAUSE_S, "overrules": math.inf, "lets-go": 0.0}[kind]
+    holding = Holding(arm.twin, begins_s, begins_s + lasts_s)
+
+    def act() -> bool:
+        holding.act()
+        return kind == "lets-go" and arm.twin.t >= begins_s
+
+    return act
+
+
+def writer_of(path: Path, options: GuidedOptions, laboratory: VirtualLaboratory, command: str) -> RecordingWriter:
+    """A recording of this run, to be entered."""
+    whole = laboratory_settings(laboratory)
+    whole["settings"]["options"] = asdict(options)
+    about = {"command": command, "disturbance_level": options.level, "seed": options.seed}
+    return RecordingWriter(path, laboratory.description.joints, whole | about)
+
+
+def about_run(options: GuidedOptions, laboratory: VirtualLaboratory, recorded: Path) -> dict[str, Any]:
+    """What the figures of every such run say."""
+    return {
+        "rig": laboratory.description.name,
+        "joints": list(laboratory.description.joints),
+        "disturbance_level": options.level,
+        "seed": options.seed,
+        "is_simulated": True,
+        "recording": str(recorded),
+    }

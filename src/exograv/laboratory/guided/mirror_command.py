@@ -1,0 +1,122 @@
+"""Mirroring from end to end: prepare both arms, let one lead, and say how well the other followed."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import ConfigError
+from exograv.laboratory.preparation import prepare
+from exograv.loop.pilot import Progress
+from exograv.motion import Trajectory
+from exograv.procedures.rehabilitation.guided.floating_arm import flown
+from exograv.procedures.rehabilitation.guided.mirror import mirror
+from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
+from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
+from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S
+
+from .guided_command import GuidedOptions, Preparing, about_run, laboratory_of, writer_of
+from .therapist_and_wearer import Holding, Therapist, drawn_movement
+
+MEETS_S = 3.0
+"""From when the following arm is taken hold of until the leading one moves, and the arms are compared."""
+
+HOLDS_AFTER_S = 5.0
+"""From then on, a person who overrules holds the following arm."""
+
+LATE_MAX_S = 1.0
+"""Up to which it is looked for how late the following arm is."""
+
+
+@dataclass(frozen=True)
+class MirrorOptions(GuidedOptions):
+    """Who leads, and what the other arm does about it."""
+
+    rig: str = "recupera_like_dual"
+    lead: Literal["right", "left"] = "right"
+    seconds: float = 20.0
+    person: Literal["relaxed", "overrules", "lets-go"] = "relaxed"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not 5.0 <= self.seconds <= 600.0:
+            raise ConfigError(f"--seconds is {self.seconds:g}; allowed: 5 to 600.")
+
+
+def run_mirror(
+    options: MirrorOptions, folder: Path, progress: Progress, preparing: Preparing = prepare
+) -> dict[str, Any]:
+    """One arm leads, turned as its owner's muscles would turn it; the other follows.
+
+    Raises:
+        ConfigError: The machine has not two arms that are mirror images, or an option cannot be used.
+        RigError: The envelope stopped the run.
+    """
+    laboratory = laboratory_of(options)
+    description, assembly = laboratory.description, laboratory.assembly()
+    which = MirrorMap.of(description, assembly.exo, options.lead)
+    recorded = folder / "mirror.mcap"
+    with writer_of(recorded, options, laboratory, "exograv mirror") as recording:
+        known = preparing(laboratory, options.seed, progress)
+        arms = flown(laboratory, known, options.seed, recording, progress)
+        twin = arms.twin
+        begins_s = twin.t + SETTLE_S + MEETS_S
+        holding = Holding(twin, begins_s + HOLDS_AFTER_S, np.inf, _slice(which.follow))
+        leader: list[Therapist] = []
+        at: list[np.ndarray] = []
+
+        def act() -> bool:
+            if twin.t < begins_s:
+                return False
+            if not leader:
+                one = drawn_movement(description, options.seed, twin.truth.q, twin.period_s)
+                leader.append(Therapist(twin, _columns(one, which), _slice(which.lead)))
+            leader[0].act()
+            if options.person == "overrules":
+                holding.act()
+            return options.person == "lets-go" and twin.t > begins_s + HOLDS_AFTER_S
+
+        def watch(guide: MirrorGuide) -> None:
+            if leader and not guide.has_let_go:
+                q = twin.truth.q
+                at.append(np.concatenate([which.mirrored(q)[which.follow], q[which.follow]]))
+
+        done = mirror(arms, options.lead, options.seconds, act, watch)
+        result = done.figures | followed(np.array(at), twin.period_s) | {"guard": arms.guard_record}
+        recording.write("/result", twin.t, {"task": result, "rig": options.rig})
+    return result | {"lead": options.lead} | about_run(options, laboratory, recorded)
+
+
+def followed(at: Float[np.ndarray, "tick both"], dt: float) -> dict[str, Any]:
+    """How far the following arm was from the mirror image, and from what it was some time ago.
+
+    Args:
+        at: Mirror image of the leading arm, then the following arm, as they truly were [rad].
+        dt: Period [s].
+    """
+    if len(at) < 2.0 * LATE_MAX_S / dt:
+        return {"tracking_rms_deg": [], "late_s": None, "late_rms_deg": []}
+    image, own = np.split(np.rad2deg(at), 2, axis=1)
+
+    def rms(late: int) -> Float[np.ndarray, " joint"]:
+        return np.sqrt(np.mean((image[: len(image) - late] - own[late:]) ** 2, axis=0))
+
+    lates = range(0, round(LATE_MAX_S / dt), max(round(0.01 / dt), 1))
+    best = min(lates, key=lambda late: float((rms(late) ** 2).sum()))
+    return {
+        "tracking_rms_deg": rms(0).round(3).tolist(),
+        "late_s": round(best * dt, 3),
+        "late_rms_deg": rms(best).round(3).tolist(),
+    }
+
+
+def _slice(joints: np.ndarray) -> slice:
+    """Joints of one arm, which stand together."""
+    return slice(int(joints[0]), int(joints[-1]) + 1)
+
+
+def _columns(movement: Trajectory, which: MirrorMap) -> Trajectory:
+    q, v, a = (table[:, which.lead] for table in (movement.q, movement.v, movement.a))
+    return Trajectory(q, v, a, movement.dt)

@@ -1,0 +1,1 @@
+"""The virtual participant, and the simulated screen, panel and flight around it."""

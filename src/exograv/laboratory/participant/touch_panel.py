@@ -1,0 +1,69 @@
+"""The simulated touch panel: a finger that comes down is a touch, and the page's report of it is late."""
+
+from collections import deque
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.task.events import Touch
+from exograv.task.task_settings import TargetSettings
+
+from .touch_screen import SimulatedRoom
+
+LIFT_S = 0.05
+"""So long a finger must be away before its next contact is another touch: what touch panels do against bouncing."""
+
+OnScreen = Float[np.ndarray, " 2"]
+
+
+class Panel:
+    """What it has felt, and what the page has not reported yet."""
+
+    def __init__(self, room: SimulatedRoom, target: TargetSettings, seed: int, page: str):
+        """Nothing has touched it; `seed` draws how late reports are."""
+        self._room, self._page, self._random = room, page, np.random.default_rng([seed, 32])
+        self._target_px = room.target_px(target)
+        self.target = room.on_panel(*self._target_px)
+        """Right and up of the panel's centre [m]."""
+        self._reports: deque[Touch] = deque()
+        self._count, self._last_contact = 0, -np.inf
+
+    def feel(self, t: float, finger: OnScreen | None) -> OnScreen | None:
+        """Where a finger is now, right and up of the centre [m], or none; returns how far off the target it came down.
+
+        None while it stays, is away, or bounces.
+        """
+        if finger is None:
+            return None
+        is_new, self._last_contact = t - self._last_contact > LIFT_S, t
+        if not is_new:
+            return None
+        self._report(t, finger)
+        return finger - self.target
+
+    def reported(self, t: float) -> Iterator[Touch]:
+        """What has come from the page until `t`, each once."""
+        while self._reports and self._reports[0].received <= t:
+            yield self._reports.popleft()
+
+    def _report(self, t: float, finger: OnScreen) -> None:
+        room = self._room
+        pixel = room.pixel_of(finger)
+        if pixel is None:
+            return
+        at = t + max(room.touch_lag_s + room.touch_lag_sd_s * float(self._random.standard_normal()), 0.0)
+        self._reports.append(
+            Touch(
+                t=at,
+                received=at + room.delivery_s,
+                page=self._page,
+                sequence=self._count,
+                x_px=pixel[0],
+                y_px=pixel[1],
+                target_x_px=self._target_px[0],
+                target_y_px=self._target_px[1],
+                contact_px=room.contact_mm / room.pitch_mm,
+            )
+        )
+        self._count += 1

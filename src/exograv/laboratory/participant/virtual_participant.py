@@ -1,0 +1,283 @@
+"""A virtual participant: reaches from the lap to where the target is believed to be, and comes back.
+
+Where the finger lands follows from muscles, from what is felt of the own arm, and from what the machine leaves over;
+no deviation is put in. Its constants stand in `Habits`, its equations in docs/virtual_participant.md. It shows that the
+software works and is no evidence about people.
+"""
+
+import enum
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv import motion
+from exograv.laboratory.movements import REST_DEG, TARGET_DEG
+from exograv.motion import Trajectory
+from exograv.rig.twin.behaviour.acting import ActingWearer, Physiology, usual_physiology
+from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, Wander
+from exograv.rig.twin.world.surroundings import Surroundings
+from exograv.storage.session_checkpoint import Learned
+from exograv.task.picture import ParticipantPicture
+
+from .adaptation import Adaptation
+from .habits import Habits
+from .reach_planning import Ways
+
+PerFreedom = Float[np.ndarray, " arm"]
+OnScreen = Float[np.ndarray, " 2"]
+
+TABLE_S = 0.02
+"""Between two moments for which it is worked out what a movement needs."""
+
+
+class Doing(enum.Enum):
+    """What the participant does."""
+
+    LYING = "the arm lies on its support, relaxed"
+    READY = "the arm is held above it"
+    REACHING = "on the way to the target"
+    RETURNING = "on the way back"
+
+
+class PointingPerson:
+    """`Participant` with the twin's own arm, muscles that are late and noisy, and a map that is a little wrong."""
+
+    def __init__(
+        self,
+        own: OwnArm,
+        worn_inertia: Float[np.ndarray, "arm arm"],
+        surroundings: Surroundings,
+        target: OnScreen,
+        too_short: str,
+        seed: int,
+        period_s: float,
+        habits: Habits | None = None,
+    ):
+        """Lying, and knowing nothing of weightlessness yet.
+
+        Args:
+            own: What the participant knows of the own arm.
+            worn_inertia: Of the machine, to which the participant is used [kg·m²].
+            surroundings: Where the screen is seen.
+            target: Its place there, right and up of the screen's centre [m].
+            too_short: Shape of the arrow that means a touch too soon, as instructed.
+            seed: Draws the personal map, and with the day (`begin_day`) all noise.
+            period_s: Between two acts [s].
+            habits: What makes this one.
+        """
+        self.inner_ear: Callable[[], float] = lambda: 1.0
+        """Gravity where the head is, over that on Earth [-]: whatever carries the arm changes nothing of it."""
+        self.habits, self._own = habits or Habits(), own
+        self._surroundings, self._target, self._too_short, self._dt = surroundings, target, too_short, period_s
+        freedoms = len(worn_inertia)
+        self._worn = self.habits.knows_machine * worn_inertia
+        self._rest, self._usual = (
+            np.deg2rad([*angles, *[0.0] * (freedoms - len(angles))]) for angles in (REST_DEG, TARGET_DEG)
+        )
+        self._body = physiology_of(self.habits, freedoms)
+        self._muscles = ActingWearer(self._body, period_s)
+        self._muscles.tension = np.full(freedoms, self.habits.tension)
+        self._seed = seed
+        self._bias = np.deg2rad(self.habits.bias_sd_deg) * np.random.default_rng([seed, 31]).standard_normal(freedoms)
+        self.begin_day(0)
+        self._effort, self._effort_follows = np.zeros(freedoms), 1.0 - np.exp(-period_s / self.habits.effort_s)
+        self._relaxed = np.zeros(freedoms)
+        self.doing, self._tension = Doing.LYING, 0.0
+        self._aim_off, self._depth, self._is_felt = np.zeros(2), self.habits.depth_m, False
+        self._shift = self._shift_per_level()
+        # Off the support: an arm that lies half on it would feel lighter than it is.
+        above = own.fingertip(self._rest) + np.array([0.0, 0.0, self.habits.lift_m])
+        self._ways = Ways(own, surroundings, self._usual, self.habits, period_s)
+        self._rest = self._ways.reached(above, self._rest, self._rest, 8)
+        self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
+        self._began, self._takes_s = 0.0, self.habits.reach_s
+        self._contact: float | None = None
+        self._arrow: str | None = None
+        self._is_task, self._is_first = False, True
+        self._wants = self._q_felt = self._rest
+        self._is_awaited, self._left_s = False, np.inf
+
+    def begin_day(self, day: int) -> None:
+        """The same person with noise of its own on each day, who knows nothing of weightlessness."""
+        habits, each = self.habits, np.ones(len(self._bias))
+        # Of each kind its own: whoever does something more often is not another person for it.
+        felt, noise, self._random, contexts = (np.random.default_rng([self._seed, 31, k, day]) for k in range(1, 5))
+        self._felt = Wander(np.deg2rad(habits.felt_sd_deg) * each, habits.felt_s, self._dt, felt)
+        self._noise = Wander(habits.motor_noise * each, habits.motor_noise_s, self._dt, noise)
+        self.adaptation = Adaptation(habits.rates, contexts)
+        self._draw()
+
+    def see(self, t: float, picture: ParticipantPicture) -> None:
+        """Begin when the target appears, get ready shortly before, rest when it has gone."""
+        is_task = picture.screen == "task"
+        self._arrow = None if picture.arrow is None else picture.arrow.shape
+        if is_task and not self._is_task:
+            self._is_first = True  # nobody waits for the pace before the first touch
+            self._is_felt = False
+            self._aim_off = self.habits.keeps_aim * self._aim_off
+            self._begins = t + self.habits.reaction_s + (self.habits.full_s if self.doing is Doing.LYING else 0.0)
+        self._is_task = is_task
+        comes = (
+            picture.screen == "rest" and picture.countdown_s is not None and picture.countdown_s < self.habits.ready_s
+        )
+        self._is_awaited = is_task or comes
+        if not is_task:
+            self._begins = np.inf
+        self._left_s = picture.countdown_s if is_task and picture.countdown_s is not None else np.inf
+
+    def touched(self, t: float, off: OnScreen | None) -> None:
+        """Learn from what was seen and what was held against; the next touch is timed from this one."""
+        if self.doing is not Doing.REACHING or self._contact is not None:
+            return
+        habits = self.habits
+        self._contact = t
+        if off is not None:
+            self._learn(off + habits.seen_sd_m * self._random.standard_normal(2))
+        if self._arrow is not None and not self._is_first:
+            slower = 1.0 if self._arrow == self._too_short else -1.0
+            self._interval_s *= 1.0 + habits.hurries * slower
+        self._is_first = False
+        missed_by = 1.0 + habits.interval_sd * float(self._random.standard_normal())
+        self._takes_s += 0.5 * (t - self._began - self._takes_s)
+        self._begins = t + max(self._interval_s * missed_by - self._takes_s, 0.0)
+        # What pushes now goes on pushing: a finger that gave way at once would bounce.
+        self._want(t, Doing.REACHING, motion.hold(self._q_felt + self._muscles.error, habits.touch_s, self._dt))
+        self._ends = t + habits.touch_s
+
+    def _learn(self, seen: OnScreen) -> None:
+        by_weight = float(seen @ self._shift / (self._shift @ self._shift))
+        self._aim_off = self._aim_off - self.habits.learns_aim * seen
+        before = self.gravity_expected
+        self.adaptation.learn(by_weight / (1.0 - self.habits.trusts_felt))
+        # What is anticipated from now on need not be held against; what is not held against moves the arm next time.
+        weight, changed = self._weight(self._wants), before - self.gravity_expected
+        held = -float(self._muscles.hold @ weight / (weight @ weight))
+        self._muscles.hold = self._muscles.hold + np.clip(held, min(changed, 0.0), max(changed, 0.0)) * weight
+
+    @property
+    def is_under_way(self) -> bool:
+        """Whether the next contact is the touch that is meant."""
+        return self.doing is Doing.REACHING and self._contact is None
+
+    @property
+    def gravity_expected(self) -> float:
+        """Share of its weight that muscles are prepared for [-]."""
+        known = self.adaptation.expected
+        return known + self.habits.trusts_felt * (self.adaptation.felt - known)
+
+    @property
+    def inertia_expected(self) -> float:
+        """Share of its inertia that muscles are prepared for [-]: who feels no weight doubts the mass."""
+        return 1.0 - self.habits.mass_doubt * (1.0 - self.adaptation.felt)
+
+    @property
+    def learned(self) -> Learned:
+        """What is kept for the next session."""
+        return Learned(slow=self.adaptation.slow, aim=(float(self._aim_off[0]), float(self._aim_off[1])))
+
+    def remember(self, learned: Learned) -> None:
+        """Former sessions, or the one that was broken off."""
+        self.adaptation.remember(learned.slow)
+        self._aim_off = np.array(learned.aim)
+
+    def act(self, t: float, q_arm: PerFreedom, v_arm: PerFreedom) -> PerFreedom:
+        """Muscle torque (arm,) [N·m]."""
+        self._decide(t, q_arm)
+        change = self._dt / self.habits.full_s
+        self._tension = (
+            max(self._tension - change, 0.0) if self.doing is Doing.LYING else min(self._tension + change, 1.0)
+        )
+        if self._tension == 0.0:
+            return self._relaxed
+        if self._row == BLOCK:
+            self._draw()
+        self._q_felt = q_arm + self._offs[self._row]
+        tau = self._tension * self._gains[self._row] * self._muscles.step(t, self._q_felt, v_arm)
+        self._row += 1
+        self._effort += self._effort_follows * (tau - self._effort)
+        return tau
+
+    def _draw(self) -> None:
+        """Where the arm is felt beside where it is, and what muscles give over what they should, for the next ticks."""
+        self._offs, self._gains, self._row = self._bias + self._felt.block(), 1.0 + self._noise.block(), 0
+
+    def _decide(self, t: float, q_arm: PerFreedom) -> None:
+        doing = self.doing
+        if doing is Doing.LYING and self._is_awaited:
+            self._muscles.hold = np.zeros_like(self._muscles.hold)
+            self._want(
+                t, Doing.READY, motion.go_to(q_arm + self._offs[min(self._row, BLOCK - 1)], self._rest, 0.6, self._dt)
+            )
+        elif doing is Doing.READY and t >= self._begins and self._left_s > self._takes_s:
+            self._feel()
+            self._begins, self._began, self._contact = np.inf, t, None
+            self._want(t, Doing.REACHING, self._way_to_target())
+            self._ends = t + self.habits.reach_s + 2.0 * self.habits.touch_s
+        elif doing is Doing.REACHING and t >= self._ends:
+            if self._contact is None:
+                self._depth, self._begins = self._depth + 0.01, t + self.habits.reach_s
+            self._want(t, Doing.RETURNING, motion.backwards(self._ways.to_screen(self._rest, self._wants)))
+            self._ends = t + self.habits.reach_s
+        elif doing is Doing.RETURNING and t >= self._ends:
+            self.doing = Doing.READY
+        elif doing is Doing.READY and not self._is_awaited:
+            self.doing = Doing.LYING
+
+    def _way_to_target(self) -> Trajectory:
+        believed = self._target + self._seen_higher() + self._aim_off
+        return self._ways.to_screen(self._rest, self._ways.posture_at(believed, self._depth))
+
+    def _seen_higher(self) -> OnScreen:
+        """By how much the target appears higher than it is, for the gravity that the head is in [m]."""
+        return np.array([0.0, self.habits.sees_higher_m * (self.inner_ear() - 1.0)])
+
+    def _feel(self) -> None:
+        """Before the first reach of a window: what holding the arm takes tells which context it is."""
+        if self._is_felt:
+            return
+        self._is_felt = True
+        weight, still = self._weight(self._rest), np.zeros_like(self._rest)
+        felt = self._effort - self._own.torque(self._rest, still, still, 0.0)  # the own joints' elasticity is known
+        share = float(felt @ weight / (weight @ weight))
+        self.adaptation.window(share)
+        # What is no weight is held against as before; the weight is anticipated from now on, as far as it is trusted.
+        self._muscles.hold = felt - share * weight
+
+    def _want(self, t: float, doing: Doing, path: Trajectory) -> None:
+        self.doing, self._wants = doing, path.q[-1]
+        is_moving = path.v.any()
+        every = max(1, round(TABLE_S / self._dt)) if is_moving else len(path)
+        rows = np.unique([*range(0, len(path), every), len(path) - 1]) if is_moving else np.zeros(1, dtype=int)
+        known = np.array([self._needed(path.q[k], path.v[k], path.a[k]) for k in rows])
+        ticks = np.arange(len(path))
+        self._muscles.want(path, np.column_stack([np.interp(ticks, rows, column) for column in known.T]), t)
+
+    def _needed(self, q: PerFreedom, v: PerFreedom, a: PerFreedom) -> PerFreedom:
+        return self._own.torque(q, v, a, self.gravity_expected, self.inertia_expected) + self._worn @ a
+
+    def _weight(self, q: PerFreedom) -> PerFreedom:
+        """What the arm's whole weight takes at a posture [N·m]."""
+        still = np.zeros_like(q)
+        return self._own.torque(q, still, still, 1.0) - self._own.torque(q, still, still, 0.0)
+
+    def _shift_per_level(self) -> OnScreen:
+        """How far right and up the finger comes for a weight that is not there, by stiffness and reflex [m]."""
+        stiffness = self._body.stiffness * self._muscles.tension * (1.0 + self._body.nerves.reflex_share)
+        turn, tip = self._weight(self._usual) / stiffness, self._own.fingertip(self._usual)
+        moved = (self._own.fingertip(self._usual + 1e-3 * turn) - tip) / 1e-3
+        return self._surroundings.screen_axes[:, :2].T @ moved
+
+
+def physiology_of(habits: Habits, freedoms: int) -> Physiology:
+    """Muscles and nerves of this person."""
+    usual = usual_physiology(freedoms)
+    return replace(
+        usual,
+        stiffness=habits.stiffness_share * usual.stiffness,
+        damping=habits.damping_share * usual.damping,
+        torque_max=habits.strength_share * usual.torque_max,
+        nerves=habits.nerves,
+    )

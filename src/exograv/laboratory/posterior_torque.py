@@ -1,0 +1,60 @@
+"""What the uncertainty of an estimate means in torque: arms drawn from it, each put into the controller's machine."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.control.resting import RestingTorque
+from exograv.identification.core.interface import Estimate
+from exograv.model.assembly import Assembly
+from exograv.model.support import sample_postures
+
+Joints = Float[np.ndarray, " joint"]
+
+DRAWS = 512
+"""Arms: the 95th percentile of as many is off by 4 % of itself."""
+
+POSTURES = 32
+"""Of the task workspace, beside the donning posture."""
+
+SEED = 20_260_103
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """RMS over postures of the torque that may be left over because the arm is not known better [N·m]."""
+
+    median: Joints
+    p95: Joints
+    """Not exceeded by 95 % of the arms that the data allow, joint by joint."""
+
+    draws: int
+    """Arms that could be put into the machine [-]."""
+
+
+def doubt(resting: RestingTorque, assembly: Assembly, estimate: Estimate) -> Doubt | None:
+    """Monte-Carlo of an estimate's covariance, with the full closed-loop model; None where a method states none."""
+    if estimate.covariance is None:
+        return None
+    postures = sample_postures(assembly.description, POSTURES)
+    x = estimate.x
+    known = resting(postures, np.tile(x, (len(postures), 1)), resting.cold_start(postures, x))
+    rng = np.random.default_rng(SEED)
+    # By eigenvalues: parameters that are not learned have no variance, which a Cholesky factor would not forgive.
+    values, vectors = np.linalg.eigh(estimate.covariance)
+    spread = vectors * np.sqrt(np.maximum(values, 0.0))
+    arms = x + rng.standard_normal((DRAWS, len(x))) @ spread.T
+    possible = resting(
+        np.tile(postures, (DRAWS, 1)),
+        np.repeat(arms, len(postures), axis=0),
+        np.tile(known.z, (DRAWS, 1)),
+        x_start=np.tile(x, (DRAWS * len(postures), 1)),
+    )
+    error = possible.tau_desired.reshape(DRAWS, len(postures), -1) - known.tau_desired
+    usable = known.is_closed.all() & possible.is_closed.reshape(DRAWS, -1).all(axis=1)
+    if not usable.any():
+        return None
+    rms = np.sqrt(np.mean(error[usable] ** 2, axis=1))
+    median, p95 = np.percentile(rms, [50, 95], axis=0)
+    return Doubt(median, p95, int(usable.sum()))

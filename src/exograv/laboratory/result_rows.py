@@ -1,0 +1,140 @@
+"""From a run's arrays to the rows that are printed, recorded and compared."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics import parameters
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.core.identifiability import identifiability
+from exograv.identification.core.interface import Estimate
+from exograv.model.arm import Arm, Limb
+from exograv.model.assembly import Assembly
+from exograv.rig.twin import Machine, Wearer
+from exograv.rig.twin.twin import WARM_UP_TIME
+from exograv.rig.twin.wearer.parameter_truth import parameter_truth
+
+from .truth_score import Score
+
+DECIMALS = 4
+
+
+def rounded(values: np.ndarray) -> list[float]:
+    """For people and for files: no digit that means nothing."""
+    return [round(float(value), DECIMALS) for value in values]
+
+
+def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[dict[str, Any]]:
+    """Name, unit, truth, prior, estimate and 95 % interval of everything about the arm that slow motion can show."""
+    truth = parameter_truth(wearer)
+    rows = []
+    layout, arm = parameters.Layout.of(assembly), assembly.arm
+    for i, (name, unit) in enumerate(parameters.names_and_units(assembly)):
+        # Moments of inertia stay the table's: slow motion does not show them.
+        if name not in truth or ".I" in name:
+            continue
+        learned = i < layout.phi.stop or (estimate.covariance is not None and estimate.sd[i] > 0.0)
+        if learned:
+            rows.append(_row(name, unit, truth[name], float(prior[i]), estimate, np.eye(len(prior))[i]))
+    return [*(_mass_row(limb, layout, arm, truth, prior, estimate) for limb in arm.limbs), *rows]
+
+
+def _mass_row(
+    limb: Limb, layout: parameters.Layout, arm: Arm, truth: Mapping[str, float], prior: np.ndarray, estimate: Estimate
+) -> dict[str, Any]:
+    """Of a whole arm."""
+    segments = [limb.prefix + name for name in limb.bodies]
+    masses = np.zeros(len(prior))
+    masses[[layout.bodies[arm.segments.index(name)].start for name in segments]] = 1.0
+    total = sum(truth[f"{name}.mass"] for name in segments)
+    return _row(f"{limb.prefix}arm.mass", "kg", total, float(masses @ prior), estimate, masses)
+
+
+def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, weights: np.ndarray) -> dict[str, Any]:
+    value = float(weights @ estimate.x)
+    interval = None
+    if estimate.covariance is not None:
+        half = 1.96 * float(np.sqrt(weights @ estimate.covariance @ weights))
+        interval = [round(value - half, 5), round(value + half, 5)]
+    return {
+        "name": name,
+        "unit": unit,
+        "truth": round(truth, 5),
+        "prior": round(prior, 5),
+        "estimate": round(value, 5),
+        "ci95": interval,
+    }
+
+
+def identifiability_rows(
+    assembly: Assembly, prior: Float[np.ndarray, "parameter parameter"], estimate: Estimate
+) -> dict[str, Any] | None:
+    """What the motion told and what the prior decided; None where the method states no uncertainty."""
+    if estimate.covariance is None:
+        return None
+    units = dict(parameters.names_and_units(assembly))
+    found = identifiability(list(units), prior, estimate.covariance, estimate.x)
+    return {
+        "learnable": found.learned,
+        "condition_number": round(found.condition, 1) if found.base else None,
+        "base_parameters": [
+            {
+                "combination": {name: round(weight, 4) for name, weight in base.weights.items()},
+                "unit": units[next(iter(base.weights))],
+                "estimate": round(base.value, 5),
+                "ci95": [round(base.value + sign * 1.96 * base.sd, 5) for sign in (-1, 1)],
+            }
+            for base in found.base
+        ],
+        "by_data": list(found.by_data),
+        "by_prior": list(found.by_prior),
+        "confused": [[first, second, round(value, 3)] for first, second, value in found.confused],
+    }
+
+
+def calibration_rows(
+    machine: CalibratedMachine, truth: Machine, t: float, joints: tuple[str, ...]
+) -> list[dict[str, Any]]:
+    """What stage 0 found, beside the twin's truth at that time `t` on its clock [s]."""
+    friction, sd, still = machine.friction, machine.friction_sd, still_to_rub(truth, t)
+    columns = (
+        ("gain", "N·m/A", truth.drives.gain, machine.actuators.gain, machine.actuators.gain_sd),
+        ("coulomb", "N·m", still * truth.friction.coulomb, friction.coulomb, sd.coulomb),
+        ("viscous", "N·m·s/rad", still * truth.friction.viscous, friction.viscous, sd.viscous),
+    )
+    return [
+        {
+            "joint": joint,
+            "name": name,
+            "unit": unit,
+            "truth": round(float(true[j]), 5),
+            "estimate": round(float(value[j]), 5),
+            "ci95": [round(float(value[j] + sign * 1.96 * spread[j]), 5) for sign in (-1, 1)],
+        }
+        for j, joint in enumerate(joints)
+        for name, unit, true, value, spread in columns
+    ]
+
+
+def still_to_rub(truth: Machine, t: float) -> Float[np.ndarray, " joint"]:
+    """Share of the cold machine's friction that is left after `t` seconds (joint,) [-]."""
+    return 1.0 - truth.friction.warm_up * (1.0 - np.exp(-t / WARM_UP_TIME))
+
+
+def time_to_target(scores: Mapping[float, Score], targets: Sequence[float]) -> float | None:
+    """Seconds of motion until what is truly left over stays below every joint's target to the end; None if never."""
+    reached = None
+    for t in sorted(scores):
+        if np.all(scores[t].total <= targets):
+            reached = t if reached is None else reached
+        else:
+            reached = None
+    return None if reached is None else round(reached, 2)
+
+
+def percentiles(tick_us: Sequence[float]) -> dict[str, float]:
+    """Of the time that ticks took [µs]."""
+    p50, p99, p999 = np.percentile(tick_us, [50, 99, 99.9])
+    return {"p50": round(float(p50), 1), "p99": round(float(p99), 1), "p999": round(float(p999), 1)}

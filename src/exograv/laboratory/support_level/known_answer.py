@@ -1,0 +1,187 @@
+"""The known answer for a virtual person: what a search has to find. It reads the twin's truth; only scoring uses it.
+
+Two ways. By flying: every target at all supports about the answer, until it is clear. By statics: with how much support
+the arm comes to rest near enough to each target, without motion and noise.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from exograv.loop.pilot import Progress
+from exograv.procedures.rehabilitation.support_level.search import CRITERION, SUPPORTS, Tries
+from exograv.procedures.rehabilitation.support_level.targets import TOLERANCE_M
+from exograv.procedures.rehabilitation.support_level.threshold import DRAWS_LAST, ThresholdSearch
+from exograv.rig.twin.behaviour.acting import usual_physiology
+from exograv.rig.twin.behaviour.weakness import ELBOW, involuntary, weak_physiology
+
+from .preparation import Subject
+from .weak_person import PerFreedom, Place
+
+ABOUT = 5
+"""Of `SUPPORTS`, to which whole blocks of targets narrow where the criterion is met: 12 points."""
+
+HALF_WINDOW, CENTRED = 4, 2
+"""Of `SUPPORTS`: flown to each side of the middle; how far from it the answer may be, or the window moves."""
+
+STREAK = 3
+"""Supports in a row that a target was reached with at every attempt, or at none: 7 points beyond, nothing is flown."""
+
+MOVES_MAX = 5
+
+STEP, STEPS_MAX, STILL_RAD = 0.3, 600, 1e-4
+"""Of the way to rest: share of what the muscles' stiffness asks for, how many, and the step that counts as none."""
+
+MEAN_SHORT = float(np.sqrt(2.0 / np.pi))
+"""Mean of what half a normal distribution falls short by, in its SD [-]."""
+
+
+@dataclass(frozen=True)
+class FlownAnswer:
+    """How often each target was tried and reached at each of `SUPPORTS`, for those that were flown."""
+
+    hits: Int[np.ndarray, "support target"]
+    tries: Int[np.ndarray, "support target"]
+
+    def needed(self) -> float | None:
+        """Least support [share of the weight] with which the criterion is met; None if none is enough."""
+        return crossing(SUPPORTS, rising_share(self.hits, self.tries).mean(axis=1))
+
+    def interval(self) -> tuple[float, float]:
+        """95 % interval of that [share of the weight], by what the search's model says of these attempts.
+
+        Drawing the attempts again instead does not cover: with one at each support a target seems certain.
+        """
+        found = ThresholdSearch(self.tries.shape[1], CRITERION, 0)
+        for k, target in zip(*np.nonzero(self.tries), strict=True):
+            for one in range(self.tries[k, target]):
+                found.take(int(target), float(SUPPORTS[k]), bool(one < self.hits[k, target]))
+        _, low, high = found.posterior(DRAWS_LAST).interval()
+        return min(max(low, 0.0), 1.0), min(max(high, 0.0), 1.0)
+
+
+def rising_share(
+    hits: Int[np.ndarray, "support target"], tries: Int[np.ndarray, "support target"]
+) -> Float[np.ndarray, "support target"]:
+    """Share of attempts that reach a target, which never falls with support; where nothing was flown, in between."""
+    columns = []
+    for hit, tried in zip(hits.T, tries.T, strict=True):
+        at = np.flatnonzero(tried)
+        columns.append(np.interp(SUPPORTS, SUPPORTS[at], isotonic(hit[at] / tried[at], tried[at])))
+    return np.column_stack(columns)
+
+
+def crossing(supports: Float[np.ndarray, " support"], share: Float[np.ndarray, " support"]) -> float | None:
+    """Where a share that never falls with support comes to the criterion; between two, linearly."""
+    above = np.flatnonzero(share >= CRITERION - 1e-9)
+    if not len(above):
+        return None
+    k = int(above[0])
+    if k == 0:
+        return float(supports[0])
+    part = (CRITERION - share[k - 1]) / (share[k] - share[k - 1])
+    return float(supports[k - 1] + part * (supports[k] - supports[k - 1]))
+
+
+def isotonic(
+    values: Float[np.ndarray, " support"], weights: Int[np.ndarray, " support"]
+) -> Float[np.ndarray, " support"]:
+    """Nearest values, in weighted squares, that never fall: neighbours that do are pooled."""
+    pools: list[tuple[float, int, int]] = []
+    for value, weight in zip(values.tolist(), weights.tolist(), strict=True):
+        pools.append((value, weight, 1))
+        while len(pools) > 1 and pools[-2][0] > pools[-1][0]:
+            (a, n, i), (b, m, j) = pools[-2:]
+            pools[-2:] = [((a * n + b * m) / (n + m), n + m, i + j)]
+    return np.array([mean for mean, _, count in pools for _ in range(count)])
+
+
+def static_answer(one: Subject, places: list[Place]) -> float | None:
+    """Least of `SUPPORTS` with which enough arms come to rest near enough; None where full support is not enough."""
+    for support in SUPPORTS.tolist():
+        near = [np.linalg.norm(one.body.own.fingertip(resting(one, place, support)) - place) for place in places]
+        if np.mean(np.array(near) <= TOLERANCE_M) >= CRITERION:
+            return support
+    return None
+
+
+def resting(one: Subject, place: Place, support: float) -> PerFreedom:
+    """Posture [rad] to which an arm that means to be at a place [m] sinks, or is drawn by its own elasticity.
+
+    Muscles pull with what an average attempt mobilises, and the machine's dry friction helps: they give way where that
+    is not enough. Whoever asks them to hold the very posture asks for more than a reach needs (docs/support_level.md).
+    """
+    weakness, own = one.weakness, one.body.own
+    most, stiffness = weak_physiology(weakness).torque_max, usual_physiology(len(weakness.strength)).stiffness
+    # Machines of four joints turn about the arm's freedoms, nearly.
+    limit = (1.0 - MEAN_SHORT * weakness.mobilised_sd) * most + one.laboratory.machine.friction.coulomb
+    wanted = one.body.posture_at(place)
+    q, still = wanted.copy(), np.zeros(len(most))
+    for _ in range(STEPS_MAX):
+        needed = own.torque(q, still, still, 1.0 - support)
+        pull = np.clip(needed + stiffness * (wanted - q), -limit, limit)
+        pull[ELBOW] += involuntary(weakness, most, pull)
+        step = STEP * (pull - needed) / stiffness
+        q = np.clip(q + step, one.body.lower, one.body.upper)
+        if np.abs(step).max() < STILL_RAD:
+            break
+    return q
+
+
+def fly_answer(tries: Tries, targets: int, repeats: int, progress: Progress) -> FlownAnswer:
+    """Where the criterion is met, by blocks of all targets first, then target by target about there.
+
+    Args:
+        tries: Makes one attempt at a target with a support.
+        targets: How many there are.
+        repeats: Attempts at a target with one support.
+        progress: Told after every block and target.
+    """
+    brute = _BruteForce(tries, targets, repeats)
+    low, high = 0, len(SUPPORTS) - 1
+    while high - low > ABOUT:
+        middle = (low + high) // 2
+        progress(f"All targets with {100 * SUPPORTS[middle]:.0f} % carried", 0.0)
+        enough = np.mean([brute.fly(middle, target) for target in range(targets)]) >= CRITERION
+        low, high = (low, middle) if enough else (middle, high)
+    at = (low + high) // 2
+    for _ in range(MOVES_MAX):
+        for target in range(targets):
+            progress(f"About {100 * SUPPORTS[at]:.0f} % carried, target {target + 1}", target / targets)
+            brute.fly_near(target, max(at - HALF_WINDOW, 0), min(at + HALF_WINDOW, len(SUPPORTS) - 1))
+        value = brute.answer().needed()
+        now = len(SUPPORTS) - 1 if value is None else int(np.searchsorted(SUPPORTS, value))
+        if abs(now - at) <= CENTRED:
+            break
+        at = now
+    return brute.answer()
+
+
+class _BruteForce:
+    """Attempts that were flown, each target and support as often as was asked for and no oftener."""
+
+    def __init__(self, tries: Tries, targets: int, repeats: int):
+        self._tries, self._repeats = tries, repeats
+        self._hits, self._tried = np.zeros((2, len(SUPPORTS), targets), dtype=int)
+
+    def answer(self) -> FlownAnswer:
+        return FlownAnswer(self._hits.copy(), self._tried.copy())
+
+    def fly(self, support: int, target: int) -> float:
+        """Share that reached, with this one of `SUPPORTS`."""
+        while self._tried[support, target] < self._repeats:
+            self._hits[support, target] += self._tries(target, float(SUPPORTS[support]))
+            self._tried[support, target] += 1
+        return self._hits[support, target] / self._repeats
+
+    def fly_near(self, target: int, low: int, high: int) -> None:
+        """A target from its own threshold up and down, until it is clear or at the window's end."""
+        share = rising_share(self._hits[:, [target]], self._tried[:, [target]])[:, 0]
+        own = int(np.clip(np.searchsorted(share, 0.5), low, high))
+        for way, clear in ((range(own, high + 1), 1.0), (range(own - 1, low - 1, -1), 0.0)):
+            streak = 0
+            for support in way:
+                streak = streak + 1 if self.fly(support, target) == clear else 0
+                if streak == STREAK:
+                    break

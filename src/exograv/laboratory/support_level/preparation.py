@@ -1,0 +1,73 @@
+"""A weak person in a machine that carries the whole arm as it was identified: where a test of support begins."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.laboratory.preparation import Prepared, pilot_of, prepare
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, refuse_motorless
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.person_limits_manager import Worn
+from exograv.loop.pilot import Pilot, Progress
+from exograv.model.assembly import read_exoskeleton
+from exograv.recording import RecordingWriter
+from exograv.rig.twin import Twin
+from exograv.rig.twin.behaviour.weakness import Weakness, weakened
+
+from .flight import Flight
+from .options import SupportOptions, weakness_of
+from .weak_person import Body, ReachingPerson
+
+LIMIT_MARGIN = np.deg2rad(5.0)
+"""A limb in soft cuffs is not exactly where the machine is."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A machine, a wearer of little strength, and what control found out about both."""
+
+    laboratory: VirtualLaboratory
+    weakness: Weakness
+    body: Body
+    known: Prepared
+    seed: int
+
+    def flight(self, run_seed: int, recording: RecordingWriter | None = None) -> Flight:
+        """A test of its own; `run_seed` draws its noise.
+
+        Raises:
+            RigError: The envelope stopped the way to rest.
+        """
+        laboratory, known = self.laboratory, self.known
+        twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, run_seed, t0=known.t)
+        pilot: Pilot = pilot_of(twin, known.machine.actuators, laboratory, lambda _text, _share: None)
+        if recording is not None:
+            pilot = Pilot(twin, known.machine.actuators, pilot.envelope, recording)
+        pilot.worn = Worn(pilot.envelope, known.assembly, known.machine, known.x)
+        pilot.worn.know(known.x)
+        controller = ArmController(known.assembly, known.machine, known.x, twin.period_s)
+        person = ReachingPerson(self.body, self.weakness, twin, run_seed)
+        return Flight(pilot, controller, person, laboratory.wearer.arms[0].side)
+
+
+def subject(options: SupportOptions, progress: Progress) -> Subject:
+    """Draw, calibrate and identify.
+
+    Raises:
+        ConfigError: An option, a file or the machine cannot be used.
+        ExogravError: The machine, the wearer or the run was refused.
+    """
+    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    description = laboratory.description
+    refuse_motorless(description)
+    if len(description.joints) != 4 or len(laboratory.wearer.arms) != 1 or description.settings.donning.arm_posture_deg:
+        raise ConfigError(
+            f"{description.name} has not four joints like one arm's; the targets are for such machines. Choose "
+            "recupera_like or recupera_like_qdd."
+        )
+    weakness = weakness_of(options, len(description.arm_donning_posture))
+    laboratory = replace(laboratory, wearer=weakened(laboratory.wearer, weakness))
+    lower, upper = np.array([(joint.lower, joint.upper) for joint in read_exoskeleton(description).joints]).T
+    body = Body.of(laboratory, lower + LIMIT_MARGIN, upper - LIMIT_MARGIN)
+    return Subject(laboratory, weakness, body, prepare(laboratory, options.seed, progress), options.seed)

@@ -1,0 +1,116 @@
+"""Scores the controller on the twin's truth, beside the run and never into it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.control.resting import Resting, RestingTorque
+from exograv.control.tick import Mode
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.dynamics.parameters import Parameters
+from exograv.identification.core.interface import Estimate
+from exograv.model.assembly import Assembly
+from exograv.rig.twin import Examiner
+from exograv.rig.twin.examiner import rms
+
+from .posterior_torque import Doubt, doubt
+from .virtual_laboratory import VirtualLaboratory
+
+Joints = Float[np.ndarray, " joint"]
+Postures = Float[np.ndarray, "posture joint"]
+
+
+@dataclass(frozen=True)
+class Score:
+    """RMS over the held-out postures, per joint [N·m]."""
+
+    total: Joints
+    arm: Joints
+
+
+class Examination:
+    """The controller's side of every held-out posture, or of others, and the twin's."""
+
+    def __init__(
+        self,
+        laboratory: VirtualLaboratory,
+        assembly: Assembly,
+        machine: CalibratedMachine,
+        postures: Postures | None = None,
+    ):
+        self._laboratory = laboratory
+        description, wearer = laboratory.description, laboratory.wearer
+        self._examiner = Examiner(description, laboratory.machine, wearer, postures=postures)
+        self._resting = RestingTorque(assembly, machine)
+        self._assembly, self._actuators = assembly, machine.actuators
+        self._last: tuple[Parameters, Float[np.ndarray, "posture freedom"]] | None = None
+
+    @cached_property
+    def _empty(self) -> Examiner:
+        """Of the same machine, set to the same lengths, without the wearer."""
+        laboratory = self._laboratory
+        return Examiner(
+            laboratory.description,
+            laboratory.machine,
+            None,
+            laboratory.wearer.lengths_given,
+            self._examiner.postures,
+        )
+
+    @property
+    def postures(self) -> Postures:
+        """Where it is asked [rad]."""
+        return self._examiner.postures
+
+    def score(self, x: Parameters, payload_kg: float = 0.0) -> Score:
+        """What is left over with these parameters in the level-0 controller, a hidden weight in the hand."""
+        asked: list[Resting] = []
+
+        def all_currents(q: Postures) -> Postures:
+            asked.append(self._at_rest(q, x, Mode()))
+            return self._actuators.current(asked[0].tau_desired)
+
+        total = self._examiner.left_over(all_currents, payload_kg)
+        # The same postures, asked for a moment ago.
+        arm = self._examiner.arm_left_over(lambda _q: self._actuators.current(asked[0].tau_arm), payload_kg)
+        return Score(rms(total), rms(arm))
+
+    def arm_error(self, x: Parameters) -> Postures:
+        """What the arm, its weight and its strained cuffs, adds to the torque at rest, minus what is added for it.
+
+        The machine's own error is not in it: no estimate of the arm answers for that.
+        """
+        total, empty = self.at_postures(x, Mode()), Mode(arm_share=0.0)
+        alone = self._empty.left_over(lambda q: self._actuators.current(self._at_rest(q, x, empty).tau_desired))
+        return total - alone
+
+    def exo_only(self, x: Parameters) -> Joints:
+        """What is left over when only the exoskeleton is carried, RMS per joint [N·m]."""
+        return self.left_over(x, Mode(arm_share=0.0))
+
+    def left_over(self, x: Parameters, mode: Mode) -> Joints:
+        """What is left over in this mode, RMS per joint [N·m]."""
+        return rms(self.at_postures(x, mode))
+
+    def at_postures(self, x: Parameters, mode: Mode) -> Postures:
+        """The same, posture by posture."""
+        return self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, mode).tau_desired))
+
+    def doubt(self, estimate: Estimate) -> Doubt | None:
+        """What the estimate's own uncertainty would leave over; no truth is asked."""
+        return doubt(self._resting, self._assembly, estimate)
+
+    def _at_rest(self, q: Postures, x: Parameters, mode: Mode) -> Resting:
+        arms = np.tile(x, (len(q), 1))
+        if self._last is not None:
+            before, z = self._last
+            resting = self._resting(q, arms, z, mode, np.tile(before, (len(q), 1)))
+            if resting.is_closed.all():
+                self._last = x.copy(), resting.z
+                return resting
+        # The first time, or parameters so far from the last ones that Newton's method lost a posture.
+        resting = self._resting(q, arms, self._resting.cold_start(q, x), mode)
+        self._last = x.copy(), resting.z
+        return resting

@@ -1,0 +1,191 @@
+"""`exograv weigh` on the twin: the empty machine, twenty seconds with the wearer, the arm, then known weights."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.identification.core.arm_model import ArmModel
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.pilot import Progress
+from exograv.model.anthropometry import Body
+from exograv.model.arm import WeightPlace
+from exograv.model.description import Side
+from exograv.model.support import assemble
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
+from exograv.procedures.weighing.first_motion import first_motion
+from exograv.procedures.weighing.known_weight import HEAVIEST_KG, weigh
+from exograv.procedures.weighing.motion_samples import Kept
+from exograv.procedures.weighing.weight_estimator import Weighing
+from exograv.rig.twin import Twin
+from exograv.rig.twin.wearer.parameter_truth import parameter_truth
+from exograv.storage.self_test_pass import NOT_NEEDED
+
+from .preparation import MOTION_S, machine_of, pilot_of
+from .virtual_laboratory import VirtualLaboratory, draw_laboratory, refuse_motorless
+
+DRAWN_KG = (0.5, 1.0, 1.5, 2.0)
+RESTLESS_TEXT = "The person does not relax: the form cannot be checked. Ask the person to let go, then repeat."
+
+
+@dataclass(frozen=True)
+class WeighOptions:
+    """What `exograv weigh` is asked for."""
+
+    rig: str = "recupera_like"
+    side: Side | None = None
+    level: int = 2
+    seed: int = 0
+    hand_weight_kg: float | None = None
+    """That the wearer takes into the hand, hidden from the software; one of `DRAWN_KG` by the seed where absent."""
+    forearm_weight_kg: float = 0.0
+    """That is strapped to the middle of the forearm, hidden likewise."""
+    body_mass_kg: float | None = None
+    """As the operator typed it; the wearer's own where absent."""
+    calibration: Path | None = None
+
+    def __post_init__(self):
+        if not 0 <= self.level <= 4:
+            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
+        if self.seed < 0:
+            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
+        for name, mass in (("hand", self.hand_weight_kg), ("forearm", self.forearm_weight_kg)):
+            if mass is not None and not 0.0 <= mass <= HEAVIEST_KG:
+                raise ConfigError(
+                    f"--{name}-weight is {mass} kg; allowed: 0 (none) to {HEAVIEST_KG:g} kg. Take a lighter one."
+                )
+
+    @property
+    def weights(self) -> dict[WeightPlace, float]:
+        """Those that are there [kg]."""
+        drawn = float(np.random.default_rng([self.seed, 9]).choice(DRAWN_KG))
+        hand = drawn if self.hand_weight_kg is None else self.hand_weight_kg
+        both: dict[WeightPlace, float] = {"hand": hand, "forearm": self.forearm_weight_kg}
+        return {place: mass for place, mass in both.items() if mass > 0.0}
+
+
+@dataclass
+class _Found:
+    """What the software says."""
+
+    check: ArmCheck | None = None
+    why: str = ""
+    identified_s: float = 0.0
+    """Motion of the identification that was asked beside the first twenty seconds."""
+    weights: dict[WeightPlace, Weighing] = field(default_factory=dict)
+
+
+def run_weighing(options: WeighOptions, progress: Progress) -> dict[str, Any]:
+    """Run it; the result follows the contract of `exograv weigh --json`.
+
+    Raises:
+        ConfigError: An option cannot be used.
+        ModelError: Machine or wearer cannot be modelled.
+        IdentificationError: The empty machine is not what it should be.
+        RigError: The envelope stopped the run, or the machine cannot carry a weight.
+    """
+    start = time.perf_counter()
+    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    refuse_motorless(laboratory.description)
+    own = laboratory.body
+    typed = own.mass_kg if options.body_mass_kg is None else options.body_mass_kg
+    found, t = _Found(), 0.0
+    try:
+        body = Body(own.height_m, typed, own.sex, own.lengths_m)
+    except ConfigError as error:
+        found.why = str(error)  # the form itself refuses: nothing has moved yet
+    else:
+        t = _weigh_all(options, laboratory, body, found, progress)
+    result = _figures(options, laboratory, typed, found)
+    return {**result, "simulated_s": round(t, 3), "wall_s": round(time.perf_counter() - start, 2)}
+
+
+def _weigh_all(
+    options: WeighOptions, laboratory: VirtualLaboratory, body: Body, found: _Found, progress: Progress
+) -> float:
+    """Fills `found`; returns the rig's clock at the end [s]."""
+    machine, t = machine_of(laboratory, options.level, options.seed, options.calibration, progress)
+    assembly = assemble(laboratory.description, body)
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, options.seed, t0=t)
+    pilot = pilot_of(twin, machine.actuators, laboratory, progress)
+    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
+    model = ArmModel(assembly, machine)
+    judge, gentle = ArmJudge(model), first_motion(pilot, controller, model)
+    found.check = judge.judge([gentle], body.mass_kg)
+    if is_enough(found.check, wants_weights=bool(options.weights)):
+        return twin.t
+    identifier, kept = Identifier(pilot, controller, machine, "recursive", "current", lambda *_found: None), Kept()
+    identifier.followers.append(kept)
+    identified = identify_arm(pilot, controller, identifier, MOTION_S)
+    arm, found.identified_s = identified.last, MOTION_S
+    both = judge.judge([gentle, kept.samples], body.mass_kg)
+    found.check = in_doubt_not_refused(both, identified.restless_s is not None)
+    if found.check.refused:
+        return twin.t
+    for place, mass in options.weights.items():
+        found.weights[place] = weigh(pilot, controller, model, arm, _hanging(twin, place, mass), place)
+    return twin.t
+
+
+def is_enough(check: ArmCheck, wants_weights: bool) -> bool:
+    """Whether the first motion is all that is needed: nothing is to be weighed, or the form is surely wrong.
+
+    A weight needs the arm identified first; a doubtful form is asked of that motion too.
+    """
+    return check.is_sure and (check.refused or not wants_weights)
+
+
+def in_doubt_not_refused(check: ArmCheck, is_restless: bool) -> ArmCheck:
+    """The verdict, unless a doubtful one rests on the torques of a person who does not relax: then a request."""
+    if check.is_sure or not is_restless:
+        return check
+    return replace(check, refused=False, why=f"{RESTLESS_TEXT} {check.why}")
+
+
+def _hanging(twin: Twin, place: WeightPlace, mass: float) -> Callable[[bool], None]:
+    """The wearer's part: the software never sees the mass."""
+    return lambda is_there: twin.hang(place, mass if is_there else 0.0)
+
+
+def _figures(options: WeighOptions, laboratory: VirtualLaboratory, typed: float, found: _Found) -> dict[str, Any]:
+    check, hand = found.check, found.weights.get("hand")
+    truth = parameter_truth(laboratory.wearer)
+    limbs = [arm.side for arm in laboratory.wearer.arms]
+    first = f"{limbs[0]}_" if len(limbs) > 1 else ""
+    arm = sum(value for name, value in truth.items() if name.startswith(first) and name.endswith(".mass"))
+    return {
+        "rig": laboratory.description.name,
+        "disturbance_level": options.level,
+        "seed": options.seed,
+        "typed_body_mass_kg": round(typed, 2),
+        "arm_mass_kg": None if check is None else round(check.arm_mass, 4),
+        "ci95_kg": None if check is None else _interval(check.ci95),
+        "arm_like_that_of_kg": None if check is None else round(check.like_kg, 1),
+        "hand_weight_kg": None if hand is None else round(hand.mass, 4),
+        "ci95_hand_kg": None if hand is None else _interval(hand.ci95),
+        "refused": check is None or check.refused,
+        "why": found.why if check is None else check.why,
+        "probability": None if check is None else round(check.probability, 4),
+        "identified_s": found.identified_s,
+        "weights": [
+            {
+                "place": place,
+                "true_kg": options.weights[place],
+                "estimated_kg": round(one.mass, 4),
+                "ci95_kg": _interval(one.ci95),
+            }
+            for place, one in found.weights.items()
+        ],
+        "true_arm_mass_kg": round(arm, 4),
+        "self_test": NOT_NEEDED,
+    }
+
+
+def _interval(interval: tuple[float, float]) -> list[float]:
+    return [round(value, 4) for value in interval]

@@ -1,0 +1,1 @@
+"""The processes of a running machine: control, worker, their supervisors, and machines on drives."""

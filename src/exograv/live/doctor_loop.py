@@ -1,0 +1,180 @@
+"""How punctual the live loop is here, without and with real-time rights, and whether a worn machine may hang on it.
+
+It runs in a process of its own, as live control does: the progress line of this one would take the interpreter from it.
+"""
+
+import multiprocessing
+import signal
+import sys
+from collections.abc import Callable, MutableSequence
+from dataclasses import asdict
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import ConfigError, ExogravError, RigError
+from exograv.runtime.clock.fitness import PERIODS_FOR_GOAL, WOKEN_WITHIN_NS, judge
+from exograv.runtime.clock.host import Host, read_host
+from exograv.runtime.clock.real_time_loop import run_loop
+from exograv.runtime.clock.realtime import Rights, realtime
+from exograv.runtime.clock.timing import EDGES_US, PERIOD_NS, Timing
+from exograv.runtime.processes.spawn import keyboard_ignored
+
+SECONDS_MIN, SECONDS_MAX = 2.0, 7200.0  # the longest holds 170 MB of times
+HALVES = ("ordinary", "real-time")
+WARM_UP_TICKS = 500  # first calls fault pages in and fill caches
+POLL_S = 0.2
+END_S = 5.0  # for the loop's process to go
+
+Progress = Callable[[str, float], None]
+Loop = Callable[[Callable[[int], object], int], Timing]
+
+
+def loop_test(seconds: float, progress: Progress) -> dict[str, Any]:
+    """Run the loop for half of `seconds` without and for half with real-time rights; `loop` of `exograv doctor --json`.
+
+    Raises:
+        ConfigError: The time cannot be used, or the system is not Linux.
+        RigError: The loop's process died.
+    """
+    refuse_unusable(seconds)
+    context = multiprocessing.get_context("spawn")
+    place = context.RawArray("q", [-1, 0])
+    receiver, sender = context.Pipe(duplex=False)
+    periods = round(seconds / 2 * 1e9 / PERIOD_NS)
+    process = context.Process(target=_loop_process, args=(periods, place, sender), daemon=True)
+    with keyboard_ignored():
+        process.start()
+    sender.close()
+    try:
+        result = _await(process, receiver, lambda: _show(progress, place, periods))
+    finally:
+        # Ended by whatever way, it leaves nothing: rights and locks are the process's own.
+        process.terminate()
+        process.join(END_S)
+    if isinstance(result, ExogravError):
+        raise result
+    return {"seconds": seconds, **result}
+
+
+def refuse_unusable(seconds: float) -> None:
+    """Refuse what cannot be run, before anything is built.
+
+    Raises:
+        ConfigError: See `loop_test`.
+    """
+    if not SECONDS_MIN <= seconds <= SECONDS_MAX:
+        raise ConfigError(
+            f"--loop is {seconds:g}; allowed: {SECONDS_MIN:g} to {SECONDS_MAX:g} s. Half of it runs without, half "
+            "with real-time rights; a verdict takes 20 s."
+        )
+    if not sys.platform.startswith("linux"):
+        raise ConfigError(f"--loop needs Linux, and this is {sys.platform}: a worn machine is driven from Linux only.")
+
+
+def measure(
+    work: Callable[[int], object],
+    periods: int,
+    host: Host,
+    begin: Callable[[int], object] = lambda _half: None,
+    loop: Loop = run_loop,
+) -> dict[str, Any]:
+    """Both halves in this process, and the verdict; `begin` is told which of the `HALVES` comes."""
+    begin(0)
+    rows = [_row(HALVES[0], loop(work, periods), Rights())]
+    begin(1)
+    with realtime(host.isolated_cpus) as rights:
+        timing = loop(work, periods)
+    rows.append(_row(HALVES[1], timing, rights))
+    fitness = judge(timing, rights, host)
+    prepare = list(fitness.prepare)
+    if periods < PERIODS_FOR_GOAL:
+        seconds = 2e-9 * PERIODS_FOR_GOAL * timing.period_ns
+        prepare.append(
+            f"Then repeat, with --loop {seconds:.0f} and under the load of a session: an idle computer is punctual."
+        )
+    return {
+        "rate_Hz": 1e9 / timing.period_ns,
+        "rows": rows,
+        "may_drive_worn": fitness.may_drive_worn,
+        "reasons": fitness.reasons,
+        "prepare": prepare,
+        "computer": asdict(host),
+    }
+
+
+def _row(name: str, timing: Timing, rights: Rights) -> dict[str, Any]:
+    return {
+        "scheduling": name,
+        "granted": list(rights.granted),
+        "refused": list(rights.refused),
+        "outcome": timing.outcome.value,
+        "seconds": round(timing.seconds, 3),
+        "ticks": len(timing.period),
+        "effective_rate_Hz": round(timing.effective_rate_Hz, 3),
+        "longest_gap_us": round(timing.longest_gap_us, 1),
+        "late_share": timing.late_share,
+        "woken_share": timing.woken_within(WOKEN_WITHIN_NS),
+        "missed": timing.missed,
+        "lateness_us": _figures(timing.lateness_ns),
+        "compute_us": _figures(timing.compute_ns),
+        "command_us": _figures(timing.command_ns),
+        "histogram": {"edges_us": list(EDGES_US), "counts": timing.histogram()},
+    }
+
+
+def _figures(ns: np.ndarray) -> dict[str, float]:
+    p50, p99, p999 = np.percentile(ns, [50, 99, 99.9])
+    figures = {"p50": p50, "p99": p99, "p999": p999, "max": ns.max()}
+    return {name: round(1e-3 * float(value), 1) for name, value in figures.items()}
+
+
+def _loop_process(periods: int, place: MutableSequence[int], results: Connection) -> None:
+    """The whole life of the loop's process: build, warm up, measure, tell."""
+    try:
+        from exograv.laboratory.doctor_tick import MovingTick
+
+        tick = MovingTick(1e-9 * PERIOD_NS)
+        for period in range(WARM_UP_TICKS):
+            tick(period)
+
+        def work(period: int) -> None:
+            tick(period)
+            place[1] = period
+
+        def begin(half: int) -> None:
+            place[1] = 0
+            place[0] = half
+
+        results.send({**measure(work, periods, read_host(), begin), "open_ticks": tick.open_ticks})
+    except ExogravError as error:
+        results.send(error)
+
+
+def _await(process: BaseProcess, receiver: Connection, show: Callable[[], None]) -> Any:
+    while not receiver.poll(POLL_S):
+        show()
+    try:
+        return receiver.recv()
+    except EOFError:
+        process.join(END_S)
+        raise RigError(_obituary(process.exitcode)) from None
+
+
+def _obituary(exit_status: int | None) -> str:
+    if exit_status == -signal.SIGXCPU:
+        return (
+            "The loop was ended by the system: a tick never came back, and would have held its processor for itself. "
+            "A computer or a kernel this slow cannot drive a machine; see the line 'tick' of `exograv doctor`."
+        )
+    return f"The loop's process died (exit status {exit_status}). What it wrote above says why; then repeat."
+
+
+def _show(progress: Progress, place: MutableSequence[int], periods: int) -> None:
+    half, period = place
+    if half < 0:
+        progress("Building the tick", 0.0)
+    else:
+        progress(f"Loop at 1 kHz, {HALVES[half]} scheduling", period / periods)

@@ -1,0 +1,239 @@
+"""What the two processes of `exograv live` are made of: the twin behind its guard, and control with its mode."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import astuple, dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from exograv.control.observer import Observer
+from exograv.laboratory.cooperative_wearer import REST_BEFORE_RAMP_S, Held
+from exograv.laboratory.preparation import Prepared
+from exograv.laboratory.virtual_laboratory import Told, VirtualLaboratory, limits
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.mode_ramp import SECONDS
+from exograv.loop.pilot import CLOSURE_SLOPE_MAX
+from exograv.model.description import RigDescription
+from exograv.rig import Rig
+from exograv.rig.twin import Twin
+from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.runtime.clock.timing import PERIOD_NS
+from exograv.runtime.control_loop.guard_process import GuardedRig
+from exograv.runtime.control_loop.steering import ASKABLE
+from exograv.safety.envelope import Envelope
+from exograv.safety.guard import Guard, SafeState
+from exograv.safety.modes import RAMP_IN_S, WORN, Event, Mode, ModeMachine
+from exograv.safety.person import Person, PersonLimits
+from exograv.signals import Reference
+from exograv.storage.self_test_pass import Key, unlock
+
+from .live_identification import Lesson, LessonPlan
+
+SKIPPED = "skipped: twin"
+SKIPPED_TEXT = "The self-test is skipped: this is the twin, and nobody is in it."
+
+OPERATOR: Mapping[Mode, Event] = MappingProxyType(
+    {Mode.SAFE: Event.RESET, Mode.OFF: Event.TEST, Mode.SELF_TEST: Event.PASSED}
+)
+"""What the virtual operator does as soon as it is possible, one event a tick. `PASSED` follows at once: on the twin the
+self-test is done before the loop, or skipped, and the recording says so."""
+
+MODES = tuple(Mode)
+
+
+def notes(is_tested: bool) -> dict[str, str]:
+    """What to record when a mode begins."""
+    return {} if is_tested else {Mode.SELF_TEST.name.lower(): SKIPPED_TEXT}
+
+
+@runtime_checkable
+class Hearer(Protocol):
+    """A machine in which somebody hears what it begins."""
+
+    def hear(self, mode_name: str) -> None:
+        """A mode has begun, by its name in lower case."""
+        ...
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What each process builds its part from."""
+
+    description: RigDescription
+    told: Told
+    prepared: Prepared
+    person: PersonLimits
+    gravity_level: float
+    machine: Callable[[], Rig]
+    """Makes the machine, in the process that owns it."""
+
+    period_ns: int = PERIOD_NS
+    """Of the machine [ns]."""
+
+    lesson: LessonPlan | None = None
+    """How the arm is learned live; absent where it is known."""
+
+    key: Key | None = None
+    """What unlocks a real machine."""
+
+    is_steered: bool = False
+    """Whether somebody at a page asks for each step."""
+
+    @classmethod
+    def of_twin(
+        cls,
+        laboratory: VirtualLaboratory,
+        prepared: Prepared,
+        person: PersonLimits,
+        seed: int,
+        gravity_level: float,
+        lesson: LessonPlan | None = None,
+    ) -> "Plan":
+        """The twin, and its wearer who holds the own arm until it is taken."""
+        told = Told(laboratory.body, dict(laboratory.wearer.lengths_given))
+        machine = partial(held_twin, laboratory, seed, prepared.t)
+        return cls(laboratory.description, told, prepared, person, gravity_level, machine, lesson=lesson)
+
+
+def held_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> Held:
+    """The twin, its wearer holding the own arm in the donning posture, at the time `t` of its clock [s]."""
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
+    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+    return Held(twin, own, REST_BEFORE_RAMP_S, RAMP_IN_S)
+
+
+def guarded_rig(plan: Plan) -> GuardedRig:
+    """The machine, and the guard in front of it.
+
+    Raises:
+        RigError: The machine is locked.
+    """
+    rig, gain = plan.machine(), plan.prepared.machine.actuators
+    unlock(rig, plan.key)
+    envelope = Envelope(limits(plan.description), rig.period_s)
+    envelope.person = Person(plan.person, plan.gravity_level)
+    envelope.person.drive(plan.lesson is not None)
+    guard = Guard.of_machine(envelope, rig.period_s, gain.gain.tolist())
+    announce = rig.hear if isinstance(rig, Hearer) else lambda _mode: None
+    return GuardedRig(rig, guard, gain.gain, CLOSURE_SLOPE_MAX, announce)
+
+
+class LiveControl:
+    """`Answering`: the arm's controller, and the mode that says how much of the arm is carried."""
+
+    mode_names = tuple(mode.name.lower() for mode in MODES)
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        gravity_level: float,
+        is_first: bool = True,
+        lesson: Lesson | LessonPlan | None = None,
+        period_s: float = 1e-9 * PERIOD_NS,
+        is_steered: bool = False,
+    ):
+        """The machine is off; a control that comes later finds it in a safe state."""
+        self._is_steered, self._obeyed = is_steered, 0 if is_first else None
+        self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
+        self._controller.mode.gravity_level = gravity_level
+        self._observer = Observer(prepared.assembly.n, period_s)
+        self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
+        self._modes = ModeMachine() if is_first else ModeMachine(Mode.SAFE)
+        self._rested_s, self._has_begun = 0.0, not is_first
+        self._lesson = lesson.lesson() if isinstance(lesson, LessonPlan) else lesson
+        self._actuators = prepared.machine.actuators
+        self._q_ramp = self._still
+        # The first step finds the loops' posture from cold, which takes longer than a tick.
+        posture = prepared.assembly.description.donning_posture
+        self._controller.step(posture, self._still, self._hold(self._still))
+        self._controller = self._controller.again(prepared.x)
+        self._controller.mode.gravity_level = gravity_level
+
+    @property
+    def mode(self) -> Mode:
+        """In force."""
+        return self._modes.mode
+
+    def answer(self, state: np.void, row: np.ndarray) -> None:
+        """One tick."""
+        self._observer.update(state["q"])
+        q, v, now = self._observer.q, self._observer.v, float(state["now"])
+        self._follow(state, q, v)
+        self._learn(now, int(state["persons"]), q)
+        reference = self._reference(now, q)
+        self._controller.mode.arm_share = self._modes.arm_share
+        self._controller.mode.gravity_level = float(state["gravity_level"])
+        tau = self._controller.step(q, v, reference)
+        row["tau"] = tau if self.mode is Mode.EXO_ONLY or self.mode in WORN else self._still
+        row["tau_feedforward"], row["v"] = self._controller.tau_feedforward, v
+        row["q_reference"] = reference.q if self._controller.mode.drive else np.nan
+        row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self.mode)
+        row["findings"] = 0 if self._lesson is None else self._lesson.findings
+        row["drive"], row["gravity_level"], row["arm_share"] = astuple(self._controller.mode)
+        if self._lesson is not None and self.mode is Mode.MOVING:
+            self._lesson.told(now, state["q"], self._actuators.torque(state["current"]), reference.q)
+
+    def forget(self, mode: Mode, arm_share: float) -> None:
+        """Begin anew in this mode with this share of the arm: after a time that nobody saw."""
+        self._observer = Observer(len(self._still), self._period_s)
+        self._modes, self._rested_s, self._has_begun = ModeMachine(mode, arm_share), 0.0, True
+        self._controller.forget()
+
+    def _hold(self, q: np.ndarray) -> Reference:
+        return Reference(q, self._still, self._still)
+
+    def _reference(self, now: float, q: np.ndarray) -> Reference:
+        if not self._controller.mode.drive or self._lesson is None:
+            return self._hold(q)
+        return self._hold(self._q_ramp) if self.mode is Mode.RAMP_IN else self._lesson.reference(now)
+
+    def _follow(self, state: np.void, q: np.ndarray, v: np.ndarray) -> None:
+        """What the guard says decides; the arm is taken by a ramp, at first and after each reset."""
+        modes, event = self._modes, self._asked(state)
+        if int(state["safe_state"]) >= SafeState.DESCENT:
+            if modes.take(Event.FAULT):
+                # Its posture may be what went wrong, and would be carried on past every reset.
+                self._controller.forget()
+            self._rested_s = 0.0
+            return
+        if not self._has_begun:
+            self._has_begun = True  # a tick switched off, for the recording to begin with
+        elif event is not None and modes.take(event) and event is Event.TAKE_ARM:
+            self._rested_s, self._q_ramp = 0.0, q.copy()
+            if self._lesson is not None:
+                self._lesson.prepare(self._q_ramp)
+        modes.step(self._period_s, float(np.abs(q - self._q_ramp).max()), float(np.abs(v).max()))
+
+    def _asked(self, state: np.void) -> Event | None:
+        """What an operator wants now: at a page, as the guard passes it on once; or the virtual one."""
+        if self._is_steered:
+            before, self._obeyed = self._obeyed, int(state["asked"])
+            return None if before is None or before == self._obeyed else ASKABLE[int(state["event"])]
+        if self._modes.mode is not Mode.EXO_ONLY:
+            return OPERATOR.get(self._modes.mode)
+        if int(state["safe_state"]) < SafeState.DESCENT:
+            self._rested_s += self._period_s
+        return Event.TAKE_ARM if self._rested_s >= REST_BEFORE_RAMP_S else None
+
+    def _learn(self, now: float, persons: int, q: np.ndarray) -> None:
+        """An arm that is not known yet is moved as soon as it is taken, and let go when the guard knows it."""
+        lesson, modes = self._lesson, self._modes
+        if lesson is None:
+            return
+        if (x := lesson.found()) is not None:
+            self._controller.publish(x, q)
+        if modes.mode is Mode.FLOATING and not persons:
+            modes.take(Event.MOVE)
+            lesson.begin(now)
+        elif modes.mode is Mode.MOVING and persons >= lesson.words:
+            modes.take(Event.FLOAT)
+        elif modes.mode is Mode.MOVING and persons:
+            lesson.begin_passes(now)
+        mode, step = self._controller.mode, self._period_s / SECONDS["drive"]
+        is_led = modes.mode in WORN and modes.mode is not Mode.RAMP_OUT
+        is_moved = is_led if not persons else modes.mode is Mode.MOVING
+        mode.drive = min(mode.drive + step, 1.0) if is_moved else max(mode.drive - step, 0.0)
+        if modes.mode not in WORN:
+            mode.drive = 0.0

@@ -1,0 +1,150 @@
+"""`exograv rig-test`: every step in the order of danger; the first that fails ends it, and none can be skipped."""
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.loop.pilot import Progress
+from exograv.model.assembly import read_exoskeleton
+from exograv.model.description import RigDescription, Side, load_rig
+from exograv.procedures.bring_up.bench_machine import Line
+from exograv.procedures.bring_up.in_motion import Powered
+from exograv.procedures.bring_up.unpowered import stop_is_heard, turns, watchdog, wiring, zero_torque
+from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
+from exograv.rig.drives.opening import DrivenRig, open_drives
+from exograv.rig.drives.settings import Drives
+from exograv.storage.bring_up_sheet import FILE, write_sheet
+from exograv.storage.self_test_step import Step, tried
+
+from .connection import DrivesAsked, Say, drives_with_hands
+from .hands import Hands
+
+Act = Callable[[], list[Step]]
+
+
+@dataclass(frozen=True)
+class RigTestOptions:
+    """What `exograv rig-test` is asked for."""
+
+    rig: str
+    side: Side | None = None
+    drives: Path | None = None
+    """drives.toml of the machine; only simulated ones are made where absent."""
+    simulate: bool = False
+    level: int = 2
+    seed: int = 0
+    by: str = ""
+    """Who does it: initials."""
+    wrong: tuple[str, ...] = ()
+    """Options of `exograv drive-sim` that spoil the simulated machine."""
+
+    def __post_init__(self):
+        if self.drives is None and not self.simulate:
+            raise ConfigError(
+                "--drives is missing: give the drives.toml of this machine (docs/rig_test.md), or --simulate to "
+                "practise on simulated drives."
+            )
+        if not self.simulate and not self.by:
+            raise ConfigError("--by is missing: the sheet needs the initials of whoever does this, such as --by ab.")
+        if not 0 <= self.level <= 4:
+            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
+
+
+def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say: Say) -> dict[str, Any]:
+    """Bring a machine up; the result follows the contract of `exograv rig-test --json`.
+
+    Raises:
+        ConfigError: A file or an option cannot be used.
+        RigError: The simulated drives do not begin.
+    """
+    description = load_rig(options.rig, options.side)
+    refuse_joints_without_motor(description)
+    asked = DrivesAsked(options.drives, options.simulate, options.level, options.seed, options.wrong)
+    with drives_with_hands(asked, description, say, "A bring-up") as (drives, hands):
+        steps = _walk(description, drives, hands, progress, options.simulate)
+    sheet = write_sheet(
+        folder / FILE, description, drives, steps, options.by, datetime.now().astimezone(), options.simulate
+    )
+    return {
+        "rig": description.name,
+        "serial": drives.settings.serial,
+        "by": options.by,
+        "simulated": options.simulate,
+        "ok": sheet.done.passed,
+        "passed": sheet.done.passed,
+        "may_be_worn": not drives.without_brake,
+        "steps": [
+            {"name": step.name, "passed": step.passed, "value": step.measured, "limit": step.limit, "unit": step.unit,
+             "what_to_do": step.what_to_do}
+            for step in steps
+        ],
+        "sheet": str(folder / FILE),
+        "sha256": sheet.content_sha256,
+    }  # fmt: skip
+
+
+def _walk(description: RigDescription, drives: Drives, hands: Hands, progress: Progress, lock_step: bool) -> list[Step]:
+    """All steps; what comes after one that failed is listed and not tried."""
+    limits = description.per_actuator("torque_max_Nm")
+    steps = wiring(drives, limits, description.nominal_gain)
+    if _failed(steps):
+        return [*steps, Step("everything after that", None)]
+    with contextlib.ExitStack() as stack:
+        opened: list[DrivenRig] = []
+
+        def connect() -> list[Step]:
+            opened.append(stack.enter_context(open_drives(drives, lock_step)))
+            n = str(len(drives.joints))
+            return [Step("every drive answers, and is the one in drives.toml", True, n, n, "drives")]
+
+        steps += tried("every drive answers, and is the one in drives.toml", connect)
+        acts = _acts(description, drives, opened[0], hands, progress, lock_step) if opened else []
+        for number, (name, act) in enumerate(acts):
+            progress(name, number / len(acts))
+            if _failed(steps):
+                steps.append(Step(name, None))
+            else:
+                steps += tried(name, act)
+        if not opened:
+            steps.append(Step("everything after that", None))
+    return steps
+
+
+def _failed(steps: list[Step]) -> bool:
+    return any(not (step.passed or step.locks_only) for step in steps)
+
+
+def _acts(
+    description: RigDescription, drives: Drives, rig: DrivenRig, hands: Hands, progress: Progress, lock_step: bool
+) -> list[tuple[str, Act]]:
+    """Name and deed of each step, the least dangerous first."""
+    line, joints = Line(rig, drives, lock_step), description.joints
+    moving: list[Powered] = []
+
+    def powered() -> Powered:
+        if not moving:
+            moving.append(Powered(description, read_exoskeleton(description), line, drives, hands, progress))
+        return moving[0]
+
+    def leads(joint: int) -> list[Step]:
+        return powered().leads(joint)
+
+    def weighs(joint: int) -> list[Step]:
+        return powered().weighs(joint)
+
+    return [
+        *((f"{name}: encoder, turned by hand", partial(turns, line, hands, j)) for j, name in enumerate(joints)),
+        ("hardware stop is seen by every drive", lambda: stop_is_heard(line, hands)),
+        ("no torque when none is asked for", lambda: zero_torque(line)),
+        ("watchdog at no torque", lambda: watchdog(line, drives, "watchdog at no torque")),
+        ("nudges", lambda: powered().nudges()),
+        *((f"{name}: follows a slow motion", partial(leads, j)) for j, name in enumerate(joints)),
+        ("hardware stop under torque", lambda: powered().stops()),
+        ("watchdog under torque", lambda: powered().falls_silent()),
+        *((f"{name}: weighs a known weight", partial(weighs, j)) for j, name in enumerate(joints)),
+    ]

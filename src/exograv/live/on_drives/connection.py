@@ -1,0 +1,110 @@
+"""A machine that is reached over its bus: opened, and let go of by whatever way a session ends."""
+
+import contextlib
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.errors import ConfigError
+from exograv.loop.pilot import Pilot, Progress
+from exograv.model.description import RigDescription
+from exograv.rig.drives.opening import DrivenRig, open_drives
+from exograv.rig.drives.settings import Drives, load_drives
+from exograv.runtime.clock.pace import Pace
+from exograv.safety.envelope import Envelope, Limits
+
+from .hands import BenchHands, Hands, KeyboardHands
+from .simulated_drives import simulated_drives, written
+
+Say = Callable[[str], object]
+
+
+@dataclass(frozen=True)
+class DrivesAsked:
+    """Which drives a session is to use."""
+
+    file: Path | None
+    """drives.toml of the machine; only simulated ones are made where absent."""
+
+    simulate: bool = False
+    """Whether they are simulated, in another process that waits for us as we for it."""
+
+    level: int = 0
+    seed: int = 0
+    """Of the twin behind simulated ones."""
+
+    simulation: tuple[str, ...] = ()
+    """More options of `exograv drive-sim`."""
+
+    in_real_time: bool = False
+    """Whether simulated drives have a clock of their own, instead of waiting for us."""
+
+    def serial(self, drives: Drives) -> str:
+        """What calibration and self-test of this machine belong to: never what is simulated to what is real."""
+        own = drives.settings.serial
+        return f"{own}, simulated, level {self.level}, seed {self.seed}" if self.simulate else own
+
+
+@dataclass(frozen=True)
+class Connected:
+    """A machine whose drives answer; none is switched on yet."""
+
+    rig: DrivenRig
+    drives: Drives
+    hands: Hands
+    serial: str
+    lock_step: bool
+
+    def pilot(self, actuators: ActuatorGain, limits: Limits, progress: Progress) -> Pilot:
+        """Flies it, at its own pace."""
+        pace = None if self.lock_step else Pace(self.rig.period_s)
+        return Pilot(self.rig, actuators, Envelope(limits, self.rig.period_s), progress=progress, pace=pace)
+
+
+@contextlib.contextmanager
+def drives_with_hands(
+    asked: DrivesAsked, description: RigDescription, say: Say, what: str
+) -> Iterator[tuple[Drives, Hands]]:
+    """Somebody at the keyboard, or at the bench of simulated drives, which begin.
+
+    Args:
+        asked: Which drives.
+        description: Of the machine.
+        say: Shows a line to whoever stands at a real machine.
+        what: Needs the hands; for the error.
+
+    Raises:
+        ConfigError: The file cannot be used, or nobody is at the keyboard.
+        RigError: The simulated drives do not begin.
+    """
+    with tempfile.TemporaryDirectory() as spare:
+        path = asked.file or written(Path(spare), description)
+        drives = load_drives(path, description)
+        if not asked.simulate:
+            if not sys.stdin.isatty():
+                raise ConfigError(f"{what} needs somebody at the keyboard: run it in a terminal, or with --simulate.")
+            yield drives, KeyboardHands(say)
+            return
+        told = ["--drives", str(path), "--rig", str(description.folder), "--side", description.side]
+        twin = ["--level", str(asked.level), "--seed", str(asked.seed)]
+        clock = [] if asked.in_real_time else ["--lock-step"]
+        with simulated_drives(drives.settings.bus, [*told, *twin, *clock, *asked.simulation]) as tell:
+            yield drives, BenchHands(tell)
+
+
+@contextlib.contextmanager
+def connected(asked: DrivesAsked, description: RigDescription, say: Say, what: str) -> Iterator[Connected]:
+    """The same, and the bus is opened.
+
+    Raises:
+        ConfigError: As above.
+        RigError: A drive does not answer, or is not the one in the file.
+    """
+    with (
+        drives_with_hands(asked, description, say, what) as (drives, hands),
+        open_drives(drives, asked.simulate) as rig,
+    ):
+        yield Connected(rig, drives, hands, asked.serial(drives), asked.simulate)

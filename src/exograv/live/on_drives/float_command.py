@@ -1,0 +1,192 @@
+"""`exograv live --drives`: the arm of somebody in a machine on its bus is learned live, and then floats."""
+
+import contextlib
+import select
+import sys
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from exograv.cli.machine.calibration import take_calibration
+from exograv.cli.machine.live_floating import LiveOptions, fly_plan, lesson_plan
+from exograv.errors import ConfigError
+from exograv.identification.core.arm_model import ArmModel
+from exograv.laboratory.preparation import Prepared
+from exograv.laboratory.virtual_laboratory import Told, VirtualLaboratory, draw_laboratory, refuse_motorless
+from exograv.live.live_control import Plan
+from exograv.live.live_figures import flown_figures, learned_figures
+from exograv.live.live_identification import lesson_passes, unknown_person
+from exograv.live.live_processes import Flown
+from exograv.loop.pilot import Progress
+from exograv.model.anthropometry import Body, Sex
+from exograv.model.description import RigDescription, load_rig
+from exograv.model.support import assemble
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.verification.postures import Verification, unseen_postures
+from exograv.recording.disk import refuse_small_disk
+from exograv.rig.drives.opening import open_drives
+from exograv.rig.drives.settings import Drives
+from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.lsl.outlets import OutletsJob
+from exograv.runtime.ros2.bridging import Bridging
+from exograv.runtime.ros2.streaming import Streaming
+from exograv.storage.self_test_pass import FILE as PASS
+from exograv.storage.self_test_pass import Key
+
+from .calibration import settings_of_lengths
+from .connection import DrivesAsked, Say, drives_with_hands
+
+SEEN_EVERY_S = 0.05
+"""Of the identification's motion, to tell postures that it has not seen [s]."""
+
+READY = (
+    "The arm lies in its cuffs, supported and relaxed? Press Enter: the motors go on, carry the machine for a second, "
+    "then take the arm. Ctrl-C lets it down softly at any time."
+)
+
+
+@dataclass(frozen=True)
+class Person:
+    """Who is in the machine, as far as scale, tape and form say."""
+
+    height_m: float | None = None
+    mass_kg: float | None = None
+    sex: Sex | None = None
+    lengths: tuple[str, ...] = ()
+    """SEGMENT=METRES of the arm, to which the machine is set."""
+
+
+@dataclass(frozen=True)
+class FlownOnDrives:
+    """A live run on drives, and what it was flown with."""
+
+    flown: Flown
+    figures: dict[str, Any]
+    """As `exograv live` writes them."""
+    prepared: Prepared
+    laboratory: VirtualLaboratory | None
+    """Absent where machine and person are real."""
+    verification: Verification | None
+
+
+def run_live_on_drives(
+    options: LiveOptions,
+    asked: DrivesAsked,
+    person: Person,
+    calibration: Path,
+    folder: Path,
+    progress: Progress,
+    say: Say,
+) -> dict[str, Any]:
+    """Learn the arm live and let it float; the result follows the contract of `exograv live`.
+
+    Raises:
+        As `fly_on_drives`.
+    """
+    return fly_on_drives(options, asked, person, calibration, folder, progress, say).figures
+
+
+def fly_on_drives(
+    options: LiveOptions,
+    asked: DrivesAsked,
+    person: Person,
+    calibration: Path,
+    folder: Path,
+    progress: Progress,
+    say: Say,
+    is_verified: bool = False,
+) -> FlownOnDrives:
+    """Learn the arm live, verify it if that is asked for, and let it float.
+
+    Raises:
+        ConfigError: An option or a file cannot be used.
+        ModelError: The task workspace has no room for a verification's postures.
+        RigError: The machine is locked, a drive does not answer, or a process died before the loop began.
+        RecordingError: There is no room for the recording.
+    """
+    if not options.identify_s:
+        raise ConfigError(
+            "--identify is 0: whoever is in a machine on drives is learned live. Give --identify 60, or 10 at least."
+        )
+    description = load_rig(options.rig, options.side)
+    refuse_motorless(description)
+    laboratory = draw_laboratory(options.rig, options.side, asked.level, asked.seed) if asked.simulate else None
+    told = _told(description, person) if laboratory is None else _told_virtual(laboratory, person)
+    refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
+    with contextlib.ExitStack() as stack:
+        worn = replace(asked, simulation=(*asked.simulation, "--worn"), in_real_time=True)
+        drives, _ = stack.enter_context(drives_with_hands(worn, description, say, "A live run"))
+        serial, period_s = asked.serial(drives), drives.period_s
+        known = take_calibration(calibration, description, serial, datetime.now(UTC)).whole
+        key = Key(folder / PASS, description, serial, known.content_sha256)
+        assembly, machine = assemble(description, told.body), known.calibration().machine
+        prepared = Prepared(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
+        progress("Preparing for anybody's arm", 0.0)
+        verification = _verification(prepared, options, asked.seed) if is_verified else None
+        passes = lesson_passes(assembly, options.identify_s, period_s, verification)
+        passes_s = 0.0 if passes is None else period_s * len(passes.path)
+        lesson = lesson_plan(prepared, options.identify_s, period_s, stack, verification, passes_s)
+        plan = Plan(
+            description, told, prepared, unknown_person(assembly, machine), 0.0, partial(open_drives, drives),
+            round(1e9 * period_s), lesson, key,
+        )  # fmt: skip
+        lsl = _streams(options, description, drives, stack)
+        if laboratory is None:
+            _await_enter(say)
+        said = {"settings": {"options": asdict(options), "machine": serial}}
+        seconds = options.loop_s + passes_s
+        flown = fly_plan(plan, seconds, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
+    streams = [] if lsl.listening is None else lsl.listening.figures()
+    figures = flown_figures(options.rig, flown) | learned_figures(flown, laboratory, prepared)
+    figures |= {"machine": serial, "self_test": f"passed: {key.file}", "streams": streams,
+                "ros2": None if lsl.ros2 is None else lsl.ros2.figures()}  # fmt: skip
+    return FlownOnDrives(flown, figures, prepared, laboratory, verification)
+
+
+def _verification(prepared: Prepared, options: LiveOptions, seed: int) -> Verification:
+    """By the table's arm, because nobody knows this one yet."""
+    model = ArmModel(prepared.assembly, prepared.machine)
+    seen = identification_motion(prepared.assembly, options.identify_s, SEEN_EVERY_S).q
+    return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
+
+
+def _told(description: RigDescription, person: Person) -> Told:
+    missing = [
+        option
+        for option, value in (
+            ("--body-height", person.height_m),
+            ("--body-mass", person.mass_kg),
+            ("--sex", person.sex),
+        )
+        if value is None
+    ]
+    if person.height_m is None or person.mass_kg is None or person.sex is None:
+        raise ConfigError(f"{', '.join(missing)} of the person in the machine: not given. Give all of them.")
+    lengths = settings_of_lengths(description, person.lengths)
+    return Told(Body(person.height_m, person.mass_kg, person.sex, dict(lengths)), lengths)
+
+
+def _told_virtual(laboratory: VirtualLaboratory, person: Person) -> Told:
+    """Of the virtual person: what scale, tape and form say of it."""
+    if person.lengths or person.height_m is not None or person.mass_kg is not None or person.sex is not None:
+        raise ConfigError("--simulate draws its own person: leave out --body-height, --body-mass, --sex and --length.")
+    return Told(laboratory.body, dict(laboratory.wearer.lengths_given))
+
+
+def _streams(
+    options: LiveOptions, description: RigDescription, drives: Drives, stack: contextlib.ExitStack
+) -> Streaming:
+    outlets = OutletsJob(description.name, description.joints, drives.period_s) if options.lsl else None
+    listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
+    ros2 = None if options.ros2 is None else Bridging(options.ros2, description.joints)
+    return Streaming(outlets, listening, ros2)
+
+
+def _await_enter(say: Say) -> None:
+    say(READY)
+    while not select.select([sys.stdin], [], [], 0.5)[0]:
+        pass
+    sys.stdin.readline()

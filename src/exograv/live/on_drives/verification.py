@@ -1,0 +1,88 @@
+"""`exograv verify --drives`: the arm is learned live, led past unseen postures by the live processes, and judged."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from exograv.cli.machine.live_floating import LiveOptions
+from exograv.errors import RigError
+from exograv.identification.core.arm_model import ArmModel
+from exograv.laboratory.preparation import MOTION_S
+from exograv.laboratory.result_rows import rounded
+from exograv.laboratory.truth_score import Examination
+from exograv.laboratory.verification_command import VerifyOptions, verified_figures
+from exograv.loop.pilot import Progress
+from exograv.model.description import load_rig
+from exograv.procedures.verification.change import changed_since, read_former
+from exograv.procedures.verification.verification import Verified, judged
+
+from .connection import DrivesAsked, Say
+from .float_command import FlownOnDrives, Person, fly_on_drives
+
+FLOATS_S = 5.0
+"""After the passes, until the run ends [s]."""
+
+
+@dataclass(frozen=True)
+class Files:
+    """Of the machine."""
+
+    calibration: Path
+    out: Path
+    """Folder with its self-test, and of the recording."""
+
+
+def run_verification_on_drives(
+    options: VerifyOptions, asked: DrivesAsked, person: Person, files: Files, progress: Progress, say: Say
+) -> dict[str, Any]:
+    """Run it; the result follows the contract of `exograv verify --json`.
+
+    Raises:
+        ConfigError: An option or a file cannot be used.
+        ModelError: The task workspace has no room for the postures.
+        RigError: The machine is locked, a drive does not answer, or a stop came before the last pass was over.
+        RecordingError: There is no room for the recording.
+    """
+    former = None if options.before is None else read_former(options.before, load_rig(options.rig, options.side).name)
+    live = LiveOptions(options.rig, options.side, options.level, options.seed, FLOATS_S, identify_s=MOTION_S)
+    run = fly_on_drives(live, asked, person, files.calibration, files.out, progress, say, is_verified=True)
+    at = datetime.now(UTC)
+    verified = _judged(run, progress)
+    description, learned = run.prepared.assembly.description, run.figures["identified"]
+    result: dict[str, Any] = {
+        "rig": description.name,
+        "disturbance_level": options.level if asked.simulate else None,
+        "seed": options.seed,
+        "at_utc": at.isoformat(timespec="seconds"),
+        **verified_figures(verified, description.joints),
+        "identification": {"motion_s": learned["motion_s"], "outcome": learned["outcome"]},
+        "self_test": run.figures["self_test"],
+        "truth_Nm": _truth(run, verified),
+        "live": run.figures,
+    }
+    if former is not None:
+        result["before"] = changed_since(former, result)
+    return result
+
+
+def _judged(run: FlownOnDrives, progress: Progress) -> Verified:
+    learned, passed, asked = run.flown.learned, run.flown.passed, run.verification
+    if learned is None or passed is None or asked is None:
+        latches = run.flown.report.latches
+        why = f"stopped after {latches[0].at_s:.1f} s: {latches[0].cause}" if latches else "the run was ended before."
+        raise RigError(
+            f"The arm was not led past all postures; {why} Recorded until then: {run.flown.path}. Test the machine "
+            "anew (`exograv self-test`) where it was stopped, then repeat."
+        )
+    model = ArmModel(run.prepared.assembly, run.prepared.machine)
+    return judged(model, learned.estimate, asked.postures, passed.heard, passed.seconds, progress)
+
+
+def _truth(run: FlownOnDrives, verified: Verified) -> list[float] | None:
+    """Where machine and person are simulated."""
+    if run.laboratory is None or run.flown.learned is None:
+        return None
+    known = run.prepared
+    examination = Examination(run.laboratory, known.assembly, known.machine, verified.postures)
+    return rounded(examination.score(run.flown.learned.estimate.x).total)

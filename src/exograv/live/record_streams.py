@@ -1,0 +1,61 @@
+"""Streams of other devices recorded without a robot, by the same listener and recorder as beside one."""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.loop.pilot import Progress
+from exograv.loop.replay_log import versions
+from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.recorder.recorder import Recorder
+
+CHECK_S = 0.1
+
+
+def record_streams(wanted: Sequence[str], seconds: float, path: Path, progress: Progress) -> dict[str, Any]:
+    """Record them for so long, or until Ctrl-C; returns the figures of `exograv streams --record`.
+
+    Args:
+        wanted: Names or types of streams.
+        seconds: How long.
+        path: Of the recording, whose clock is CLOCK_MONOTONIC of this computer.
+        progress: Told now and then.
+
+    Raises:
+        ConfigError: A stream is not there, or the time cannot be used.
+        RecordingError: The file cannot be written.
+    """
+    if not 0.0 < seconds <= 86_400.0:
+        raise ConfigError(f"--seconds is {seconds:g}; allowed: above 0, to 86400 (a day).")
+    progress("Looking for the streams", 0.0)
+    settings = {"command": "exograv streams", "versions": versions()}
+    with (
+        Listening(wanted) as listening,
+        Recorder(path, (), settings, seconds, devices=listening.devices) as recorder,
+    ):
+        listening.begin(recorder.write)
+        _watch(listening, recorder, seconds, progress)
+        listening.finish()
+        report = recorder.finish()
+        return {
+            "recording": str(path),
+            "recording_ok": report.recording_ok,
+            "recording_why": report.why,
+            "recorder_restarts": report.restarts,
+            "listener_restarts": listening.restarts,
+            "streams": listening.figures(),
+        }
+
+
+def _watch(listening: Listening, recorder: Recorder, seconds: float, progress: Progress) -> None:
+    begun = time.monotonic()
+    try:
+        while (passed := time.monotonic() - begun) < seconds:
+            time.sleep(min(CHECK_S, seconds - passed))
+            listening.check()
+            recorder.check()
+            progress("Recording", min(passed / seconds, 1.0))
+    except KeyboardInterrupt:
+        progress("Completing the recording", 1.0)

@@ -1,0 +1,163 @@
+"""A live run once more: the guard sees what it saw, and control answers to the measurements that it answered to."""
+
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from exograv.dynamics.parameters import Parameters
+from exograv.errors import ConfigError
+from exograv.laboratory.preparation import Prepared
+from exograv.loop.person_limits import person_limits
+from exograv.loop.pilot import CLOSURE_SLOPE_MAX, Progress
+from exograv.loop.replay.columns import Again, Columns, each_tick
+from exograv.loop.replay.guard_replay import SETTLED_S, Guarding
+from exograv.loop.replay.recorded_run import Recorded, readable
+from exograv.loop.replay.what_if import Instead
+from exograv.loop.replay_log import read_machine, read_person
+from exograv.procedures.verification.postures import Verification
+from exograv.runtime.control_loop.exchange import EVENT_SHIFT, TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
+from exograv.safety.modes import Mode
+from exograv.signals import JointState
+
+from .live_control import MODES, LiveControl
+from .live_identification import Lesson, lesson_passes
+
+REACH = 32
+"""Measurements back to which `seen` in a tick tells whether control has answered."""
+
+
+class LiveAgain:
+    """Flies the ticks of one recording."""
+
+    def __init__(self, recorded: Recorded, instead: Instead):
+        """Guard and control as they began.
+
+        Raises:
+            RecordingError: What they began with cannot be understood.
+            ConfigError: What takes the place of something recorded cannot be used.
+        """
+        path, joints = recorded.recording.path, len(recorded.recording.joints)
+        self._columns, self._names = Columns(recorded.recording.ticks), recorded.phase_names
+        self._lost = recorded.gaps.tolist()
+        self._again = Again.of(len(self._columns), joints)
+        self._state, self._row = np.zeros(1, state_dtype(joints)), np.zeros((), answer_dtype(joints))
+        self._waiting: deque[np.void] = deque(maxlen=REACH)
+        self._settles_at = -np.inf
+        live, level = recorded.live or {}, instead.gravity_level
+        with readable(path):
+            machine = instead.machine(read_machine(live["machine"]), recorded.assembly)
+            x = instead.parameters(np.array(live["x"]), machine, recorded.assembly)
+            level = recorded.recording.settings["gravity_level"] if level is None else level
+            limits = read_person(live["person"])
+            if instead.arm_is_other:
+                limits = person_limits(recorded.assembly, machine, x)
+            actuators = read_machine(live["machine"]).actuators
+            asked = [
+                (m["t"], m["gravity_level"], m.get("ramp_s", 0.0)) for m in recorded.control if m["act"] == "level"
+            ]
+            levels = asked if instead.gravity_level is None else []
+            period_s, is_other = live["period_s"], instead.is_anything
+            self._guarding = Guarding(
+                recorded.description, actuators, period_s, limits, level, levels, is_other_run=is_other
+            )
+        if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
+            raise ConfigError(f"{path} was flown at gravity level {level}; allowed: 0 to 1.")
+        self._recorded, self._instead, self._machine = recorded, instead, machine
+        self._published, self._worn = ([m for m in recorded.control if m["act"] == act] for act in ("publish", "wear"))
+        self._finding = np.zeros(1, finding_dtype(len(x)))[0]
+        self._found, self._persons, lesson = 0, 0, None
+        if seconds := live.get("identify_s"):
+            passes = lesson_passes(recorded.assembly, seconds, live["period_s"], _verification(live))
+            lesson = Lesson(recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest, passes)
+            self._guarding.feel(level, is_driven=True)
+        prepared = Prepared(recorded.assembly, machine, x, 0.0)
+        is_steered = bool(live.get("is_steered"))
+        self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered)
+        self._guarding.forget(actuators.torque(self._columns["current"][0]))
+
+    def fly(self, progress: Progress) -> Again:
+        """All ticks."""
+        for k in each_tick(self._columns, progress):
+            if self._lost[k]:
+                self._lose(k)
+            self._tick(k)
+        return self._again
+
+    def _tick(self, k: int) -> None:
+        columns, again, guarding = self._columns, self._again, self._guarding
+        if columns.acts[k] & TOLD_PERSON:
+            self._wear()
+        if event := columns.acts[k] >> EVENT_SHIFT:
+            self._state["asked"], self._state["event"] = self._state["asked"] + 1, event - 1
+        before = guarding.safe_state
+        believed, tau = guarding.see(k, columns), None
+        if believed is not None:
+            self._waiting.append(self._told(believed, columns.now[k], int(before)))
+        has_answered = bool(columns.seen[k]) and believed is not None
+        if has_answered:
+            self._answer(k)
+            tau = self._row["tau"].copy()
+            again.tau_desired[k] = tau
+        again.knows_control[k] = columns.t[k] >= self._settles_at
+        guarding.decide(k, columns, tau, again)
+        if has_answered and not self._row["slope"] < CLOSURE_SLOPE_MAX:
+            guarding.guard.lose_model()
+
+    def _told(self, believed: JointState, now: float, safe_state: int) -> np.void:
+        state = self._state.copy()
+        state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
+        state["q"], state["current"], state["persons"] = believed.q, believed.current, self._persons
+        state["gravity_level"] = self._guarding.gravity_level
+        return state[0]
+
+    def _wear(self) -> None:
+        """The guard is told whose arm has been learned."""
+        with readable(self._recorded.recording.path):
+            message = self._worn[self._persons]
+            limits = read_person(message["person"])
+            if self._instead.arm_is_other:
+                x = self._parameters(self._published[-1])
+                limits = person_limits(self._recorded.assembly, self._machine, x)
+            self._guarding.wear(limits, message["gravity_level"], message["is_driven"])
+        self._persons += 1
+
+    def _newest(self) -> tuple[int, np.void] | None:
+        """What control knew of the worker's findings."""
+        if not self._found:
+            return None
+        with readable(self._recorded.recording.path):
+            message = self._published[self._found - 1]
+            self._finding["now"], self._finding["x"] = message["t"], self._parameters(message)
+        return self._found, self._finding
+
+    def _parameters(self, message: dict[str, Any]) -> Parameters:
+        return self._instead.parameters(np.array(message["x"]), self._machine, self._recorded.assembly)
+
+    def _answer(self, k: int) -> None:
+        """To every measurement that control has answered to since its last answer, this one the last."""
+        seen, newest, self._found = self._columns.seen[k], self._columns.sequence[k], self._columns.control[k]
+        for state in self._waiting:
+            back = newest - int(state["sequence"])
+            if back < REACH and seen >> back & 1:
+                self._control.answer(state, self._row)
+        if len(self._waiting) == REACH:
+            # It may have answered to what is out of reach, too late for anybody.
+            self._settles_at = self._columns.t[k] + SETTLED_S
+        self._waiting.clear()
+
+    def _lose(self, k: int) -> None:
+        columns = self._columns
+        self._again.gaps.append((columns.t[k], self._lost[k]))
+        self._guarding.lose(k, columns)
+        self._waiting.clear()
+        self._settles_at = columns.t[k] + SETTLED_S
+        name, share = self._names[columns.phase[k]], columns.mode[k][2]
+        mode = next((mode for mode in MODES if mode.name.lower() == name), Mode.FLOATING)
+        self._control.forget(mode, share if np.isfinite(share) else float(mode in (Mode.FLOATING, Mode.MOVING)))
+
+
+def _verification(live: Mapping[str, Any]) -> Verification | None:
+    said = live.get("verification")
+    return None if said is None else Verification(np.array(said["postures"]), said["seed"])

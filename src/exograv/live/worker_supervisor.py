@@ -1,0 +1,103 @@
+"""The parent's side of a worker: it is started, replaced when it dies, and what it finds is recorded and passed on."""
+
+import contextlib
+from collections.abc import Callable, Mapping
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from exograv.runtime.control_loop.worker import WorkerJob, worker_process
+from exograv.runtime.processes.shared_memory import Ring
+from exograv.runtime.processes.spawn import spawned
+
+from .arm_worker import Judged, Learned, Passed
+
+RESTARTS_MAX = 3
+"""Workers that are replaced; what ends so many would end the next one too."""
+
+Record = Callable[[str, float, Mapping[str, Any]], object]
+
+
+class WorkerKeeper:
+    """One worker after another, until the arm is learned."""
+
+    def __init__(self, job: WorkerJob, findings: Ring, record: Record, accept: Callable[[Learned | Passed], object]):
+        """Start the first.
+
+        Args:
+            job: What each is started with.
+            findings: The parent's own, of which `job` has the name.
+            record: Takes topic, time [s] and message of what control was given.
+            accept: Told what was learned in the end, and that a verification's passes have been flown.
+        """
+        self._job, self._findings, self._record, self._accept = job, findings, record, accept
+        self.restarts = 0
+        self.learned: Learned | None = None
+        self.passed: Passed | None = None
+        self.judged: Judged | None = None
+        """How far it is."""
+        self._start()
+
+    @property
+    def process(self) -> BaseProcess:
+        """The worker in charge."""
+        return self._process
+
+    @property
+    def connection(self) -> Connection:
+        """To it."""
+        return self._connection
+
+    def figures(self) -> dict[str, Any]:
+        """As `Flown` has them."""
+        return {"worker_restarts": self.restarts, "findings": self._findings.written, "learned": self.learned,
+                "passed": self.passed}  # fmt: skip
+
+    def check(self) -> None:
+        """Pass on what is new, and start another worker if this one has died. To be called some times a second."""
+        self.note()
+        if self._is_over:
+            return
+        try:
+            while self._connection.poll():
+                self._hear(self._connection.recv())
+        except (EOFError, OSError):
+            self._process.join(1.0)
+        if not self._is_over and not self._process.is_alive() and self.restarts < RESTARTS_MAX:
+            self._connection.close()
+            self.restarts += 1
+            self._start()
+
+    def note(self) -> None:
+        """Have what is new recorded."""
+        for row in self._findings.take():
+            self._record("/control", float(row["now"]), {"act": "publish", "x": row["x"].tolist()})
+
+    def close(self) -> None:
+        """Say that it is over."""
+        with contextlib.suppress(OSError):
+            self._connection.send("over")
+        self._process.join(2.0)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join(1.0)
+        self._connection.close()
+
+    def _hear(self, word: object) -> None:
+        # One that follows on another learns all anew; the guard knows the person already.
+        if isinstance(word, Judged):
+            self.judged = word
+        elif isinstance(word, Learned) and self.learned is None:
+            self.learned = word
+            self._accept(word)
+        elif isinstance(word, Passed) and self.passed is None:
+            self.passed = word
+            self._accept(word)
+
+    @property
+    def _is_over(self) -> bool:
+        newest = self.passed or self.learned
+        return newest is not None and not newest.is_led
+
+    def _start(self) -> None:
+        self._process, self._connection = spawned("worker", worker_process, self._job)

@@ -1,0 +1,167 @@
+"""A run in lock-step once more: pilots, controllers and what these were told, as the recording has it."""
+
+from dataclasses import astuple
+from typing import Any
+
+import numpy as np
+
+from exograv.control.exo_tick import ExoTick
+from exograv.control.observer import Observer
+from exograv.control.tick import Mode
+from exograv.errors import RecordingError
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.pilot import CLOSURE_SLOPE_MAX, Progress
+from exograv.loop.replay_log import read_actuators, read_machine, read_person
+from exograv.signals import Reference
+
+from .columns import Again, Columns, each_tick
+from .guard_replay import SETTLED_S, Guarding
+from .recorded_run import Recorded, readable
+from .what_if import Instead
+
+
+class Lockstep:
+    """Flies the ticks of one recording."""
+
+    def __init__(self, recorded: Recorded, instead: Instead):
+        self._recorded, self._instead = recorded, instead
+        self._columns = Columns(recorded.recording.ticks)
+        self._lost = recorded.gaps.tolist()
+        self._again = Again.of(len(self._columns), len(recorded.recording.joints))
+        self._told = 0
+        self._pilot: _Pilot | None = None
+
+    def fly(self, progress: Progress) -> Again:
+        """All ticks, or those before the first that cannot be flown.
+
+        Raises:
+            RecordingError: What control was given is missing or cannot be understood.
+            ConfigError: What takes the place of something recorded cannot be used.
+        """
+        for k in each_tick(self._columns, progress):
+            self._tell(self._columns.control[k])
+            pilot = self._pilot
+            if pilot is None:
+                raise RecordingError(
+                    f"{self._recorded.recording.path}: its first tick has no pilot. The file was put together by "
+                    "another program; replay what exograv has recorded."
+                )
+            if self._lost[k] and not pilot.is_new:
+                self._again.gaps.append((self._columns.t[k], self._lost[k]))
+                pilot.lose(k)
+            pilot.tick(k)
+        return self._again
+
+    def _tell(self, until: int) -> None:
+        messages, path = self._recorded.control, self._recorded.recording.path
+        if until > len(messages):
+            raise RecordingError(
+                f"{path} holds {len(messages)} of the {until} messages that control was given. Take another copy of it."
+            )
+        with readable(path):
+            for message in messages[self._told : until]:
+                if message["act"] == "pilot":
+                    self._pilot = _Pilot(self._recorded, self._instead, self._columns, self._again, message)
+                elif self._pilot is not None:
+                    self._pilot.hear(message)
+        self._told = until
+
+
+class _Pilot:
+    """One machine with its guard and its observer, and whoever flies it."""
+
+    def __init__(
+        self, recorded: Recorded, instead: Instead, columns: Columns, again: Again, message: dict[str, Any]
+    ):  # fmt: skip
+        self._recorded, self._instead, self._columns, self._again = recorded, instead, columns, again
+        self._period_s, joints = message["period_s"], len(recorded.recording.joints)
+        actuators, is_other = read_actuators(message["actuators"]), instead.is_anything
+        self._guarding = Guarding(recorded.description, actuators, self._period_s, is_other_run=is_other)
+        self._observer = Observer(joints, self._period_s)
+        self._controllers: list[ExoTick | ArmController | None] = []
+        self._flying: ExoTick | ArmController | None = None
+        self._settles_at = -np.inf
+        self.is_new = True
+
+    def hear(self, message: dict[str, Any]) -> None:
+        """What control was given before the next tick."""
+        act, flying = message["act"], self._flying
+        if act == "fly":
+            if "kind" in message:
+                self._controllers.append(self._made(message))
+            self._flying = self._controllers[message["controller"]]
+        elif act == "wear":
+            person = None if message["person"] is None else read_person(message["person"])
+            self._guarding.wear(person, message.get("gravity_level", 0.0), message.get("is_driven", False))
+        elif act == "level":
+            self._guarding.feel(message["gravity_level"], message["is_driven"])
+        elif isinstance(flying, ExoTick):
+            flying.hang(message["place"], message["mass_kg"])
+        elif isinstance(flying, ArmController):
+            self._tell(flying, message)
+
+    def _made(self, message: dict[str, Any]) -> ExoTick | ArmController | None:
+        recorded, instead = self._recorded, self._instead
+        if message["kind"] == "empty":
+            return ExoTick(recorded.description, recorded.tree)
+        if message["kind"] == "arm":
+            assembly = recorded.assembly
+            machine = instead.machine(read_machine(message["machine"]), assembly)
+            x = instead.parameters(np.array(message["x"]), machine, assembly)
+            return ArmController(assembly, machine, x, self._period_s)
+        return None
+
+    def _tell(self, arm: ArmController, message: dict[str, Any]) -> None:
+        told = self._instead.message(message)
+        if told is None:
+            return
+        if told["act"] == "lead":
+            arm.let_lead(told["side"])
+            return
+        if told["act"] == "carry":
+            taken = arm.carry(told["place"], told["mass_kg"], np.array(told["q"]))
+        else:
+            x = self._instead.parameters(np.array(told["x"]), arm.machine, arm.assembly)
+            if told["act"] == "force":
+                arm.put_in_force(x)
+                return
+            taken = arm.publish(x, np.array(told["q"]))
+        if taken != told["taken"]:
+            verb = "took" if taken else "refused"
+            self._again.surprises.append(f"At {told['t']:.3f} s control {verb} what it was told ({told['act']}).")
+
+    def lose(self, k: int) -> None:
+        """Ticks are missing before this one: what filters remember is of another time."""
+        self._guarding.lose(k, self._columns)
+        self._observer = Observer(len(self._recorded.recording.joints), self._period_s)
+        self._settles_at = self._columns.t[k] + SETTLED_S
+        for controller in self._controllers:
+            if isinstance(controller, ArmController):
+                controller.forget()
+
+    def tick(self, k: int) -> None:
+        """One tick, as `session.pilot` has it."""
+        self.is_new = False
+        columns, again, observer, flying = self._columns, self._again, self._observer, self._flying
+        believed, tau = self._guarding.see(k, columns), None
+        if believed is not None:
+            observer.update(believed.q)
+            tau = self._torque(k)
+            again.tau_desired[k] = tau
+        again.is_rebuilt[k] = flying is not None
+        again.knows_control[k] = columns.t[k] >= self._settles_at
+        self._guarding.decide(k, columns, tau, again)
+        if flying is not None and not flying.closure_slope < CLOSURE_SLOPE_MAX:
+            self._guarding.guard.lose_model()
+
+    def _torque(self, k: int) -> np.ndarray:
+        columns, flying, observer = self._columns, self._flying, self._observer
+        if flying is None:
+            return columns["tau_desired"][k]
+        q, v, a = (columns[name][k] for name in ("q_reference", "v_reference", "a_reference"))
+        if isinstance(flying, ArmController):
+            drive, gravity_level, arm_share = columns.mode[k]
+            instead = self._instead.gravity_level
+            mode = Mode(drive, gravity_level if instead is None else instead, arm_share)
+            flying.mode.drive, flying.mode.gravity_level, flying.mode.arm_share = astuple(mode)
+        return flying.step(observer.q, observer.v, Reference(q, v, a))

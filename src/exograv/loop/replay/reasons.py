@@ -1,0 +1,66 @@
+"""Why a replay may differ: other versions, another machine on disk, missing ticks, what was given in place of it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.loop.replay_log import versions
+from exograv.model.description import load_rig
+
+from .columns import Again
+from .recorded_run import Recorded
+from .what_if import Instead
+
+
+def circumstances(recorded: Recorded, again: Again, instead: Instead) -> list[str]:
+    """Sentences about all that is not as it was in the run, whether the torques differ or not."""
+    remark = recorded.recording.remark
+    found = [] if remark is None else [f"{remark} What is before was replayed."]
+    found += [f"{n} ticks are missing before {t:.3f} s: filters began anew there." for t, n in again.gaps]
+    found += again.surprises
+    found += _substituted(instead)
+    found += other_versions(recorded.recording.settings.get("versions") or {}, versions())
+    found += [] if instead.rig is not None else _other_rig(recorded)
+    return found
+
+
+def other_versions(then: Mapping[str, Any], now: Mapping[str, str]) -> list[str]:
+    """What was installed otherwise when it was recorded."""
+    if not then:
+        return ["The recording does not say which versions made it."]
+    found = [
+        f"{name} was {then.get(name, 'not stated')}, now it is {value}."
+        for name, value in now.items()
+        if name != "code" and then.get(name) != value
+    ]
+    same_version = then.get("exograv") == now["exograv"]
+    if then.get("code") != now["code"] and same_version:
+        found.append(f"The code of exograv {now['exograv']} has been changed since: its modules have another hash.")
+    return found
+
+
+def _substituted(instead: Instead) -> list[str]:
+    return [
+        f"{value} took the place of the recorded {name.replace('_', ' ')}."
+        for name, value in instead.figures.items()
+        if value is not None
+    ]
+
+
+def _other_rig(recorded: Recorded) -> list[str]:
+    """The machine's folder may have changed since; the recorded files were used."""
+    settings = recorded.recording.settings
+    hashes, name = settings.get("hashes") or {}, settings["rig"]
+    if hashes.get("rig") != recorded.description.sha256:
+        return ["The machine's files in the recording are not those whose hash it states."]
+    options = (settings.get("settings") or {}).get("options") or {}
+    asked = options.get("rig", name)
+    try:
+        present = load_rig(asked, recorded.description.side).sha256
+    except ConfigError:
+        return [f"There is no machine '{asked}' here; the recording's own files of it were used."]
+    if present == hashes["rig"]:
+        return []
+    return [
+        f"rig.toml or URDF of '{asked}' have changed since; the recorded ones were used. --rig {asked} takes those."
+    ]

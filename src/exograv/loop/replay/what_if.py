@@ -1,0 +1,108 @@
+"""What if: another person, another calibration or another gravity level in place of the recorded ones."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.dynamics.parameters import Layout, Parameters
+from exograv.errors import ConfigError
+from exograv.model.assembly import Assembly
+from exograv.storage.calibration_file import read_calibration
+from exograv.storage.participant_file import read_participant
+from exograv.storage.participant_schema import parameter_names
+
+
+@dataclass(frozen=True)
+class Instead:
+    """What takes the place of what was recorded; the recorded where absent."""
+
+    rig: str | None = None
+    person: Path | None = None
+    calibration: Path | None = None
+    gravity_level: float | None = None
+
+    def __post_init__(self):
+        level = self.gravity_level
+        if level is not None and not 0.0 <= level <= 1.0:
+            raise ConfigError(f"--gravity-level is {level:g}; allowed: 0 (weightless) to 1 (Earth).")
+
+    @property
+    def is_anything(self) -> bool:
+        """Whether this is another run than the recorded one."""
+        return self != Instead()
+
+    @property
+    def arm_is_other(self) -> bool:
+        """Whether the guard's table of the person is another one too."""
+        return any(one is not None for one in (self.rig, self.person, self.calibration))
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """For `--json`."""
+        paths = {"person": self.person, "calibration": self.calibration}
+        told = {name: None if path is None else str(path) for name, path in paths.items()}
+        return {"rig": self.rig, **told, "gravity_level": self.gravity_level}
+
+    def machine(self, recorded: CalibratedMachine, assembly: Assembly) -> CalibratedMachine:
+        """As calibrated.
+
+        Raises:
+            ConfigError: The file cannot be used, or is of another machine.
+        """
+        if self.calibration is None:
+            return recorded
+        stored = self._calibration
+        joints = tuple(row.joint for row in stored.joints)
+        if joints != assembly.description.joints:
+            raise ConfigError(
+                f"{self.calibration} is of a machine with the joints {', '.join(joints)}; the recording's has "
+                f"{', '.join(assembly.description.joints)}. Give a calibration of that machine with --calibration."
+            )
+        return stored.calibration().machine
+
+    def parameters(self, x: Parameters, machine: CalibratedMachine, assembly: Assembly) -> Parameters:
+        """For recorded ones: of the other person, with the friction and the rotors of the other calibration.
+
+        Raises:
+            ConfigError: The file cannot be used, or is of another kind of arm.
+            ValueError: These are not an arm's parameters.
+        """
+        layout = Layout.of(assembly)
+        if x.shape != (layout.count,):
+            raise ValueError(f"{x.size} parameters where this arm has {layout.count}")
+        if self.person is not None:
+            x = self._person(assembly)
+        if self.calibration is None:
+            return x
+        x = x.copy()
+        x[layout.rotor] = machine.rotor_inertia
+        x[layout.coulomb] = np.asarray(machine.friction.coulomb)
+        x[layout.viscous] = np.asarray(machine.friction.viscous)
+        return x
+
+    def message(self, act: dict[str, Any]) -> dict[str, Any] | None:
+        """What a controller is told in place of this; None where it is told nothing."""
+        is_of_person = act["act"] in ("publish", "force")
+        return None if is_of_person and self.person is not None else act
+
+    def _person(self, assembly: Assembly) -> Parameters:
+        whole = self._participant
+        names = parameter_names(assembly)
+        if [row.name for row in whole.parameters] != names:
+            raise ConfigError(
+                f"{self.person} has other parameters than this arm's {len(names)}: it is of another machine or side. "
+                "Give a file that was kept on the recording's machine with --person."
+            )
+        return whole.mean
+
+    @cached_property
+    def _calibration(self) -> Any:
+        return read_calibration(self.calibration) if self.calibration is not None else None
+
+    @cached_property
+    def _participant(self) -> Any:
+        return read_participant(self.person) if self.person is not None else None

@@ -1,0 +1,1 @@
+"""Techniques with a machine, real or simulated: calibration, identification, weighing, verification, tests."""

@@ -1,0 +1,279 @@
+"""Motors give torque: every joint is nudged, led, stopped by its button, left alone, and weighed; all at low limits."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.control.exo_tick import most_damping
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.errors import RigError
+from exograv.identification.calibration.empty_machine import GAIN_SD
+from exograv.laboratory.virtual_laboratory import limits
+from exograv.live.on_drives.hands import Hands
+from exograv.loop.pilot import Moment, Pilot, Progress
+from exograv.model.description import RigDescription, Sweep
+from exograv.model.tree import Tree
+from exograv.motion import go_to, hold
+from exograv.procedures.calibration.breakaway_test import Nudger
+from exograv.procedures.calibration.calibrate import CHECK_WAY, SLOW, to_and_fro
+from exograv.procedures.calibration.empty_run import EmptyRun
+from exograv.procedures.self_test.recording_rig import PoweredTap
+from exograv.rig.drive_status import DriveFault, DriveStatus
+from exograv.rig.drives.opening import DrivenRig
+from exograv.rig.drives.settings import Drives
+from exograv.runtime.clock.pace import Pace
+from exograv.safety.envelope import Envelope
+from exograv.signals import JointState
+from exograv.storage.self_test_step import Step, within
+
+from .bench_machine import Line
+from .unpowered import WATCHDOG_WITHIN_MS, is_released
+
+LOW = 0.5
+"""Share of the motors' torque that a bring-up may use: the machine carries itself and one known weight by less."""
+
+LED_SHARE = 0.7  # of the way that a joint may be astray before it is stopped
+GONE_SHARE, GONE_NM = 0.1, 0.7
+"""Of the torque before, and torque, which count as none beside what brakes (as in the self-test)."""
+
+SMOOTH_TICKS = 5
+OFF_WITHIN_MS = 50.0  # docs/safety.md, F30
+FALLS_MAX_RAD_S = 1.5
+"""Of a machine that is braked by its drives; in free fall it would be twice as fast within the time watched."""
+
+LOADED_RAD = 0.6
+"""By which the machine is raised, so that its motors have something to carry [rad]."""
+
+AFTER_S = 1.0
+SCALE_MAX = 0.15  # docs/safety.md, F09
+
+Rows = Float[np.ndarray, "tick joint"]
+
+
+class Logged(PoweredTap):
+    """Between computer and drives, which keep saying how they are."""
+
+    def __init__(self, rig: DrivenRig):
+        super().__init__(rig)
+        self.said: list[tuple[float, tuple[DriveStatus, ...]]] = []
+        """Time of each reading on the rig's clock [s], and what the drives said of themselves."""
+
+    def read(self) -> JointState:
+        """What the machine says; how its drives are is kept."""
+        state = super().read()
+        self.said.append((self.t, self.status()))
+        return state
+
+    def first(self, fault: DriveFault) -> float:
+        """When every drive had said so [s]; infinite where one has not."""
+        for t, status in self.said:
+            if all(fault in drive.fault for drive in status):
+                return t
+        return np.inf
+
+
+@dataclass
+class Powered:
+    """The machine under torque."""
+
+    description: RigDescription
+    tree: Tree
+    line: Line
+    drives: Drives
+    hands: Hands
+    progress: Progress
+
+    def __post_init__(self):
+        nominal = self.description.nominal_gain
+        self._gains = ActuatorGain(nominal, GAIN_SD * nominal)
+        worn = limits(self.description)
+        damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, self.tree))
+        self._limits = replace(worn, torque_max_Nm=LOW * worn.torque_max_Nm, damping_Nms_per_rad=damping)
+        self._brake = np.array([drive.brake_Nms_per_rad for drive in self.drives.each])
+        self.log = Logged(self.line.rig)
+        self.run = EmptyRun(self.description, self.tree, self._pilot(), self.hands.weights)
+
+    def _pilot(self) -> Pilot:
+        rig = self.log
+        envelope = Envelope(self._limits, rig.period_s)
+        pace = None if self.line.lock_step else Pace(rig.period_s)
+        return Pilot(rig, self._gains, envelope, progress=self.progress, pace=pace)
+
+    def begin(self) -> None:
+        """Each step has a guard of its own: what stopped the last one is over."""
+        self.log = Logged(self.line.rig)
+        self.run.pilot = self._pilot()
+
+    def nudges(self) -> list[Step]:
+        """Each joint is pushed until it moves, no harder than friction asks for: along the push, and it alone."""
+        self.begin()
+        friction = Nudger(self.run).nudge(pushes=1)
+        most = LOW * self.description.per_actuator("torque_max_Nm")
+        names = self.description.joints
+        return [
+            within(f"{name}: moves along a nudge of", float(tau), float(top), "N·m", "It takes too much to move it.")
+            for name, tau, top in zip(names, friction, most, strict=True)
+        ]
+
+    def leads(self, joint: int) -> list[Step]:
+        """One joint slowly there and back by feedback, the others held."""
+        self.begin()
+        farthest = 0.0
+
+        def listener(moment: Moment) -> None:
+            nonlocal farthest
+            self.run.listen(moment)
+            farthest = max(farthest, float(np.abs(moment.reference.q - moment.q)[joint]))
+
+        plan = self._plan(joint)
+        path = to_and_fro(self.run, plan, SLOW, way=CHECK_WAY)
+        name = self.description.joints[joint]
+        self.run.pilot.run(self.run.controller, path, f"Leading {name}", listener)
+        limit = LED_SHARE * float(np.rad2deg(self.run.astray_rad[joint]))
+        what = f"'{name}' lags: its torque is less than told, or its friction more than such a drive's."
+        return [within(f"{name}: follows a slow motion within", float(np.rad2deg(farthest)), limit, "°", what)]
+
+    def stops(self) -> list[Step]:
+        """The hardware stop is pressed while the motors carry the machine."""
+        pressed = [np.inf]
+
+        def press(t: float) -> None:
+            pressed[0] = t
+            self.hands.press_stop()
+
+        self._raised("Stop is pressed", press, self.hands.patience_s)
+        heard, what = self.log.first(DriveFault.STOP_LINE), "Look at the stop's line and what it cuts (STO)."
+        off = self._gone(heard)
+        is_released(self.line, self.hands)
+        return [
+            Step("hardware stop under torque: heard by", bool(np.isfinite(heard)), "all" if np.isfinite(heard) else
+                 "not all", "all", "drives", "" if np.isfinite(heard) else what),
+            within("hardware stop under torque: motors off after", 1e3 * off, OFF_WITHIN_MS, "ms", what),
+            within("hardware stop under torque: sinks at", self._falls(heard), FALLS_MAX_RAD_S, "rad/s",
+                   "It falls: the drives do not brake without torque. Nobody may be in it."),
+        ]  # fmt: skip
+
+    def falls_silent(self) -> list[Step]:
+        """Nobody commands any more while the motors carry the machine."""
+        silent = [np.inf]
+
+        def fall_silent(t: float) -> None:
+            silent[0] = t
+            self.log.is_silent = True
+
+        self._raised("Nobody commands", fall_silent, 0.5)
+        self.log.is_silent = False
+        what = "Set the drives' watchdogs to 20 ms and to braking (docs/safety.md)."
+        off = self._gone(silent[0])
+        return [
+            within("watchdog under torque: motors off after", 1e3 * off, WATCHDOG_WITHIN_MS + 10.0, "ms", what),
+            within("watchdog under torque: sinks at", self._falls(silent[0]), FALLS_MAX_RAD_S, "rad/s", what),
+        ]
+
+    def weighs(self, joint: int) -> list[Step]:
+        """A known weight, carried slowly there and back: what the motor's current says it weighs."""
+        self.begin()
+        plan = self._plan(joint)
+        mount = plan.mount or self.description.calibration.mount
+        without = self._pass(joint)
+        self.run.load(mount, 0)
+        loaded = self._pass(joint)
+        self.run.load(mount, None)
+        felt, expected = loaded[0] - without[0], loaded[1] - without[1]
+        scale = float(felt @ expected / (expected @ expected))
+        name = self.description.joints[joint]
+        mass = self.description.calibration.weights_kg[0]
+        what = (
+            f"By its current the motor of '{name}' carries {scale:.2f} times {mass:g} kg: correct current_rated_A in "
+            "drives.toml (a wrong unit shows as a thousand, peak for RMS as 1.4), else torque_constant_Nm_per_A or "
+            "gear_ratio in rig.toml; below zero, the sign of current and encoder are both reversed."
+        )
+        passed = abs(scale - 1.0) <= SCALE_MAX
+        return [Step(f"{name}: weighs {mass:g} kg as", passed, round(scale, 3), "0.85 to 1.15", "times that",
+                     "" if passed else what)]  # fmt: skip
+
+    def _plan(self, joint: int) -> Sweep:
+        plans = self.description.calibration.sweeps
+        return next(plan for plan in plans if plan.joint == self.description.joints[joint])
+
+    def _pass(self, joint: int) -> tuple[Float[np.ndarray, " place"], Float[np.ndarray, " place"]]:
+        """Torque by the current and by the model [N·m] at places on a slow way, mean of both directions."""
+        rows: list[tuple[float, float, float, float]] = []
+
+        def listener(moment: Moment) -> None:
+            self.run.listen(moment)
+            rows.append((moment.reference.v[joint], moment.q[joint], moment.tau_measured[joint],
+                         moment.tau_feedforward[joint]))  # fmt: skip
+
+        text = f"Weighing by {self.description.joints[joint]}"
+        self._go(joint, 0.0, text)
+        path = to_and_fro(self.run, self._plan(joint), SLOW)
+        self.run.pilot.run(self.run.controller, path, text, listener)
+        v, q, *taus = np.array(rows).T
+        moving = np.abs(v) > 0.5 * SLOW
+        first, last = np.quantile(q[moving], [0.15, 0.85]).tolist()
+        places = np.linspace(first, last, 12)
+        return tuple(
+            np.mean([_at(places, q[way], tau[way]) for way in (moving & (v > 0.0), moving & (v < 0.0))], axis=0)
+            for tau in taus
+        )  # pyright: ignore[reportReturnType]
+
+    def _go(self, joint: int, beyond: float, text: str) -> None:
+        """To where a joint's sweep begins, and so far [rad] into it."""
+        plan, dt = self._plan(joint), self.run.pilot.rig.period_s
+        goal = np.deg2rad(plan.posture_deg)
+        goal[joint] = np.deg2rad(plan.from_deg) + np.copysign(beyond, plan.to_deg - plan.from_deg)
+        self.run.follow(go_to(self.run.pilot.q.copy(), goal, SLOW, dt), text)
+
+    def _raised(self, text: str, act: Callable[[float], None], seconds: float) -> None:
+        """Raise the machine so that its motors carry something, then act, and watch what becomes of it."""
+        self.begin()
+        run, ticks = self.run, 0
+        self._go(0, LOADED_RAD, "Raising the machine")
+        path = hold(run.pilot.q.copy(), seconds + AFTER_S, run.pilot.rig.period_s)
+
+        def listener(_moment: Moment) -> None:
+            nonlocal ticks
+            ticks += 1
+            if ticks == 1:
+                act(run.pilot.rig.t)
+
+        try:
+            run.pilot.run(run.controller, path, text, listener)
+        except RigError:
+            return
+
+    def _gone(self, since: float) -> float:
+        """Until no motor gives a tenth of what it gave, beside what brakes [s]; infinite where one always does."""
+        passed = self.log.passed(0)
+        after = passed.t > since
+        if not (after.any() and (~after).any()):
+            return np.inf
+        tau = self.description.nominal_gain * passed.current
+        before = np.abs(tau[~after][-50:]).max(axis=0)
+        v = np.gradient(passed.q, passed.t, axis=0)
+        left = np.abs(_smooth(tau + self._brake * v))[after]
+        small = (left < np.maximum(GONE_SHARE * before, GONE_NM)).all(axis=1)
+        return float(passed.t[after][small.argmax()] - since) if small.any() else np.inf
+
+    def _falls(self, since: float) -> float:
+        """How fast the fastest joint was after that [rad/s]."""
+        passed = self.log.passed(0)
+        after = passed.t > since
+        if np.count_nonzero(after) < 20:
+            return np.inf
+        t, q = passed.t[after], passed.q[after]
+        return float(np.abs((q[10:] - q[:-10]) / (t[10:] - t[:-10])[:, None]).max())
+
+
+def _smooth(rows: Rows) -> Rows:
+    """Mean over some ticks up to each."""
+    sums = np.cumsum(np.vstack([np.zeros((SMOOTH_TICKS, rows.shape[1])), rows]), axis=0)
+    return (sums[SMOOTH_TICKS:] - sums[:-SMOOTH_TICKS]) / SMOOTH_TICKS
+
+
+def _at(places: Float[np.ndarray, " place"], q: Float[np.ndarray, " tick"], tau: Float[np.ndarray, " tick"]):
+    order = q.argsort()
+    return np.interp(places, q[order], tau[order])

@@ -1,0 +1,1 @@
+"""Calibration of the empty machine: breakaway test, sweeps, known weights."""

@@ -1,0 +1,200 @@
+"""The first motion of a calibration: every joint is pushed from rest, both ways, before any feedback is trusted.
+
+Feedback with a flipped sign runs away; a push that only grows until something moves does not. What it took to move is
+the breakaway friction.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics.at_rest import carrying_torque, hanging_posture, weight_stiffness
+from exograv.identification.calibration.empty_prior import COULOMB, usual_friction
+from exograv.loop.pilot import Moment
+from exograv.model.description import RigDescription
+from exograv.model.tree import Tree
+from exograv.motion import hold
+from exograv.signals import Reference
+
+from .breakaway_checks import (
+    MOVED,
+    V_PUSHED,
+    Pushed,
+    check_push,
+    refuse_not_hanging,
+    refuse_restless,
+    refuse_shot,
+    refuse_spring,
+    refuse_too_light,
+)
+from .empty_run import EmptyRun
+
+MARGIN = np.deg2rad(4.0)  # of the first posture from the joints' limits: room to be pushed both ways
+PUSHES = 3  # each way; each ends some tenths of a degree farther, at another ripple of the gear
+STARTED = 0.0015
+"""Displacement at which a joint slides: more than stuck friction bends, and two steps of a bad encoder [rad]."""
+RATE, KNOWN_RATE = 1.0, 1.5  # of the usual Coulomb friction, and of a known one, a second
+KNOWN = 0.5  # of a known Coulomb friction, with which a push starts: a shorter one would not show its current
+AGAIN = 0.4  # a further push of the same kind starts at this share of the last
+HELD = 0.4  # of the usual Coulomb friction: what it holds on any day
+PUSH_MAX = {"harmonic": 6.0, "quasi_direct": 8.0}
+"""Of the usual Coulomb friction, and nine tenths of the motor: what breaks the worst twins away; ripple counts for more
+in light drives [-]."""
+STILL_S, STILL_MAX, WAITS = 0.3, np.deg2rad(0.3), 10  # s, rad in that time, and how often to look
+CHUNK_S = 0.02
+
+Joints = Float[np.ndarray, " joint"]
+
+
+def starting_posture(tree: Tree) -> Joints:
+    """Where an empty machine should be switched on (joint,) [rad]: as it hangs, so that it stays there by itself."""
+    return hanging_posture(tree, MARGIN)
+
+
+def held_torque(description: RigDescription, tree: Tree) -> Joints:
+    """What motors that nobody has tried yet must carry as the machine hangs (joint,) [N·m], by the URDF alone.
+
+    Friction holds what hangs; a joint whose limit is in the way of hanging would fall from its best posture.
+    """
+    weight = carrying_torque(tree, starting_posture(tree))
+    return np.where(np.abs(weight) > HELD * usual_friction(description, COULOMB)[0], weight, 0.0)
+
+
+class Push:
+    """Controller without feedback: holds what would fall by the model's weight, and pushes at one joint."""
+
+    closure_slope, clearance = 0.0, 1.0
+
+    def __init__(self, held: Joints):
+        self.tau_feedforward = held
+        self.tau = held.copy()
+
+    def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
+        """The push, whatever is measured [N·m]."""
+        return self.tau
+
+
+class Nudger:
+    """Pushes the joints of a machine that nobody has moved yet."""
+
+    def __init__(self, run: EmptyRun, coulomb: Joints | None = None):
+        """Look where it hangs.
+
+        Args:
+            run: Of the empty machine.
+            coulomb: Friction of a machine that is known (joint,) [N·m]; where absent, what is usual.
+
+        Raises:
+            ConfigError: By its encoders it does not hang.
+        """
+        self._run, self._joints = run, run.description.joints
+        self._usual = usual_friction(run.description, COULOMB)[0]
+        known = np.zeros(len(self._joints)) if coulomb is None else coulomb
+        self._first, self._rate = KNOWN * known, np.maximum(RATE * self._usual, KNOWN_RATE * known)
+        hanging, q = starting_posture(run.tree), run.pilot.q.copy()
+        # No feedback: by a reversed encoder it might drive the machine away.
+        self._push = Push(held_torque(run.description, run.tree))
+        refuse_not_hanging(run.description, hanging, q, carrying_torque(run.tree, q) - self._push.tau_feedforward)
+        self._stiffness = np.diag(weight_stiffness(run.tree, q))
+        self._speed = 0.0
+        self._stayed = dict[float, list[float]]()
+        """By way of the push, how far the joint stayed from where it was [rad]."""
+        most = np.array([PUSH_MAX[actuator.drive] for actuator in run.description.settings.actuators])
+        self._most = np.minimum(most * self._usual, 0.9 * run.description.per_actuator("torque_max_Nm"))
+
+    def nudge(self, pushes: int = PUSHES) -> Joints:
+        """Push every joint both ways, and note what it took: by that, the friction of each (joint,) [N·m].
+
+        Raises:
+            IdentificationError: A joint, its encoder or its motor is not what `rig.toml` says.
+        """
+        self._wait("Does it stay where it hangs?")
+        friction = np.zeros(len(self._joints))
+        for joint, name in enumerate(self._joints):
+            self._stayed = {}
+            both_ways = [self._starts(joint, *way, f"Pushing {name}") for way in self._ways(joint, pushes)]
+            refuse_spring(self._run.description, joint, self._stayed)
+            refuse_too_light(self._run.description, joint, *both_ways)
+            friction[joint] = np.mean([np.mean(one_way) for one_way in both_ways])
+        return friction
+
+    def _ways(self, joint: int, pushes: int) -> tuple[tuple[float, int], tuple[float, int]]:
+        """Directions in their order, and how often: one that lies on its stop is first brought off it."""
+        limits, q = self._run.tree.joints[joint], float(self._run.pilot.observer.q[joint])
+        if q > limits.upper:
+            return (-1.0, pushes + 1), (1.0, pushes)
+        if q < limits.lower:
+            return (1.0, pushes + 1), (-1.0, pushes)
+        return (1.0, pushes), (-1.0, pushes)
+
+    def _starts(self, joint: int, sign: float, pushes: int, text: str) -> list[float]:
+        """Pushes one way; the torques along the push that moved the joint [N·m]."""
+        found: list[float] = []
+        for _ in range(pushes):
+            first = AGAIN * max(found[-1], 0.0) if found else float(self._first[joint])
+            found.append(self._start(joint, sign, first, text))
+        return found
+
+    def _start(self, joint: int, sign: float, first: float, text: str) -> float:
+        """One push from rest; the torque along the push that moved the joint [N·m]."""
+        run = self._run
+        pushed = self._ramp(joint, sign, first, text)
+        if np.abs(pushed.way).argmax() != joint:
+            # A joint on the edge of what its friction holds slips at any touch, once; a swapped one does it again.
+            self._wait(text)
+            pushed = self._ramp(joint, sign, first, text)
+        check_push(run.description, joint, sign, pushed)
+        self._wait(text)
+        refuse_shot(run.description, joint, self._speed)
+        if self._stiffness[joint] * 3 * MOVED < self._usual[joint]:
+            # Not of a joint that its weight may bring back.
+            stayed = sign * float(run.filter.sample.q[joint] - pushed.q[0, joint])
+            self._stayed.setdefault(sign, []).append(stayed)
+        moved = int(np.argmax(sign * (pushed.q[:, joint] - pushed.q[0, joint]) > STARTED))
+        run.note_start(float(pushed.t[moved]), joint, sign, pushed.q[moved], pushed.current[moved])
+        return sign * float(run.description.nominal_gain[joint] * pushed.commanded[moved, joint])
+
+    def _ramp(self, joint: int, sign: float, first: float, text: str) -> Pushed:
+        """Push harder and harder until something moves or the motor may no more."""
+        rig, push, run = self._run.pilot.rig, self._push, self._run
+        rows: list[tuple[float, Joints, Joints, Joints]] = []
+        q_start, way, size = run.pilot.observer.q.copy(), np.zeros(len(self._joints)), first
+        self._speed = 0.0
+
+        def harder(moment: Moment) -> None:
+            nonlocal size
+            self._listen(moment)
+            if not size < self._most[joint]:
+                return  # has been let go
+            sample = run.filter.sample
+            commanded = run.pilot.actuators.current(moment.tau_commanded)
+            rows.append((moment.state.t, sample.q.copy(), sample.tau.copy(), commanded))
+            way[:] = moment.q - q_start
+            # The filter would tell of it 40 ms late.
+            size = np.inf if np.abs(way).max() > MOVED else size + self._rate[joint] * rig.period_s
+            push.tau[joint] = push.tau_feedforward[joint] + (sign * size if size < self._most[joint] else 0.0)
+
+        while size < self._most[joint]:
+            run.pilot.run(push, hold(run.pilot.q.copy(), CHUNK_S, rig.period_s), text, harder)
+        t, q, current, commanded = (np.array(column) for column in zip(*rows, strict=True))
+        return Pushed(t, q, current, commanded, way)
+
+    def _wait(self, text: str) -> None:
+        """Let go, until the machine has stood still for a while.
+
+        Raises:
+            IdentificationError: It moves by itself.
+        """
+        run, dt = self._run, self._run.pilot.rig.period_s
+        self._push.tau[:] = self._push.tau_feedforward
+        way = np.full(len(self._joints), np.inf)
+        for _ in range(WAITS):
+            q = run.filter.sample.q.copy()
+            run.pilot.run(self._push, hold(run.pilot.q.copy(), STILL_S, dt), text, self._listen)
+            way = run.filter.sample.q - q
+            if self._speed > V_PUSHED or (run.filter.settled and np.abs(way).max() < STILL_MAX):
+                return
+        refuse_restless(run.description, way / STILL_S)
+
+    def _listen(self, moment: Moment) -> None:
+        self._run.listen(moment)
+        self._speed = max(self._speed, float(np.abs(moment.v).max()))

@@ -1,0 +1,96 @@
+"""Stage 0: the empty machine is pushed, swept with nothing and with known weights, before anybody is put in."""
+
+import numpy as np
+
+from exograv.identification.calibration.empty_machine import Calibration, calibrate, recheck
+from exograv.loop.pilot import Pilot
+from exograv.model.description import RigDescription
+from exograv.model.description import Sweep as SweepSettings
+from exograv.model.tree import Tree
+from exograv.motion import Trajectory, go_to, hold, joined, sweep
+from exograv.rig import Powered
+
+from .breakaway_checks import refuse_before_motion
+from .breakaway_test import Nudger, starting_posture
+from .empty_run import EmptyRun
+from .operator import Operator
+
+SLOW, FAST = 0.3, 0.9  # rad/s: two speeds tell Coulomb from viscous
+CREEP, CREEP_WAY = 0.16, 0.35  # rad/s at most and rad: through all slow speeds, to show how friction falls from rest
+CHECK_WAY = 0.6  # rad: of the slow pass of a re-check
+TRAVEL = 0.8  # rad/s between sweeps
+
+
+def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, operator: Operator) -> Calibration:
+    """Push, sweep, weigh and fit; the pilot's rig must be empty and hang still, and the tree set to its lengths.
+
+    Raises:
+        ConfigError: The rig is not the one that `rig.toml` describes.
+        IdentificationError: A joint, its encoder, its motor or a weight is not what it should be.
+        RigError: The envelope stopped the run.
+    """
+    refuse_before_motion(description, tree, pilot.rig)
+    run = EmptyRun(description, tree, pilot, operator)
+    Nudger(run).nudge()
+    plans = description.calibration.sweeps
+    for i, plan in enumerate(plans):
+        text = f"Calibrating the empty machine: {plan.joint} ({i + 1}/{len(plans)})"
+        run.follow(to_and_fro(run, plan, SLOW, FAST, CREEP), text)
+        mount = plan.mount or description.calibration.mount
+        for weight, mass in enumerate(description.calibration.weights_kg):
+            run.load(mount, weight)
+            run.follow(to_and_fro(run, plan, SLOW), f"{text}, {mass:g} kg")
+        run.load(mount, None)
+    check_passes(run)
+    lead_home(run)
+    return calibrate(description, tree, run.sweeps())
+
+
+def recheck_machine(description: RigDescription, tree: Tree, pilot: Pilot, before: Calibration) -> Calibration:
+    """Friction as it is now: one push a joint and slow passes without weights; all else stays as it was `before`.
+
+    Raises:
+        As `calibrate_machine`.
+    """
+    refuse_before_motion(description, tree, pilot.rig)
+    run = EmptyRun(description, tree, pilot)
+    Nudger(run).nudge(pushes=1)
+    check_passes(run)
+    lead_home(run)
+    return recheck(description, tree, run.sweeps(), before)
+
+
+def lead_home(run: EmptyRun) -> None:
+    """Motors that can be switched off are, where the machine hangs: nobody commands them during the fit."""
+    rig = run.pilot.rig
+    if isinstance(rig, Powered):
+        home = go_to(run.pilot.q.copy(), starting_posture(run.tree), TRAVEL, rig.period_s)
+        run.follow(home, "Leading the machine home")
+        rig.disable()
+
+
+def check_passes(run: EmptyRun) -> None:
+    """Every joint slowly and fast, both ways, without weights: what its friction is now."""
+    plans = run.description.calibration.sweeps
+    for i, plan in enumerate(plans):
+        text = f"Friction as it is now: {plan.joint} ({i + 1}/{len(plans)})"
+        run.follow(to_and_fro(run, plan, SLOW, FAST, way=CHECK_WAY), text)
+
+
+def to_and_fro(run: EmptyRun, plan: SweepSettings, *speeds: float, way: float = np.inf) -> Trajectory:
+    """A path to the start of a sweep, then one pass a speed [rad/s]; the slower ones as far as `way` [rad] at most."""
+    dt, joint = run.pilot.rig.period_s, run.description.joints.index(plan.joint)
+    start = np.deg2rad(plan.posture_deg)
+    start[joint] = np.deg2rad(plan.from_deg)
+    whole = float(np.deg2rad(plan.to_deg) - start[joint])
+    parts = [go_to(run.pilot.q, start, TRAVEL, dt)]
+    for speed in speeds:
+        goal = start.copy()
+        far = {SLOW: way, CREEP: CREEP_WAY}.get(speed, np.inf)
+        goal[joint] += np.copysign(min(abs(whole), far), whole)
+        if speed == CREEP:
+            passes = [go_to(start, goal, speed, dt), go_to(goal, start, speed, dt)]
+        else:
+            passes = [sweep(start, joint, float(goal[joint]), speed, dt)]
+        parts += [hold(start, 0.3, dt), *passes]
+    return joined([*parts, hold(start, 0.2, dt)])

@@ -1,0 +1,155 @@
+"""The empty machine under way: led along references, loaded with known weights, watched; what it measures is kept."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.control.exo_tick import ExoTick, empty_gains
+from exograv.dynamics.loop_torque import GRAVITY
+from exograv.errors import IdentificationError, RigError
+from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S, V_CLEAR, V_START, Sweeps
+from exograv.identification.calibration.empty_model import FILTER_DELAY_S
+from exograv.identification.core.sample_filter import SampleFilter
+from exograv.loop.pilot import Controller, Moment, Pilot
+from exograv.model.description import RigDescription
+from exograv.model.tree import Tree
+from exograv.motion import Trajectory, hold
+from exograv.safety.envelope import StopReason
+
+from .operator import ComputedOperator, Operator
+
+ASTRAY_RAD = np.deg2rad(8.0)
+"""A joint may always be as far from its reference: friction, a wrong gain and a weight ask the PD for 5° at most."""
+ASTRAY_SHARE = 1.0 / 3.0
+"""Of the motor's torque, which the PD of a light joint gives only farther away; a blocked joint asks for any angle."""
+HANG_TICKS = 20  # steps in which a weight is lowered
+WAIT_S = 0.1  # between two looks whether the operator is ready
+
+Joints = Float[np.ndarray, " joint"]
+
+
+@dataclass
+class EmptyRun:
+    """One calibration or re-check; the tree is set to the lengths that the machine is set to."""
+
+    description: RigDescription
+    tree: Tree
+    pilot: Pilot
+    operator: Operator = field(default_factory=lambda: ComputedOperator(lambda _mount, _mass: None))
+    """Hangs the weights; nothing has any where absent."""
+    gravity: Float[np.ndarray, " 3"] = field(default_factory=GRAVITY.copy)
+    """In the base, where a calibration has found how it leans [m/s²]."""
+
+    def __post_init__(self):
+        self.controller = ExoTick(self.description, self.tree, self.gravity)
+        self.filter = SampleFilter(len(self.description.joints), self.pilot.rig.period_s, FILTER_DELAY_S)
+        """Its torque is the motor current [A]."""
+        kp, _ = empty_gains(self.description, self.tree)
+        torque_max = self.description.per_actuator("torque_max_Nm")
+        self.astray_rad = np.maximum(ASTRAY_RAD, ASTRAY_SHARE * torque_max / kp)
+        """Largest distance from the reference (joint,) [rad]."""
+        weights = len(self.description.calibration.weights_kg)
+        self._hung = np.zeros((len(self.description.mounts), weights))
+        self._rows: list[tuple[float | bool | np.ndarray, ...]] = []
+        self._every = round(SAMPLE_PERIOD_S / self.pilot.rig.period_s)
+        self._ticks = 0
+
+    def listen(self, moment: Moment) -> None:
+        """Filter one tick, and keep a sample now and then while something moves."""
+        sample = self.filter.update(moment.state.q, moment.state.current)
+        self._ticks += 1
+        if self._ticks % self._every == 0 and self.filter.settled and np.abs(sample.v).max() > V_CLEAR:
+            columns = (sample.q.copy(), sample.v.copy(), sample.a.copy(), sample.tau.copy())
+            self._rows.append((moment.state.t, *columns, self._hung.ravel().copy(), False))
+
+    def note_start(self, t: float, joint: int, sign: float, q: Joints, current: Joints) -> None:
+        """Keep what it took to move a joint from rest at `q` [rad], upwards (1) or downwards (-1) [A]."""
+        v = np.zeros(len(q))
+        v[joint] = sign * V_START
+        self._rows.append((t, q, v, np.zeros(len(q)), current, self._hung.ravel().copy(), True))
+
+    def sweeps(self) -> Sweeps:
+        """All that was kept."""
+        columns = [np.array(column) for column in zip(*self._rows, strict=True)]
+        return Sweeps(*columns)
+
+    def follow(self, path: Trajectory, text: str) -> None:
+        """Lead the machine along a path from where it is.
+
+        Raises:
+            IdentificationError: A joint did not follow; the machine has come down softly.
+            RigError: The envelope stopped the run.
+        """
+        watch = _Watch(self, path)
+        self._run(self.controller, path, text, watch)
+        if watch.astray is not None:
+            joint, led, stands = watch.astray
+            raise IdentificationError(
+                f"Joint '{self.description.joints[joint]}' stands at {np.rad2deg(stands):.1f}° where it was led to "
+                f"{np.rad2deg(led):.1f}°; {np.rad2deg(self.astray_rad[joint]):.0f}° apart are allowed. Is it blocked, "
+                "its motor disconnected, are its encoder and motor both reversed, or hangs another weight than stated? "
+                "The machine has come down; free it, or correct that, and repeat."
+            )
+
+    def _run(self, controller: Controller, path: Trajectory, text: str, watch: "_Watch") -> None:
+        try:
+            self.pilot.run(controller, path, text, watch)
+        except RigError as error:
+            if watch.astray is None:
+                joint = self.description.joints[int(np.abs(watch.fastest).argmax())]
+                raise RigError(
+                    f"{error} The fastest joint was '{joint}' with {np.abs(watch.fastest).max():.1f} rad/s; its "
+                    "encoder's unit or sign, or its stiffness in rig.toml, may be wrong."
+                ) from error
+
+    def load(self, mount: str, weight: int | None) -> None:
+        """Have a known weight, by its number, lowered onto an empty mount, or what hangs there taken off."""
+        k = self.description.mounts.index(mount)
+        weights = np.array(self.description.calibration.weights_kg)
+        before = float(self._hung[k] @ weights)
+        after = 0.0 if weight is None else float(weights[weight])
+        dt, passed, lowers_s = self.pilot.rig.period_s, 0, self.operator.lowers_s
+        ticks = round(lowers_s / dt)
+
+        def wait(moment: Moment) -> None:
+            self.filter.update(moment.state.q, moment.state.current)
+
+        def lower(moment: Moment) -> None:
+            nonlocal passed
+            passed += 1
+            if passed % HANG_TICKS == 0:
+                mass = before + (after - before) * passed / ticks
+                self.controller.hang(mount, mass)
+                self.operator.lower(mount, mass)
+            wait(moment)
+
+        if after != before:
+            q, text = self.pilot.q.copy(), f"Hanging {after:g} kg"
+            while not self.operator.is_ready(mount, after):
+                self.pilot.run(self.controller, hold(q, WAIT_S, dt), text, wait)
+            self.pilot.run(self.controller, hold(q, lowers_s, dt), text, lower)
+        self._hung[k] = 0.0
+        if weight is not None:
+            self._hung[k, weight] = 1.0
+
+
+class _Watch:
+    """Listens along a path: keeps samples, and stops a machine that does not follow."""
+
+    def __init__(self, run: EmptyRun, path: Trajectory):
+        self._run, self._path, self._tick = run, path, 0
+        self.fastest = np.zeros(len(run.description.joints))
+        self.astray: tuple[int, float, float] | None = None
+        """Joint, where it was led and where it stood [rad]."""
+
+    def __call__(self, moment: Moment) -> None:
+        self._run.listen(moment)
+        np.maximum(self.fastest, np.abs(moment.v), out=self.fastest)
+        led = self._path.q[self._tick]
+        self._tick += 1
+        apart = np.abs(led - moment.q) / self._run.astray_rad
+        joint = int(apart.argmax())
+        if apart[joint] > 1.0 and self._run.pilot.envelope.stop is None:
+            self.astray = joint, float(led[joint]), float(moment.q[joint])
+            self._run.pilot.envelope.trip(StopReason.ASTRAY)

@@ -1,0 +1,210 @@
+"""What learns an arm from a stream of moments, the same in a session's own process and in a worker of a live one."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics import parameters
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification import methods
+from exograv.identification.baselines.anthropometric import Anthropometric
+from exograv.identification.baselines.average import Average, average
+from exograv.identification.baselines.equilibrium import equilibrium
+from exograv.identification.baselines.full import full
+from exograv.identification.baselines.gradient import Gradient
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.arm_setting import arm_setting
+from exograv.identification.core.discrepancy import Discrepancy
+from exograv.identification.core.interface import Estimate, Method, Outcome, Sample
+from exograv.identification.core.left_over import LeftOverPrediction, StopRule, is_restless
+from exograv.identification.core.prior import prior
+from exograv.identification.core.sample_filter import SampleFilter
+from exograv.identification.core.setting import Setting
+from exograv.identification.recursive.recursive import Recursive
+from exograv.model.assembly import Assembly
+
+from .method_names import MethodName
+
+PUBLISH_S = 0.2  # new parameters reach the controller at 5 Hz
+NOTE_S = 1.0  # and are noted, judged and drawn once a second
+
+Joints = Float[np.ndarray, " joint"]
+
+
+@dataclass
+class Identification:
+    """What an identification leaves behind."""
+
+    method: Method
+    prior: parameters.Parameters
+    """What the method believed before anything moved."""
+    prior_covariance: Float[np.ndarray, "parameter parameter"]
+    estimates: list[Estimate] = field(default_factory=list)
+    """One a second."""
+    predicted: list[np.ndarray | None] = field(default_factory=list)
+    """Left over that each estimate expects of itself (joint,) [N·m]; None where the method states none."""
+    stop_s: float | None = None
+    """When the stop rule would have ended the motion [s]."""
+    outcome: Outcome = Outcome.RUNNING
+    why: str = ""
+    """The figures behind the outcome; empty where the method states none."""
+    restless_s: float | None = None
+    """When the wearer was first seen not to relax [s of motion]."""
+
+    @property
+    def last(self) -> Estimate:
+        """The final one."""
+        return self.estimates[-1]
+
+
+Belief = tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]
+"""Mean and covariance of everything that is learned, in the order of `dynamics.parameters`."""
+
+
+OF_JUST: Mapping[str, Callable[[Assembly, CalibratedMachine], Method]] = MappingProxyType(
+    {"average": average, "full": full, "equilibrium": equilibrium}
+)
+"""Just et al.'s methods, which need an arm in cuffs."""
+
+
+def build_method(
+    name: MethodName,
+    assembly: Assembly,
+    machine: CalibratedMachine,
+    model: ArmModel | None = None,
+    belief: Belief | None = None,
+) -> Method:
+    """An identification method for this arm in this machine, on a `model` of the two if there is one already.
+
+    It starts from the table's person, or from a `belief` about this one; methods that state no uncertainty have no use
+    for that.
+    """
+    believed = prior(assembly, machine) if belief is None else belief
+    if name == "anthropometric":
+        return Anthropometric(table_guess(assembly, machine), believed[1])
+    if name == "gradient":
+        return Gradient(assembly, machine, table_guess(assembly, machine))
+    if name in OF_JUST:
+        return OF_JUST[name](assembly, machine)
+    return methods.built(name, setting_of(model or ArmModel(assembly, machine), believed))
+
+
+def setting_of(model: ArmModel, belief: Belief) -> Setting:
+    """What the methods that serve any model start from; `model` becomes the method's own."""
+    return arm_setting(model, *belief, Discrepancy.of_machine(model.machine.residual_sd))
+
+
+def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Parameters:
+    """The table's arm in the calibrated machine: what is known before the arm has moved."""
+    friction = machine.friction
+    return parameters.table_parameters(
+        assembly.arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous)
+    )
+
+
+class Learner:
+    """Feeds a method, says when there is something to publish, and judges once a second."""
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        machine: CalibratedMachine,
+        name: MethodName,
+        period_s: float,
+        belief: Belief | None = None,
+    ):
+        """Before any motion; `belief` is of another day, the table's person if absent."""
+        self._assembly = assembly
+        mean, covariance = prior(assembly, machine) if belief is None else belief
+        self.followers: list[Callable[[Sample], None]] = []
+        """Who else listens to the samples, each before the method takes it."""
+        self.model = ArmModel(assembly, machine)
+        """Of this arm in this machine; others take another of it by `again`."""
+        method = build_method(name, assembly, machine, self.model.again(), belief)
+        # A batch solve takes seconds: it is asked when the motion is over.
+        self._is_offline = getattr(method, "offline", False)
+        self.result = Identification(method, method.estimate().x, covariance)
+        self._left_over = LeftOverPrediction(self.model, mean)
+        self.before = mean, np.sqrt(np.diag(covariance)), self._left_over.rms(covariance)
+        """What was believed before any motion: parameters, their standard deviations, and the left over by both."""
+        self._rule = StopRule(assembly.description.places)
+        self._filter = SampleFilter(assembly.n, period_s)
+        self._published = self._noted = 0.0
+
+    def take(self, q: Joints, tau: Joints, q_asked: Joints) -> Estimate | None:
+        """One tick: position [rad] and torque [N·m] as measured, position that was asked for [rad].
+
+        Returns:
+            What to publish, where it is time.
+        """
+        sample = self._filter.update(q, tau, q_asked)
+        if not self._filter.settled:
+            return None
+        for follower in self.followers:
+            follower(sample)
+        self.result.method.update(sample)
+        if self._is_offline or sample.t - self._published < PUBLISH_S - 1e-9:
+            return None
+        self._published = sample.t
+        return self.result.method.estimate()
+
+    def interrupt(self) -> None:
+        """The motion was broken off; what comes next follows on nothing."""
+        self._filter.restart()
+
+    @property
+    def is_to_note(self) -> bool:
+        """Whether the estimate just published is to be judged; once a second."""
+        if self._published - self._noted <= NOTE_S - 1e-9:
+            return False
+        self._noted = self._published
+        return True
+
+    def judge(self, estimate: Estimate) -> np.ndarray | None:
+        """Ask the stop rule, and whether the wearer relaxes; the left over that the estimate expects (joint,) [N·m]."""
+        result = self.result
+        predicted = None if estimate.covariance is None else self._left_over.rms(estimate.covariance)
+        result.estimates.append(estimate)
+        result.predicted.append(predicted)
+        if predicted is not None and result.stop_s is None:
+            verdict = self._rule.judge(estimate, predicted)
+            result.why = self._rule.why(predicted, self._assembly.description.joints)
+            if verdict is not Outcome.RUNNING:
+                result.stop_s, result.outcome = estimate.t, verdict
+        if result.restless_s is None and is_restless(estimate):
+            result.restless_s = estimate.t
+        return predicted
+
+    def last(self) -> Estimate:
+        """Take everything into account once more."""
+        method = self.result.method
+        if isinstance(method, Recursive):
+            method.relinearise()
+        return method.estimate()
+
+    def close(self) -> Identification:
+        """The books, after the last estimate was judged."""
+        result = self.result
+        if result.stop_s is None:
+            result.outcome = _final_outcome(result)
+        return result
+
+
+def restless_text(estimate: Estimate) -> str:
+    """What to tell about a wearer who does not relax."""
+    return (
+        f"The person does not relax: muscles push about {estimate.noise_scale:.1f} times as hard as usual, and "
+        f"{estimate.rejected_share:.0%} of the samples fit no relaxed arm. "
+        "Ask the person to let go; the motion goes on."
+    )
+
+
+def _final_outcome(result: Identification) -> Outcome:
+    if isinstance(result.method, Anthropometric | Average):
+        return Outcome.TABLE_ONLY
+    if is_restless(result.last):
+        return Outcome.NOT_RELAXED
+    return Outcome.NO_INTERVAL if result.last.covariance is None else Outcome.TIME_IS_UP

@@ -1,0 +1,61 @@
+"""The arm is let go: nothing drives it, its weight is taken away to the wanted level, and what it does is watched."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv import motion
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.mode_ramp import fade
+from exograv.loop.pilot import Moment, Pilot
+
+from .identify import SKELETON_TICKS, record_skeleton
+
+TRAVEL = 0.6  # rad/s
+
+
+@dataclass(frozen=True)
+class Drift:
+    """What the floated arm did by itself."""
+
+    drift_deg: Float[np.ndarray, " joint"]
+    """Farthest from where it was let go."""
+
+    window_s: float
+
+
+def float_arm(
+    pilot: Pilot,
+    controller: ArmController,
+    posture: Float[np.ndarray, " joint"],
+    gravity_level: float,
+    window_s: float,
+    phase: str = "float",
+) -> Drift:
+    """Bring the arm to a posture [rad], let go, and watch it for `window_s`; `phase` names the watch in the recording.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    dt = pilot.rig.period_s
+    pilot.begin("move")
+    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+    approach = motion.joined([motion.go_to(pilot.q, posture, TRAVEL, dt), motion.hold(posture, 1.0, dt)])
+    pilot.run(controller, approach, "Moving to where the arm is let go")
+    fade(pilot, controller, "gravity_level", gravity_level, posture)
+    fade(pilot, controller, "drive", 0.0, posture)
+    pilot.begin(phase)
+    start = pilot.q.copy()
+    farthest = np.zeros_like(start)
+    ticks = 0
+
+    def watch(moment: Moment) -> None:
+        nonlocal ticks
+        np.maximum(farthest, np.abs(moment.state.q - start), out=farthest)
+        ticks += 1
+        if ticks % SKELETON_TICKS == 0:
+            record_skeleton(pilot, controller, moment)
+
+    pilot.run(controller, motion.hold(start, window_s, dt), f"Floating at gravity level {gravity_level:g}", watch)
+    return Drift(np.rad2deg(farthest), window_s)

@@ -1,0 +1,133 @@
+"""The relaxed arm is moved, and learned while it moves; what is learned drives the next tick."""
+
+from collections.abc import Callable, Iterator
+from itertools import chain
+
+import numpy as np
+
+from exograv import motion
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.core.interface import Estimate, Outcome, Sample
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.person_limits_manager import Worn
+from exograv.loop.pilot import Moment, Pilot
+from exograv.model.assembly import Assembly
+from exograv.model.rig_settings import Excitation
+from exograv.motion import Trajectory
+
+from .estimator_session import Belief, Identification, Learner, restless_text
+from .method_names import MethodName, TorqueSourceName
+from .resting_poses import rest_first
+
+EASE_S = 2.0  # a periodic motion starts and ends with speed, an arm does not
+TRAVEL = 0.6  # rad/s to the motion's first posture
+V_MOTION = 1.3  # rad/s: no joint of a designed motion is faster
+SKELETON_TICKS = 50
+
+
+def identification_motion(
+    assembly: Assembly, seconds: float, dt: float, excitation: Excitation | None = None
+) -> Trajectory:
+    """The machine's excitation, or another, from rest to rest in `seconds`."""
+    excitation = excitation or assembly.description.excitation
+    path = motion.fourier(
+        np.deg2rad(excitation.centre_deg),
+        np.deg2rad(excitation.sine_deg),
+        np.deg2rad(excitation.cosine_deg),
+        excitation.period_s,
+        seconds - EASE_S / 2,
+        dt,
+    )
+    return motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)
+
+
+class Identifier:
+    """Listens to a pilot's motion, lets it be learned, publishes to the controller, and notes once a second."""
+
+    def __init__(
+        self,
+        pilot: Pilot,
+        controller: ArmController,
+        machine: CalibratedMachine,
+        name: MethodName,
+        torque_source: TorqueSourceName,
+        note: Callable[[float, Estimate, np.ndarray | None, Outcome], None],
+        belief: Belief | None = None,
+    ):
+        self._pilot, self._controller, self._note = pilot, controller, note
+        self._torque_source, self.machine = torque_source, machine
+        self._learner = Learner(controller.assembly, machine, name, pilot.rig.period_s, belief)
+        self.result, self.model = self._learner.result, self._learner.model
+        self._ticks = 0
+
+    @property
+    def followers(self) -> list[Callable[[Sample], None]]:
+        """Who else listens to the samples, each before the method takes it."""
+        return self._learner.followers
+
+    def __call__(self, moment: Moment) -> None:
+        """One tick."""
+        tau = moment.tau_measured if self._torque_source == "current" else moment.tau_commanded
+        self._ticks += 1
+        if self._pilot.recording is not None and self._ticks % SKELETON_TICKS == 0:
+            record_skeleton(self._pilot, self._controller, moment)
+        estimate = self._learner.take(moment.state.q, tau, moment.reference.q)
+        if estimate is None:
+            return
+        self._controller.publish(estimate.x, moment.q)
+        if self._learner.is_to_note:
+            self._judge(estimate, moment.state.t)
+
+    def finish(self, moment_t: float) -> Identification:
+        """Take everything into account once more and close the books."""
+        self._judge(self._learner.last(), moment_t)
+        return self._learner.close()
+
+    def _judge(self, estimate: Estimate, t: float) -> None:
+        relaxed_so_far = self.result.restless_s is None
+        predicted = self._learner.judge(estimate)
+        if relaxed_so_far and self.result.restless_s is not None and self._pilot.recording is not None:
+            # The operator hears it while something can still be done.
+            self._pilot.recording.write("/event", t, {"kind": "not relaxed", "text": restless_text(estimate)})
+        self._note(t, estimate, predicted, self.result.outcome)
+
+
+def identify_arm(
+    pilot: Pilot,
+    controller: ArmController,
+    identifier: Identifier,
+    seconds: float,
+    parts: Iterator[Trajectory] | None = None,
+) -> Identification:
+    """Drive the relaxed arm through the motion for `seconds` and learn it.
+
+    `parts` of `session.motions` take the place of the machine's own motion, each asked for when the last one is over.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    dt, assembly = pilot.rig.period_s, controller.assembly
+    parts = parts or iter([identification_motion(assembly, seconds, dt)])
+    path = next(parts)
+    found = identifier.result
+    pilot.worn = worn = pilot.worn or Worn(pilot.envelope, assembly, identifier.machine, found.prior)
+    worn.expect(found.prior, found.prior_covariance, V_MOTION)
+    controller.mode.drive = 1.0
+    rest_first(pilot, controller, identifier.result.method)
+    approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, dt), motion.hold(path.q[0], 0.5, dt)]
+    pilot.begin("move")
+    pilot.run(controller, motion.joined(approach), "Moving to the start")
+    pilot.begin("identify")
+    for part in chain([path], parts):
+        pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
+    result = identifier.finish(pilot.rig.read().t)
+    controller.publish(result.last.x, pilot.q)
+    worn.know(result.last.x)
+    return result
+
+
+def record_skeleton(pilot: Pilot, controller: ArmController, moment: Moment) -> None:
+    """Where exoskeleton and arm are, for the report's pictures."""
+    if pilot.recording is not None:
+        exo, arm = controller.skeleton(moment.q)
+        pilot.recording.write("/skeleton", moment.state.t, {"exo": exo, "arm": arm})

@@ -1,0 +1,90 @@
+"""Which motion identifies the arm: the machine's own, pieces planned on the way, or what others move."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from exograv import motion
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.errors import ConfigError
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Covariance, Method, Parameters
+from exograv.identification.core.left_over import LeftOverPrediction
+from exograv.identification.core.prior import prior
+from exograv.identification.excitation import PIECE_S, Designer, MotionLimits, Planner, fixed_motion
+from exograv.model.assembly import Assembly
+from exograv.motion import Trajectory
+
+from .identify import EASE_S, identification_motion
+from .method_names import MotionName
+
+STANDARD_PERIOD_S = 20.0
+STANDARD_SEED = 0  # of the random start; part of the comparison, not of the run
+
+
+def motion_parts(
+    name: MotionName,
+    assembly: Assembly,
+    machine: CalibratedMachine,
+    method: Method,
+    seconds: float,
+    dt: float,
+) -> Iterator[Trajectory]:
+    """The motion from rest to rest in `seconds`, in one part or in several; ask for a part when the last one is over.
+
+    Raises:
+        ConfigError: Nothing can be planned from a method that states no uncertainty.
+    """
+    if name == "adaptive":
+        if method.estimate().covariance is None:
+            raise ConfigError(
+                f"--motion adaptive plans from what is still uncertain, and --method {method.name} states no "
+                "uncertainty. Use --method recursive, or --motion designed."
+            )
+        return adaptive_parts(assembly, machine, method, seconds, dt)
+    if name == "fixed":
+        path = fixed_motion(MotionLimits.of(assembly), seconds - EASE_S / 2, dt)
+        return iter([motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)])
+    if name == "fourier":
+        return iter([standard_motion(assembly, machine, seconds, dt)])
+    return iter([identification_motion(assembly, seconds, dt)])
+
+
+def standard_motion(assembly: Assembly, machine: CalibratedMachine, seconds: float, dt: float) -> Trajectory:
+    """Five D-optimal harmonics for this machine, from rest to rest; designing them takes some ten seconds."""
+    design = Designer(assembly, machine).standard(STANDARD_PERIOD_S, STANDARD_SEED)
+    path = design.basis.trajectory(design.coefficients, seconds - EASE_S / 2, dt)
+    return motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)
+
+
+def adaptive_parts(
+    assembly: Assembly, machine: CalibratedMachine, method: Method, seconds: float, dt: float
+) -> Iterator[Trajectory]:
+    """Pieces of about `PIECE_S`, each planned while the one before it runs, from what was known when that began."""
+    model = ArmModel(assembly, machine)
+    mean, _ = prior(assembly, machine)
+    count = max(1, round(seconds / PIECE_S))
+    planner = Planner(assembly, machine, LeftOverPrediction(model, mean), model, seconds / count)
+    plan = _plan_of(planner, dt)
+    with ThreadPoolExecutor(1) as worker:
+        coming = worker.submit(plan, *_known(method), 0, None)
+        for k in range(count):
+            path = coming.result()
+            if k + 1 < count:
+                coming = worker.submit(plan, *_known(method), k + 1, path)
+            yield path
+
+
+def _known(method: Method) -> tuple[Covariance, Parameters]:
+    estimate = method.estimate()
+    if estimate.covariance is None:
+        raise ConfigError(f"{method.name} has stopped to state its uncertainty; nothing can be planned from it.")
+    return estimate.covariance, estimate.x.copy()
+
+
+def _plan_of(planner: Planner, dt: float) -> Callable[[Covariance, Parameters, int, Trajectory | None], Trajectory]:
+    def plan(covariance: Covariance, x: Parameters, seed: int, under_way: Trajectory | None) -> Trajectory:
+        return planner.next_motion(np.array(covariance), planner.home, x, dt, seed, under_way).path
+
+    return plan

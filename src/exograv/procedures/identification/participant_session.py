@@ -1,0 +1,184 @@
+"""From a run to a participant's file, and from a file to a run."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.errors import ConfigError
+from exograv.identification.core.interface import Estimate, Outcome
+from exograv.identification.core.prior import prior
+from exograv.laboratory.result_rows import rounded
+from exograv.model.anthropometry import Body
+from exograv.model.assembly import Assembly
+from exograv.storage.calibration_file import identity_of
+from exograv.storage.participant_file import (
+    new_code,
+    read_participant,
+    refuse_name,
+    refuse_other,
+    refuse_other_body,
+    write_participant,
+)
+from exograv.storage.participant_schema import (
+    SCHEMA_VERSION,
+    Identified,
+    Person,
+    StoredParticipant,
+    parameter_rows,
+    prior_hash,
+)
+from exograv.storage.sealed_file import sealed
+
+from .estimator_session import Belief, Identification
+from .identify import Identifier
+from .sample_observers import HeldOut
+from .warm_start import Returning, belief_today
+
+NOT_KEPT = (Outcome.NOT_RELAXED, Outcome.NOT_EXCITED)
+"""After these a file would carry on what was no arm."""
+
+
+@dataclass(frozen=True)
+class ParticipantOptions:
+    """Which files a run reads and writes."""
+
+    keep: Path | None = None
+    """Where the person as identified is kept."""
+    code: str | None = None
+    """Of the person; that of the file that was read, or a random one, where absent."""
+    participant: Path | None = None
+    """File of an earlier donning to start from."""
+
+    def __post_init__(self):
+        if self.code is not None:
+            refuse_name(self.code)
+
+
+@dataclass
+class ParticipantRun:
+    """The file's part in one identification."""
+
+    options: ParticipantOptions
+    assembly: Assembly
+    serial: str
+    """Of the machine."""
+    told: Body
+    now: datetime
+    before: StoredParticipant | None = None
+    returning: Returning | None = None
+    _held_out: HeldOut | None = None
+
+    def __post_init__(self):
+        """Read the file.
+
+        Raises:
+            ConfigError: It is damaged, foreign or somebody else's.
+        """
+        path = self.options.participant
+        if path is None:
+            return
+        self.before = read_participant(path)
+        refuse_other(path, self.before, self.assembly, self.serial, self.now)
+        refuse_other_body(path, self.before, self.told)
+
+    def belief(self, machine: CalibratedMachine) -> Belief | None:
+        """What to start from in the machine as calibrated today; None without a file."""
+        path, before = self.options.participant, self.before
+        if path is None or before is None:
+            return None
+        belief, table = belief_today(before, self.assembly, machine, self.now)
+        self.returning = Returning(path, before.person.code, belief, table, self.assembly, machine)
+        return belief
+
+    def listen(self, identifier: Identifier) -> None:
+        """Before the motion begins.
+
+        Raises:
+            ConfigError: The method states no uncertainty, so that there is nothing to keep or to start from.
+        """
+        method = identifier.result.method
+        wants = [name for name in ("keep", "participant") if getattr(self.options, name) is not None]
+        if wants and method.estimate().covariance is None:
+            raise ConfigError(
+                f"--{wants[0]} needs a method that says how sure it is; '{method.name}' does not. "
+                "Use --method recursive."
+            )
+        if self.options.keep is not None:
+            self._held_out = HeldOut(identifier.model.again(), lambda: method.estimate().x)
+            identifier.followers.append(self._held_out)
+        if self.returning is not None:
+            self.returning.begin(identifier.model)
+            identifier.followers.append(self.returning)
+
+    @property
+    def hashes(self) -> dict[str, str]:
+        """Of the file that was read."""
+        return {} if self.before is None else {"participant": self.before.content_sha256}
+
+    def note(self, estimate: Estimate, predicted: np.ndarray | None) -> None:
+        """What is known, once a second."""
+        if self.returning is not None:
+            self.returning.note(estimate, predicted)
+
+    def keep(
+        self, found: Identification, machine: CalibratedMachine, motion: str, calibration_sha256: str
+    ) -> dict[str, Any] | None:
+        """Write the file; returns what was written for `--json`, None if nothing was asked.
+
+        Raises:
+            ConfigError: The place cannot be written.
+        """
+        path, covariance = self.options.keep, found.last.covariance
+        if path is None or covariance is None or self._held_out is None:
+            return None
+        if found.outcome in NOT_KEPT:
+            return {"file": None, "why": f"Not kept. {found.outcome.value}"}
+        before, predicted = self.before, found.predicted[-1]
+        identified = Identified(
+            at_utc=self.now,
+            donnings=1 if before is None else before.identified.donnings + 1,
+            method=found.method.name,
+            prior_sha256=prior_hash(self.assembly, prior(self.assembly, machine)),
+            motion=motion,
+            motion_s=round(found.last.t, 3),
+            calibration_sha256=calibration_sha256,
+            outcome=found.outcome.value,
+            predicted_left_over_Nm=rounded(np.zeros(0) if predicted is None else predicted),
+            held_out_error_Nm=rounded(self._held_out.rms),
+            held_out_s=round(self._held_out.window_s, 2),
+        )
+        person = Person.of(self._code(), self.told)
+        whole = stored_person(person, self.assembly, self.serial, identified, (found.last.x, covariance))
+        write_participant(path, whole)
+        return {
+            "file": str(path),
+            "code": whole.person.code,
+            "hash": whole.content_sha256,
+            "donnings": identified.donnings,
+            "held_out_error_Nm": identified.held_out_error_Nm,
+            "bytes": path.stat().st_size,
+        }
+
+    def _code(self) -> str:
+        if self.options.code is not None:
+            return self.options.code
+        return new_code() if self.before is None else self.before.person.code
+
+
+def stored_person(
+    person: Person, assembly: Assembly, serial: str, identified: Identified, found: Belief
+) -> StoredParticipant:
+    """The file of a person in the machine of this serial number, as found."""
+    return sealed(
+        StoredParticipant(
+            schema_version=SCHEMA_VERSION,
+            person=person,
+            machine=identity_of(assembly.description, serial),
+            identified=identified,
+            parameters=parameter_rows(assembly, *found),
+        )
+    )

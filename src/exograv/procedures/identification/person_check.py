@@ -1,0 +1,65 @@
+"""Is the file this person's? The first seconds of motion are asked which of two beliefs foretold them better."""
+
+from dataclasses import dataclass, field
+
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.discrepancy import Discrepancy
+from exograv.identification.core.interface import Sample
+from exograv.identification.core.prior import disturbance_sd
+from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
+from exograv.identification.recursive.contradiction import Unexplained, log_odds
+from exograv.identification.recursive.recursive import Noise
+
+from .estimator_session import Belief
+
+JUDGED_S = (5.0, 10.0, 20.0)
+"""Motion after which the samples are asked [s]."""
+
+ONE_IN = 4
+"""Of the means over `BATCH_PERIOD_S` that are asked [-]."""
+
+CONTRADICTED = -5.0
+"""Log evidence of the file over the table below which, twice running, it is refused [-]: 150 to 1 for another."""
+
+
+@dataclass
+class PersonCheck:
+    """Of one motion."""
+
+    model: ArmModel
+    """Its own: it follows no other motion."""
+    machine: CalibratedMachine
+    by_file: Belief
+    by_table: Belief
+    evidence: dict[float, float] = field(default_factory=dict)
+    """Log evidence of the file over the table after so much motion [s]."""
+
+    def __post_init__(self):
+        places = self.model.assembly.description.places
+        sd = self.machine.residual_sd
+        noise = Noise(sd, self.machine.correlation_s, disturbance_sd(places))
+        self._unexplained = Unexplained(noise, Discrepancy.of_machine(sd))
+        self._averages, self._means = Averages(BATCH_PERIOD_S), 0
+        self._samples: list[Sample] = []
+
+    def take(self, sample: Sample) -> bool:
+        """One sample; whether the file has just been asked about."""
+        if len(self.evidence) == len(JUDGED_S):
+            return False
+        mean = self._averages.take(sample)
+        if mean is not None:
+            if self._means % ONE_IN == 0:
+                self._samples.append(mean)
+            self._means += 1
+        due = JUDGED_S[len(self.evidence)]
+        if sample.t < due:
+            return False
+        self.evidence[due] = log_odds(self.by_file, self.by_table, self._samples, self.model, self._unexplained)
+        return True
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Twice running: early a slow torque of the wearer's alone can speak against any narrow belief."""
+        lately = list(self.evidence.values())[-2:]
+        return len(lately) == 2 and max(lately) < CONTRADICTED

@@ -1,0 +1,106 @@
+"""The worn machine holds the relaxed arm still in some postures, and averages what is measured there."""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv import motion
+from exograv.errors import ConfigError
+from exograv.identification.core.interface import Rest, RestingMethod
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.mode_ramp import fade
+from exograv.loop.pilot import Moment, Pilot
+from exograv.rig.interface import CuffSensing, Rig
+
+TRAVEL = 0.6  # rad/s
+APPROACH_RAD = 0.09  # 5°: friction's and the tissue's hysteresis turn within it (assumed)
+APPROACH_S = 1.0
+SETTLE_S = 1.5  # what a motion has strained in a relaxed joint decays with about 1 s (docs/arm.md)
+AVERAGE_S = 2.0  # from each side; half of the slow torque of a wearer lasts longer
+
+Joints = Float[np.ndarray, " joint"]
+
+
+class _Mean:
+    """Listens while the arm is still."""
+
+    def __init__(self, rig: CuffSensing):
+        self._rig = rig
+        self.rows: list[tuple[Joints, Joints, Float[np.ndarray, "cuff 6"]]] = []
+
+    def __call__(self, moment: Moment) -> None:
+        self.rows.append((moment.state.q, moment.tau_measured.copy(), self._rig.cuff_wrenches()))
+
+
+def take_rests(pilot: Pilot, controller: ArmController, postures: Float[np.ndarray, "rest joint"]) -> tuple[Rest, ...]:
+    """Let the arm rest in each of `postures` [rad], reached from both sides, and average.
+
+    For a method that needs rests (`identification.interface.RestingMethod`), before its first sample: give its
+    `postures`, hand the result to its `take_rests`, and add its `rest_s` to the seconds of motion where times are
+    compared. Both sides, so that friction in the motors' torque and hysteresis in the wearer's joints cancel.
+
+    Args:
+        pilot: On the worn machine.
+        controller: The arm's, with whatever parameters are believed so far; it drives afterwards.
+        postures: Of the machine's joints.
+
+    Raises:
+        ConfigError: The machine has no force/torque sensors at its cuffs.
+        RigError: The envelope stopped the run.
+    """
+    rig = sensing(pilot.rig)
+    rests = []
+    for number, posture in enumerate(postures):
+        begin, mean = _now(pilot), _Mean(rig)
+        pilot.begin("rest")
+        fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+        text = f"Resting, posture {number + 1} of {len(postures)}"
+        for side in (-1.0, 1.0):
+            _rest_from(pilot, controller, posture, posture + side * APPROACH_RAD, text, mean)
+        q, tau, wrenches = (np.mean(column, axis=0) for column in zip(*mean.rows, strict=True))
+        rests.append(Rest(q, tau, wrenches, _now(pilot) - begin))
+    return tuple(rests)
+
+
+def rest_first(pilot: Pilot, controller: ArmController, method: object) -> None:
+    """Give a method the rests that it needs, and the controller what they say; other methods need none.
+
+    Raises:
+        ConfigError: The machine has no force/torque sensors at its cuffs.
+        RigError: The envelope stopped the run.
+    """
+    if isinstance(method, RestingMethod):
+        method.take_rests(take_rests(pilot, controller, method.postures))
+        controller.publish(method.estimate().x, pilot.q)
+
+
+def sensing(rig: Rig) -> CuffSensing:
+    """The machine as one that feels its cuffs.
+
+    Raises:
+        ConfigError: It does not.
+    """
+    if not isinstance(rig, CuffSensing):
+        raise ConfigError(
+            "This machine has no force/torque sensors at its cuffs, and the methods 'full' and 'equilibrium' measure "
+            "nothing else. Choose another --method: 'recursive' needs only motor currents."
+        )
+    return rig
+
+
+def _now(pilot: Pilot) -> float:
+    """On the rig's clock [s]."""
+    return pilot.rig.read().t
+
+
+def _rest_from(
+    pilot: Pilot, controller: ArmController, posture: Joints, beside: Joints, text: str, listener: _Mean
+) -> None:
+    """Reach a posture [rad] from beside it, come to rest, and listen."""
+    dt = pilot.rig.period_s
+    way = [
+        motion.go_to(pilot.q, beside, TRAVEL, dt),
+        motion.minimum_jerk(beside, posture, APPROACH_S, dt),
+        motion.hold(posture, SETTLE_S, dt),
+    ]
+    pilot.run(controller, motion.joined(way), text)
+    pilot.run(controller, motion.hold(posture, AVERAGE_S, dt), text, listener)

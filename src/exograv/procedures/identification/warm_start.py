@@ -1,0 +1,135 @@
+"""A person who was here before: today starts from yesterday's belief, unless the first seconds contradict it.
+
+Beside the method a second one starts cold, from the table, and takes the same samples: what the file saved is the
+difference between the two, by the stop rule's own prediction, without any truth.
+"""
+
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.dynamics.parameters import Layout
+from exograv.errors import IdentificationError
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Estimate, Outcome, Sample
+from exograv.identification.core.left_over import TARGET_NM, LeftOverPrediction, StopRule
+from exograv.identification.core.prior import prior
+from exograv.identification.recursive.carried_over import carried_over
+from exograv.model.assembly import Assembly
+from exograv.storage.participant_schema import StoredParticipant
+
+from .estimator_session import NOTE_S, Belief, build_method
+from .person_check import PersonCheck
+
+SECONDS_PER_DAY = 86400.0
+FROM_FILE_S = 20.0
+"""Of motion for somebody who comes back: by then all of ten were within target (docs/participants.md)."""
+
+
+def belief_today(
+    whole: StoredParticipant, assembly: Assembly, machine: CalibratedMachine, now: datetime
+) -> tuple[Belief, Belief]:
+    """Mean and covariance before today's motion: by the file, and by the table alone."""
+    table = prior(assembly, machine)
+    days = (now - whole.identified.at_utc).total_seconds() / SECONDS_PER_DAY
+    layout = Layout.of(assembly)
+    return carried_over(layout, (whole.mean, whole.covariance), table, max(days, 0.0)), table
+
+
+@dataclass
+class Progress:
+    """Of one method through the motion, judged by its own covariance."""
+
+    rule: StopRule
+    target: np.ndarray
+    stop_s: float | None = None
+    outcome: Outcome = Outcome.RUNNING
+    reached_s: float | None = None
+    """From when on the prediction was within the stop rule's target [s]."""
+
+    def judge(self, estimate: Estimate, predicted: np.ndarray) -> None:
+        """Once a second."""
+        if (predicted <= self.target).all():
+            self.reached_s = estimate.t if self.reached_s is None else self.reached_s
+        else:
+            self.reached_s = None
+        if self.stop_s is None:
+            verdict = self.rule.judge(estimate, predicted)
+            if verdict is not Outcome.RUNNING:
+                self.stop_s, self.outcome = estimate.t, verdict
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """For files and tables."""
+        return {"predicted_target_s": self.reached_s, "stop_s": self.stop_s, "outcome": self.outcome.value}
+
+
+@dataclass
+class Returning:
+    """Listens to the samples of a person whose file was given."""
+
+    path: Path
+    code: str
+    belief: Belief
+    """By the file."""
+    table: Belief
+    assembly: Assembly
+    machine: CalibratedMachine
+    cold_estimates: list[Estimate] = field(default_factory=list)
+    """Of the method that started cold, one a second."""
+
+    def begin(self, model: ArmModel) -> None:
+        """Before the first sample."""
+        places = self.assembly.description.places
+        self._cold = build_method("recursive", self.assembly, self.machine, model.again())
+        self._left_over = LeftOverPrediction(model.again(), self.table[0])
+        target = np.array([TARGET_NM[place] for place in places])
+        self.warm, self.cold = (Progress(StopRule(places), target) for _ in range(2))
+        self._check = PersonCheck(model.again(), self.machine, self.belief, self.table)
+        self._noted = 0.0
+
+    def __call__(self, sample: Sample) -> None:
+        """One sample.
+
+        Raises:
+            IdentificationError: The motion contradicts the file.
+        """
+        self._cold.update(sample)
+        if self._check.take(sample) and self._check.is_contradicted:
+            raise self._contradicted(sample.t)
+        if sample.t - self._noted > NOTE_S - 1e-9:
+            self._noted = sample.t
+            estimate = self._cold.estimate()
+            self.cold_estimates.append(estimate)
+            if estimate.covariance is not None:
+                self.cold.judge(estimate, self._left_over.rms(estimate.covariance))
+
+    def note(self, estimate: Estimate, predicted: np.ndarray | None) -> None:
+        """What the method that started from the file says, once a second."""
+        if predicted is not None:
+            self.warm.judge(estimate, predicted)
+
+    def _contradicted(self, t: float) -> IdentificationError:
+        odds = np.exp(min(-list(self._check.evidence.values())[-1], 20.0))
+        return IdentificationError(
+            f"{self.path} is not this person's, or much has changed: {t:.0f} s of motion speak {odds:.0f} to 1 "
+            f"for anybody of this size against the arm of '{self.code}'. Check the code and what is held in the "
+            "hand; without --participant the person is identified from the start."
+        )
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """For `--json`."""
+        warm, cold = self.warm.reached_s, self.cold.reached_s
+        return {
+            "code": self.code,
+            "file": str(self.path),
+            "log_evidence_over_table": {f"{t:g}": round(value, 2) for t, value in self._check.evidence.items()},
+            "from_file": self.warm.figures,
+            "cold": self.cold.figures,
+            "saved_s": None if warm is None or cold is None else round(cold - warm, 1),
+        }

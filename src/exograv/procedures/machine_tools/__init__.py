@@ -1,0 +1,1 @@
+"""Tools for the folder of a machine: check, questions, designed motion, export."""

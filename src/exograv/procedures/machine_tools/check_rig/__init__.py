@@ -1,0 +1,170 @@
+"""`exograv check-rig`: what a machine's folder lacks, what its cuffs hold, how far it reaches, whom it can carry."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.model.anthropometry import Body, Sex
+from exograv.model.assembly import Assembly
+from exograv.model.description import RigDescription, Side
+from exograv.model.loops import LoopSolver
+from exograv.model.rig_settings import FREEDOMS_OF_ARM, RigSettings
+from exograv.model.support import Support, put_together, support
+from exograv.model.tree import Tree
+
+from .agreement import examine_agreement
+from .findings import Findings
+from .fit import Donned, examine_donning, examine_loops
+from .folder import locate, read_settings, read_trees
+from .picture import picture_data
+from .reach import conditioning, examine_conditioning, reach
+from .strength import Strength, examine_strength, strength
+from .units import examine_numbers, examine_units
+
+Progress = Callable[[str, float], None]
+
+SOFTEST = 0.5
+"""A freedom that is held more softly sags far under the weight of a hand [N·m/rad]."""
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """Which machine, and who is to wear it."""
+
+    rig: str
+    side: Side | None = None
+    height_m: float = 1.75
+    mass_kg: float = 75.0
+    sex: Sex = "male"
+
+
+def check_rig(options: CheckOptions, out: Path, progress: Progress) -> dict[str, Any]:
+    """Examine a machine's folder; the contract of `exograv check-rig --json`.
+
+    Raises:
+        ConfigError: There is no such machine, or nobody has this height and mass.
+        RecordingError: The picture cannot be written.
+    """
+    folder, findings = locate(options.rig), Findings()
+    body = Body(options.height_m, options.mass_kg, options.sex)
+    progress("Reading the machine's files", 0.0)
+    settings, files = read_settings(folder, findings)
+    trees = read_trees(files, findings)
+    for file, tree in trees.items():
+        examine_units(file, tree, findings)
+    result: dict[str, Any] = {
+        "rig": folder.name if settings is None else settings.name,
+        "side": None,
+        "rank": None,
+        "human_dof": None,
+        "unsupported": [],
+        "largest_arm_kg": None,
+        "picture": None,
+    }
+    if settings is not None and not findings.problems:
+        description = _described(settings, folder, options.side)
+        examine_numbers(settings, findings)
+        result |= {"side": description.side, "human_dof": _freedoms(description)}
+        if _agrees(settings, folder, trees, findings):
+            _examine_with_a_wearer(description, body, findings, result, out, progress)
+    result |= {"ok": not findings.problems, "problems": findings.problems, "notes": findings.notes}
+    return result
+
+
+def _described(settings: RigSettings, folder: Path, side: Side | None) -> RigDescription:
+    sides = settings.urdf.sides
+    if side is not None and side not in sides:
+        raise ConfigError(f"{settings.name} has no side '{side}'; rig.toml has a URDF for: {', '.join(sides)}.")
+    return RigDescription(settings, side or sides[0], folder)
+
+
+def _freedoms(description: RigDescription) -> int:
+    return FREEDOMS_OF_ARM[description.settings.wearer.arm] * len(description.arm_sides)
+
+
+def _agrees(settings: RigSettings, folder: Path, trees: dict[str, Tree], findings: Findings) -> bool:
+    """Of every side."""
+    agrees = True
+    for side in settings.urdf.sides:
+        description = RigDescription(settings, side, folder)
+        agrees = examine_agreement(description, trees[description.urdf_path.name], findings) and agrees
+    return agrees
+
+
+def _examine_with_a_wearer(
+    description: RigDescription, body: Body, findings: Findings, result: dict[str, Any], out: Path, progress: Progress
+) -> None:
+    assembly = findings.attempt(lambda: put_together(description, body))
+    if assembly is None:
+        return
+    progress("Putting an arm into it", 0.1)
+    # A machine as strange as nobody thought of: what cannot be computed is a finding, too.
+    try:
+        _examine_mechanics(assembly, findings, result, out, progress)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError, RuntimeError) as error:
+        findings.problem(f"its mechanics cannot be computed ({error}). Check masses, axes and lengths.")
+
+
+def _examine_mechanics(
+    assembly: Assembly, findings: Findings, result: dict[str, Any], out: Path, progress: Progress
+) -> None:
+    description, donned, solver = assembly.description, Donned(assembly), LoopSolver(assembly)
+    held = support(assembly, solver)
+    _examine_support(assembly, held, findings)
+    examine_donning(donned, findings)
+    result |= {"rank": held.rank, "unsupported": list(held.unsupported)}
+    result["softest"] = {"freedom": held.softest, "Nm_per_rad": round(held.softest_Nm_per_rad, 3)}
+    progress("Moving it through its workspace", 0.4)
+    result["loops"] = examine_loops(assembly, solver, findings)
+    found = conditioning(assembly)
+    examine_conditioning(description, found, findings)
+    result["conditioning"] = {
+        "worst_in_task": round(found.worst, 4),
+        "worst_at_deg": found.worst_deg,
+        "singular_beyond_task_deg": found.margin_deg,
+        "singular_at_deg": found.margin_at_deg,
+    }
+    reached = reach(donned)
+    result["workspace"] = [
+        {"side": arm.side, "volume_m3": round(arm.volume_m3, 3), "furthest_m": round(arm.furthest_m, 3)}
+        for arm in reached
+    ]
+    progress("Letting it carry arms", 0.7)
+    carrying = strength(assembly, solver)
+    arm_kg = float(assembly.arm.phi.reshape(-1, 10)[:, 0].sum()) / len(assembly.arm.limbs)
+    examine_strength(description, arm_kg, carrying, findings)
+    result |= {"largest_arm_kg": round(carrying.largest_arm_kg, 2), "wearer_arm_kg": round(arm_kg, 2)}
+    result["torque_Nm"] = _torque_rows(description, carrying)
+    progress("Drawing it", 0.9)
+    # Matplotlib: 0.4 s that no other command has to wait for.
+    from exograv.report.figures.machine import write_machine_picture
+
+    result["picture"] = str(write_machine_picture(picture_data(donned, reached, result), out / "check_rig.png"))
+
+
+def _examine_support(assembly: Assembly, held: Support, findings: Findings) -> None:
+    cuffs = ", ".join(cuff.name for cuff in assembly.cuffs)
+    for name, count in held.unsupported.items():
+        findings.problem(
+            f"the cuffs ({cuffs}) leave the arm free in {name} (in {count} postures): its weight there cannot be "
+            "carried. Add a cuff, or give one stiffness in that direction."
+        )
+    if not held.unsupported and held.softest_Nm_per_rad < SOFTEST:
+        findings.problem(
+            f"the cuffs ({cuffs}) hold {held.softest} with {held.softest_Nm_per_rad:.2g} N·m/rad only; allowed: from "
+            f"{SOFTEST} N·m/rad on. Give one more stiffness in that direction."
+        )
+
+
+def _torque_rows(description: RigDescription, found: Strength) -> list[dict[str, Any]]:
+    """One joint a row, in the posture in which it is loaded most."""
+    columns = {"exo": found.exo, "arm": found.arm, "hand_1kg": found.hand, "friction": found.friction}
+    rows = []
+    for i, joint in enumerate(description.joints):
+        row: dict[str, Any] = {"joint": joint, "limit": float(found.limit[i]) if found.limit[i] > 0.0 else None}
+        rows.append(row | {name: round(float(values[i]), 2) for name, values in columns.items()})
+    return rows

@@ -1,0 +1,111 @@
+"""The heaviest arm that the drives hold, with 1 kg in the hand, friction in the way, in every posture of the task."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics.carrying import Carried, carried
+from exograv.identification.calibration.empty_machine import COULOMB
+from exograv.model.assembly import Assembly
+from exograv.model.description import RigDescription
+from exograv.model.loops import LoopSolver
+from exograv.model.support import sample_postures
+
+from .findings import Findings
+
+POSTURES = 64
+BREAKAWAY = 1.3
+"""Over Coulomb friction, in a good laboratory (docs/disturbances.md, level 2)."""
+HAND_KG = 1.0
+LIGHTEST_KG = 2.02
+"""Arm of a woman of 45 kg by the table: the lightest adult that the twin draws."""
+ARM_MAX_KG = 100.0  # where no joint feels the arm at all
+
+Joints = Float[np.ndarray, " joint"]
+
+
+@dataclass(frozen=True)
+class Strength:
+    """What the drives have, and what is asked of them."""
+
+    largest_arm_kg: float
+    limited_by: str
+    """The joint whose drive gives in first."""
+
+    limit: Joints
+    """Peak torque; NaN without a motor [N·m]."""
+
+    exo: Joints
+    """Where the joint is loaded most: by the machine's links [N·m],"""
+    arm: Joints
+    """by this wearer's arm,"""
+    hand: Joints
+    """by 1 kg in the hand,"""
+    friction: Joints
+    """and to break away."""
+
+
+def strength(assembly: Assembly, solver: LoopSolver) -> Strength:
+    """Over the task workspace."""
+    description = assembly.description
+    found = carried(assembly, sample_postures(description, POSTURES), solver)
+    friction = friction_reserve(description)
+    limit = description.per_actuator("torque_max_Nm")
+    shares = largest_shares(found, friction, limit)
+    weakest = int(np.argmin(shares))
+    one_arm = float(assembly.arm.phi.reshape(-1, 10)[:, 0].sum()) / len(assembly.arm.limbs)
+    # Rows: origin; columns: joint, each in the posture in which it carries most of all together.
+    parts = np.stack([found.exo, found.arm, HAND_KG * found.hand])
+    worst = np.argmax(np.abs(parts.sum(axis=0)), axis=0)
+    exo, arm, hand = parts[:, worst, np.arange(assembly.n)]
+    motors = np.isfinite(limit).any()
+    return Strength(
+        min(float(shares[weakest]) * one_arm, ARM_MAX_KG) if motors else 0.0,
+        description.joints[weakest] if motors else "",
+        limit,
+        exo,
+        arm,
+        hand,
+        friction,
+    )
+
+
+def friction_reserve(description: RigDescription) -> Joints:
+    """Torque that a drive of this kind needs to break away [N·m]; none where there is no drive."""
+    drives = [actuator.drive for actuator in description.settings.actuators]
+    return np.array([0.0 if drive == "passive" else BREAKAWAY * COULOMB[drive][0] for drive in drives])
+
+
+def largest_shares(found: Carried, friction: Joints, limit: Joints) -> Joints:
+    """How many times this arm each drive holds, in its worst posture; infinite without a motor, zero if not even 1 kg.
+
+    |exo + hand + share · arm| + friction ≤ limit.
+    """
+    others, room = found.exo + HAND_KG * found.hand, limit - friction
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = (np.sign(found.arm) * room - others) / found.arm
+    # A joint that the arm does not load, such as a vertical one, holds any arm, if it holds the rest.
+    shares = np.where(np.abs(found.arm) < 1e-9, np.inf, shares)
+    shares = np.where(np.abs(others) > room, 0.0, shares)
+    return np.where(np.isnan(limit), np.inf, np.maximum(shares, 0.0).min(axis=0))
+
+
+def examine_strength(description: RigDescription, arm_kg: float, found: Strength, findings: Findings) -> None:
+    """Too weak for anybody is a problem; too weak for this wearer is worth a note."""
+    if not np.isfinite(found.limit).any():
+        findings.note("no joint has a motor: the machine carries nothing, not even itself.")
+        return
+    able = f"the drives hold an arm of {found.largest_arm_kg:.1f} kg with 1 kg in the hand"
+    if found.largest_arm_kg < LIGHTEST_KG:
+        findings.problem(
+            f"{able}; the lightest adult's weighs {LIGHTEST_KG} kg. '{found.limited_by}' gives in first: give it a "
+            "stronger drive or a larger gear, or shrink the task workspace."
+        )
+    elif found.largest_arm_kg < arm_kg:
+        findings.note(f"{able}; this wearer's weighs {arm_kg:.1f} kg. '{found.limited_by}' gives in first.")
+    for joint, share, has_motor in zip(
+        description.joints, np.abs(found.exo + found.arm), np.isfinite(found.limit), strict=True
+    ):
+        if not has_motor:
+            findings.note(f"'{joint}' has no motor: up to {share:.1f} N·m of weight there are left to the wearer.")

@@ -1,0 +1,147 @@
+"""The motion that identifies the arm, designed for a machine: the block for its rig file, and what it promises."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from exograv import motion
+from exograv.errors import ConfigError
+from exograv.identification.core.left_over import TARGET_NM
+from exograv.identification.excitation import Basis, Designer, fixed_motion, harmonic
+from exograv.identification.excitation.basis import Coefficients
+from exograv.identification.excitation.design import Progress
+from exograv.laboratory.virtual_laboratory import refuse_motorless
+from exograv.model.anthropometry import Body
+from exograv.model.assembly import Assembly
+from exograv.model.description import Side, load_rig
+from exograv.model.rig_settings import Excitation
+from exograv.model.support import assemble
+from exograv.motion import Trajectory
+
+from .nominal_machine import nominal_machine
+
+FORECAST_S = (20.0, 60.0, 120.0)
+DT = 0.02  # s: of the tables that are judged; the filter takes every eighth row
+STANDARD_PERIOD_S = 20.0
+PERIOD_S = (5.0, 120.0)
+FASTEST_HZ = 0.6  # a harmonic faster than this would lie too near the sample filter's corner
+
+
+@dataclass(frozen=True)
+class DesignOptions:
+    """What is to be designed, and how long it may take."""
+
+    rig: str = "recupera_like"
+    side: Side | None = None
+    height_m: float = 1.70
+    mass_kg: float = 70.0
+    sex: Literal["female", "male"] = "female"
+    seconds: float = 300.0
+    period_s: float = 30.0
+    harmonics: int = 8
+    starts: int = 4
+    iterations: int = 120
+    """Of each start."""
+    seed: int = 0
+
+    def __post_init__(self):
+        if not PERIOD_S[0] <= self.period_s <= PERIOD_S[1]:
+            raise ConfigError(f"--period-s is {self.period_s}; allowed: {PERIOD_S[0]:g} to {PERIOD_S[1]:g} s.")
+        most = int(FASTEST_HZ * self.period_s)
+        if not 1 <= self.harmonics <= most:
+            raise ConfigError(
+                f"--harmonics is {self.harmonics}; allowed with a period of {self.period_s:g} s: 1 to {most}, "
+                f"so that none is faster than {FASTEST_HZ:g} Hz."
+            )
+        if self.seconds <= 0.0 or self.starts < 1:
+            raise ConfigError(f"--seconds {self.seconds:g} and --starts {self.starts} must be positive.")
+
+
+@dataclass(frozen=True)
+class DesignedMotion:
+    """The result, with the tables that a picture needs."""
+
+    figures: dict[str, Any]
+    """Of `--json`."""
+
+    path: Trajectory
+    """One period."""
+
+    limits_deg: tuple[list[float], list[float]]
+    """Of the joints."""
+
+
+def design_motion(options: DesignOptions, progress: Progress) -> DesignedMotion:
+    """Design it for a person by the table in a machine by its data sheets; no twin is asked.
+
+    Raises:
+        ConfigError: An option or the rig file cannot be used.
+        ModelError: Machine and person do not fit.
+    """
+    began = time.monotonic()
+    description = load_rig(options.rig, options.side)
+    refuse_motorless(description)
+    assembly = assemble(description, Body(options.height_m, options.mass_kg, options.sex))
+    designer = Designer(assembly, nominal_machine(description, assembly.exo.phi))
+    present = description.excitation
+    starts = [_start_of(present), *designer.starts(options.period_s, options.harmonics, options.starts, options.seed)]
+    best = designer.designs(starts, options.iterations, options.seconds, progress)[0]
+    block = excitation_block(best.basis, best.coefficients)
+    progress("Comparing with other motions", 0.0)
+    standard = designer.standard(STANDARD_PERIOD_S, options.seed)
+    seconds = max(FORECAST_S)
+    paths = {
+        "designed": periodic(block, seconds, DT),
+        "present": periodic(present, seconds, DT),
+        "fourier": standard.basis.trajectory(standard.coefficients, seconds, DT),
+        "fixed": fixed_motion(designer.limits, seconds, DT),
+    }
+    predicted = {name: _rounded(designer.forecast.left_over(path, FORECAST_S)) for name, path in paths.items()}
+    progress("Comparing with other motions", 1.0)
+    figures = {
+        "rig": description.name,
+        "joints": list(description.joints),
+        "excitation": block.model_dump(),
+        "targets_Nm": _targets(assembly),
+        "predicted_left_over_Nm": predicted,
+        "seed": options.seed,
+        "wall_s": round(time.monotonic() - began, 1),
+    }
+    edges = designer.limits.lower, designer.limits.upper
+    limits_deg = np.rad2deg(edges[0]).tolist(), np.rad2deg(edges[1]).tolist()
+    return DesignedMotion(figures, periodic(block, block.period_s, DT), limits_deg)
+
+
+def excitation_block(basis: Basis, coefficients: Coefficients) -> Excitation:
+    """As a rig file has it: degrees to a tenth."""
+    centre, sine, cosine = (np.rad2deg(part).round(1).tolist() for part in basis.series(coefficients))
+    return Excitation(period_s=basis.period_s, centre_deg=centre, sine_deg=sine, cosine_deg=cosine)
+
+
+def excitation_text(block: Mapping[str, Any]) -> str:
+    """The lines for `rig.toml`."""
+    rows = "\n".join(f"{key} = {block[key]}" for key in ("period_s", "centre_deg", "sine_deg", "cosine_deg"))
+    return f"[excitation]\n{rows}\n"
+
+
+def periodic(block: Excitation, seconds: float, dt: float) -> Trajectory:
+    """The motion as such, without coming from rest."""
+    centre, sine, cosine = (np.deg2rad(part) for part in (block.centre_deg, block.sine_deg, block.cosine_deg))
+    return motion.fourier(centre, sine, cosine, block.period_s, seconds, dt)
+
+
+def _start_of(block: Excitation) -> tuple[Basis, Coefficients]:
+    """The motion in force as a start: what comes out is never worse than what of it keeps the limits."""
+    rows = np.vstack([[block.centre_deg], block.sine_deg, block.cosine_deg])
+    return harmonic(block.period_s, len(block.sine_deg)), np.deg2rad(rows)
+
+
+def _targets(assembly: Assembly) -> list[float]:
+    return [TARGET_NM[place] for place in assembly.description.places]
+
+
+def _rounded(found: Mapping[float, np.ndarray]) -> dict[str, list[float]]:
+    return {f"{t:g}": np.round(left, 4).tolist() for t, left in found.items()}

@@ -1,0 +1,71 @@
+"""What no URDF can say about a machine with an arm in it: cuffs, shoulder offset, elasticity, gravity."""
+
+import json
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.model.loops import ELEVATION_ROUNDING
+from exograv.model.mjcf_writer import ArmSprings
+from exograv.model.personal import Personal
+from exograv.storage.participant_schema import StoredParticipant
+
+HEAD = """\
+# The closed loops between exo.urdf and arm.urdf, written by `exograv export-urdf` (docs/participants.md). Lengths in m,
+# angles in rad, stiffness in N/m and N·m/rad. At rest the arm lies where its weight, its joints' elasticity and the
+# cuffs' energy balance; energy of a cuff = 1/2 sum(stiffness * e^2), e = displacement and sine of rotation from
+# exo_frame to arm_frame, in exo_frame.
+#
+# Joint arm_shift follows: slope * s(theta), s = theta * (1 + c * theta) / (1 + c * pi / 2), c = 1.83 / 22.0,
+# theta = atan2(sqrt(1 - k^2 + rounding^2), k), k = cos(flexion) * cos(abduction). exo_and_arm.xml holds it where the
+# middle of the task workspace has it.
+"""
+
+
+def loops_text(
+    whole: StoredParticipant,
+    person: Personal,
+    springs: ArmSprings,
+    gravity: Float[np.ndarray, " 3"],
+    links: str,
+) -> str:
+    """The loops of a machine and an arm as TOML."""
+    source = {
+        "code": whole.person.code,
+        "participant_sha256": whole.content_sha256,
+        "rig": whole.machine.rig,
+        "rig_sha256": whole.machine.rig_sha256,
+        "links": links,
+        "gravity": gravity,
+    }
+    arms = (
+        {
+            "side": side,
+            "base": base,
+            "offset_from_machine": person.offsets[side],
+            "shift_slope_m_per_rad": person.slopes[side],
+            "shift_rounding": ELEVATION_ROUNDING,
+        }
+        for side, base in person.bases.items()
+    )
+    cuffs = (
+        {name: getattr(cuff, name) for name in ("name", "exo_frame", "arm_frame", "stiffness")} for cuff in person.cuffs
+    )
+    joints = (
+        {"joint": joint, "stiffness": stiffness, "neutral": springs.neutral[joint], "damping": springs.damping[joint]}
+        for joint, stiffness in springs.stiffness.items()
+    )
+    tables = [_table("source", source)]
+    for name, rows in (("arm", arms), ("cuff", cuffs), ("arm_joint", joints)):
+        tables += [_table(f"[{name}]", row) for row in rows]
+    return "\n".join([HEAD, *tables])
+
+
+def _table(name: str, entries: dict[str, Any]) -> str:
+    lines = [f"{key} = {_value(value)}" for key, value in entries.items()]
+    return "\n".join([f"[{name}]", *lines, ""])
+
+
+def _value(value: Any) -> str:
+    return json.dumps(value.tolist() if isinstance(value, np.ndarray) else value, ensure_ascii=False)

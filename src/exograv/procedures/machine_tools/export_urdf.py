@@ -1,0 +1,193 @@
+"""`exograv export-urdf`: the personalised machine and arm as files that other tools open."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics.loop_torque import GRAVITY
+from exograv.dynamics.parameters import Layout
+from exograv.errors import ConfigError, ModelError
+from exograv.model.anthropometry import Body
+from exograv.model.assembly import Assembly
+from exograv.model.description import load_rig
+from exograv.model.loops import LoopSolver, arm_positions
+from exograv.model.mjcf_writer import ArmSprings, Posture, mjcf_text
+from exograv.model.personal import Personal, personal
+from exograv.model.support import put_together
+from exograv.model.tree import inertial_parameters, is_physical
+from exograv.model.urdf_writer import mass_centre_inertia, urdf_text
+from exograv.storage.calibration_file import identity_of, read_calibration, refuse_other_machine
+from exograv.storage.participant_file import read_participant
+from exograv.storage.participant_schema import StoredParticipant, parameter_names
+
+from .export_loops import loops_text
+
+EXO, ARM, LOOPS, BOTH = "exo.urdf", "arm.urdf", "loops.toml", "exo_and_arm.xml"
+GIVE = "Give a calibration.toml of the participant's machine with --calibration, or none."
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """What is exported."""
+
+    participant: Path
+    folder: Path
+    calibration: Path | None = None
+    """Of the machine; its links are those of the description where absent."""
+    rig: str | None = None
+    """Folder of a machine that is not built in."""
+
+
+@dataclass(frozen=True)
+class Links:
+    """The machine's links and how they were found."""
+
+    phi: Float[np.ndarray, "joint 10"]
+    gravity: Float[np.ndarray, " 3"]
+    """In the base frame [m/s²]."""
+    rotor: Float[np.ndarray, " joint"]
+    """[kg·m²]"""
+    source: str
+    notes: tuple[str, ...] = ()
+
+
+def run_export(options: ExportOptions) -> dict[str, Any]:
+    """Write the files; returns where they are and what they hold.
+
+    Raises:
+        ConfigError: A file cannot be read, used or written.
+        ModelError: A body cannot exist.
+    """
+    whole = read_participant(options.participant)
+    assembly = _assembly(options, whole)
+    links = _links(options, assembly, whole)
+    layout = Layout.of(assembly)
+    person = personal(assembly, links.phi, whole.mean[layout.phi], whole.mean[layout.fit])
+    _refuse_impossible(person)
+    springs, shifts, donned = (
+        springs_of(assembly, whole.mean),
+        _shifts(assembly, whole.mean),
+        _donned(assembly, whole.mean),
+    )
+    files = {
+        EXO: urdf_text(person.exo),
+        ARM: urdf_text(person.arm),
+        LOOPS: loops_text(whole, person, springs, links.gravity, links.source),
+        BOTH: mjcf_text(person, springs, links.rotor, links.gravity, shifts, donned),
+    }
+    _write(options.folder, files)
+    masses = {
+        name: round(float(whole.mean[body.start]), 4)
+        for name, body in zip(assembly.arm.segments, layout.bodies, strict=True)
+    }
+    return {
+        "code": whole.person.code,
+        "folder": str(options.folder),
+        "files": list(files),
+        "links": links.source,
+        "notes": list(links.notes),
+        "segment_mass_kg": masses,
+    }
+
+
+def _assembly(options: ExportOptions, whole: StoredParticipant) -> Assembly:
+    description = load_rig(options.rig or whole.machine.rig, whole.machine.side)
+    present = identity_of(description, whole.machine.machine)
+    refuse_other_machine(options.participant, whole.machine, present, "Give its folder with --rig.")
+    person = whole.person
+    assembly = put_together(description, Body(person.height_m, person.mass_kg, person.sex, dict(person.lengths_m)))
+    if [row.name for row in whole.parameters] != parameter_names(assembly):
+        raise ConfigError(f"{options.participant} has other parameters than an arm in {description.name}.")
+    return assembly
+
+
+def _links(options: ExportOptions, assembly: Assembly, whole: StoredParticipant) -> Links:
+    description = assembly.description
+    if options.calibration is None:
+        rotor = description.per_actuator("rotor_inertia_kgm2")
+        return Links(assembly.exo.phi, GRAVITY, rotor, "as described: no calibration was given")
+    stored = read_calibration(options.calibration)
+    refuse_other_machine(options.calibration, stored.identity, whole.machine, GIVE)
+    machine = stored.calibration().machine
+    phi, changed = possible_links(machine.phi, assembly.exo.phi, description.joints)
+    notes = tuple(
+        f"{joint}: no body has the calibrated moments of inertia; the description's about its centre are written. "
+        "Mass and centre, all that gravity sees, are calibrated."
+        for joint in changed
+    )
+    return Links(phi, machine.gravity, machine.rotor_inertia, f"calibration {stored.content_sha256[:12]}", notes)
+
+
+def possible_links(
+    phi: Float[np.ndarray, "joint 10"], described: Float[np.ndarray, "joint 10"], joints: tuple[str, ...]
+) -> tuple[Float[np.ndarray, "joint 10"], tuple[str, ...]]:
+    """Calibrated links as possible bodies, and the joints whose moments of inertia had to be the description's.
+
+    Calibration moves slowly: it sees what gravity sees, and the rest may come out as no body's.
+
+    Raises:
+        ModelError: A link has no positive mass.
+    """
+    possible, changed = phi.copy(), []
+    for i, joint in enumerate(joints):
+        if phi[i, 0] <= 0.0:
+            raise ModelError(f"The link of {joint} has {phi[i, 0]:.3f} kg by its calibration. Calibrate again.")
+        if not is_physical(phi[i]):
+            mass, com, _ = mass_centre_inertia(phi[i])
+            possible[i] = inertial_parameters(mass, com, mass_centre_inertia(described[i])[2])
+            changed.append(joint)
+    return possible, tuple(changed)
+
+
+def _refuse_impossible(person: Personal) -> None:
+    for tree in (person.exo, person.arm):
+        for joint, phi in zip(tree.joints, tree.phi, strict=True):
+            if phi[0] != 0.0 and not is_physical(phi):
+                raise ModelError(f"The body behind {joint.name} is not possible. Identify the person again.")
+
+
+def springs_of(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> ArmSprings:
+    """Of the arm's joints; where a stiffness is zero or less there is no spring."""
+    layout, tree = Layout.of(assembly), assembly.arm.tree
+    names = [tree.joints[i].name for limb in assembly.arm.limbs for i in limb.joints]
+    stiffness = np.maximum(x[layout.stiffness], 0.0)
+    neutral = np.divide(x[layout.spring_offset], stiffness, out=np.zeros_like(stiffness), where=stiffness > 0.0)
+    damping = np.maximum(x[layout.damping], 0.0)
+    return ArmSprings(*(dict(zip(names, values.tolist(), strict=True)) for values in (stiffness, neutral, damping)))
+
+
+def _positions(
+    assembly: Assembly, x: Float[np.ndarray, " parameter"], z: Float[np.ndarray, " freedom"]
+) -> Mapping[str, float]:
+    fit = ca.SX(ca.DM(x[Layout.of(assembly).fit]))
+    values = np.array(ca.evalf(arm_positions(assembly.arm, ca.SX(ca.DM(z)), fit))).ravel()
+    return dict(zip(assembly.arm.tree.joint_names, values.tolist(), strict=True))
+
+
+def _shifts(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> Mapping[str, float]:
+    """Where the shoulder's centre is in the middle of the task workspace."""
+    lower, upper = assembly.description.workspace
+    z, _ = LoopSolver(assembly).solve(0.5 * (lower + upper), fit=x[Layout.of(assembly).fit])
+    at = _positions(assembly, x, z)
+    names = [assembly.arm.tree.joints[limb.shift].name for limb in assembly.arm.limbs]
+    return {name: at[name] for name in names}
+
+
+def _donned(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> Posture:
+    description = assembly.description
+    machine = dict(zip(description.joints, description.donning_posture.tolist(), strict=True))
+    return Posture({**machine, **_positions(assembly, x, description.arm_donning_posture)})
+
+
+def _write(folder: Path, files: Mapping[str, str]) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"{folder} cannot be written: {error.strerror}. Give another folder with --out.") from error

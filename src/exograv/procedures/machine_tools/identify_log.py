@@ -1,0 +1,236 @@
+"""A recorded log of a loaded robot to the payload it carried, by the methods that serve the arm."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import ConfigError, IdentificationError, RecordingError
+from exograv.identification.core.interface import Estimate, Method, Sample
+from exograv.identification.methods import BUILDERS, built
+from exograv.identification.payload.payload import PAYLOAD, PayloadModel
+from exograv.identification.payload.payload_gradient import PayloadGradient, rehearsed_step
+from exograv.identification.payload.payload_outcome import judge, mass_interval, refuse_negative_mass
+from exograv.identification.payload.payload_samples import refuse_other_robots, samples_of_log
+from exograv.identification.payload.payload_setting import payload_setting
+from exograv.identification.payload.rehearsal import rehearsed
+from exograv.identification.payload.robot_from_log import RobotFromLog, robot_from_log
+from exograv.loop.pilot import Progress
+from exograv.model.tree import Tree
+from exograv.model.urdf import read_urdf
+from exograv.procedures.identification.method_names import MethodName
+from exograv.recording import MotionLog, read_log
+
+LOOK_PERIOD_S = 0.1
+"""Between estimates that are compared with a known mass."""
+
+OFFLINE_LOOK_PERIOD_S = 5.0
+"""The same for a method that solves for all samples anew at each."""
+
+METHODS = ("gradient", *BUILDERS)
+"""What can identify a payload."""
+
+SAMPLES_MIN = 100
+FOUND = 0.1  # share of the known mass
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    """What the loaded run starts from."""
+
+    model: PayloadModel
+    robot: RobotFromLog
+    unloaded: list[Sample]
+    samples: list[Sample]
+
+
+def identify_log(  # noqa: PLR0913 - one argument for each option of the command
+    *,
+    log: Path,
+    unloaded: Path,
+    urdf: Path,
+    payload_frame: str,
+    gains: Sequence[float],
+    true_kg: float | None = None,
+    method: MethodName = "recursive",
+    rows: str | None = None,
+    rows_unloaded: str | None = None,
+    gain_sd: float = 0.0,
+    seed: int = 0,
+    progress: Progress = lambda _text, _share: None,
+) -> dict[str, Any]:
+    """Identify the empty robot from one log, then from another the payload it carries.
+
+    Args:
+        log: Recorded with the payload.
+        unloaded: Recorded without it; the motion may be another, but should pass through the same postures.
+        urdf: Description of the robot, its base frame with z up.
+        payload_frame: Link or frame of the description in which the payload is stated.
+        gains: Joint torque per motor current, one a joint [N·m/A].
+        true_kg: Mass of the payload where it is known, for the time until the estimate stays within 10 % of it.
+        method: One of `METHODS`.
+        rows: First and last line of `log` to use, as "first:last"; without it the log is cut to the motion.
+        rows_unloaded: The same for `unloaded`.
+        gain_sd: Standard deviation of the gains, as a share that all joints have in common.
+        seed: Without effect: nothing is drawn here. Every command takes one.
+        progress: Told what is going on.
+
+    Returns:
+        The figures, ready for JSON: payload, time_to_10pct_s, duration_s, samples, outcome and what explains them.
+
+    Raises:
+        ConfigError: An option that cannot be used.
+        ModelError: The description cannot be read, or has no such frame.
+        RecordingError: A log cannot be read, or is not of this robot.
+        IdentificationError: The robot carried less than nothing.
+    """
+    tree = read_urdf(urdf)
+    _refuse_options(tree, gains, true_kg, method, gain_sd)
+    model = PayloadModel(tree, payload_frame)
+    progress("Reading the logs", 0.0)
+    logs = [_read(path, tree, chosen) for path, chosen in ((unloaded, rows_unloaded), (log, rows))]
+    samples_unloaded, samples = (_samples(one, path, gains) for one, path in zip(logs, (unloaded, log), strict=True))
+    progress("Identifying the empty robot", 0.0)
+    robot = robot_from_log(model, samples_unloaded)
+    refuse_negative_mass(model, robot, samples)
+    loaded = _Loaded(model, robot, samples_unloaded, samples)
+    estimate, masses = _follow(loaded, method, true_kg is not None, progress)
+    interval = mass_interval(estimate, gain_sd)
+    residuals = _residuals(loaded, estimate)
+    worse = np.max(residuals["loaded_with_payload"] / residuals["unloaded"])
+    return {
+        "payload": {"mass_kg": _digits(estimate.x[0]), "ci95_kg": _digits(interval), **_centre(estimate)},
+        "time_to_10pct_s": None if true_kg is None else _time_to_stay_within(FOUND * true_kg, masses, true_kg),
+        "duration_s": _digits(logs[1].t[-1] - logs[1].t[0]),
+        "samples": len(samples),
+        "outcome": judge(estimate, interval, float(worse)).value,
+        "method": method,
+        "payload_frame": payload_frame,
+        "true_kg": true_kg,
+        "gains_Nm_per_A": list(gains),
+        "gain_sd": gain_sd,
+        "rejected_share": _digits(estimate.rejected_share),
+        "joints": list(tree.joint_names),
+        "residual_rms_Nm": {name: _digits(rms) for name, rms in residuals.items()},
+        "log": _provenance(logs[1]),
+        "unloaded": _provenance(logs[0]),
+        "seed": seed,
+    }
+
+
+def _refuse_options(
+    tree: Tree, gains: Sequence[float], true_kg: float | None, method: MethodName, gain_sd: float
+) -> None:
+    names = ", ".join(tree.joint_names)
+    if len(gains) != len(tree.joints):
+        raise ConfigError(
+            f"--gains has {len(gains)} numbers; {tree.name} has {len(tree.joints)} joints ({names}) and needs one each "
+            "[N·m/A]."
+        )
+    for name, gain in zip(tree.joint_names, gains, strict=True):
+        if not np.isfinite(gain) or gain == 0.0:
+            raise ConfigError(f"--gains of joint '{name}' is {gain}; it must be finite and not zero [N·m/A].")
+    if true_kg is not None and not 0.0 < true_kg < np.inf:
+        raise ConfigError(f"--true-kg is {true_kg}; it must be a positive mass in kg. Leave it out if it is not known.")
+    if not 0.0 <= gain_sd < 1.0:
+        raise ConfigError(f"--gain-sd is {gain_sd}; allowed: a share from 0 to below 1, for instance 0.05 for 5 %.")
+    if method not in METHODS:
+        raise ConfigError(
+            f"--method {method} is for arms: a payload has no table and lies in no cuffs. "
+            f"Choose {', '.join(METHODS[:-1])} or {METHODS[-1]}."
+        )
+
+
+def _read(path: Path, tree: Tree, rows: str | None) -> MotionLog:
+    log = read_log(path, len(tree.joints), rows)
+    refuse_other_robots(log, tree, path)
+    return log
+
+
+def _samples(log: MotionLog, path: Path, gains: Sequence[float]) -> list[Sample]:
+    samples = samples_of_log(log, np.array(gains))
+    if len(samples) < SAMPLES_MIN:
+        raise RecordingError(
+            f"{path}: {len(samples)} samples are left of rows {log.rows[0]}–{log.rows[1]} once the filter has settled; "
+            f"{SAMPLES_MIN} are needed. Record a longer motion or choose more rows."
+        )
+    return samples
+
+
+def _follow(
+    loaded: _Loaded, method: MethodName, watch_mass: bool, progress: Progress
+) -> tuple[Estimate, Float[np.ndarray, "look 2"]]:
+    """The last estimate; and time [s] and mass [kg] on the way, where they are watched."""
+    identifier = _method(loaded, method, progress)
+    looks, look_t = [], 0.0
+    period_s = OFFLINE_LOOK_PERIOD_S if getattr(identifier, "offline", False) else LOOK_PERIOD_S
+    last = loaded.samples[-1].t
+    for sample in loaded.samples:
+        identifier.update(sample)
+        if sample.t >= look_t:
+            look_t += period_s
+            progress("Identifying the payload", sample.t / last)
+            if watch_mass:
+                looks.append((sample.t, identifier.estimate().x[0]))
+    progress("Identifying the payload", 1.0)
+    estimate = identifier.estimate()
+    if not np.isfinite(estimate.x).all():
+        raise IdentificationError(f"{method} diverged: its parameters are no numbers any more. Use --method recursive.")
+    return estimate, np.array(looks).reshape(-1, 2)
+
+
+def _method(loaded: _Loaded, method: MethodName, progress: Progress) -> Method:
+    setting = payload_setting(loaded.model, loaded.robot, loaded.unloaded + loaded.samples)
+    text = "Rehearsing on the unloaded log"
+    progress(text, 0.0)
+    if method == "gradient":
+        return PayloadGradient(loaded.model, setting.mean, rehearsed_step(setting, loaded.unloaded))
+    return built(method, setting, rehearsed(method, setting, loaded.unloaded, lambda share: progress(text, share)))
+
+
+def _centre(estimate: Estimate) -> dict[str, list[float] | None]:
+    """Centre of mass in the payload's frame, and its standard deviation per axis."""
+    mass, com = estimate.x[0], estimate.x[1:4] / estimate.x[0]
+    if estimate.covariance is None:
+        return {"com_m": _digits(com), "com_sd_m": None}
+    derivative = np.column_stack([-com, np.eye(3)]) / mass
+    variance = np.einsum("ai,ij,aj->a", derivative, estimate.covariance[:4, :4], derivative)
+    return {"com_m": _digits(com), "com_sd_m": _digits(np.sqrt(variance))}
+
+
+def _time_to_stay_within(band_kg: float, masses: Float[np.ndarray, "look 2"], true_kg: float) -> float | None:
+    """Seconds of motion from which on the mass stays within the band to the end; None if it ends outside."""
+    outside = np.flatnonzero(~(np.abs(masses[:, 1] - true_kg) <= band_kg))
+    if outside.size == 0:
+        return 0.0
+    return None if outside[-1] == len(masses) - 1 else round(float(masses[outside[-1] + 1, 0]), 2)
+
+
+def _residuals(loaded: _Loaded, estimate: Estimate) -> dict[str, Float[np.ndarray, " joint"]]:
+    """Torque that is not explained, RMS per joint: without the payload it is what the payload weighs."""
+    without = estimate.x.copy()
+    without[PAYLOAD] = 0.0
+    runs = (
+        ("unloaded", loaded.unloaded, loaded.robot.x),
+        ("loaded_without_payload", loaded.samples, without),
+        ("loaded_with_payload", loaded.samples, estimate.x),
+    )
+    rms = {}
+    for name, samples, x in runs:
+        errors = np.array([sample.tau - loaded.model.linearise(sample, x)[0] for sample in samples])
+        rms[name] = np.sqrt(np.mean(errors**2, axis=0))
+    return rms
+
+
+def _provenance(log: MotionLog) -> dict[str, Any]:
+    return {"rows": list(log.rows), "skipped_rows": log.skipped}
+
+
+def _digits(value: Any) -> Any:
+    """Four decimals; None stays."""
+    if value is None:
+        return None
+    return np.round(np.asarray(value, dtype=float), 4).tolist()

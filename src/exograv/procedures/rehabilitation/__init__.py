@@ -1,0 +1,1 @@
+"""Procedures for weak arms: support level, assist as needed, teach, repeat and mirror."""

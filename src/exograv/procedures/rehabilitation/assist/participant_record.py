@@ -1,0 +1,129 @@
+"""What is kept of a participant's sessions: each block, each decision; the file that the next session begins from."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError
+
+from exograv.errors import ConfigError
+from exograv.model.description import validation_sentences
+from exograv.model.rig_settings import Settings
+from exograv.study.folder.study_folder import write_text_whole
+from exograv.task.assist_as_needed import AssistState, first_session, next_session
+from exograv.task.assist_protocol import AssistProtocol, LoadedAssist
+
+SIZE_MAX_BYTES = 20_000_000
+Percent = Annotated[float, Field(ge=0.0, le=100.0)]
+
+
+class Block(Settings):
+    """Attempts with one support, and what was decided after them."""
+
+    support_percent: Percent
+    reached: tuple[bool, ...]
+    sank: bool
+    code: str
+    """Of the sentence (`task.assist_as_needed.SENTENCES`)."""
+
+    gaps: dict[str, int | float]
+    """What fills it."""
+
+    after_percent: Percent
+    has_failed: bool
+
+
+class Session(Settings):
+    """One day."""
+
+    number: Annotated[int, Field(ge=1)]
+    protocol: AssistProtocol
+    protocol_sha256: str
+    began_percent: Percent
+    blocks: tuple[Block, ...] = ()
+    is_over: bool = False
+
+    @property
+    def state(self) -> AssistState:
+        """Where the person is after the last block."""
+        if not self.blocks:
+            return AssistState(self.began_percent, self.began_percent)
+        last = self.blocks[-1]
+        return AssistState(last.after_percent, self.began_percent, last.has_failed)
+
+
+class AssistFile(Settings):
+    """The whole file."""
+
+    schema_version: Literal[1] = 1
+    participant: str
+    options: dict[str, Any]
+    sessions: tuple[Session, ...] = ()
+
+    def with_session(self, session: Session) -> "AssistFile":
+        """The same with this session as it is now."""
+        others = tuple(one for one in self.sessions if one.number != session.number)
+        return self.model_copy(update={"sessions": (*others, session)})
+
+
+def opened(file: AssistFile, loaded: LoadedAssist, needed_percent: float | None, new_session: bool) -> Session:
+    """The session to be flown: the one that was broken off, or the next.
+
+    Raises:
+        ConfigError: It is broken off under another protocol, or more is told than a next session takes.
+    """
+    last, rule = file.sessions[-1] if file.sessions else None, loaded.settings.rule
+    fresh = {"protocol": loaded.settings, "protocol_sha256": loaded.sha256}
+    if last is None:
+        return Session(number=1, began_percent=first_session(rule, needed_percent).began_percent, **fresh)
+    if needed_percent is not None:
+        raise ConfigError(
+            f"--needed-percent is for the first session; {file.participant} has had {len(file.sessions)}, and the "
+            "next begins from the last. Leave it out."
+        )
+    if last.is_over or new_session:
+        begin = next_session(rule, last.state).state.began_percent
+        return Session(number=last.number + 1, began_percent=begin, **fresh)
+    if last.protocol_sha256 != loaded.sha256:
+        raise ConfigError(
+            f"Session {last.number} of {file.participant} was broken off under another protocol file "
+            f"('{last.protocol.name}'). Give the same file, or begin another session with --new-session."
+        )
+    return last
+
+
+def read_assist(path: Path, participant: str, options: dict[str, Any]) -> AssistFile:
+    """What there is of this participant; nothing yet where there is no file.
+
+    Raises:
+        ConfigError: It cannot be read, is damaged, or is of another participant or virtual person.
+    """
+    if not path.exists():
+        return AssistFile(participant=participant, options=options)
+    try:
+        if path.stat().st_size > SIZE_MAX_BYTES:
+            raise ConfigError(f"{path} has more than {SIZE_MAX_BYTES} bytes; it is no file of sessions.")
+        file = AssistFile.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be read: {error.strerror}. Check its permissions.") from error
+    except ValidationError as error:
+        raise ConfigError(
+            f"{path} is damaged: {validation_sentences(error)} Take it from a copy, or move it away to begin anew."
+        ) from error
+    if file.participant != participant:
+        raise ConfigError(f"{path} is of {file.participant}, not of {participant}. Give another --out.")
+    for name, value in options.items():
+        if file.options.get(name) != value:
+            raise ConfigError(
+                f"--{name} is {value}, and the sessions in {path} were flown with {file.options.get(name)}. Give the "
+                "same, or another --participant."
+            )
+    return file
+
+
+def write_assist(path: Path, file: AssistFile) -> None:
+    """At once or not at all.
+
+    Raises:
+        RecordingError: The folder cannot be written.
+    """
+    write_text_whole(path, file.model_dump_json(indent=1) + "\n")

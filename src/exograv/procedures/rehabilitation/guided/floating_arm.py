@@ -1,0 +1,87 @@
+"""An identified arm that floats, all of its weight carried, behind the guard: where teaching and repeating begin."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from exograv import motion
+from exograv.laboratory.preparation import Prepared
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, limits
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.mode_ramp import fade
+from exograv.loop.person_limits_manager import Worn
+from exograv.loop.pilot import Guide, Moment, Pilot, Progress
+from exograv.recording import RecordingWriter
+from exograv.rig.twin import Twin
+from exograv.safety.envelope import Envelope
+
+LOOK_S = 0.02
+"""Between two looks at whether something is over."""
+
+
+@dataclass
+class Flown:
+    """One person in one machine, and what control knows of both."""
+
+    twin: Twin
+    pilot: Pilot
+    controller: ArmController
+
+    def lead(self, guide: Guide, listener: Callable[[Moment], None]) -> None:
+        """From floating to being led: the control law's own feedback comes by a ramp, and the guide's pull in it."""
+        fade(self.pilot, self.controller, "drive", 1.0, self.pilot.q.copy(), guide, listener)
+
+    def float_again(self, guide: Guide, listener: Callable[[Moment], None]) -> None:
+        """From being led to floating."""
+        fade(self.pilot, self.controller, "drive", 0.0, self.pilot.q.copy(), guide, listener)
+
+    def run(
+        self,
+        seconds: float,
+        text: str,
+        listener: Callable[[Moment], None],
+        guide: Guide | None = None,
+        done: Callable[[], bool] = lambda: False,
+    ) -> bool:
+        """Fly so long, or until it is done; whether it was.
+
+        Raises:
+            RigError: The envelope stopped the run.
+        """
+        slice_s = LOOK_S
+        for _ in range(round(seconds / slice_s)):
+            held = motion.hold(self.pilot.q.copy(), slice_s, self.pilot.rig.period_s)
+            self.pilot.run(self.controller, held, text, listener, guide)
+            if done():
+                return True
+        return False
+
+    @property
+    def guard_record(self) -> dict[str, object]:
+        """What the guard did, for figures."""
+        stop = self.pilot.envelope.stop
+        return {
+            "stop": None if stop is None else stop.value,
+            "limited_ticks": self.pilot.envelope.clipped_ticks,
+            "ticks": len(self.pilot.tick_us),
+        }
+
+
+def flown(
+    laboratory: VirtualLaboratory, known: Prepared, seed: int, recording: RecordingWriter | None, progress: Progress
+) -> Flown:
+    """The arm floats from the first tick on; `seed` draws the run's noise."""
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=known.t)
+    envelope = Envelope(limits(laboratory.description), twin.period_s)
+    pilot = Pilot(twin, known.machine.actuators, envelope, recording, progress)
+    pilot.worn = Worn(envelope, known.assembly, known.machine, known.x)
+    pilot.worn.know(known.x)
+    return Flown(twin, pilot, ArmController(known.assembly, known.machine, known.x, twin.period_s))
+
+
+def rms_deg(errors: list[np.ndarray]) -> list[float]:
+    """Of each joint [°], from errors a tick [rad]."""
+    if not errors:
+        return []
+    return np.rad2deg(np.sqrt(np.mean(np.square(errors), axis=0))).round(3).tolist()

@@ -1,0 +1,142 @@
+"""Both arms in one machine: the sound one leads, floated, and the other is led along its mirror image."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.loop.pilot import Moment
+from exograv.model.description import ArmSide
+
+from .floating_arm import Flown
+from .grip import DROP_S, Led
+from .mirror_guide import MirrorGuide
+from .mirror_map import MirrorMap
+from .path_shaping import allowed_range
+from .pull import Strength
+from .repeat import SETTLE_S
+
+MIDDLE_M = 0.10
+"""Of the leading hand to the plane between the shoulders: nearer, and the hands would be at each other."""
+
+LOOK_TICKS = 20
+"""Between two looks at where the hands are."""
+
+
+@dataclass
+class Mirrored:
+    """What came of a session."""
+
+    state: Led = Led.FREE
+    pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """Largest torque of the pull a joint; none at the leading arm [N·m]."""
+    waited_s: float = 0.0
+    """For how long the hands were too near to each other to go on."""
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """For `--json`."""
+        return {
+            "outcome": self.state.value,
+            "waited_s": round(self.waited_s, 2),
+            "pull_max_Nm": self.pull_max.round(3).tolist(),
+        }
+
+
+def mirror(
+    flown: Flown,
+    lead: ArmSide,
+    seconds: float,
+    act: Callable[[], bool] = lambda: False,
+    watch: Callable[[MirrorGuide], None] = lambda _guide: None,
+) -> Mirrored:
+    """Let one arm follow the other for so long; both float afterwards, whatever happened.
+
+    Args:
+        flown: Both arms, floating.
+        lead: The arm that leads.
+        seconds: From when the other is taken hold of [s].
+        act: Called in every tick: whoever acts beside the machine; whether they want the arms let go.
+        watch: Called in every tick while one follows: whoever examines it.
+
+    Raises:
+        ConfigError: The machine has not two arms that are mirror images.
+        RigError: The envelope stopped the run.
+    """
+    return _Session(flown, lead, act, watch).mirror(seconds)
+
+
+class _Session:
+    """Both arms, whoever acts, and what came of it so far."""
+
+    def __init__(self, flown: Flown, lead: ArmSide, act: Callable[[], bool], watch: Callable[[MirrorGuide], None]):
+        self._flown, self._act, self._watch = flown, act, watch
+        self._lead: ArmSide = lead
+        assembly = flown.controller.assembly
+        self._which = MirrorMap.of(assembly.description, assembly.exo, lead)
+        self._strength = Strength.of(assembly.description)
+        self._limits = allowed_range(assembly.description, assembly.exo)
+        self._hands = _Hands(flown, lead)
+        self._done, self._wants_out = Mirrored(pull_max=np.zeros(len(flown.pilot.q))), False
+
+    def mirror(self, seconds: float) -> Mirrored:
+        flown, pilot, done = self._flown, self._flown.pilot, self._done
+        pilot.begin("float")
+        if flown.run(SETTLE_S, "Both arms float", self._acting, None, lambda: self._wants_out):
+            done.state = Led.RELEASED
+            return done
+        guide = MirrorGuide(self._which, self._strength, self._limits, pilot.q, pilot.rig.period_s)
+        listen = self._listener(guide)
+        pilot.begin("mirror")
+        flown.controller.let_lead(self._lead)
+        guide.lead()
+        flown.lead(guide, listen)
+        flown.run(seconds, "One arm follows the other", listen, guide, lambda: guide.has_let_go)
+        done.state = Led.ENDED if guide.state is Led.LED else guide.state
+        guide.let_go()
+        flown.run(2.0 * DROP_S, "Letting go", listen, guide)
+        pilot.begin("float")
+        flown.float_again(guide, self._acting)
+        flown.controller.let_lead(None)
+        return done
+
+    def _listener(self, guide: MirrorGuide) -> Callable[[Moment], None]:
+        done, period_s, ticks = self._done, self._flown.pilot.rig.period_s, itertools.count()
+
+        def listen(moment: Moment) -> None:
+            self._acting(moment)
+            if self._wants_out:
+                guide.let_go()
+            if next(ticks) % LOOK_TICKS == 0:
+                guide.waits = self._hands.to_middle(moment.q) < MIDDLE_M
+            done.waited_s += period_s * guide.waits
+            np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
+            self._watch(guide)
+
+        return listen
+
+    def _acting(self, _moment: Moment) -> None:
+        self._wants_out = self._act() or self._wants_out
+
+
+class _Hands:
+    """Where the leading hand is, by control's model."""
+
+    def __init__(self, flown: Flown, lead: ArmSide):
+        self._controller = flown.controller
+        limbs = flown.controller.assembly.arm.limbs
+        self._is_first = limbs[0].side == lead
+
+    def to_middle(self, q: Float[np.ndarray, " joint"]) -> float:
+        """From fingertip or wrist, whichever is nearer, to the plane between the shoulders; negative beyond [m]."""
+        # From the first arm's fingertip over both shoulders to the other's (`skeleton_function`).
+        points = np.array(self._controller.skeleton(q)[1])
+        if not self._is_first:
+            points = points[::-1]
+        half = len(points) // 2
+        own, other = points[half - 1], points[half]
+        across = (own - other) / np.linalg.norm(own - other)
+        return float(((points[:2] - 0.5 * (own + other)) @ across).min())

@@ -1,0 +1,161 @@
+"""A taught path, repeated: the arm is led to its beginning and along it, so often, unless its owner wants otherwise."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from exograv import motion
+from exograv.loop.pilot import Moment
+from exograv.motion import Trajectory
+
+from .floating_arm import Flown, rms_deg
+from .grip import DROP_S, GRIP_S, Led
+from .path_guide import Anchor, PathGuide
+from .pull import Strength
+
+APPROACH_RAD_S = 0.4
+"""On the way to where the path begins, and back from its end."""
+
+PATIENCE_S = 60.0
+"""Beyond the time that a way takes: who holds against it for longer in all is let go."""
+
+REST_S = 1.0
+"""At the end of a path, before it is judged or repeated."""
+
+
+SETTLE_S = 3.0
+"""In which an arm that has just been let go comes to rest where its own joints like it."""
+
+
+@dataclass
+class Repeated:
+    """What came of a session."""
+
+    repetitions: int = 0
+    """That were led to their end."""
+    state: Led = Led.FREE
+    waited_s: float = 0.0
+    pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """Largest torque of the pull a joint [N·m]."""
+    v_max: float = 0.0
+    """Largest speed of a joint while the arm was held or led, by the observer [rad/s]."""
+    errors: list[np.ndarray] = field(default_factory=list)
+    """From the path while it was repeated, by the machine's encoders, a tick [rad]."""
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """For `--json`."""
+        return {
+            "repetitions": self.repetitions,
+            "outcome": self.state.value,
+            "tracking_rms_deg": rms_deg(self.errors),
+            "waited_s": round(self.waited_s, 2),
+            "pull_max_Nm": self.pull_max.round(3).tolist(),
+            "v_max_rad_s": round(self.v_max, 2),
+        }
+
+
+def repeat(
+    flown: Flown,
+    path: Trajectory,
+    speed: float,
+    repetitions: int,
+    act: Callable[[], bool] = lambda: False,
+    watch: Callable[[PathGuide], None] = lambda _guide: None,
+) -> Repeated:
+    """Lead the floating arm to the path and along it, `repetitions` times; it floats afterwards, whatever happened.
+
+    Args:
+        flown: The arm, floating.
+        path: As fast as it may be driven.
+        speed: Share of its own speed, 0.1 to 1.
+        repetitions: At least 1.
+        act: Called in every tick: whoever acts beside the machine; whether they want the arm let go.
+        watch: Called in every tick on a way: whoever examines it.
+
+    Raises:
+        RigError: The envelope stopped the run.
+    """
+    return _Session(flown, act, watch).repeat(path, speed, repetitions)
+
+
+class _Session:
+    """Whoever acts, and what came of it so far."""
+
+    def __init__(self, flown: Flown, act: Callable[[], bool], watch: Callable[[PathGuide], None]):
+        self._flown, self._act, self._watch = flown, act, watch
+        self._strength = Strength.of(flown.controller.assembly.description)
+        self._done, self._wants_out = Repeated(pull_max=np.zeros(len(flown.pilot.q))), False
+
+    def repeat(self, path: Trajectory, speed: float, repetitions: int) -> Repeated:
+        flown, pilot, done = self._flown, self._flown.pilot, self._done
+        pilot.begin("float")
+        if flown.run(SETTLE_S, "The arm floats", self._acting, None, lambda: self._wants_out):
+            done.state = Led.RELEASED
+            return done
+        guide = self._taken_hold_of()
+        for number in range(repetitions):
+            pilot.begin("go to the path")
+            # From where the arm should be, not from where it is: what pulls goes on without a step.
+            way = motion.go_to(guide.target, path.q[0], APPROACH_RAD_S, pilot.rig.period_s)
+            guide = self._along(way, 1.0, guide.grip, counts=False)
+            if guide.state is Led.ARRIVED:
+                pilot.begin(f"repeat {number + 1}")
+                guide = self._along(path, speed, guide.grip, counts=True)
+            if guide.state is not Led.ARRIVED:
+                break
+            done.repetitions += 1
+        # Whoever did not arrive in time is let go too.
+        done.state = Led.ENDED if guide.state is Led.LED else guide.state
+        guide.let_go()
+        flown.run(2.0 * DROP_S, "Letting go", self._acting, guide)
+        pilot.begin("float")
+        flown.float_again(guide, self._acting)
+        return done
+
+    def _taken_hold_of(self) -> PathGuide:
+        """The arm where it is held now: a path of one place."""
+        pilot, strength = self._flown.pilot, self._strength
+        dt = pilot.rig.period_s
+        pilot.begin("take the arm along")
+        anchor = Anchor(pilot.q, strength, dt)
+
+        def listen(moment: Moment) -> None:
+            self._acting(moment)
+            if self._wants_out:
+                anchor.let_go()
+
+        self._flown.lead(anchor, listen)
+        self._flown.run(GRIP_S, "Taking hold", listen, anchor, lambda: self._wants_out)
+        return PathGuide(motion.hold(anchor.target, 2.0 * dt, dt), strength, 1.0, anchor.grip)
+
+    def _along(self, way: Trajectory, speed: float, grip: float, counts: bool) -> PathGuide:
+        """Along one way to its end, or until the arm is let go; `counts` if errors do."""
+        guide, done = PathGuide(way, self._strength, speed, grip), self._done
+        guide.lead()
+        if self._wants_out:
+            guide.let_go()
+
+        def listen(moment: Moment) -> None:
+            self._acting(moment)
+            if self._wants_out:
+                guide.let_go()
+            self._watch(guide)
+            np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
+            done.v_max = max(done.v_max, float(np.abs(moment.v).max()))
+            if counts and guide.state is Led.LED:
+                done.errors.append(guide.target - moment.q)
+
+        text = "Repeating the path" if counts else "Going to where the path begins"
+        self._flown.run(
+            way.seconds / speed + PATIENCE_S, text, listen, guide, lambda: guide.has_let_go or guide.has_arrived
+        )
+        if guide.has_arrived:
+            self._flown.run(REST_S, text, listen, guide, lambda: guide.has_let_go)
+        done.waited_s += guide.waited_s
+        return guide
+
+    def _acting(self, _moment: Moment) -> None:
+        self._wants_out = self._act() or self._wants_out

@@ -1,0 +1,41 @@
+"""A floating arm is led once by hand, and where it went is kept."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from exograv.loop.pilot import Moment
+
+from .floating_arm import Flown
+from .path_shaping import Shaped, shaped
+
+SAMPLE_S = 0.01
+"""Between two postures that are taken down."""
+
+
+def teach(flown: Flown, seconds: float, act: Callable[[], object] = lambda: None) -> Shaped:
+    """Let the arm float for so long while a therapist leads it; the path that it took.
+
+    Args:
+        flown: The arm, floating.
+        seconds: For the therapist [s].
+        act: Called in every tick: whoever acts beside the machine.
+
+    Raises:
+        ConfigError: The path is none, or leaves what machine and person allow.
+        RigError: The envelope stopped the run.
+    """
+    dt = flown.pilot.rig.period_s
+    every, rows, ticks = round(SAMPLE_S / dt), [], 0
+    flown.pilot.begin("teach")
+
+    def listen(moment: Moment) -> None:
+        nonlocal ticks
+        act()
+        if ticks % every == 0:
+            rows.append(moment.q.copy())
+        ticks += 1
+
+    flown.run(seconds, "The arm floats; lead it", listen)
+    assembly = flown.controller.assembly
+    return shaped(np.array(rows), every * dt, assembly.description, assembly.exo)

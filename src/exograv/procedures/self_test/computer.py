@@ -1,0 +1,110 @@
+"""The computer's part of the self-test: disk, clock, recorder, and how punctual the loop is."""
+
+import os
+import signal
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from exograv.live.doctor_loop import loop_test
+from exograv.loop.pilot import Progress
+from exograv.recording import read_recording
+from exograv.recording.disk import refuse_small_disk
+from exograv.recording.encoding import tick_dtype
+from exograv.runtime.clock.fitness import SELF_TEST_S, WOKEN_SHARE_MIN, WOKEN_WITHIN_NS
+from exograv.runtime.recorder.recorder import Recorder
+from exograv.storage.self_test_step import Step, within
+
+TRIAL_S = 3600.0
+"""There must be room for twice of it: a session [s]."""
+
+READINGS = 10_000
+KILL_TICKS = 200  # before and after the recorder is killed
+RESTART_MAX_S = 5.0  # docs/safety.md, F18
+LOOK_S = 0.02
+
+
+def disk(folder: Path, joints: int) -> list[Step]:
+    """Room for twice a session."""
+    refuse_small_disk(folder / "session.mcap", joints, TRIAL_S)
+    return [Step("disk", True, "room for twice a session", f"2 × {TRIAL_S:g} s")]
+
+
+def clock() -> list[Step]:
+    """The clock that the loop runs on never goes back."""
+    info = time.get_clock_info("monotonic")
+    readings = np.array([time.monotonic_ns() for _ in range(READINGS)])
+    back = float(-np.diff(readings).min(initial=0))
+    wrong = "The computer's monotonic clock goes back, or can be set: use another computer."
+    if not info.monotonic or info.adjustable:
+        return [Step("clock is monotonic", False, info.implementation, "monotonic", "", wrong)]
+    return [within("clock goes back", max(back, 0.0), 0.0, "ns", wrong)]
+
+
+def recorder(folder: Path, joints: Sequence[str]) -> list[Step]:
+    """The recorder is killed in the middle: another one goes on, and nothing is lost.
+
+    Raises:
+        RecordingError: It cannot even begin.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        path = Path(place) / "self_test.mcap"
+        with Recorder(path, joints, {"command": "self-test"}, 1.0) as writer:
+            ring, row = writer.inlet.ticks(), np.zeros((), tick_dtype(len(joints)))
+            row["cdr_header"] = (0, 1, 0, 0)
+            try:
+                _put(ring, row, 0)
+                os.kill(writer.pid, signal.SIGKILL)
+                killed = time.monotonic()
+                _put(ring, row, KILL_TICKS)
+                while writer.check().acknowledged < 2 * KILL_TICKS and time.monotonic() - killed < RESTART_MAX_S:
+                    time.sleep(LOOK_S)
+                took_s = time.monotonic() - killed
+                report = writer.finish()
+            finally:
+                ring.close()
+        kept = len(read_recording(path).ticks["t"])
+    lost = (
+        "The recorder loses what it was given when it is killed: look at the disk of --out, then install exograv again."
+    )
+    slow = "A killed recorder is replaced too slowly: the computer or its disk is too slow, or too busy."
+    return [
+        within(
+            "ticks lost when the recorder is killed",
+            float(2 * KILL_TICKS - min(kept, report.acknowledged)),
+            0.0,
+            "",
+            lost,
+        ),
+        within("recorder is back after", took_s, RESTART_MAX_S, "s", slow),
+    ]
+
+
+def _put(ring, row: np.ndarray, first: int) -> None:
+    for k in range(first, first + KILL_TICKS):
+        row["t"], row["sequence"] = 1e-3 * k, k
+        ring.put(row)
+
+
+def timing(progress: Progress) -> list[Step]:
+    """Ten seconds of the loop with real-time rights; what it lacks locks a real machine, and says nothing of it."""
+    found = loop_test(2.0 * SELF_TEST_S, progress)
+    row = found["rows"][1]
+    share = row["woken_share"]
+    reasons = " ".join([*found["reasons"], *found["prepare"]])
+    may = bool(found["may_drive_worn"])
+    return [
+        Step(
+            f"ticks within {WOKEN_WITHIN_NS // 1000} µs, for {SELF_TEST_S:g} s",
+            may,
+            f"{100 * share:.2f} %, {row['missed']} missed",
+            f"{100 * WOKEN_SHARE_MIN:g} %, 0 missed",
+            "",
+            "" if may else f"This computer may not drive a worn machine. {reasons}",
+            locks_only=True,
+        )
+    ]

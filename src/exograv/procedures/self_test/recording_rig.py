@@ -1,0 +1,137 @@
+"""Between computer and machine: keeps what passes, and can hold commands back as a dead computer would."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import TracebackType
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.rig import Rig
+from exograv.rig.drive_status import DriveStatus
+from exograv.rig.drives.opening import DrivenRig
+from exograv.signals import Command, JointState
+
+Rows = Float[np.ndarray, "tick joint"]
+
+
+@dataclass(frozen=True)
+class Passed:
+    """What passed, tick by tick."""
+
+    t: Float[np.ndarray, " tick"]
+    """Of the command on the rig's clock [s]."""
+
+    age: Float[np.ndarray, " tick"]
+    """Of the measurement when it was read [s]."""
+
+    sequence: Float[np.ndarray, " tick"]
+    q: Rows
+    """[rad]"""
+
+    q_motor: Rows | None
+    """[rad]"""
+
+    current: Rows
+    """Measured [A]."""
+
+    tau_commanded: Rows
+    """[N·m]"""
+
+
+class Tap:
+    """A `Rig` in front of another."""
+
+    def __init__(self, rig: Rig):
+        self._rig = rig
+        self._rows: list[tuple[Command, JointState]] = []
+        self._state: JointState | None = None
+        self._last: Command | None = None
+        self.is_silent = False
+        """Whether the machine hears nothing new: only the last command, again and again, which expires."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Of the machine."""
+        return self._rig.joints
+
+    @property
+    def period_s(self) -> float:
+        """Of the machine [s]."""
+        return self._rig.period_s
+
+    @property
+    def t(self) -> float:
+        """The machine's clock [s]."""
+        return self._rig.t
+
+    @property
+    def ticks(self) -> int:
+        """So many have passed."""
+        return len(self._rows)
+
+    @property
+    def last_valid_until(self) -> float:
+        """Of the last command that the machine was given [s]."""
+        return -np.inf if self._last is None else self._last.valid_until
+
+    def read(self) -> JointState:
+        """What the machine says."""
+        self._state = self._rig.read()
+        return self._state
+
+    def write(self, command: Command) -> None:
+        """Hand on, or hold back; either is kept."""
+        if not self.is_silent or self._last is None:
+            self._last = command
+        if self._state is not None:
+            self._rows.append((command, self._state))
+        self._rig.write(self._last)
+
+    def passed(self, start: int, end: int | None = None) -> Passed:
+        """Of the ticks from `start` on."""
+        rows = self._rows[start:end]
+        commands, states = [command for command, _ in rows], [state for _, state in rows]
+        motors = [state.q_motor for state in states if state.q_motor is not None]
+        t = np.array([command.t for command in commands])
+        return Passed(
+            t=t,
+            age=t - np.array([state.t for state in states]),
+            sequence=np.array([float(state.sequence) for state in states]),
+            q=_stacked([state.q for state in states]),
+            q_motor=_stacked(motors) if len(motors) == len(states) else None,
+            current=_stacked([state.current for state in states]),
+            tau_commanded=_stacked([command.tau for command in commands]),
+        )
+
+    def __enter__(self) -> "Tap":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """The machine's owner lets go of it."""
+
+
+class PoweredTap(Tap):
+    """In front of a machine whose drives have to be switched on."""
+
+    def __init__(self, rig: DrivenRig):
+        super().__init__(rig)
+        self._powered = rig
+
+    def enable(self) -> None:
+        """As the machine."""
+        self._powered.enable()
+
+    def disable(self) -> None:
+        """As the machine."""
+        self._powered.disable()
+
+    def status(self) -> tuple[DriveStatus, ...]:
+        """As the machine."""
+        return self._powered.status()
+
+
+def _stacked(rows: Sequence[np.ndarray]) -> Rows:
+    return np.array(rows, dtype=float)

@@ -1,0 +1,159 @@
+"""Does the arm weigh what the table says of the person on the form?
+
+Every body mass foretells an arm, with the table's spread. The motion says how probable it is under each: under the mass
+on the form, under that mass with kilograms and pounds mixed up, and under anybody's. The most probable wins.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.special import softmax
+
+from exograv.dynamics.parameters import Layout, Parameters
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
+from exograv.identification.core.interface import Sample
+from exograv.identification.core.prior import disturbance_sd, prior
+from exograv.identification.core.square_root import square_root
+
+from .motion_samples import SAMPLE_S
+from .slow_torque import Belief, Information, Rows, believed, told
+
+POUNDS_PER_KG = 2.2046
+SHARES = {"form": 1.0, "pounds": 1.0 / POUNDS_PER_KG, "kilograms": POUNDS_PER_KG}
+"""What a body mass truly is if so much of the one on the form: right, typed in pounds, turned into kilograms twice."""
+PEOPLE_KG, PEOPLE_LOG_SD = 75.0, 0.2  # adults' body mass, of either sex
+SOMEBODY_ELSE = 0.01
+"""Probability of another person's form against that of the right one. A false alarm costs a second look at the form; a
+form of somebody else is rare, and identification will find the arm anyhow. Mixed-up units are as rare, but the arm
+would be lifted with twice its weight or half: that is a hundred times worse, so it counts as much as the form."""
+
+KG = np.geomspace(25.0, 250.0, 47)
+"""Body masses that are held against the arm [kg]."""
+
+STEPS = 2  # of Gauss-Newton
+
+SURE = 0.99
+"""Probability of the winner from which on more motion is not worth while [-]."""
+
+
+@dataclass(frozen=True)
+class ArmCheck:
+    """What the arm weighs, and whether that fits the form."""
+
+    arm_mass: float
+    """[kg]"""
+
+    sd: float
+    """Standard deviation [kg]."""
+
+    like_kg: float
+    """Body mass that such an arm fits best [kg]."""
+
+    refused: bool
+    why: str
+    """A sentence for the operator."""
+
+    probability: float
+    """Of what `why` says against the other explanations [-]."""
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether more motion would hardly change the verdict."""
+        return self.probability >= SURE
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """The 95 % interval of the arm's mass [kg]."""
+        return self.arm_mass - 1.96 * self.sd, self.arm_mass + 1.96 * self.sd
+
+
+class ArmJudge:
+    """Holds a motion against the table."""
+
+    def __init__(self, model: ArmModel):
+        self._model, assembly, machine = model.again(), model.assembly, model.machine
+        self._layout = Layout.of(assembly)
+        self._mean, covariance = prior(assembly, machine)
+        phi = self._layout.phi
+        bodies = square_root(covariance[phi, phi])
+        rest = covariance.copy()
+        rest[phi, phi] = 0.0
+        others = square_root(rest)
+        # The arm's own unknowns first: they alone depend on the body's mass.
+        self._bodies = bodies.shape[1]
+        self._spread = np.hstack([np.vstack([bodies, np.zeros((len(self._mean) - phi.stop, self._bodies))]), others])
+        self._sd = disturbance_sd(assembly.description.places)
+        self._field = Discrepancy(machine.residual_sd, POSTURE_LENGTH_RAD, FEATURES)
+        self._unknowns = self._spread.shape[1] + self._field.count
+        # The table's arm in these unknowns: so far is an arm without mass from it, the other way.
+        self._table, *_ = np.linalg.lstsq(bodies, self._mean[phi], rcond=None)
+
+    def judge(self, motions: Sequence[Sequence[Sample]], body_mass_kg: float) -> ArmCheck:
+        """What motions, with pauses between them, say of the arm, and of the body mass on the form [kg]."""
+        x, expected = self._mean, None
+        information: list[Information] = []
+        for _ in range(STEPS):
+            information = told([self._rows(samples, x) for samples in motions], self._sd, expected)
+            expected = self._belief(information, 1.0).mean
+            x = self._mean + self._spread @ np.clip(expected[: self._spread.shape[1]], -2.0, 2.0)
+        evidence = np.array([self._belief(information, kg / body_mass_kg).log_evidence for kg in KG])
+        like_kg = float(KG[int(np.argmax(evidence))])
+        hypotheses = self._hypotheses(information, evidence, body_mass_kg)
+        winner = max(hypotheses, key=lambda name: hypotheses[name])
+        share = SHARES.get(winner, like_kg / body_mass_kg)
+        mass, sd = self._mass(self._belief(information, share))
+        why, probability = _sentence(winner, like_kg, body_mass_kg), float(softmax(list(hypotheses.values())).max())
+        return ArmCheck(mass, sd, like_kg, winner != "form", why, probability)
+
+    def _hypotheses(
+        self, information: Sequence[Information], evidence: Float[np.ndarray, " kg"], body_mass_kg: float
+    ) -> dict[str, float]:
+        """Logarithm of each one's probability, up to a constant."""
+        people = np.exp(-0.5 * (np.log(KG / PEOPLE_KG) / PEOPLE_LOG_SD) ** 2)
+        anybody = evidence.max() + np.log(np.exp(evidence - evidence.max()) @ people / people.sum())
+        found = {name: self._belief(information, share).log_evidence for name, share in SHARES.items()}
+        return {**found, "somebody else": float(anybody + np.log(SOMEBODY_ELSE))}
+
+    def _belief(self, information: Sequence[Information], share: float) -> Belief:
+        """Of the arm of a person of `share` times the mass on the form; the table's spread is a share too."""
+        mean, variance = np.zeros(self._unknowns), np.ones(self._unknowns)
+        mean[: self._bodies] = (share - 1.0) * self._table
+        variance[: self._bodies] = share**2
+        return believed(information, mean, variance)
+
+    def _mass(self, belief: Belief) -> tuple[float, float]:
+        """Of the first arm, and its standard deviation [kg]."""
+        segments = len(self._layout.bodies) // self._layout.arms
+        masses = np.zeros(len(self._mean))
+        masses[[body.start for body in self._layout.bodies[:segments]]] = 1.0
+        known = slice(0, self._spread.shape[1])
+        row = masses @ self._spread
+        return (
+            float(masses @ self._mean + row @ belief.mean[known]),
+            float(np.sqrt(row @ belief.covariance[known, known] @ row)),
+        )
+
+    def _rows(self, samples: Sequence[Sample], x: Parameters) -> Rows:
+        self._model.restart()
+        machine, rows = self._model.machine, []
+        repeats = np.maximum(machine.correlation_s / SAMPLE_S, 1.0)
+        for sample in samples:
+            tau, derivative = self._model.linearise(sample, x)
+            noise = np.hypot(machine.residual_sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
+            y = sample.tau - tau + derivative @ (x - self._mean)
+            rows.append((np.hstack([derivative @ self._spread, self._field.errors(sample.q, sample.v)]), y, noise))
+        H, y, noise = (np.array(column) for column in zip(*rows, strict=True))
+        return Rows(np.array([sample.t for sample in samples]), H, y, noise)
+
+
+def _sentence(winner: str, like_kg: float, typed_kg: float) -> str:
+    weighs = f"The arm weighs as that of a person of {like_kg:.0f} kg, not {typed_kg:.0f} kg"
+    return {
+        "form": f"The arm may be that of a person of {typed_kg:.0f} kg, as the form says; best fits {like_kg:.0f} kg.",
+        "pounds": f"{weighs}: were pounds typed for kilograms? Check body mass.",
+        "kilograms": f"{weighs}: was a body mass in kilograms turned into kilograms once more? Check body mass.",
+        "somebody else": f"{weighs}: is this another person's form? Check name and body mass.",
+    }[winner]

@@ -1,0 +1,133 @@
+"""What a motion says about unknowns while a restless wearer adds a slow torque: all of it at once, in closed form.
+
+Each joint's torque is y = H ξ + b + noise with unknowns ξ and an Ornstein–Uhlenbeck disturbance b. The size of b is not
+known: several are assumed, and the data weigh them. The same as `identification.square_root`, as a batch: for some ten
+seconds it is quicker, and what a motion says can be held against any prior.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import solve_triangular
+
+from exograv.identification.core.square_root import GATE
+from exograv.identification.recursive.recursive import USUAL_SCALES as SCALES
+
+CORRELATION_S = 3.0  # of the slow torque; people: 1-5 s (docs/arm.md)
+
+Vector = Float[np.ndarray, " unknown"]
+Matrix = Float[np.ndarray, "unknown unknown"]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A motion's samples, linear in the unknowns."""
+
+    t: Float[np.ndarray, " sample"]
+    """[s]"""
+
+    H: Float[np.ndarray, "sample joint unknown"]
+    """Derivative of the torque by the unknowns [N·m]."""
+
+    y: Float[np.ndarray, "sample joint"]
+    """Torque beyond what is expected at ξ = 0 [N·m]."""
+
+    noise: Float[np.ndarray, "sample joint"]
+    """Standard deviation of white noise [N·m]."""
+
+
+@dataclass(frozen=True)
+class Information:
+    """Logarithm of a likelihood: constant + vectorᵀ ξ − ½ ξᵀ matrix ξ."""
+
+    matrix: Matrix
+    vector: Vector
+    constant: float
+
+    def __add__(self, other: "Information") -> "Information":
+        return Information(self.matrix + other.matrix, self.vector + other.vector, self.constant + other.constant)
+
+
+@dataclass(frozen=True)
+class Belief:
+    """Unknowns after the data, ξ ~ N(mean, covariance)."""
+
+    mean: Vector
+    covariance: Matrix
+    log_evidence: float
+    """Logarithm of the data's probability under the prior."""
+
+
+def told(
+    motions: Sequence[Rows],
+    usual_sd: Float[np.ndarray, " joint"],
+    expected: Vector | None = None,
+    correlation_s: float = CORRELATION_S,
+) -> list[Information]:
+    """What separate motions say, for each assumed size of the slow torque.
+
+    Args:
+        motions: One after another, with pauses in which the slow torque becomes another one.
+        usual_sd: Its usual size per joint; multiples of it are assumed [N·m].
+        expected: Unknowns as known by now: samples that surprise there by more than `GATE` standard deviations get so
+            much more noise that they do not (Huber).
+        correlation_s: Of the slow torque [s].
+    """
+    joints = range(len(usual_sd))
+    each = (
+        [_of_joint(rows, j, scale * usual_sd[j], correlation_s, expected) for rows in motions for j in joints]
+        for scale in SCALES
+    )
+    return [reduce(add, parts) for parts in each]
+
+
+def _of_joint(rows: Rows, j: int, sd: float, correlation_s: float, expected: Vector | None) -> Information:
+    slow = sd**2 * np.exp(-np.abs(rows.t[:, None] - rows.t) / correlation_s)
+    noise, H, y = rows.noise[:, j], rows.H[:, j], rows.y[:, j]
+    root = np.linalg.cholesky(slow + np.diag(noise**2))
+    if expected is not None:
+        # Each whitened sample is what the ones before did not foretell.
+        surprise = solve_triangular(root, y - H @ expected, lower=True)
+        beyond = np.maximum((surprise / GATE) ** 2 - 1.0, 0.0) * np.diag(root) ** 2
+        root = np.linalg.cholesky(slow + np.diag(noise**2 + beyond))
+    white = solve_triangular(root, np.column_stack([H, y]), lower=True)
+    H, y = white[:, :-1], white[:, -1]
+    constant = -0.5 * float(y @ y) - float(np.log(np.diag(root)).sum())
+    return Information(H.T @ H, H.T @ y, constant)
+
+
+def believed(information: Sequence[Information], mean: Vector, variance: Vector, considered: int = 0) -> Belief:
+    """Data and a prior N(mean, diag(variance)) together, over all assumed sizes, which are alike beforehand.
+
+    The last `considered` unknowns are not learned (Schmidt): they stay at their mean, and what they could have done to
+    the others widens their covariance. That is for what a model says wrongly, and would learn nonsense from.
+    """
+    each = [_with_prior(one, mean, variance, considered) for one in information]
+    logs = np.array([one.log_evidence for one in each])
+    weights = np.exp(logs - logs.max())
+    total = logs.max() + float(np.log(weights.mean()))
+    weights /= weights.sum()
+    middle = weights @ np.array([one.mean for one in each])
+    off = np.array([one.mean for one in each]) - middle
+    covariance = np.tensordot(weights, np.array([one.covariance for one in each]), axes=1)
+    return Belief(middle, covariance + (off.T * weights) @ off, total)
+
+
+def _with_prior(data: Information, mean: Vector, variance: Vector, considered: int) -> Belief:
+    count = len(mean)
+    learned, others = slice(0, count - considered), slice(count - considered, count)
+    precision, start = 1.0 / variance[learned], mean[learned]
+    vector = data.vector[learned] - data.matrix[learned, others] @ mean[others]
+    root = np.linalg.cholesky(data.matrix[learned, learned] + np.diag(precision))
+    half = solve_triangular(root, vector + start * precision, lower=True)
+    inverse = solve_triangular(root, np.eye(len(start)), lower=True)
+    log_evidence = data.constant - 0.5 * float(np.log(variance[learned]).sum()) - float(np.log(np.diag(root)).sum())
+    log_evidence += 0.5 * float(half @ half) - 0.5 * float(start @ (start * precision))
+    moved = inverse.T @ (inverse @ data.matrix[learned, others]) * np.sqrt(variance[others])
+    whole = np.diag(variance)
+    whole[learned, learned] = inverse.T @ inverse + moved @ moved.T
+    return Belief(np.concatenate([inverse.T @ half, mean[others]]), whole, log_evidence)

@@ -1,0 +1,103 @@
+"""Where to move a weight so that it tells most: to and fro faster than a restless wearer's torque changes.
+
+A wearer who should be relaxed adds a slow torque, of seconds; what the weight asks every second or two, up and down, it
+hardly imitates. So not the longest lever counts but the largest change of torque at a quick pace. The weight's own
+inertia tells less than gravity: it swings in the soft cuffs.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv import motion
+from exograv.dynamics import parameters
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.prior import disturbance_sd
+from exograv.motion import Trajectory
+
+from .slow_torque import CORRELATION_S
+
+Joints = Float[np.ndarray, " joint"]
+
+MODEL_ERROR_NM = 0.1  # between two postures: more time does not help against it, a larger change of torque does
+PERIOD_MIN_S = 3.0  # of a sine: in a quicker one a weight would swing in the cuffs
+LISTEN_S = 30.0
+EASE_S = 1.0  # from rest to the sine's pace
+
+
+@dataclass(frozen=True)
+class Way:
+    """From one posture to another and back."""
+
+    low: Joints
+    """[rad]"""
+
+    high: Joints
+    """[rad]"""
+
+    speed: float
+    """Largest of a joint [rad/s]."""
+
+    @property
+    def period_s(self) -> float:
+        """There and back [s]."""
+        return _period(self.low, self.high, self.speed)
+
+    def trajectory(self, seconds: float, dt: float) -> Trajectory:
+        """From `low` to and fro as a sine, as often as fits into `seconds`, once at least; it ends at `low`.
+
+        A sine: what has harmonics makes a weight swing in the soft cuffs, and stands still for longer at its ends.
+        """
+        period = self.period_s
+        whole = max(1, round((seconds - EASE_S) / period)) * period
+        centre, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
+        still = np.zeros_like(half)
+        path = motion.fourier(centre, still[None], -half[None], period, whole + EASE_S / 2, dt)
+        return motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)
+
+
+def _period(start: Joints, goal: Joints, speed: float) -> float:
+    """Of a sine between two postures with this largest speed [s]."""
+    return max(PERIOD_MIN_S, np.pi * float(np.abs(goal - start).max()) / speed)
+
+
+def telling_way(
+    model: ArmModel,
+    x: parameters.Parameters,
+    added: Float[np.ndarray, " phi"],
+    speed: float,
+    postures: Float[np.ndarray, "posture joint"],
+) -> Way:
+    """The way along which what is `added` to the arm tells most of itself.
+
+    Signal over noise: the change of torque between two postures, squared, over the slow torque's power at the pace of
+    the way between them and the model's own error, summed over the joints.
+
+    Args:
+        model: Of this arm in its machine.
+        x: The arm as known.
+        added: What is to be found, as a change of the arm's inertial parameters.
+        speed: Largest of a joint [rad/s].
+        postures: Two at least, every pair of which is a way [rad].
+    """
+    phi = parameters.Layout.of(model.assembly).phi
+    loaded = x.copy()
+    loaded[phi] += added
+    asked = np.array([model.at_rest(q, loaded)[1][:, phi] @ added for q in postures])
+    pairs = list(itertools.combinations(range(len(postures)), 2))
+    omega = np.array([2.0 * np.pi / _period(postures[i], postures[j], speed) for i, j in pairs])
+    changes = [asked[i] - asked[j] for i, j in pairs]
+    told = [
+        float(np.sum(d**2 / (_slow_power(model, w) + MODEL_ERROR_NM**2))) for d, w in zip(changes, omega, strict=True)
+    ]
+    # It begins where less is asked.
+    low, high = sorted(pairs[int(np.argmax(told))], key=lambda i: float(np.abs(asked[i]).sum()))
+    return Way(postures[low], postures[high], speed)
+
+
+def _slow_power(model: ArmModel, omega: float) -> Joints:
+    """Of a wearer's slow torque in the amplitude of an angular frequency, after `LISTEN_S` (joint,) [N²·m²]."""
+    sd = disturbance_sd(model.assembly.description.places)
+    return 4.0 * sd**2 * CORRELATION_S / (1.0 + (omega * CORRELATION_S) ** 2) / LISTEN_S

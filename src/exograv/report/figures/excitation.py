@@ -1,0 +1,56 @@
+"""The motion that identifies the arm: one period, each joint within its range."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.figure import Figure
+
+from exograv.errors import RecordingError
+from exograv.report.style.figure_style import PALE, house_style, joint_colours, joint_label
+
+
+def draw(
+    joints: tuple[str, ...], q: Float[np.ndarray, "tick joint"], dt: float, limits_deg: tuple[list[float], list[float]]
+) -> Figure:
+    """One panel a joint, the allowed range behind it.
+
+    Args:
+        joints: Names.
+        q: One period [rad].
+        dt: Between its rows [s].
+        limits_deg: Lower and upper end of each joint's range.
+    """
+    figure = Figure(figsize=(7.2, 1.3 * len(joints)), layout="constrained")
+    panels = figure.subplots(len(joints), 1, sharex=True, squeeze=False)[:, 0]
+    t = np.arange(1, len(q) + 1) * dt
+    for ax, joint, angle, colour, low, high in zip(
+        panels, joints, np.rad2deg(q).T, joint_colours(joints), *limits_deg, strict=True
+    ):
+        ax.axhspan(low, high, color=PALE, zorder=0)
+        ax.plot(t, angle, color=colour)
+        ax.set_ylabel("°", rotation=0)
+        ax.set_title(joint_label(joint), fontweight="normal")
+    panels[-1].set_xlabel("time, s")
+    return figure
+
+
+def write_picture(
+    path: Path,
+    joints: tuple[str, ...],
+    q: Float[np.ndarray, "tick joint"],
+    dt: float,
+    limits_deg: tuple[list[float], list[float]],
+) -> Path:
+    """Draw it into a file; returns the path.
+
+    Raises:
+        RecordingError: The file cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with house_style():
+            draw(joints, q, dt, limits_deg).savefig(path)
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another folder with --out.") from error
+    return path

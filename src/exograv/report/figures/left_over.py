@@ -1,0 +1,110 @@
+"""What is left of the weight, before and after."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exograv.recording import Recording
+from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, joint_label
+from exograv.study.targets import targets
+
+Scores = Mapping[str, Sequence[float | int]]
+"""Left over by name of a stage, one entry a joint [N·m]."""
+
+STAGES = {
+    "exo_only": ("machine carried, arm not", GREY),
+    "table": ("arm by body table", ORANGE),
+    "identified": ("arm identified", BLUE),
+}
+"""Name in the recording: words and colour."""
+
+CROWDED = 5  # joints beside each other whose names still fit
+CLOSE_UP = 5.0
+"""A close-up ends at so many times the largest target [-]."""
+
+LABELLED_SHARE = 0.08
+"""Without a close-up, shorter bars than this share of the axis bear no number: the close-up has it [-]."""
+
+
+def draw(recording: Recording) -> Figure | None:
+    """Left over per joint: everything, a close-up of it, and the arm alone."""
+    scores = recording.last("/result").get("left_over_rms_Nm") or {}
+    total, arm = scores.get("total") or {}, scores.get("arm") or {}
+    if not total:
+        return None
+    figure = Figure(figsize=(9.6, 4.6 if len(recording.joints) > CROWDED else 3.7), layout="constrained")
+    panels = figure.subplots(1, 3 if arm else 2)
+    goal = targets(recording)
+    top = CLOSE_UP * float(goal.max())
+    plot_bars(panels[0], recording.joints, total, goal)
+    panels[0].set_title("Machine and arm together")
+    plot_bars(panels[1], recording.joints, total, goal, top)
+    panels[1].set_title("The same, close up")
+    if arm:
+        plot_bars(panels[2], recording.joints, arm, goal, top)
+        panels[2].set_title("Arm alone, close up")
+    panels[0].set_ylabel("left over [N·m]")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def explain(recording: Recording) -> str:
+    """What one sees."""
+    alone = " On the right only the errors of the arm's model count." if len(_scores(recording)) > 1 else ""
+    return (
+        "At many postures that the machine never practised we ask: how much torque would the person still have to add "
+        "to be weightless? The shorter the bar, the better; below the dashed line the arm counts as weightless. "
+        "Compared are no help for the arm, the help that a body table suggests from height, mass and sex, and the help "
+        f"after the arm was identified. Errors of the machine's own model count too, as the person feels them.{alone}"
+    )
+
+
+def plot_bars(
+    ax: Axes,
+    joints: tuple[str, ...],
+    scores: Scores,
+    goal: np.ndarray,
+    top: float | None = None,
+) -> None:
+    """Groups of bars, one group a joint; bars higher than `top` [N·m] are cut and keep their number."""
+    stages = [stage for stage in STAGES if stage in scores] + [stage for stage in scores if stage not in STAGES]
+    width, x = 0.8 / len(stages), np.arange(len(joints))
+    ceiling = top or 1.15 * max(max(scores[stage]) for stage in stages)
+    ax.hlines(goal, x - 0.45, x + 0.45, color=INK, ls=(0, (3, 2)), lw=1.2, label="target", zorder=3)
+    for k, stage in enumerate(stages):
+        label, colour = STAGES.get(stage, (stage, INK))
+        left = x + (k - (len(stages) - 1) / 2) * width
+        values = np.array(scores[stage], dtype=float)
+        ax.bar(left, np.minimum(values, ceiling), 0.92 * width, color=colour, label=label)
+        for position, value in zip(left, values, strict=True):
+            if top or value > LABELLED_SHARE * ceiling:
+                _write_value(ax, position, value, ceiling, colour)
+    ax.set_ylim(0.0, ceiling)
+    is_crowded = len(joints) > CROWDED
+    labels = [joint_label(joint, " " if is_crowded else "\n") for joint in joints]
+    ax.set_xticks(x, labels, fontsize=8, rotation=90 if is_crowded else 0)
+    ax.tick_params(axis="x", length=0)
+
+
+def _write_value(ax: Axes, x: float, value: float, ceiling: float, colour: str) -> None:
+    """The number of a bar: above it, or inside where the bar reaches the ceiling."""
+    inside = value > 0.9 * ceiling
+    ax.annotate(
+        f"{value:.2f}",
+        (x, min(value, ceiling)),
+        xytext=(0, -3 if inside else 3),
+        textcoords="offset points",
+        ha="center",
+        va="top" if inside else "bottom",
+        fontsize=7,
+        rotation=90,
+        zorder=4,
+        color="white" if inside and colour != ORANGE else INK,
+        bbox={"facecolor": colour if inside else "white", "edgecolor": "none", "pad": 0.8},
+    )
+
+
+def _scores(recording: Recording) -> dict:
+    return recording.last("/result")["left_over_rms_Nm"]

@@ -1,0 +1,77 @@
+"""How quickly the weight of the arm is learned: the truth where an examiner knows it, and the machine's own belief."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exograv.recording import Recording
+from exograv.report.style.figure_style import INK, joint_colours, joint_label, plain_log_axis, thinned
+from exograv.study.targets import targets
+
+MOST_POINTS = 150
+
+
+def draw(recording: Recording) -> Figure | None:
+    """Left over per joint against the seconds of motion."""
+    if len(recording.messages("/left_over")) < 2 and len(_beliefs(recording)) < 2:
+        return None
+    figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+    plot_progress(figure.subplots(), recording)
+    return figure
+
+
+def explain(recording: Recording) -> str:
+    """What one sees."""
+    words = (
+        "While the arm is moved, the machine learns its weight: each colour is one joint, and lower is better. The "
+        "scale is such that equal steps down mean equal factors. Dashed lines are the targets."
+    )
+    if recording.messages("/left_over"):
+        time = (recording.last("/result").get("identification") or {}).get("time_to_target_s")
+        words += " Solid lines are the truth, which only the examiner of the twin knows; the machine never sees it."
+        words += f" From {time:.0f} s on, all joints stayed below their targets." if time is not None else ""
+    if _beliefs(recording):
+        words += " Dotted lines are what the machine itself expects to be left over."
+    return words
+
+
+def plot_progress(ax: Axes, recording: Recording) -> None:
+    """Left over of each joint against seconds of motion: true (solid), expected (dotted), and the targets (dashed)."""
+    true = _curve(recording.messages("/left_over"), "total")
+    expected = _curve(_beliefs(recording), "predicted_left_over_Nm")
+    for k, (joint, colour) in enumerate(zip(recording.joints, joint_colours(recording.joints), strict=True)):
+        label = joint_label(joint)
+        if len(expected):
+            ax.plot(expected[:, 0], expected[:, 1 + k], ":", lw=1.1, color=colour, label=None if len(true) else label)
+        if len(true):
+            ax.plot(true[:, 0], true[:, 1 + k], "-", marker=".", ms=4, color=colour, label=label)
+    shown = true if len(true) else expected
+    _mark_targets(ax, targets(recording))
+    plain_log_axis(ax, np.concatenate([shown[:, 1:].ravel(), targets(recording)]))
+    ax.set_xlim(0.0, shown[-1, 0])
+    ax.set_xlabel("motion since the identification began [s]")
+    ax.set_ylabel("left over [N·m]")
+    ax.legend(loc="upper right", ncols=2)
+
+
+def _mark_targets(ax: Axes, goal: np.ndarray) -> None:
+    for value in np.unique(goal):
+        ax.axhline(value, color=INK, ls=(0, (3, 2)), lw=1.1)
+        ax.annotate(
+            f"target\n{value:g}",
+            (1.0, value),
+            xycoords=("axes fraction", "data"),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=7.5,
+        )
+
+
+def _beliefs(recording: Recording) -> list[dict]:
+    return [message for message in recording.messages("/estimate") if message.get("predicted_left_over_Nm")]
+
+
+def _curve(messages: list[dict], name: str) -> np.ndarray:
+    """Rows of seconds of motion and one value a joint."""
+    return np.array([[messages[k]["motion_s"], *messages[k][name]] for k in thinned(len(messages), MOST_POINTS)])

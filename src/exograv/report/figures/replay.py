@@ -1,0 +1,135 @@
+"""Where a replay differs: torque as recorded and as decided once more, and what lies between them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exograv.errors import RecordingError
+from exograv.report.style.figure_style import BLUE, GREY, INK, PALE, RED, house_style, joint_label
+
+BINS = 600
+"""Stretches of a curve; each shows its least and its greatest value, so that no single tick is lost."""
+
+LABEL_SHARE = 0.045
+"""Of the width that a phase must have for its name to stand above it."""
+
+Torques = Float[np.ndarray, "tick joint"]
+
+
+@dataclass(frozen=True)
+class Series:
+    """What is drawn."""
+
+    t: Float[np.ndarray, " tick"]
+    """Time on the rig's clock [s]."""
+    recorded: Torques
+    """Commanded torque [N·m]."""
+    again: Torques
+    """The same, decided once more [N·m]."""
+    difference: Torques
+    """Between the two; NaN where nothing is compared [N·m]."""
+    joints: tuple[str, ...]
+    phases: list[tuple[float, str]]
+    """When each begins [s], and its name."""
+    gaps: list[float]
+    """Where ticks are missing [s]."""
+    resolution: float
+    """Differences up to this are none [N·m]."""
+
+
+def write(series: Series, path: Path) -> Path:
+    """Draw into a PNG file.
+
+    Raises:
+        RecordingError: It cannot be written.
+    """
+    with house_style():
+        figure = draw(series)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(path, dpi=130)
+        except OSError as error:
+            raise RecordingError(
+                f"{path} cannot be written: {error.strerror}. Give another folder with --out."
+            ) from error
+    return path
+
+
+def draw(series: Series) -> Figure:
+    """One row a joint: torques on the left, their difference on the right."""
+    rows = len(series.joints)
+    figure = Figure(figsize=(11.5, 1.2 + 1.65 * rows), layout="constrained")
+    panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
+    for j, (joint, (torque, between)) in enumerate(zip(series.joints, panels, strict=True)):
+        _torques(torque, series, j)
+        _difference(between, series, j)
+        torque.set_ylabel(f"{joint_label(joint)}\n[N·m]")
+        for ax in (torque, between):
+            _phases(ax, series)
+    panels[0, 0].set_title("Commanded torque", pad=34)
+    panels[0, 1].set_title("Replayed minus recorded", pad=34)
+    for ax in panels[0]:
+        _phase_names(ax, series)
+    for ax in panels[-1]:
+        ax.set_xlabel("time of the run [s]")
+        ax.set_xlim(series.t[0], max(series.t[-1], series.t[0] + 1e-3))
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _torques(ax: Axes, series: Series, j: int) -> None:
+    for values, colour, width, label in (
+        (series.recorded, GREY, 2.4, "recorded"),
+        (series.again, BLUE, 0.9, "replayed"),
+    ):
+        t, low, high = extremes(series.t, values[:, j])
+        ax.fill_between(t, low, high, color=colour, lw=0.0, alpha=0.45)
+        ax.plot(t, 0.5 * (low + high), color=colour, lw=width, label=label)
+
+
+def _difference(ax: Axes, series: Series, j: int) -> None:
+    values = series.difference[:, j]
+    t, low, high = extremes(series.t, values)
+    finite = values[np.isfinite(values)]
+    largest = float(np.abs(finite).max(initial=0.0))
+    ax.axhline(0.0, color=GREY, lw=0.8)
+    if len(finite):
+        ax.fill_between(t, low, high, color=RED, lw=0.6)
+    reach = 1.15 * max(largest, series.resolution)
+    ax.set_ylim(-reach, reach)
+    ax.yaxis.set_major_formatter(lambda value, _: f"{value:.3g}".replace("-", "−"))
+    ax.set_ylabel("[N·m]")
+    if largest <= series.resolution:
+        words = "identical to the last bit" if largest == 0.0 else f"none above {series.resolution:g} N·m"
+    else:
+        words = f"RMS {np.sqrt(np.mean(finite**2)):.3g}, largest {largest:.3g} N·m"
+    ax.text(0.99, 0.93, words if len(finite) else "not compared", transform=ax.transAxes, ha="right", va="top", size=8)
+
+
+def _phases(ax: Axes, series: Series) -> None:
+    ends = [*(t for t, _ in series.phases[1:]), series.t[-1]]
+    for k, ((begin, _), end) in enumerate(zip(series.phases, ends, strict=True)):
+        if k % 2:
+            ax.axvspan(begin, end, color=PALE, alpha=0.5, lw=0.0, zorder=-2)
+    for t in series.gaps:
+        ax.axvline(t, color=INK, lw=0.8, ls=":", label="ticks missing" if t == series.gaps[0] else None)
+
+
+def _phase_names(ax: Axes, series: Series) -> None:
+    ends, span = [*(t for t, _ in series.phases[1:]), series.t[-1]], series.t[-1] - series.t[0]
+    for (begin, name), end in zip(series.phases, ends, strict=True):
+        if end - begin > LABEL_SHARE * span:
+            place = (0.5 * (begin + end), 1.03)
+            ax.text(*place, name, transform=ax.get_xaxis_transform(), ha="center", va="bottom", size=7.5, rotation=25)
+
+
+def extremes(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Middle time, least and greatest value of each of `BINS` stretches; NaN where a stretch has none."""
+    starts = np.unique(np.linspace(0, len(t), BINS, endpoint=False).astype(int))
+    low, high = np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
+    ends = np.append(starts[1:], len(t)) - 1
+    return 0.5 * (t[starts] + t[ends]), low, high

@@ -1,0 +1,100 @@
+"""Streams of other devices: how their clocks ran against the robot's, and when samples were missing."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exograv.errors import RecordingError
+from exograv.recording import Recording
+from exograv.recording.device_stream import DeviceStream
+from exograv.report.style.figure_style import BLUE, GREY, ORANGE, house_style, thinned
+from exograv.study.sync import stream_figures
+
+DOTS_PER_INCH = 110
+DOTS_MAX = 4000
+"""Of a panel: more would only be blacker."""
+
+
+def draw(recording: Recording) -> Figure | None:
+    """A row of two panels a stream."""
+    if not recording.streams:
+        return None
+    figure = Figure(figsize=(9.6, 0.4 + 2.2 * len(recording.streams)), layout="constrained")
+    rows = figure.subplots(len(recording.streams), 2, squeeze=False)
+    for (clock, rhythm), stream in zip(rows, recording.streams, strict=True):
+        _draw_clock(clock, stream)
+        _draw_rhythm(rhythm, stream)
+    return figure
+
+
+def explain(recording: Recording) -> str:
+    """How well each stream is tied to the robot's clock, and what is missing of it."""
+    return " ".join(_told(stream_figures(stream)) for stream in recording.streams) + (
+        " Left: what LSL measured that each device's clock lacks, and the line by which stamps are put on the robot's "
+        "clock; right: from sample to sample, where a gap stands out. How long a device takes from the body to its "
+        "stamp nobody knows but its maker."
+    )
+
+
+def _told(stream: dict[str, Any]) -> str:
+    certain = stream["certain_to_us"]
+    tied = "cannot be tied to the robot's clock" if certain is None else f"is on the robot's clock to {certain:.0f} µs"
+    gaps = stream["gaps_total"]
+    missing = "no gap" if not gaps else "one gap" if gaps == 1 else f"{gaps} gaps"
+    remarks = " ".join(["", *stream["remarks"]])
+    return f"{stream['name']} ({stream['samples']} samples) {tied}, with {missing}.{remarks}"
+
+
+def write_sync_picture(recording: Recording, path: Path) -> Path:
+    """Draw them into a file; the recording has a stream.
+
+    Raises:
+        RecordingError: The picture cannot be written.
+    """
+    with house_style():
+        figure = draw(recording)
+        assert figure is not None
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(path, dpi=DOTS_PER_INCH)
+        except OSError as error:
+            raise RecordingError(
+                f"The picture {path} cannot be written: {error.strerror}. Give another folder with --out."
+            ) from error
+    return path
+
+
+def _draw_clock(ax: Axes, stream: DeviceStream) -> None:
+    """What LSL has measured, with half its round trip, and the line through it."""
+    ax.set_title(f"{stream.name}: what its clock lacks")
+    ax.set_xlabel("time of its clock, from the first [s]")
+    ax.set_ylabel("[ms]")
+    begin = min((one["remote"] for one in stream.corrections), default=0.0)
+    for number, fit in stream.clocks.items():
+        of = [one for one in stream.corrections if one["connection"] == number]
+        remote = np.array([one["remote"] for one in of])
+        half = [0.5e3 * one["uncertainty"] for one in of]
+        ax.errorbar(remote - begin, [1e3 * one["offset"] for one in of], half, fmt="o", ms=3, lw=0.8, color=GREY)
+        ends = np.array([remote.min(), remote.max()])
+        ax.plot(ends - begin, 1e3 * fit.correction(ends), color=BLUE)
+    ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+
+
+def _draw_rhythm(ax: Axes, stream: DeviceStream) -> None:
+    """Time between a sample and the next."""
+    ax.set_title(f"{stream.name}: from sample to sample")
+    ax.set_xlabel("robot's time, from the first [s]")
+    ax.set_ylabel("[ms]")
+    interval = 1e3 * np.diff(stream.stamps)
+    interval[np.diff(stream.connection) != 0] = np.nan
+    if not len(interval):
+        return
+    t = stream.t if np.isfinite(stream.t).any() else stream.stamps
+    shown = np.unique(np.concatenate([thinned(len(interval), DOTS_MAX), np.argsort(interval)[-DOTS_MAX // 10 :]]))
+    ax.plot(t[1:][shown] - np.nanmin(t), interval[shown], ".", ms=2, color=BLUE)
+    ax.set_ylim(0.0, 1.2 * max(float(np.nanmax(interval)), 1e-3))
+    if stream.nominal_rate_Hz:
+        ax.axhline(1e3 / stream.nominal_rate_Hz, color=ORANGE, lw=1.0)

@@ -1,0 +1,71 @@
+"""Did the controller keep up, and did the guard have to step in?"""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from exograv.recording import Recording
+from exograv.report.style.figure_style import BLUE, INK, RED, joint_label
+
+BUDGET_US = 1000.0
+"""One period at 1 kHz."""
+
+PERCENTILES = (50.0, 99.0, 99.9)
+
+
+def draw(recording: Recording) -> Figure | None:
+    """How long the ticks took, on logarithmic axes: the rare long ones matter."""
+    tick_us = _measured(recording)
+    if len(tick_us) < 100:
+        return None
+    figure = Figure(figsize=(9.6, 2.9), layout="constrained")
+    ax = figure.subplots()
+    edges = np.geomspace(max(0.1, tick_us.min() * 0.9), max(1.2 * BUDGET_US, tick_us.max() * 1.1), 90)
+    counts, _, _ = ax.hist(tick_us, list(edges), color=BLUE, log=True)
+    ax.set_ylim(0.7, 8.0 * np.max(counts))  # room above the bars for the names of the lines
+    ax.set_xscale("log")
+    ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    for share, value in zip(PERCENTILES, np.percentile(tick_us, PERCENTILES), strict=True):
+        ax.axvline(value, color=INK, lw=1.0, ls=(0, (3, 2)))
+        ax.annotate(
+            f"p{share:g}", (value, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2),
+            textcoords="offset points", va="top", fontsize=8, rotation=90,
+        )  # fmt: skip
+    ax.axvline(BUDGET_US, color=RED, lw=1.6)
+    ax.annotate(
+        "one period", (BUDGET_US, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2),
+        textcoords="offset points", va="top", fontsize=8, rotation=90, color=RED,
+    )  # fmt: skip
+    ax.set_xlabel("time for one tick [µs]")
+    ax.set_ylabel("number of ticks")
+    return figure
+
+
+def explain(recording: Recording) -> str:
+    """What one sees."""
+    tick_us = _measured(recording)
+    p50, p99, p999 = np.percentile(tick_us, PERCENTILES)
+    late = np.count_nonzero(tick_us > BUDGET_US)
+    return (
+        "A thousand times a second the controller must have its answer ready. The bars count how often it took how "
+        f"long: half of the ticks took less than {p50:.0f} µs, 99 % less than {p99:.0f} µs, 99.9 % less than "
+        f"{p999:.0f} µs; {late} of {len(tick_us)} took longer than one period. {_envelope_sentence(recording)}"
+    )
+
+
+def limited_share(recording: Recording) -> np.ndarray:
+    """Share of ticks (joint,) in which the envelope changed the torque [-]."""
+    return (recording.ticks["tau_commanded"] != recording.ticks["tau_desired"]).mean(axis=0)
+
+
+def _measured(recording: Recording) -> np.ndarray:
+    tick_us = recording.ticks["tick_us"]
+    return tick_us[np.isfinite(tick_us) & (tick_us > 0.0)]
+
+
+def _envelope_sentence(recording: Recording) -> str:
+    share = limited_share(recording)
+    if not share.any():
+        return "The envelope never had to change a torque."
+    words = ", ".join(f"{joint_label(j)} {s:.2%}" for j, s in zip(recording.joints, share, strict=True) if s > 0)
+    return f"The envelope limited the torque in a share of the ticks: {words}."

@@ -1,0 +1,50 @@
+"""Torque measured against torque that the model expects."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from exograv.recording import Recording
+from exograv.report.style.figure_style import BLUE, GREY, averaged, joint_label
+
+STRETCH_S = 12.0
+BINS = 500
+"""Points of a curve; noise of a single tick would hide the picture."""
+
+
+def draw(recording: Recording) -> Figure | None:
+    """The last seconds of the identification, one panel a joint."""
+    ticks = recording.phase_ticks("identify")
+    ticks = ticks[ticks["t"] > ticks["t"][-1] - STRETCH_S] if len(ticks) else ticks
+    if len(ticks) < BINS:
+        return None
+    joints = recording.joints
+    rows = -(-len(joints) // 2)
+    figure = Figure(figsize=(9.6, 0.5 + 1.6 * rows), layout="constrained")
+    panels = figure.subplots(rows, 2, sharex=True, squeeze=False).ravel()
+    t, measured = averaged(ticks["t"], ticks["tau_measured"], BINS)
+    _, expected = averaged(ticks["t"], ticks["tau_feedforward"], BINS)
+    for k, (ax, joint) in enumerate(zip(panels, joints, strict=False)):
+        ax.plot(t, measured[:, k], color=GREY, lw=1.6, label="measured by the motors")
+        ax.plot(t, expected[:, k], color=BLUE, lw=1.2, label="expected by the model")
+        ax.set_title(joint_label(joint), fontsize=9)
+        ax.set_ylabel("[N·m]")
+        ax.set_xlim(t[0], t[-1])
+    for ax in panels[len(joints) :]:
+        ax.set_axis_off()
+    figure.supxlabel("time of the run [s]", fontsize=9)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    return figure
+
+
+def explain(recording: Recording) -> str:
+    """What one sees."""
+    ticks = recording.phase_ticks("identify")
+    ticks = ticks[ticks["t"] > ticks["t"][-1] - STRETCH_S]
+    gap = np.sqrt(np.nanmean((ticks["tau_measured"] - ticks["tau_feedforward"]) ** 2, axis=0))
+    words = ", ".join(f"{joint_label(joint)} {value:.2f}" for joint, value in zip(recording.joints, gap, strict=True))
+    return (
+        f"The last {STRETCH_S:.0f} seconds of the identification. Grey is the torque that the motors really gave, blue "
+        "what the model of machine and arm expected for this motion. Where the lines agree, the model explains what "
+        f"the motors feel. What remains between them (RMS of single ticks: {words} N·m) is noise, muscle activity of "
+        "the wearer and model error; the picture shows averages over short stretches, so it looks calmer."
+    )

@@ -1,0 +1,103 @@
+"""Muscle effort of one movement under each kind of help, joint by joint, one panel a kind of drive."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exograv.report.style.figure_style import BLUE, GREEN, GREY, INK, ORANGE, RED, SKY, joint_colours, joint_label
+
+Result = dict[str, Any]
+"""Of one kind of machine, as `exograv transparency --json` has it."""
+
+CONDITIONS = {
+    "uncompensated": "motors\noff",
+    "gcm": "machine\ncarried",
+    "dam": "+ arm,\nidentified",
+    "dam_ideal": "+ arm,\ntruth known",
+    "dam_ideal_no_friction": "same, no\nfriction",
+    "zero_g": "0 g, no\nmachine",
+}
+"""In the order of falling effort, in words."""
+
+PROFILES = {"harmonic": "harmonic drives", "qdd": "quasi-direct drives"}
+
+GOALS = {"harmonic": {"effort": 0.5, "elbow": 0.6}, "qdd": {"effort": 0.25}}
+"""Share of the effort with the machine carried alone that is to be left with the arm carried too [-]."""
+
+STEPS = (
+    ("zero_g", "own inertia and elasticity", GREEN),
+    ("dam_ideal_no_friction", "inertia of the machine", SKY),
+    ("dam_ideal", "friction", RED),
+    ("dam", "what is not known", BLUE),
+    ("gcm", "weight of the arm", ORANGE),
+    ("uncompensated", "weight of the machine", GREY),
+)
+"""What each condition adds to the one before it."""
+
+
+def draw_effort(results: Sequence[Result]) -> Figure:
+    """Medians stacked by joint; dots are single machines, the dashed line is the goal."""
+    figure = Figure(figsize=(4.8 * max(2, len(results)), 4.2), layout="constrained")
+    panels = figure.subplots(1, len(results), sharey=True, squeeze=False)[0]
+    for ax, result in zip(panels, results, strict=True):
+        _plot_effort(ax, result)
+    panels[0].set_ylabel("effort [N·m·s]")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    return figure
+
+
+def _plot_effort(ax: Axes, result: Result) -> None:
+    conditions = [name for name in CONDITIONS if name in result["conditions"]]
+    x = np.arange(len(conditions))
+    bottom = np.zeros(len(conditions))
+    for k, (joint, colour) in enumerate(zip(result["joints"], joint_colours(tuple(result["joints"])), strict=True)):
+        height = np.array([result["conditions"][name]["by_joint_Nms"][k] for name in conditions])
+        ax.bar(x, height, 0.62, bottom=bottom, color=colour, label=joint_label(joint))
+        bottom += height
+    for position, name in zip(x, conditions, strict=True):
+        totals = [machine["effort_Nms"] for machine in result["conditions"][name]["machines"]]
+        beside = 0.07 * (np.arange(len(totals)) - (len(totals) - 1) / 2)
+        ax.plot(position + beside, totals, "o", color=INK, ms=3, zorder=4)
+        ax.annotate(
+            f"{result['conditions'][name]['effort_Nms']:.0f}",
+            (position, max(totals)),
+            xytext=(0, 5),
+            textcoords="offset points",
+            ha="center",
+            fontsize=9,
+        )
+    goal = GOALS.get(result["profile"], {}).get("effort")
+    if goal is not None and "dam" in conditions:
+        height = goal * result["conditions"]["gcm"]["effort_Nms"]
+        at = conditions.index("dam")
+        ax.hlines(height, at - 0.45, at + 0.45, color=INK, ls=(0, (3, 2)), lw=1.4, zorder=5, label="goal")
+    ax.set_xticks(x, [CONDITIONS[name] for name in conditions], fontsize=8)
+    ax.tick_params(axis="x", length=0)
+    ax.set_title(PROFILES[result["profile"]])
+
+
+def draw_causes(results: Sequence[Result]) -> Figure:
+    """What the effort is spent on: each condition minus the one with one burden less, joint by joint."""
+    figure = Figure(figsize=(4.8 * max(2, len(results)), 3.6), layout="constrained")
+    panels = figure.subplots(1, len(results), sharey=True, squeeze=False)[0]
+    for ax, result in zip(panels, results, strict=True):
+        _plot_causes(ax, result)
+    panels[0].set_ylabel("effort [N·m·s]")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _plot_causes(ax: Axes, result: Result) -> None:
+    x, before = np.arange(len(result["joints"])), np.zeros(len(result["joints"]))
+    width = 0.8 / len(STEPS)
+    for k, (name, words, colour) in enumerate(STEPS):
+        after = np.array(result["conditions"][name]["by_joint_Nms"])
+        ax.bar(x + (k - (len(STEPS) - 1) / 2) * width, after - before, 0.9 * width, color=colour, label=words)
+        before = after
+    ax.axhline(0.0, color=INK, lw=0.8)
+    ax.set_xticks(x, [joint_label(joint, "\n") for joint in result["joints"]], fontsize=8)
+    ax.tick_params(axis="x", length=0)
+    ax.set_title(PROFILES[result["profile"]])

@@ -1,0 +1,1 @@
+"""Pages of benchmarks: identification methods and transparency."""

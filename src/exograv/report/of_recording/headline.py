@@ -1,0 +1,118 @@
+"""The report in one sentence and a few numbers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from exograv.recording import Recording
+from exograv.study.targets import joint_groups, targets
+
+PLACES = {
+    0.0: "weightless",
+    0.165: "as on the Moon",
+    0.378: "as on Mars",
+    1.0: "as on Earth",
+    1.8: "as in a pull-up at 1.8 g",
+}
+"""Gravity level: words."""
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One number that a reader looks for first."""
+
+    label: str
+    value: str
+    note: str
+    is_good: bool | None
+    """Against its target; None where there is none."""
+
+
+def run_facts(recording: Recording) -> list[tuple[str, str]]:
+    """What was run on what, as (name, value)."""
+    settings = recording.settings
+    level = settings.get("gravity_level")
+    calibration = (settings.get("hashes") or {}).get("calibration")
+    facts = [
+        ("machine", settings.get("title") or settings.get("rig")),
+        ("side", settings.get("side")),
+        ("method", settings.get("method")),
+        ("gravity level", None if level is None else gravity_words(float(level))),
+        ("disturbance level", settings.get("disturbance_level")),
+        ("seed", settings.get("seed")),
+        ("calibration", None if calibration is None else f"stored, {calibration[:12]}…"),
+    ]
+    return [(name, str(value)) for name, value in facts if value is not None]
+
+
+def gravity_words(level: float) -> str:
+    """The gravity level as a number, with the place it stands for."""
+    return f"{level:g} ({PLACES[level]})" if level in PLACES else f"{level:g}"
+
+
+def headline(recording: Recording) -> str:
+    """One sentence: how long it took and what is left over."""
+    result = recording.last("/result")
+    if not result:
+        return "The run was not completed; this report shows what was recorded."
+    if (task := result.get("task") or {}).get("touches"):
+        return _of_task(task)
+    identification = result.get("identification") or {}
+    seconds = identification.get("time_to_target_s")
+    parts = _left_over_of_parts(recording)
+    if not parts:
+        return str(identification.get("outcome") or "The run is complete.")
+    left = " and ".join(f"{value:.2f} N·m at the {part}" for part, (value, _) in parts.items())
+    if seconds is not None and all(value <= goal for value, goal in parts.values()):
+        return f"After {seconds:.0f} s of motion the arm was weightless: {left} are left over."
+    motion = identification.get("motion_s")
+    return f"After {motion:.0f} s of motion {left} are left over." if motion is not None else f"Left over: {left}."
+
+
+def _of_task(task: dict) -> str:
+    median = task["deviation_px"]["median"]
+    text = f"{task['windows']} windows, {task['accepted']} touches that count"
+    return f"{text}." if median is None else f"{text}: half of them within {median:.0f} px of the target's centre."
+
+
+def tiles(recording: Recording) -> list[Tile]:
+    """The numbers at the top, as far as the recording has them."""
+    result = recording.last("/result")
+    found = [
+        Tile(f"left over, {part}", f"{value:.2f} N·m", f"target {goal:g} N·m, worst axis", value <= goal)
+        for part, (value, goal) in _left_over_of_parts(recording).items()
+    ]
+    if (weight := result.get("known_weight") or {}).get("estimated_kg") is not None:
+        found.append(_weight_tile(weight))
+    if (floated := result.get("float") or {}).get("drift_deg") is not None:
+        drift = float(np.max(np.abs(floated["drift_deg"])))
+        found.append(
+            Tile("drift of the floated arm", f"{drift:.1f}°", f"in {floated['window_s']:g} s, worst joint", None)
+        )
+    return found
+
+
+def _weight_tile(weight: dict) -> Tile:
+    value, truth, interval = weight["estimated_kg"], weight.get("true_kg"), weight.get("ci95_kg")
+    note = f"95 % sure: {interval[0]:.2f}–{interval[1]:.2f} kg" if interval else ""
+    if truth is None:
+        return Tile("weight in the hand", f"{value:.2f} kg", note, None)
+    # The project's promise: 5 % or 30 g, whichever is more.
+    return Tile(
+        "weight in the hand",
+        f"{value:.2f} kg",
+        f"true {truth:g} kg; {note}",
+        abs(value - truth) <= max(0.05 * truth, 0.03),
+    )
+
+
+def _left_over_of_parts(recording: Recording) -> dict[str, tuple[float, float]]:
+    """Left over (total) and target of the worst axis of each part of the arm [N·m], after identification."""
+    total = (recording.last("/result").get("left_over_rms_Nm") or {}).get("total") or {}
+    if not total:
+        return {}
+    values, goal = np.array(total.get("identified") or list(total.values())[-1]), targets(recording)
+    worst = {
+        part: max(axes, key=lambda k: values[k] / goal[k]) for part, axes in joint_groups(recording.joints).items()
+    }
+    return {part: (float(values[k]), float(goal[k])) for part, k in worst.items()}

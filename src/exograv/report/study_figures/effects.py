@@ -1,0 +1,77 @@
+"""How much the groups differ: every effect that is a ratio, each with its interval, the primary one on top."""
+
+from matplotlib.figure import Figure
+
+from exograv.report.style.figure_style import BLUE, GREY, INK
+from exograv.study.measures.study_data import StudyData
+from exograv.study.statistics.findings import Findings, Interval
+
+from .groups import WIDTH_2, marked
+
+Line = tuple[str, float, Interval | None]
+
+
+def draw(data: StudyData, findings: Findings) -> Figure | None:
+    """A line an effect."""
+    lines = ratios(findings)
+    if not lines:
+        return None
+    figure = Figure(figsize=(WIDTH_2, 0.9 + 0.33 * len(lines)), layout="constrained")
+    ax = figure.subplots()
+    ends = [value for _, value, _ in lines]
+    for _, _, interval in lines:
+        ends += [end for end in ((interval.low, interval.high) if interval else ()) if end is not None and end > 0.0]
+    low, high = min(*ends, 1.0) / 1.3, max(*ends, 1.0) * 1.3
+    for row, (_, value, interval) in enumerate(lines):
+        colour = BLUE if row == 0 else INK
+        if interval is not None:
+            # An end without bound leaves the frame.
+            first, last = interval.low or low / 2.0, interval.high or 2.0 * high
+            ax.plot([first, last], [row, row], color=colour, linewidth=2.0 if row == 0 else 1.2)
+        ax.plot([value], [row], "D" if row == 0 else "o", color=colour, markersize=6 if row == 0 else 4)
+    ax.axvline(1.0, color=GREY, linewidth=0.9)
+    ax.set_xscale("log")
+    ax.set_xlim(low, high)
+    ticks = [
+        tick for tick in (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20, 50) if low <= tick <= high
+    ]
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.set_xticks([], minor=True)
+    ax.set_yticks(range(len(lines)), [name for name, _, _ in lines])
+    ax.set_ylim(len(lines) - 0.5, -0.5)
+    ax.grid(visible=True, axis="x")
+    ax.grid(visible=False, axis="y")
+    first, second = findings.groups
+    ax.set_xlabel(f"deviation of {first} over that of {second}")
+    return marked(figure, data)
+
+
+def ratios(findings: Findings) -> list[Line]:
+    """Effects that are ratios of deviation, by whatever model."""
+    effects = (findings.effect, *findings.other_effects)
+    lines: list[Line] = [
+        (effect.name + _level(effect.interval), effect.value, effect.interval)
+        for effect in effects
+        if effect.value is not None and effect.value > 0.0 and "ratio" in effect.name
+    ]
+    if findings.mixed is not None and findings.mixed.ratio is not None:
+        lines.append(("mixed model (secondary)", findings.mixed.ratio, findings.mixed.interval))
+    if findings.bayes is not None and findings.bayes.posteriors:
+        quoted = findings.bayes.posteriors[0]
+        lines.append(("hierarchical model (optional)", quoted.ratio, quoted.interval))
+    return lines
+
+
+def _level(interval: Interval | None) -> str:
+    """Where so few people allow no 95 %."""
+    return "" if interval is None or interval.level >= 0.95 else f", {100.0 * interval.level:.0f} %"
+
+
+def explain(findings: Findings) -> str:
+    """What one sees."""
+    first, _ = findings.groups
+    return (
+        f"Left of 1 the {first} deviate less. The uppermost line is the comparison that the study was made for; the "
+        "others rest on more assumptions and do not replace it. Bars are 95 % intervals where nothing else is said, "
+        "and it is less where so few people give no 95 %; one that leaves the frame has no bound there."
+    )

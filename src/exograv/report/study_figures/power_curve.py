@@ -1,0 +1,69 @@
+"""Power and precision over the number of people, as one figure."""
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from exograv.errors import RecordingError
+from exograv.report.style.figure_style import BLUE, GREEN, GREY, ORANGE, house_style, mark_simulated
+from exograv.study.power.curve import TARGETS
+
+WIDTH_IN, HEIGHT_IN = 7.2, 3.2
+"""Two columns of a journal."""
+
+
+def write_power_figure(result: dict[str, Any], path: Path) -> None:
+    """Draw what `curve.power_study` found; the ending of the name tells the format.
+
+    Raises:
+        RecordingError: It cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with house_style():
+            figure = power_figure(result)
+            if (result.get("pilot") or {}).get("is_simulated"):
+                mark_simulated(figure)
+            figure.savefig(path, bbox_inches="tight", metadata={"Date": None})
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another folder with --out.") from error
+
+
+def power_figure(result: dict[str, Any]) -> Figure:
+    """Share of studies that find the difference, and how exact they are."""
+    figure = Figure((WIDTH_IN, HEIGHT_IN), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    _draw_power(left, result)
+    figure.legend(loc="outside lower left", ncols=3)
+    n = [row["n"] for row in result["curve"]]
+    right.plot(n, [row["width_factor"] for row in result["curve"]], color=BLUE, marker="o", markersize=3)
+    right.set(title="How exact", xlabel="people a group", ylabel="95 % interval: times, divided by", yscale="log")
+    ticks = [1.2, 1.5, 2.0, 3.0, 5.0, 10.0]
+    right.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    right.minorticks_off()
+    widths = [row["width_factor"] for row in result["curve"]]
+    right.set_ylim(min(1.1, 0.99 * min(widths)), max(2.0, 1.1 * max(widths)))
+    for axes in (left, right):
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    return figure
+
+
+def _draw_power(axes: Axes, result: dict[str, Any]) -> None:
+    curve = result["curve"]
+    n = [row["n"] for row in curve]
+    lines = {
+        "power": ("exact test", BLUE, "-"),
+        "welch_power": ("Welch, if people are normal", ORANGE, "--"),
+        "assurance": ("assurance: over what the pilot leaves open", GREEN, "-."),
+    }
+    for key, (label, colour, style) in lines.items():
+        if key in curve[0]:
+            axes.plot(n, [row[key] for row in curve], label=label, color=colour, linestyle=style)
+    for target in TARGETS:
+        axes.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
+    ratio = result["assumptions"]["ratio"]
+    axes.set(title=f"A ratio of {ratio:.2g} is found", xlabel="people a group", ylabel="share of studies")
+    axes.set_ylim(0.0, 1.02)

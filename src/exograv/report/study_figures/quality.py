@@ -1,0 +1,109 @@
+"""The sheet of sessions: who has which, and which of them has something wrong."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from exograv.report.style.figure_style import GREY, INK, ORANGE, RED
+from exograv.study.measures.selecting import keys, rows
+from exograv.study.measures.study_data import PRIMARY, StudyData
+from exograv.study.measures.table import SESSION
+
+from .groups import WIDTH_2, marked
+
+MARKS = {
+    "whole": ("o", INK, INK),
+    "something wrong": ("s", ORANGE, INK),
+    "not complete": ("D", "white", RED),
+    "missing": ("x", GREY, GREY),
+}
+"""Marker, face, edge: told apart without colour too."""
+
+MOST_ROWS = 60
+
+
+def draw(data: StudyData) -> Figure | None:
+    """A row a person, a column a session of each protocol."""
+    people = sorted(data.group_of)[:MOST_ROWS]
+    columns = _columns(data)
+    if not people or not columns:
+        return None
+    figure = Figure(figsize=(WIDTH_2, 1.0 + 0.2 * len(people)), layout="constrained")
+    ax = figure.subplots()
+    states = session_states(data)
+    for row, code in enumerate(people):
+        for at, key in columns.items():
+            state = states.get((code, *key))
+            if state is not None:
+                marker, face, edge = MARKS[state]
+                ax.plot([at], [row], marker, markerfacecolor=face, markeredgecolor=edge, markersize=5)
+    ax.set_yticks(range(len(people)), people)
+    ax.set_ylim(len(people) - 0.4, -0.6)
+    ax.set_xticks(list(columns), [str(session) for _, session in columns.values()])
+    ax.tick_params(length=0, labelsize=7)
+    for protocol in dict.fromkeys(protocol for protocol, _ in columns.values()):
+        own = [at for at, (name, _) in columns.items() if name == protocol]
+        ax.annotate(
+            protocol, (float(np.mean(own)), 0.0), (0, -18), xycoords=("data", "axes fraction"),
+            textcoords="offset points", ha="center", va="top",
+        )  # fmt: skip
+    handles = [
+        Line2D([], [], marker=m, linestyle="", markerfacecolor=face, markeredgecolor=edge, label=name)
+        for name, (m, face, edge) in MARKS.items()
+    ]
+    figure.legend(handles=handles, loc="outside upper left", ncols=len(handles))
+    return marked(figure, data)
+
+
+def _columns(data: StudyData) -> dict[float, tuple[str, int]]:
+    """Where on the axis each session of each protocol stands; a gap between protocols."""
+    last: dict[str, int] = {one.protocol: one.sessions for one in data.settings.expected}
+    for protocol, session in keys(data.tables.sessions, ["protocol", "session"]):
+        last[protocol] = max(last.get(protocol, 0), session)
+    found, at = dict[float, tuple[str, int]](), 0.0
+    for protocol in sorted(last, key=lambda name: (name == PRIMARY, name)):
+        for session in range(1, last[protocol] + 1):
+            found[at] = (protocol, session)
+            at += 1.0
+        at += 1.2
+    return found
+
+
+def session_states(data: StudyData) -> dict[tuple[str, str, int], str]:
+    """A word of `MARKS` for each session that is there, or is expected and is not."""
+    states = dict.fromkeys(missing_sessions(data), "missing")
+    wrong = flawed(data)
+    for *key, is_complete in keys(data.tables.sessions, [*SESSION, "is_complete"]):
+        key = (key[0], key[1], key[2])
+        states[key] = "not complete" if not is_complete else "something wrong" if key in wrong else "whole"
+    return states
+
+
+def missing_sessions(data: StudyData) -> list[tuple[str, str, int]]:
+    """Expected of a person by the settings, and not there. Of who is sealed only what is expected of everybody."""
+    there = set(keys(data.tables.sessions, SESSION))
+    return [
+        (code, protocol, session)
+        for code in sorted(data.group_of)
+        for protocol, sessions in data.settings.expected_of(None if data.is_sealed else data.group_of[code]).items()
+        for session in range(1, sessions + 1)
+        if (code, protocol, session) not in there
+    ]
+
+
+def flawed(data: StudyData) -> set[tuple[str, str, int]]:
+    """Sessions that ran to their end, of which something is remarked, lost, stopped or not calibrated."""
+    s = data.tables.sessions
+    is_flawed = (
+        s["remark"].notna() | (s["clock_jumps"] > 0) | (s["ticks_lost"].fillna(0) > 0) | (s["stops"] > 0)
+        | s["pitch_x_mm"].isna() | (s["windows_complete"] < s["windows_planned"].fillna(0))
+    )  # fmt: skip
+    return {(code, protocol, n) for code, protocol, n in keys(rows(s, is_flawed.astype(bool)), SESSION)}
+
+
+def explain(data: StudyData) -> str:
+    """What one sees, counted."""
+    states = list(session_states(data).values())
+    counts = ", ".join(f"{states.count(name)} {name}" for name in MARKS if name in states)
+    more = f" The first {MOST_ROWS} people are shown." if len(data.group_of) > MOST_ROWS else ""
+    return f"Each mark is a session: {counts}. What is wrong with which is in the table of data quality.{more}"

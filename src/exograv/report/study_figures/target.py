@@ -1,0 +1,92 @@
+"""Where the fingers landed: every touch on the target, and an ellipse for each person."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
+
+from exograv.report.style.figure_style import GREY, INK
+from exograv.study.measures.pointing import deviations, ellipse
+from exograv.study.measures.selecting import column, rows
+from exograv.study.measures.study_data import StudyData
+
+from .groups import WIDTH_2, label, look, marked
+
+REACH_SHARE = 99.0
+"""Per cent of the touches that are within the frame."""
+
+LINES = ("-", "--", ":", "-.")
+
+
+def draw(data: StudyData) -> Figure | None:
+    """A panel a group, all to one scale."""
+    touches = data.compared
+    groups = [group for group in data.groups if group in set(touches["group"])]
+    if not groups:
+        return None
+    unit = unit_of(data)
+    reach = 1.05 * max(_reaches(touches, unit)) or 1.0
+    figure = Figure(figsize=(WIDTH_2, 0.6 + WIDTH_2 / max(len(groups), 2)), layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, max(len(groups), 2), sharey=True))
+    for ax in panels[len(groups) :]:
+        ax.set_axis_off()
+    for ax, group in zip(panels, groups, strict=False):
+        _panel(ax, data, group, unit)
+        ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", title=label(group))
+        ax.set_xlabel(f"right of the centre [{unit}]")
+    panels[0].set_ylabel(f"above it [{unit}]")
+    return marked(figure, data)
+
+
+def _reaches(touches: pd.DataFrame, unit: str) -> Iterator[float]:
+    """How far from the centre touches and ellipses go."""
+    yield float(np.percentile(np.abs(deviations(touches, unit)).max(1), REACH_SHARE))
+    for _, own in touches.groupby("participant"):
+        points = deviations(own, unit)
+        major, minor, angle = ellipse(points)
+        if np.isfinite(major):
+            turn = np.deg2rad(angle)
+            across = np.hypot(major * np.cos(turn), minor * np.sin(turn))
+            along = np.hypot(major * np.sin(turn), minor * np.cos(turn))
+            yield float((np.array([across, along]) + np.abs(points.mean(0))).max())
+
+
+def unit_of(data: StudyData) -> str:
+    """Millimetres where every touch has them."""
+    return "px" if column(data.compared, "deviation_mm").isna().sum() else "mm"
+
+
+def _panel(ax: Axes, data: StudyData, group: str, unit: str) -> None:
+    style, of_group = look(data, group), rows(data.compared, data.compared["group"] == group)
+    ax.grid(visible=True, axis="both")
+    for k, code in enumerate(sorted(set(of_group["participant"]))):
+        points = deviations(rows(of_group, of_group["participant"] == code), unit)
+        ax.plot(
+            *points.T, style.marker, color=style.colour, markersize=1.8, alpha=0.3, markeredgewidth=0,
+            rasterized=True,
+        )  # fmt: skip
+        major, minor, angle = ellipse(points)
+        if np.isfinite(major):
+            middle = (float(points[:, 0].mean()), float(points[:, 1].mean()))
+            outline = {"edgecolor": style.colour, "linestyle": LINES[k % len(LINES)], "linewidth": 1.3}
+            ax.add_patch(Ellipse(middle, 2 * major, 2 * minor, angle=angle, fill=False, **outline))
+            ax.plot(*middle, style.marker, color=style.colour, markeredgecolor=INK, markersize=5)
+    ax.axhline(0.0, color=GREY, linewidth=0.6)
+    ax.axvline(0.0, color=GREY, linewidth=0.6)
+    ax.plot([0.0], [0.0], "+", color=INK, markersize=9)
+
+
+def explain(data: StudyData) -> str:
+    """What one sees."""
+    points, unit = deviations(data.compared, unit_of(data)), unit_of(data)
+    above = float(points[:, 1].mean())
+    return (
+        f"Touches as the participant sees them, {data.compared_words}; the cross is the target's centre. Each ellipse "
+        "holds 95 % of a normal scatter as large as one person's, the framed point is that person's mean: its distance "
+        "from the cross is the constant error, the ellipse the variable one. "
+        f"Over all, touches are {abs(above):.1f} {unit} {'above' if above > 0 else 'below'} the centre in the mean. "
+        "One touch in a hundred may lie outside the frame."
+    )

@@ -1,0 +1,63 @@
+"""What the report says first: one sentence, and a few figures of which the primary comparison is one."""
+
+from dataclasses import dataclass
+
+from exograv.report.study_figures.groups import label
+from exograv.study.measures.selecting import people as people_in
+from exograv.study.measures.study_data import StudyData
+from exograv.study.statistics.findings import Findings
+
+from .results import interval_words, number
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A figure with what it is."""
+
+    label: str
+    value: str
+    note: str
+
+
+def headline(data: StudyData, found: Findings | None) -> str:
+    """The result in a sentence; never a claim that the test does not carry."""
+    if data.touches.empty:
+        return "No touch counts yet: there is nothing to report."
+    if data.is_sealed:
+        return f"{_people(len(data.group_of))}, {len(data.touches)} touches that count. Groups are sealed."
+    if not data.has_primary:
+        people = _people(people_in(data.touches))
+        return f"Nobody flew yet: {len(data.touches)} touches of {people} on the ground."
+    if found is None or any(spread.median is None for spread in found.spread.values()):
+        people = _people(people_in(data.compared))
+        return f"{len(data.compared)} touches of {people} in flight; one group alone compares with nobody."
+    said = [
+        f"{number(spread.median or 0.0)} {found.unit} {label(group)} (n = {spread.people})"
+        for group, spread in found.spread.items()
+    ]
+    return f"Median deviation in flight: {', '.join(said)}."
+
+
+def _people(n: int) -> str:
+    return "one person" if n == 1 else f"{n} people"
+
+
+def tiles(data: StudyData, found: Findings | None) -> list[Tile]:
+    """Beside each other under the headline."""
+    if found is None:
+        return []
+    shown = []
+    for group, spread in found.spread.items():
+        if spread.median is not None and spread.quartiles is not None:
+            low, high = (number(q) for q in spread.quartiles)
+            note = f"half of {spread.touches} touches within {low} to {high} {found.unit}"
+            shown.append(
+                Tile(f"{label(group)}, {_people(spread.people)}", f"{number(spread.median)} {found.unit}", note)
+            )
+    if found.effect.value is not None:
+        note = "no interval can be told" if found.effect.interval is None else interval_words(found.effect.interval)
+        shown.append(Tile(f"{found.groups[0]} over {found.groups[1]}", number(found.effect.value), note))
+    if found.primary.p is not None:
+        smallest = f"smallest possible: {number(found.primary.p_min)}" if found.primary.p_min is not None else ""
+        shown.append(Tile(found.primary.name, found.primary.text.split(",")[0], smallest))
+    return shown

@@ -1,0 +1,102 @@
+"""From a study's folder to its report: measured, compared where that is possible, and written."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from exograv.study.dataset.making import refresh
+from exograv.study.dataset.quarantine import quarantined
+from exograv.study.folder.journal import alone, read_journal
+from exograv.study.folder.settings import read_settings
+from exograv.study.folder.study_folder import StudyFolder, write_text_whole
+from exograv.study.measures.stored import measure_study
+from exograv.study.measures.study_data import PRIMARY, StudyData
+from exograv.study.statistics.compare import CompareSettings, compare
+from exograv.study.statistics.findings import Findings
+
+from .page import Content, Written, write_page
+from .planning import next_study
+from .quality import Told, issues
+
+
+def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: None) -> dict[str, Any]:
+    """Measure, compare, draw and write.
+
+    Args:
+        path: Folder of the study.
+        tell: Called with each source before it is read.
+
+    Returns:
+        Figures for `--json`: what `Findings.contract` says, `figures` and `report`.
+
+    Raises:
+        ConfigError: It is no study, or another command is changing it.
+        RecordingError: A table cannot be read, or something cannot be written.
+    """
+    folder = StudyFolder(path)
+    settings = read_settings(folder)
+    with alone(folder):
+        tables = refresh(folder)
+        measured = measure_study(folder, tables, tell)
+        data = StudyData(settings, tables, measured.measures, measured.traces)
+        why_not = reason_not_to_compare(data)
+        found = None if why_not else compared(data)
+        flaws = issues(data, Told(quarantined(folder), read_journal(folder), measured.remarks))
+        planned = None if found is None else next_study(data, found.groups)
+        written = write_page(folder.report, Content(data, found, why_not, flaws, measured.unpublished, planned))
+        if found is not None:
+            text = json.dumps(found.as_dict(), indent=1, ensure_ascii=False)
+            write_text_whole(folder.derivatives / "statistics.json", text + "\n")
+    return answer(data, found, why_not, written)
+
+
+def reason_not_to_compare(data: StudyData) -> str:
+    """One sentence, and what to do; empty where two groups can be compared."""
+    named = list(data.settings.groups)[:2]
+    if data.touches.empty:
+        return "No touch counts: nothing is compared. Add sessions by `exograv study add`."
+    if data.is_sealed:
+        return "Groups are sealed: nothing is compared. Reveal them when all data are in, and make the report again."
+    if len(named) < 2:
+        return "The study has one group: nothing is compared. What follows describes it."
+    if not data.has_primary:
+        return (
+            f"No touch of a `{PRIMARY}` counts: the comparison for which the study is made is still to come. Figures "
+            "show the last session of each person; groups that did different things there are not compared."
+        )
+    there = set(data.compared["group"])
+    if empty := [name for name in named if name not in there]:
+        return f"Nobody of the group {' or '.join(empty)} flew: there is nobody to compare with."
+    return ""
+
+
+def compared(data: StudyData) -> Findings:
+    """The first two groups of the settings, by their touches that count."""
+    first, second = list(data.settings.groups)[:2]
+    settings = CompareSettings(groups=(first, second), protocol=PRIMARY)
+    return compare(data.tidy_touches, data.tables.participants, settings)
+
+
+def answer(data: StudyData, found: Findings | None, why_not: str, written: Written) -> dict[str, Any]:
+    """What the command says."""
+    if found is not None:
+        figures = found.contract()
+    else:
+        members = list(data.group_of.values())
+        named = () if data.is_sealed else tuple(data.settings.groups)
+        figures = {
+            "participants": {group: members.count(group) for group in dict.fromkeys([*named, *data.groups])},
+            "touches": len(data.compared) if len(data.touches) else 0,
+            "deviation_px": {},
+            "primary": None,
+            "not_compared": why_not,
+        }
+    return {
+        **figures,
+        "simulated": data.is_simulated,
+        "figures": [str(path) for path in written.figures],
+        "report": str(written.html),
+        "pdf": None if written.pdf is None else str(written.pdf),
+        "remark": written.remark,
+    }

@@ -1,0 +1,1 @@
+"""The style that all figures and pages share."""

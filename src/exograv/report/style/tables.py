@@ -1,0 +1,106 @@
+"""The tables of the report: as text, so that a reader can copy them."""
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from exograv.recording import Recording
+
+from .figure_style import joint_label
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text under a title; without rows it is not shown."""
+
+    title: str
+    note: str
+    columns: tuple[str, ...]
+    rows: list[tuple[str, ...]]
+
+
+def parameter_table(recording: Recording) -> Table:
+    """What was found about the arm, beside what the body table said and what the twin knows."""
+    entries = recording.last("/result").get("parameters") or recording.last("/estimate").get("parameters") or []
+    note = (
+        "The true value lies in the interval with 95 % certainty; only the twin knows it. mx, my, mz are mass times "
+        "the distance of its centre from the joint, I… moments of inertia about the joint."
+    )
+    rows = [
+        (
+            _words(e["name"]),
+            e.get("unit", ""),
+            *(_number(e.get(k)) for k in ("prior", "estimate")),
+            _interval(e),
+            _number(e.get("truth")),
+        )
+        for e in entries
+    ]
+    return Table(
+        "The arm in numbers", note, ("property", "unit", "body table", "estimate", "95 % interval", "truth"), rows
+    )
+
+
+def calibration_table(recording: Recording) -> Table:
+    """What stage 0 found about the empty machine: one row a joint, one column a quantity."""
+    entries = recording.last("/result").get("calibration") or []
+    found = {(entry["joint"], entry["name"]): entry for entry in entries}
+    joints, names = dict.fromkeys(e["joint"] for e in entries), dict.fromkeys(e["name"] for e in entries)
+    units = {entry["name"]: entry["unit"] for entry in entries}
+    note = (
+        "Measured before the person stepped in, by slow sweeps in both directions and with known weights. Gain: torque "
+        "per motor current. Coulomb: friction at any speed. Viscous: friction that grows with speed. In brackets: the "
+        "95 % interval."
+    )
+    rows = [(joint_label(joint), *(_calibrated(found.get((joint, name))) for name in names)) for joint in joints]
+    return Table("The empty machine", note, ("joint", *(f"{_words(name)} [{units[name]}]" for name in names)), rows)
+
+
+def _calibrated(entry: dict[str, Any] | None) -> str:
+    if entry is None:
+        return ""
+    interval = f" ({_interval(entry)})" if entry.get("ci95") else ""
+    truth = f", truth {_number(entry['truth'])}" if entry.get("truth") is not None else ""
+    return _number(entry["estimate"]) + interval + truth
+
+
+def event_table(recording: Recording) -> Table:
+    """What happened when: phases and events, in order of time."""
+    rows = [(p["t"], "phase", _words(p["name"])) for p in recording.messages("/phase")]
+    rows += [(e["t"], e["kind"], e["text"]) for e in recording.messages("/event")]
+    rows.sort(key=lambda row: row[0])
+    return Table(
+        "What happened when", "", ("time [s]", "kind", "what"), [(f"{t:.2f}", kind, text) for t, kind, text in rows]
+    )
+
+
+def settings_table(recording: Recording) -> Table:
+    """Everything needed to repeat the run."""
+    rows = [(name, _plain(value)) for name, value in _flat(recording.settings)]
+    return Table(
+        "Settings", "With these and the same version, the run can be repeated exactly.", ("name", "value"), rows
+    )
+
+
+def _flat(value: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    rows: list[tuple[str, Any]] = []
+    for name, inner in value.items():
+        rows += _flat(inner, f"{prefix}{name}.") if isinstance(inner, dict) else [(f"{prefix}{name}", inner)]
+    return rows
+
+
+def _plain(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ").replace(".", ": ")
+
+
+def _number(value: float | int | None) -> str:
+    return "" if value is None else f"{value:.4g}".replace("-", "−")
+
+
+def _interval(entry: dict[str, Any]) -> str:
+    interval = entry.get("ci95")
+    return f"{_number(interval[0])}…{_number(interval[1])}" if interval else ""

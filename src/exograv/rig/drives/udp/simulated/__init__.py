@@ -1,0 +1,1 @@
+"""A simulated controller that speaks the UDP protocol."""

@@ -1,0 +1,1 @@
+"""Wearers who act: anticipation, practice and weakness."""

@@ -1,0 +1,1 @@
+"""Disturbances of the twin by level, and its random numbers."""

@@ -1,0 +1,1 @@
+"""The twin's machine: drives, sensors and links as they really are."""

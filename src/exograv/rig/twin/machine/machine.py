@@ -1,0 +1,237 @@
+"""The truth about one machine: what its drives, sensors and links really do, against data sheet and URDF."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.model.description import RigDescription
+from exograv.rig.twin.disturbances.levels import ROWS, Disturbances
+from exograv.rig.twin.disturbances.streams import stream, uniform
+
+GRAVITY = 9.81
+"""[m/s²]"""
+
+WATCHDOG_DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
+"""What a drive is set to when the machine is put together [N·m·s/rad]; as in a soft descent, docs/safety.md."""
+
+Joints = Float[np.ndarray, " joint"]
+
+
+@dataclass(frozen=True)
+class TrueFriction:
+    """Friction of the drives at the joint, on the motor's side of the gear; one entry per joint."""
+
+    coulomb: Joints
+    """[N·m]"""
+
+    breakaway: Joints
+    """Over Coulomb [-]."""
+
+    stribeck_velocity: Joints
+    """[rad/s]"""
+
+    viscous: Joints
+    """[N·m·s/rad]"""
+
+    load_share: Joints
+    """Further Coulomb friction per torque through the gear [-]."""
+
+    asymmetry: Joints
+    """Share by which positive motion rubs more, and negative motion less [-]."""
+
+    ripple: Joints
+    """Amplitude over one turn of the motor [N·m]."""
+
+    ripple_phase: Joints
+    """[rad]"""
+
+    warm_up: Joints
+    """Share by which Coulomb and viscous friction fall in 30 min [-]."""
+
+
+@dataclass(frozen=True)
+class TrueDrives:
+    """Motors and gears, one entry per joint."""
+
+    gain: Joints
+    """Torque at the joint per motor current; zero without a motor [N·m/A]."""
+
+    torque_max: Joints
+    """[N·m]"""
+
+    gear_ratio: Joints
+    rotor_inertia: Joints
+    """Reflected to the joint [kg·m²]."""
+
+    gear_stiffness: Joints
+    """Infinite where the gear is rigid [N·m/rad]."""
+
+    bandwidth: Joints
+    """Of the torque; infinite where it follows at once [Hz]."""
+
+    watchdog_damping: Joints
+    """With which a drive brakes its motor when it has heard nothing for long [N·m·s/rad]."""
+
+
+@dataclass(frozen=True)
+class TrueSensors:
+    """What encoders and current sensors add, one entry per joint."""
+
+    current_noise: Joints
+    """SD at 1 kHz, as torque at the joint [N·m]."""
+
+    encoder_step: Joints
+    """Zero where the encoder is perfect [rad]."""
+
+    encoder_offset: Joints
+    """Measured minus true position [rad]."""
+
+    delay: float
+    """Sensor and command together [s]."""
+
+
+@dataclass(frozen=True)
+class TrueCuffSensors:
+    """What six-axis force/torque sensors at the cuffs do; force [N] before moment [N·m]."""
+
+    gain: Float[np.ndarray, "cuff 6"]
+    """Measured over true [-]."""
+
+    bias: Float[np.ndarray, "cuff 6"]
+    """What taring has left."""
+
+    noise: Float[np.ndarray, " 6"]
+    """SD at 1 kHz."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """One machine, drawn once and never changed."""
+
+    friction: TrueFriction
+    drives: TrueDrives
+    sensors: TrueSensors
+    cuff_sensors: TrueCuffSensors
+    gravity: Float[np.ndarray, " 3"]
+    """In the tilted base [m/s²]."""
+
+    seed: int
+    """Draws the error of each link by its name: `link_error`."""
+
+    link_mass_sd: float
+    link_centre_sd: float
+    """[m]"""
+
+    def link_error(self, link: str) -> tuple[float, Float[np.ndarray, " 3"]]:
+        """Factor on the mass of a link [-] and shift of its centre in its frame [m]."""
+        drawn = stream(self.seed, "machine", f"link {link}").standard_normal(4)
+        # A tenth at least: at level 4 a factor below zero would be a ten-sigma draw, but it must not exist.
+        return max(0.1, 1.0 + self.link_mass_sd * drawn[0]), self.link_centre_sd * drawn[1:]
+
+
+def draw_machine(description: RigDescription, disturbances: Disturbances, seed: int) -> Machine:
+    """One machine of the kind described."""
+    draw = _Draw(description, disturbances, seed)
+    tilt = np.deg2rad(draw.number("base_tilt", "sd_deg")) * stream(seed, "machine", "base_tilt").standard_normal(2)
+    return Machine(
+        friction=_draw_friction(draw),
+        drives=_draw_drives(draw),
+        sensors=_draw_sensors(draw),
+        cuff_sensors=_draw_cuff_sensors(draw),
+        gravity=_tilted_gravity(*tilt),
+        seed=seed,
+        link_mass_sd=draw.number("links", "mass"),
+        link_centre_sd=1e-3 * draw.number("links", "centre_mm"),
+    )
+
+
+@dataclass(frozen=True)
+class _Draw:
+    """One seed's draws, joint by joint."""
+
+    description: RigDescription
+    disturbances: Disturbances
+    seed: int
+
+    def by_drive(self, row: str) -> Joints:
+        """A row whose columns are kinds of drive, or kinds of drive at shoulder, elbow or wrist."""
+        columns = ROWS[row].columns
+        kinds = [(a.drive, f"{a.drive}.{a.place}") for a in self.description.settings.actuators]
+        return self._each(row, [at_place if at_place in columns else drive for drive, at_place in kinds])
+
+    def alike(self, row: str, column: str) -> Joints:
+        """A row that does not tell the drives apart."""
+        return self._each(row, [column] * len(self.description.joints))
+
+    def signs(self, row: str) -> Joints:
+        """-1 or 1 for each joint."""
+        return stream(self.seed, "machine", f"{row} sign").choice([-1.0, 1.0], len(self.description.joints))
+
+    def normal(self, row: str) -> Joints:
+        """Standard normal numbers, one for each joint."""
+        return stream(self.seed, "machine", f"{row} normal").standard_normal(len(self.description.joints))
+
+    def number(self, row: str, column: str) -> float:
+        """A row that the whole machine shares."""
+        return uniform(stream(self.seed, "machine", row), self.disturbances.value(row, column))
+
+    def _each(self, row: str, columns: list[str]) -> Joints:
+        generator = stream(self.seed, "machine", row)
+        return np.array([uniform(generator, self.disturbances.value(row, column)) for column in columns])
+
+
+def _draw_friction(draw: _Draw) -> TrueFriction:
+    n = len(draw.description.joints)
+    return TrueFriction(
+        coulomb=draw.by_drive("coulomb"),
+        breakaway=draw.alike("breakaway", "ratio"),
+        stribeck_velocity=draw.alike("stribeck_velocity", "value"),
+        viscous=draw.by_drive("viscous"),
+        load_share=draw.by_drive("load_friction"),
+        asymmetry=draw.alike("asymmetry", "share") * draw.signs("asymmetry"),
+        ripple=draw.by_drive("friction_ripple"),
+        ripple_phase=stream(draw.seed, "machine", "ripple phase").uniform(-np.pi, np.pi, n),
+        warm_up=draw.alike("warm_up", "share"),
+    )
+
+
+def _draw_drives(draw: _Draw) -> TrueDrives:
+    description = draw.description
+    return TrueDrives(
+        gain=description.nominal_gain * (1.0 + draw.alike("gain_error", "sd") * draw.normal("gain_error")),
+        # Without a motor there is neither torque nor gear.
+        torque_max=np.nan_to_num(description.per_actuator("torque_max_Nm"), nan=0.0),
+        gear_ratio=np.nan_to_num(description.per_actuator("gear_ratio"), nan=1.0),
+        rotor_inertia=draw.by_drive("rotor_inertia"),
+        gear_stiffness=1e3 * draw.by_drive("gear_stiffness"),
+        bandwidth=draw.by_drive("torque_bandwidth"),
+        watchdog_damping=np.array([WATCHDOG_DAMPING[place] for place in description.places]),
+    )
+
+
+def _draw_sensors(draw: _Draw) -> TrueSensors:
+    offset_sd = np.deg2rad(draw.alike("encoder", "offset_sd_deg"))
+    return TrueSensors(
+        current_noise=draw.by_drive("current_noise"),
+        encoder_step=2.0 * np.pi * 2.0 ** -draw.alike("encoder", "bits"),
+        encoder_offset=offset_sd * draw.normal("encoder"),
+        delay=1e-3 * draw.number("delay", "value_ms"),
+    )
+
+
+def _draw_cuff_sensors(draw: _Draw) -> TrueCuffSensors:
+    sd = {column: draw.number("cuff_sensors", column) for column in ROWS["cuff_sensors"].columns}
+    generator = stream(draw.seed, "machine", "cuff_sensors")
+    drawn = generator.standard_normal((2, len(draw.description.settings.cuffs), 6))
+    return TrueCuffSensors(
+        gain=1.0 + sd["gain"] * drawn[0],
+        bias=np.repeat([sd["force_bias"], sd["torque_bias"]], 3) * drawn[1],
+        noise=np.repeat([sd["force_noise"], sd["torque_noise"]], 3),
+    )
+
+
+def _tilted_gravity(roll: float, pitch: float) -> Float[np.ndarray, " 3"]:
+    """Gravity in a base that is turned by `roll` about x, then by `pitch` about y [m/s²]."""
+    down = np.array([np.sin(pitch), -np.sin(roll) * np.cos(pitch), -np.cos(roll) * np.cos(pitch)])
+    return GRAVITY * down

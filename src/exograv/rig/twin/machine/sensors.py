@@ -1,0 +1,63 @@
+"""What the twin's machine tells of itself: late, quantised encoders and noisy motor currents."""
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv import kernel
+from exograv.rig.twin.disturbances.streams import stream
+
+from .machine import Machine
+
+BLOCK = 4096
+"""Measurements whose noise is drawn at once."""
+
+Joints = Float[np.ndarray, " joint"]
+
+
+class Sensors:
+    """Encoders and current sensors of all joints, on the memory where the truth stands."""
+
+    def __init__(self, machine: Machine, seed: int, truth: ca.Function, memory: Mapping[str, np.ndarray]) -> None:
+        """`truth` gives position, motor torque at the joint and motor position, as late as measured, from `memory`."""
+        self._kernel = kernel.compile(_measurement(machine, truth), memory)
+        outputs = self._kernel.outputs
+        self._q, self._current, self._q_motor = outputs["q_measured"], outputs["current"], outputs["q_motor"]
+        self._noise_sd = _per_gain(machine.sensors.current_noise, np.abs(machine.drives.gain))  # [A]
+        self._stream = stream(seed, "run", "current_noise")
+        self._noise = self._draw_noise()
+        self._reading = 0
+
+    def measure(self) -> tuple[Joints, Joints, Joints]:
+        """Positions [rad], currents [A] and motor positions [rad] as measured now."""
+        if self._reading == BLOCK:
+            self._noise, self._reading = self._draw_noise(), 0
+        self._kernel.inputs["noise"][:] = self._noise[self._reading]
+        self._reading += 1
+        self._kernel.evaluate()
+        return self._q.copy(), self._current.copy(), self._q_motor.copy()
+
+    def _draw_noise(self) -> Float[np.ndarray, "reading joint"]:
+        return self._noise_sd * self._stream.standard_normal((BLOCK, len(self._noise_sd)))
+
+
+def _per_gain(torque: Joints, gain: Joints) -> Joints:
+    """Motor current [A] for a torque at the joint [N·m]; a joint without motor has none."""
+    return np.divide(torque, gain, out=np.zeros_like(gain), where=gain != 0.0)
+
+
+def _measurement(machine: Machine, truth: ca.Function) -> ca.Function:
+    arguments = truth.sx_in()
+    q, tau_motor, q_motor = truth.call(arguments)
+    noise = ca.SX.sym("noise", q.numel())  # [A]
+    q_measured = q + ca.DM(machine.sensors.encoder_offset)
+    for joint, step in enumerate(machine.sensors.encoder_step.tolist()):
+        if step > 0.0:
+            q_measured[joint] = ca.floor(q_measured[joint] / step + 0.5) * step
+    current = tau_motor * ca.DM(_per_gain(np.ones(len(machine.drives.gain)), machine.drives.gain)) + noise
+    names = [*truth.name_in(), "noise"]
+    # Behind a gear of a hundred a motor's encoder has steps that nobody sees.
+    measured = {"q_measured": q_measured, "current": current, "q_motor": q_motor}
+    return ca.Function("twin_sensors", [*arguments, noise], list(measured.values()), names, list(measured))

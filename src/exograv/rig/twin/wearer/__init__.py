@@ -1,0 +1,1 @@
+"""The twin's wearer: body, joints, muscles at rest, and fastening."""

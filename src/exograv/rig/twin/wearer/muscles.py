@@ -1,0 +1,65 @@
+"""A wearer who does not quite relax: slow muscle torque, and bursts now and then, at the joints of the true arm."""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, Wander
+from exograv.rig.twin.disturbances.streams import stream
+
+from .wearer import Unrest
+
+BURST_TORQUE = (2.0, 6.0)
+"""At shoulder and elbow [N·m]."""
+
+BURST_DURATION = (0.3, 1.0)
+"""[s]"""
+
+
+class Muscles:
+    """Muscle torque of one arm tick by tick; the same seed and owner give the same torques."""
+
+    def __init__(self, unrest: Unrest, seed: int, period_s: float, owner: str = "run") -> None:
+        self._unrest, self._n = unrest, len(unrest.bias_rms)
+        self._period = period_s
+        self._bias = Wander(unrest.bias_rms, unrest.bias_correlation, period_s, stream(seed, owner, "slow_bias"))
+        self._burst_stream = stream(seed, owner, "bursts")
+        self._next_burst = self._pause()
+        self._overhang = np.zeros((0, self._n))
+        self._block = self.next_block()
+        self._tick = 0
+
+    def next_torque(self) -> Float[np.ndarray, " freedom"]:
+        """Torque at the arm's joints for the next period [N·m]; a view, valid until the next call."""
+        if self._tick == BLOCK:
+            self._block, self._tick = self.next_block(), 0
+        self._tick += 1
+        return self._block[self._tick - 1]
+
+    def next_block(self) -> Float[np.ndarray, "tick freedom"]:
+        """Torque at the arm's joints for the next `BLOCK` periods [N·m]."""
+        return self._bias.block() + self._draw_bursts()
+
+    def _draw_bursts(self) -> Float[np.ndarray, "tick freedom"]:
+        """Half waves at one joint, either way, that begin at random.
+
+        What reaches beyond the block is kept for the next.
+        """
+        torque = np.zeros((2 * BLOCK, self._n))
+        torque[: len(self._overhang)] = self._overhang
+        while self._next_burst < BLOCK:
+            size = self._burst_stream.uniform(*BURST_TORQUE) * self._burst_stream.choice([-1.0, 1.0])
+            ticks = int(self._burst_stream.uniform(*BURST_DURATION) / self._period)
+            joint = self._burst_stream.integers(self._n)
+            wave = size * self._unrest.burst_share[joint] * np.sin(np.pi * (np.arange(ticks) + 0.5) / ticks)
+            begin = int(self._next_burst)
+            torque[begin : begin + ticks, joint] += wave
+            self._next_burst += self._pause()
+        self._next_burst -= BLOCK
+        self._overhang = torque[BLOCK:]
+        return torque[:BLOCK]
+
+    def _pause(self) -> float:
+        """Ticks until the next burst."""
+        if self._unrest.bursts_per_minute == 0.0:
+            return np.inf
+        return self._burst_stream.exponential(60.0 / self._unrest.bursts_per_minute) / self._period

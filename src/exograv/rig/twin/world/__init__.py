@@ -1,0 +1,1 @@
+"""The twin's physics: MuJoCo scene, cuffs, forces, surroundings, water."""

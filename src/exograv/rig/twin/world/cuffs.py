@@ -1,0 +1,112 @@
+"""Cuffs of the twin: springs and dampers between limb and machine, as wrenches that act at one common point.
+
+E = ½ e_pᵀ K_p e_p + ½ e_rᵀ K_r e_r,   e_p = R_exoᵀ (p_arm − p_exo),   e_r = ½ vee(Q − Qᵀ),   Q = R_exoᵀ R_arm
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from exograv.rig.twin.wearer.wearer import Cuffs
+
+from .scene import CuffPlace, Scene
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """MuJoCo's own arrays as symbols, one column per body.
+
+    MuJoCo is row-major, CasADi column-major, so the memory is the same.
+    """
+
+    xpos: ca.SX
+    """Origins (3, body) [m]."""
+
+    xmat: ca.SX
+    """Axes (9, body), row by row."""
+
+    xipos: ca.SX
+    """Centres of mass (3, body) [m]; `xfrc_applied` acts there."""
+
+    subtree_com: ca.SX
+    """Centres of mass of subtrees (3, body) [m]; velocities are counted there."""
+
+    cvel: ca.SX
+    """Angular and linear velocity (6, body) [rad/s, m/s], the linear one at the tree's centre of mass."""
+
+    @classmethod
+    def of(cls, n_bodies: int) -> "Kinematics":
+        """Fresh symbols."""
+        return cls(
+            xpos=ca.SX.sym("xpos", 3, n_bodies),
+            xmat=ca.SX.sym("xmat", 9, n_bodies),
+            xipos=ca.SX.sym("xipos", 3, n_bodies),
+            subtree_com=ca.SX.sym("subtree_com", 3, n_bodies),
+            cvel=ca.SX.sym("cvel", 6, n_bodies),
+        )
+
+    def axes(self, body: int) -> ca.SX:
+        """R_world_body (3, 3)."""
+        return ca.reshape(self.xmat[:, body], 3, 3).T
+
+    def velocity(self, body: int, root: int, point: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Angular velocity of a body, and linear velocity of its material point at `point` (3,)."""
+        omega, linear = self.cvel[:3, body], self.cvel[3:, body]
+        return omega, linear + ca.cross(omega, point - self.subtree_com[:, root])
+
+
+def cuff_wrenches(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.SX:
+    """Forces and torques of all cuffs at the bodies' centres of mass (6, body) [N, N·m], world axes."""
+    wrenches = ca.SX.zeros(6, scene.model.nbody)
+    for place in scene.cuffs:
+        point, force, moment = _on_arm(scene, place, cuffs, kinematics)
+        for body, sign in ((place.arm_body, 1.0), (place.exo_body, -1.0)):
+            lever = point - kinematics.xipos[:, body]
+            wrenches[:, body] += sign * ca.vertcat(force, moment + ca.cross(lever, force))
+    return wrenches
+
+
+def wrenches_at_cuffs(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.SX:
+    """What each cuff exerts on the arm (6, cuff), as a sensor between machine and cuff has it.
+
+    Force, then moment about the origin of the machine's cuff frame, in that frame's axes [N, N·m].
+    """
+    columns = []
+    for place in scene.cuffs:
+        point, force, moment = _on_arm(scene, place, cuffs, kinematics)
+        R_exo = kinematics.axes(place.exo_body)
+        lever = point - kinematics.xpos[:, place.exo_body]
+        columns.append(ca.vertcat(R_exo.T @ force, R_exo.T @ (moment + ca.cross(lever, force))))
+    return ca.horzcat(*columns)
+
+
+def _on_arm(scene: Scene, place: CuffPlace, cuffs: Cuffs, kinematics: Kinematics) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Point of action, force and moment (3,) that a cuff exerts on the arm."""
+    R_exo = kinematics.axes(place.exo_body)
+    R_world_segment = kinematics.axes(place.arm_body)
+    point = kinematics.xpos[:, place.arm_body] + R_world_segment @ place.p_arm
+    Q = R_exo.T @ R_world_segment @ place.R_arm
+    e_p = R_exo.T @ (point - kinematics.xpos[:, place.exo_body])
+    e_r = 0.5 * ca.vertcat(Q[2, 1] - Q[1, 2], Q[0, 2] - Q[2, 0], Q[1, 0] - Q[0, 1])
+    # de_r = ½ (tr(Q) 1 − Q) dφ for a small turn dφ of the arm; without its transpose the moment has no energy.
+    turn = 0.5 * (ca.trace(Q) * ca.SX.eye(3) - Q)
+    stiffness = place.holds * cuffs.stiffness
+    force = -R_exo @ (stiffness[:3] * e_p)
+    moment = -R_exo @ (turn.T @ (stiffness[3:] * e_r))
+    roots = scene.model.body_rootid
+    omega_arm, v_arm = kinematics.velocity(place.arm_body, int(roots[place.arm_body]), point)
+    omega_exo, v_exo = kinematics.velocity(place.exo_body, int(roots[place.exo_body]), point)
+    return (
+        point,
+        force - cuffs.damping * _held(place.holds[:3], R_exo, v_arm - v_exo),
+        moment - cuffs.damping_rotation * _held(place.holds[3:], R_exo, omega_arm - omega_exo),
+    )
+
+
+def _held(holds: Float[np.ndarray, " 3"], R_exo: ca.SX, motion: ca.SX) -> ca.SX:
+    """The part of a relative motion (3,) that a cuff resists."""
+    if holds.all():
+        return motion
+    return R_exo @ (ca.DM(holds) * (R_exo.T @ motion))

@@ -1,0 +1,217 @@
+"""All forces of the twin that MuJoCo does not know, as one function on MuJoCo's own memory."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from exograv import kernel
+from exograv.rig.twin.machine.delays import Delays, passed
+from exograv.rig.twin.machine.drive import DRIVE_STATES, TAU_MOTOR, THETA, DriveInput, drive_step
+from exograv.rig.twin.machine.machine import Machine
+from exograv.rig.twin.wearer.passive import elastic_torque, follower_paths, passive_torque, shift_forces, shoulder_shift
+from exograv.rig.twin.wearer.wearer import Wearer
+
+from .cuffs import Kinematics, cuff_wrenches
+from .scene import TIMESTEP, Scene
+
+WATCHDOG_S = 0.02
+"""After which a drive that has heard of no valid command brakes its motor by itself [s]; docs/safety.md: 20 to 30 ms
+after the last one, of which five were its life."""
+
+
+@dataclass(frozen=True)
+class StepInput:
+    """What a step starts from, as symbols; the step's kernel has its memory under the same names."""
+
+    qpos: ca.SX
+    """Of MuJoCo [rad, m]."""
+
+    qvel: ca.SX
+    """Of MuJoCo [rad/s, m/s]."""
+
+    current: ca.SX
+    """Of the newest command (joint,) [A]."""
+
+    damping: ca.SX
+    """Of the newest command (joint,) [N·m·s/rad]."""
+
+    valid_until: ca.SX
+    """Of that command [s]."""
+
+    tau_muscle: ca.SX
+    """Of the wearer's unrest (arm,) [N·m]."""
+
+    tau_voluntary: ca.SX
+    """Of the wearer's will (arm,) [N·m]."""
+
+    tau_hand: ca.SX
+    """Of somebody who turns the machine's joints by hand (joint,) [N·m]."""
+
+    warmth: ca.SX
+    """0 cold, 1 warmed up [-]."""
+
+    start: ca.SX
+    """Time of the first step [s]."""
+
+    steps: ca.SX
+    """Done so far; this and all below is carried from step to step [-]."""
+
+    drives: ca.SX
+    """(drive state, joint), in the order of `DRIVE_STATES`."""
+
+    hysteresis: ca.SX
+    """Of the arm's joints (arm,) [rad]."""
+
+    commands: ca.SX
+    """On their way to the motors (torque [N·m] and damping [N·m·s/rad] of each joint, valid until [s], step)."""
+
+    measurements: ca.SX
+    """On their way to the computer (position [rad], motor's torque [N·m] and position [rad] of each joint, step)."""
+
+    @classmethod
+    def of(cls, scene: Scene, delays: Delays) -> "StepInput":
+        """Fresh symbols."""
+        n, n_arm = len(scene.exo), len(scene.arm)
+        sizes = {
+            "qpos": (scene.model.nq,), "qvel": (scene.model.nv,), "current": (n,), "damping": (n,), "valid_until": (),
+            "tau_muscle": (n_arm,), "tau_voluntary": (n_arm,), "tau_hand": (n,), "warmth": (), "start": (), "steps": (),
+            "drives": (len(DRIVE_STATES), n), "hysteresis": (n_arm,),
+            "commands": (2 * n + 1, delays.to_motors), "measurements": (3 * n, delays.to_computer),
+        }  # fmt: skip
+        return cls(**{name: ca.SX.sym(name, *size) for name, size in sizes.items()})
+
+
+def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel.Kernel:
+    """Delays, drives, cuffs, passive joints and muscles, for one step of the scene; memory as in `StepInput`.
+
+    Evaluate it between `mj_step1` and `mj_step2`.
+    """
+    kinematics, now = Kinematics.of(scene.model.nbody), StepInput.of(scene, Delays.of(machine.sensors.delay))
+    carried: dict[str, ca.SX] = {"steps": now.steps + 1}
+    told, carried["commands"] = _arriving(machine, now)
+    at_joints = ca.vertcat(now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T, now.drives[THETA, :].T)
+    carried["measurements"] = passed(now.measurements, at_joints)[1]
+    qfrc, carried["drives"] = _drive_forces(scene, machine, now, told)
+    xfrc = ca.SX.zeros(6, scene.model.nbody)
+    if wearer is not None:
+        xfrc = cuff_wrenches(scene, wearer.cuffs, kinematics)
+        arm_forces, carried["hysteresis"] = _arm_forces(scene, wearer, now)
+        qfrc += arm_forces
+    inputs, results = vars(kinematics) | vars(now), {"xfrc_applied": xfrc, "qfrc_applied": qfrc}
+    results["damping_in_force"] = told.damping
+    results |= {f"{name}_next": value for name, value in carried.items()}
+    function = ca.Function(
+        "twin_step_forces", list(inputs.values()), list(results.values()), list(inputs), list(results)
+    )
+    return kernel.compile(function, _bindings(scene, kinematics), carry={name: f"{name}_next" for name in carried})
+
+
+def pass_clock(memory: Mapping[str, np.ndarray], seconds: float) -> None:
+    """Move the clock on while nothing happens [s]: commands in force and on their way are as old afterwards."""
+    memory["start"][0] += seconds
+    memory["valid_until"][0] += seconds
+    np.atleast_2d(memory["commands"].T)[:, -1] += seconds
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What reaches the drives in one step, one entry a joint."""
+
+    tau: ca.SX
+    """[N·m]"""
+
+    damping: ca.SX
+    """[N·m·s/rad]"""
+
+
+def _arriving(machine: Machine, now: StepInput) -> tuple[_Told, ca.SX]:
+    """What reaches the drives in this step, and the commands behind it.
+
+    A command that has expired is none: no torque. Where no other comes for long, each drive brakes by itself.
+    """
+    drives = machine.drives
+    torque_max = ca.DM(drives.torque_max)
+    tau = ca.fmin(ca.fmax(ca.DM(drives.gain) * now.current, -torque_max), torque_max)
+    oldest, behind = passed(now.commands, ca.vertcat(tau, now.damping, now.valid_until))
+    tau, damping, valid_until = ca.vertsplit(oldest, [0, tau.numel(), 2 * tau.numel(), 2 * tau.numel() + 1])
+    age = now.start + now.steps * TIMESTEP - valid_until
+    braked = ca.if_else(age > WATCHDOG_S, ca.DM(drives.watchdog_damping), 0.0)
+    return _Told(ca.if_else(age <= 0.0, tau, 0.0), ca.if_else(age <= 0.0, damping, braked)), behind
+
+
+def _drive_forces(scene: Scene, machine: Machine, now: StepInput, told: "_Told") -> tuple[ca.SX, ca.SX]:
+    """Of all drives (dof,) [N·m], and their next states."""
+    qfrc, next_states = ca.SX.zeros(scene.model.nv), []
+    for joint, dof in enumerate(scene.exo.tolist()):
+        seen = DriveInput(told.tau[joint], now.qpos[dof], now.qvel[dof], now.warmth, told.damping[joint])
+        step = drive_step(machine, joint, now.drives[:, joint], seen, TIMESTEP)
+        qfrc[dof] += step.tau_joint + now.tau_hand[joint]
+        next_states.append(step.state_next)
+    return qfrc, ca.horzcat(*next_states)
+
+
+def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput) -> tuple[ca.SX, ca.SX]:
+    """Of the wearer's joints and shoulders (dof,) [N·m, N], and the next hysteresis."""
+    arm, qfrc = scene.arm.tolist(), ca.SX.zeros(scene.model.nv)
+    passive = passive_torque(wearer.passive, now.qpos[arm], now.qvel[arm], now.hysteresis, TIMESTEP)
+    reactions = []
+    for place in scene.arms:
+        q, v = now.qpos[place.freedoms.tolist()], now.qvel[place.freedoms.tolist()]
+        if place.shift < 0:
+            reactions.append(ca.SX.zeros(len(place.freedoms)))
+            continue
+        shift = shoulder_shift(place.skeleton, q, wearer.glenohumeral_share)
+        force, reaction = shift_forces(shift, q, v, now.qpos[place.shift], now.qvel[place.shift])
+        qfrc[place.shift] = force
+        reactions.append(reaction)
+    qfrc[arm] = passive.tau + ca.vertcat(*reactions) + (now.tau_muscle + now.tau_voluntary)
+    return qfrc, passive.hysteresis_next
+
+
+def measured_truth(scene: Scene, machine: Machine) -> ca.Function:
+    """Position [rad], motor torque [N·m] and motor position [rad] that are measured now, memory as in `StepInput`."""
+    n, delays = len(scene.exo), Delays.of(machine.sensors.delay)
+    now = StepInput.of(scene, delays)
+    if delays.to_computer == 0:
+        at_joints = [now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T, now.drives[THETA, :].T]
+        names = ["q", "tau_motor", "q_motor"]
+        return ca.Function("twin_now", [now.qpos, now.drives], at_joints, ["qpos", "drives"], names)
+    oldest = ca.vertsplit(now.measurements[:, 0], n)
+    return ca.Function("twin_late", [now.measurements], oldest, ["measurements"], ["q", "tau_motor", "q_motor"])
+
+
+def static_forces(scene: Scene, wearer: Wearer, with_passive: bool) -> kernel.Kernel:
+    """Cuffs at rest, and the passive joints if asked.
+
+    Also what follows the arms: `led` (follower,) [m, rad] and its `slope` (follower, arm).
+    """
+    kinematics = Kinematics.of(scene.model.nbody)
+    qpos = ca.SX.sym("qpos", scene.model.nq)
+    q_arm = ca.SX.sym("q_arm", len(scene.arm))
+    arm = scene.arm.tolist()
+    qfrc = ca.SX.zeros(scene.model.nv)
+    if with_passive:
+        qfrc[arm] += elastic_torque(wearer.passive, qpos[arm])
+    led = follower_paths(wearer, q_arm)
+    slope = ca.vertcat(*(ca.gradient(path, q_arm).T for path in ca.vertsplit(led)))
+    function = ca.Function(
+        "twin_static_forces",
+        [*vars(kinematics).values(), qpos],
+        [
+            cuff_wrenches(scene, wearer.cuffs, kinematics),
+            qfrc,
+            *(ca.substitute(e, q_arm, qpos[arm]) for e in (led, slope)),
+        ],
+        [*vars(kinematics), "qpos"],
+        ["xfrc_applied", "qfrc_applied", "led", "slope"],
+    )
+    return kernel.compile(
+        function, {name: array for name, array in _bindings(scene, kinematics).items() if name != "qvel"}
+    )
+
+
+def _bindings(scene: Scene, kinematics: Kinematics) -> dict[str, np.ndarray]:
+    names = [*vars(kinematics), "qpos", "qvel", "xfrc_applied", "qfrc_applied"]
+    return {name: getattr(scene.data, name) for name in names}

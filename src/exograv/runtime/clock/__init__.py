@@ -1,0 +1,1 @@
+"""Real time: the periodic loop, its timing, and the rights of the process."""

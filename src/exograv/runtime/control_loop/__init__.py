@@ -1,0 +1,1 @@
+"""The guard process, and what it exchanges with control and worker."""

@@ -1,0 +1,190 @@
+"""What the guard's process is told by its parent while the loop runs, and what becomes of it."""
+
+import threading
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+
+import numpy as np
+
+from exograv.runtime.processes.shared_memory import Mailbox
+from exograv.safety.guard import Guard, SafeState
+from exograv.safety.modes import Event, Mode
+from exograv.safety.person import Person, PersonLimits
+
+from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON, FeltLevel, Led
+from .steering import ASKABLE, Asked, Heard, Leased, Pressed, Steering
+
+ASK_PARENT_EVERY = 200
+"""Ticks between two looks at the line where nobody has rung: whether the parent is gone."""
+
+BELL = np.dtype("<u8")
+"""How many words have been sent."""
+
+ENDS = "stop"
+STILL_DOWN = "The arm is still coming down, or the machine does not answer. Wait, then reset again."
+"""The word after which the arm comes down and the run is over."""
+
+
+class Line:
+    """The parent's end: a word that is sent is heard in the guard's next tick, one a tick. For any thread."""
+
+    def __init__(self, connection: Connection, bell: Mailbox):
+        self._connection, self._bell, self._lock, self._sent = connection, bell, threading.Lock(), 0
+
+    def send(self, word: object) -> None:
+        """Returns before it is heard.
+
+        Raises:
+            OSError: The guard's process has ended.
+        """
+        with self._lock:
+            self._connection.send(word)
+            self._sent += 1
+            self._bell.write(np.uint64(self._sent))
+
+
+class Hearing:
+    """The guard's end."""
+
+    def __init__(self, guard: Guard, parent: Connection, bell: Mailbox | None, note: Callable[[float, str], object]):
+        """Nothing has been said.
+
+        Args:
+            guard: To whom it is done.
+            parent: The line.
+            bell: Its parent's; None where nobody rings.
+            note: Has a line of this time [s] recorded.
+        """
+        self._guard, self._parent, self._bell, self._note = guard, parent, bell, note
+        self._steering, self._heard, self._has_latched, self._is_delivered = Steering(), 0, False, True
+        self.acts = 0
+        """What was done since the last recorded tick, as `acts` there."""
+        self.persons = 0
+        """How often it was said who is in the machine."""
+        self.is_asked_to_end = False
+
+    def listen(self, period: int, now: float, mode: Mode | None, *, is_answered: bool) -> None:
+        """Hear one word, if there is one; to be called at the end of every tick.
+
+        Args:
+            period: Number of the tick.
+            now: On the rig's clock [s].
+            mode: That control said last.
+            is_answered: Whether control answers.
+        """
+        self._look_after_lease(mode, now)
+        is_rung = self._bell is not None and self._bell.count != self._heard
+        if self._parent.closed or not (is_rung or period % ASK_PARENT_EVERY == 0) or not self._parent.poll():
+            return
+        try:
+            word = self._parent.recv()
+        except EOFError:  # nobody is there any more who could end the run
+            self._parent.close()
+            word = ENDS
+        self._heard += 1
+        self.hear(word, now, mode, is_answered=is_answered)
+
+    def hear(self, word: object, now: float, mode: Mode | None = None, *, is_answered: bool = True) -> None:
+        """Who is found to be in the machine, what is to be felt, what an operator asks for, or that it is over."""
+        if isinstance(word, PersonLimits | Led):
+            self._wear(word, now)
+        elif isinstance(word, FeltLevel):
+            self._feel(word, now)
+        elif isinstance(word, Leased):
+            self._steering.lease(word, time.monotonic_ns())
+        elif isinstance(word, Asked):
+            why = self._ask(word.event, mode or Mode.OFF, is_answered=is_answered)
+            self._answer(word.number, why, now, word.event.value)
+        elif isinstance(word, Pressed):
+            self._press_stop()
+            self._answer(word.number, "", now, "operator: stop")
+        else:
+            self.is_asked_to_end = True
+            self._press_stop()
+
+    def latched(self) -> None:
+        """The guard has stopped."""
+        self._has_latched = True
+        self._steering.stopped()
+
+    def tell(self, state: np.ndarray) -> None:
+        """Fill in what control is to know of it: a row of `state_dtype`, of which the last filled is given again."""
+        state["persons"] = self.persons
+        # While control knows of a stop it takes nothing, and nothing is kept for after it.
+        is_free = self._is_delivered and state["safe_state"] < SafeState.DESCENT
+        if is_free and (event := self._steering.next()) is not None:
+            self._is_delivered = False
+            state["asked"], state["event"] = state["asked"] + 1, ASKABLE.index(event)
+            self.acts |= (ASKABLE.index(event) + 1) << EVENT_SHIFT
+
+    def delivered(self) -> None:
+        """Control has answered to what it was told."""
+        self._is_delivered = True
+
+    def reset(self, now: float, text: str) -> bool:
+        """Leave the latch, if that may be."""
+        is_left = self._guard.reset()
+        if is_left:
+            self.acts |= RESET
+            self._note(now, text)
+        return is_left
+
+    def _press_stop(self) -> None:
+        self.acts |= STOP_PRESSED
+        self._guard.press_stop()
+
+    def _look_after_lease(self, mode: Mode | None, now: float) -> None:
+        if mode is None:
+            return
+        why = self._steering.watch(mode, time.monotonic_ns())
+        if why:
+            self._note(now, why)
+            if self._steering.is_to_stop:
+                self._press_stop()
+
+    def _ask(self, event: Event, mode: Mode, *, is_answered: bool) -> str:
+        is_latched = self._guard.envelope.stop is not None
+        if event is Event.RESET and is_latched:
+            if why := self._steering.why_nobody(time.monotonic_ns()):
+                return why
+            # Nobody hands an arm to a control that is not there: it has to answer first.
+            if not (is_answered and self._guard.reset()):
+                return STILL_DOWN
+            self.acts |= RESET
+            is_latched = False
+            if mode is not Mode.SAFE:
+                return ""  # the motors were off; control has nothing to leave
+        return self._steering.ask(event, mode, is_latched=is_latched, now_ns=time.monotonic_ns())
+
+    def _answer(self, number: int, why: str, now: float, what: str) -> None:
+        self._note(now, f"{what}: {why or 'done.'}")
+        self._parent.send(Heard(number, why))
+
+    def _wear(self, word: PersonLimits | Led, now: float) -> None:
+        before, limits = self._guard.envelope.person, word.person if isinstance(word, Led) else word
+        person = Person(limits, before.gravity_level if before else 0.0)
+        if isinstance(word, Led):
+            person.drive(True)
+        self._guard.envelope.person = person
+        self.persons += 1
+        self.acts |= TOLD_PERSON
+        self._note(now, "The guard knows the person as identified.")
+
+    def _feel(self, word: FeltLevel, now: float) -> None:
+        """Whoever is not at the machine has nothing to say any more when it has stopped once in this run."""
+        why = "the run was stopped before, or the arm is being moved."
+        if word.number is not None:
+            why = self._steering.why_nobody(time.monotonic_ns())
+        elif not self._has_latched:
+            why = ""
+        if not why and not self._guard.feel(word.gravity_level, word.ramp_s):
+            why = "the run was stopped before, or the arm is being moved."
+        level = f"{word.gravity_level:g}"
+        if not why:
+            self.acts |= TOLD_LEVEL
+            self._note(now, f"{level} of the arm's weight is to be felt from here on, by a ramp.")
+        else:
+            self._note(now, f"A gravity level of {level} was refused: {why}")
+        if word.number is not None:
+            self._parent.send(Heard(word.number, why))

@@ -1,0 +1,268 @@
+"""The guard's process of the live loop: it owns the machine, and asks control, which only submits torques.
+
+They share two mailboxes: what the guard believes of the machine, and what control answers. The guard waits for an
+answer for a part of the period, never longer; that it comes too late, or never again, is its everyday business.
+"""
+
+import contextlib
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+
+import numpy as np
+
+from exograv.recording.encoding import tick_dtype
+from exograv.rig import Powered, Rig, may_be_worn
+from exograv.runtime.clock.real_time_loop import run_loop
+from exograv.runtime.clock.realtime import Rights, realtime
+from exograv.runtime.clock.timing import PERIOD_NS, Timing
+from exograv.runtime.processes.shared_memory import Mailbox
+from exograv.runtime.recorder.recorder_process import PHASE, event
+from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
+from exograv.safety.modes import Mode
+from exograv.signals import Command, JointState
+
+from .answering import POLL_S
+from .exchange import UNANSWERED, Channels, answer_dtype, state_dtype
+from .guard_commands import BELL, Hearing
+
+LIMITS_NS, LIMITS_SHARE = 350_000, 0.35
+"""What the guard keeps of a period, to limit a torque and to write it [ns], and at most so much of it."""
+
+GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
+"""Ticks in a row without an answer, after which the guard waits in every eighth tick only: it has let the arm down, and
+a loop that waits in all of them may be left without rest and broken off (`runtime.loop`)."""
+
+
+@dataclass(frozen=True)
+class GuardedRig:
+    """What the guard process works with; made in it, because only it touches the machine."""
+
+    rig: Rig
+    guard: Guard
+    gain: np.ndarray
+    """Torque per motor current, as calibrated (joint,) [N·m/A]."""
+
+    slope_max: float
+    """Beyond which control's own model of the loops does not fit any more [N·m]."""
+
+    announce: Callable[[str], object] = lambda _name: None
+    """Told the mode that begins, by its name: what somebody in the machine hears of it."""
+
+
+@dataclass(frozen=True)
+class GuardJob:
+    """What a guard process is started with."""
+
+    build: Callable[[], GuardedRig]
+    channels: Channels
+    periods: int
+    mode_names: tuple[str, ...]
+    notes: Mapping[str, str] = field(default_factory=dict)
+    """What to record besides when a mode begins, by its name."""
+
+    period_ns: int = PERIOD_NS
+    """Of the machine [ns]."""
+
+    is_steered: bool = False
+    """Whether an operator resets the latch; a virtual one does it by itself."""
+
+
+@dataclass(frozen=True)
+class Latch:
+    """A stop."""
+
+    cause: str
+    period: int
+    at_s: float
+    """Since the loop's start, by its periods [s]."""
+
+
+@dataclass(frozen=True)
+class GuardReport:
+    """What is left when the guard process ends."""
+
+    timing: Timing
+    rights: Rights
+    latches: tuple[Latch, ...]
+    unanswered: int
+    """Ticks without an answer in time."""
+
+    t: float
+    """The rig's clock [s]."""
+
+    started_ns: int
+    """When the first period began, on CLOCK_MONOTONIC [ns]."""
+
+    modes: tuple[tuple[str, float], ...] = ()
+    """Every mode in its turn, and when it began, since the loop's start [s]."""
+
+
+def answer_by_ns(period_ns: int) -> int:
+    """After the start of a period, when control has to have answered."""
+    return period_ns - round(min(LIMITS_NS, LIMITS_SHARE * period_ns))
+
+
+def guard_process(job: GuardJob, parent: Connection) -> None:
+    """Be the guard process: build, say so, wait for the word, run, report."""
+    guarding = _Guarding(job, parent)
+    try:
+        with guarding.rig:
+            parent.send("ready")
+            parent.recv()
+            with realtime() as rights:
+                guarding.begin()
+                timing = run_loop(guarding.tick, job.periods, job.period_ns)
+            report = guarding.report(timing, rights)
+        with contextlib.suppress(OSError):  # nobody is there any more
+            parent.send(report)
+    finally:
+        guarding.close()
+
+
+class _Guarding:
+    """The tick of the guard process."""
+
+    def __init__(self, job: GuardJob, parent: Connection):
+        self._job, self._parent, made = job, parent, job.build()
+        self.rig, self._guard, self._gain, self._slope_max = made.rig, made.guard, made.gain, made.slope_max
+        channels, self._announce = job.channels, made.announce
+        self._states = Mailbox(state_dtype(channels.joints), channels.states)
+        self._answers = Mailbox(answer_dtype(channels.joints), channels.answers)
+        self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
+        self._bell = None if channels.bell is None else Mailbox(BELL, channels.bell)
+        self.hearing = Hearing(self._guard, parent, self._bell, self._note)
+        self._known_modes = [Mode.__members__.get(name.upper()) for name in job.mode_names]
+        self._state, self._row = np.zeros((), state_dtype(channels.joints)), np.zeros((), tick_dtype(channels.joints))
+        self._row["cdr_header"] = (0, 1, 0, 0)
+        for name in ("q_reference", "v_reference", "a_reference"):
+            self._row[name] = np.nan
+        self._safe_state, self._phase, self._mode = SafeState.NONE, 0, -1
+        self._latches: list[Latch] = []
+        self._modes: list[tuple[str, float]] = []
+        self._unanswered = self._silent = self._started_ns = 0
+        self._has_begun = self._was_stopped = False
+        # A latch of a real machine ends the run: its self-test, and somebody who looks at it, come before the next.
+        self._ends_stopped = may_be_worn(self.rig)
+        self._resets = not (self._ends_stopped or job.is_steered)
+        self._answer_by_ns = answer_by_ns(job.period_ns)
+
+    def begin(self) -> None:
+        """Switch the motors on.
+
+        Raises:
+            RigError: A drive stays off.
+        """
+        if isinstance(self.rig, Powered):
+            self.rig.enable()
+
+    def tick(self, period: int) -> bool:
+        """Look, ask, decide, command, record; whether it is over before its time."""
+        woken = time.monotonic_ns()
+        state, now = self.rig.read(), self.rig.t
+        if not self._has_begun:
+            # From the torque that the motors give, and as it is recorded, so that a replay begins there too.
+            self._guard.envelope.begin(self._gain * state.current)
+            self._has_begun, self._started_ns = True, woken
+        self._row["monotonic"] = 1e-9 * time.monotonic_ns()  # beside `now`: the two clocks are compared in every tick
+        believed = self._guard.see(state, now)
+        answer = None if believed is None else self._asked(believed, now, woken)
+        submitted = None
+        if answer is not None:
+            submitted = Submitted(int(answer["sequence"]), float(answer["valid_until"]), answer["tau"])
+            self._enter(int(answer["mode"]), now)
+        guarded = self._guard.decide(submitted, now)
+        tau, current = guarded.tau, guarded.tau / self._gain
+        self.rig.write(Command(now, state.sequence, now + COMMAND_LIFE_S, tau, current, guarded.drive_damping))
+        self._safe_state = guarded.safe_state
+        self._look_for_stops(period, now)
+        self._record(period, now, state, tau, answer, woken)
+        # Nobody hands an arm to a control that is not there: it has to answer first.
+        if self._was_stopped and self._resets and not self.hearing.is_asked_to_end and answer is not None:
+            self.hearing.reset(now, "The virtual operator has reset the latch.")
+        mode = self._known_modes[self._mode] if self._mode >= 0 else None
+        self.hearing.listen(period, now, mode, is_answered=answer is not None)
+        is_over = self.hearing.is_asked_to_end or (self._was_stopped and self._ends_stopped)
+        return is_over and self._guard.envelope.descent_is_over
+
+    def report(self, timing: Timing, rights: Rights) -> GuardReport:
+        """At the end."""
+        latches, modes = tuple(self._latches), tuple(self._modes)
+        return GuardReport(timing, rights, latches, self._unanswered, self.rig.t, self._started_ns, modes)
+
+    def close(self) -> None:
+        """Let go of the memory."""
+        for memory in (self._states, self._answers, self._ticks, self._events, self._bell):
+            if memory is not None:
+                memory.close()
+
+    def _asked(self, believed: JointState, now: float, woken: int) -> np.void | None:
+        """Tell control, and wait for its answer as long as there is time."""
+        state = self._state
+        state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, self._safe_state
+        state["q"], state["current"] = believed.q, believed.current
+        self.hearing.tell(state)
+        person = self._guard.envelope.person
+        state["gravity_level"] = 0.0 if person is None else person.gravity_level
+        self._states.write(state)
+        waits = self._silent < GIVEN_UP_AFTER or believed.sequence % ASKED_AGAIN_EVERY == 0
+        until = woken + self._answer_by_ns * waits
+        while True:
+            got = self._answers.read()
+            if got is not None and int(got[1]["sequence"]) == believed.sequence:
+                self._silent = 0
+                self.hearing.delivered()
+                return got[1]
+            if time.monotonic_ns() >= until:
+                self._unanswered += 1
+                self._silent += 1
+                return None
+            time.sleep(POLL_S)
+
+    def _enter(self, mode: int, now: float) -> None:
+        if mode != self._mode:
+            self._mode, self._phase, name = mode, self._phase + 1, self._job.mode_names[mode]
+            self._modes.append((name, 1e-9 * (time.monotonic_ns() - self._started_ns)))
+            self._events.put(event(now, PHASE, name))
+            self._announce(name)
+            if text := self._job.notes.get(name):
+                self._note(now, text)
+
+    def _note(self, now: float, text: str) -> None:
+        self._events.put(event(now, "note", text))
+
+    def _look_for_stops(self, period: int, now: float) -> None:
+        """Each stop once, when it comes."""
+        stop, was_stopped = self._guard.envelope.stop, self._was_stopped
+        self._was_stopped = stop is not None
+        if stop is not None and not was_stopped:
+            self._latches.append(Latch(stop.value, period, 1e-9 * (time.monotonic_ns() - self._started_ns)))
+            self._events.put(event(now, "stop", stop.value))
+            self.hearing.latched()
+
+    def _record(
+        self, period: int, now: float, state: JointState, tau: np.ndarray, answer: np.void | None, woken: int
+    ) -> None:
+        row = self._row
+        row["now"], row["acts"], self.hearing.acts = now, self.hearing.acts, 0
+        row["faulty"] = sum(1 << joint for joint in state.faulty)
+        row["q_motor"] = np.nan if state.q_motor is None else state.q_motor
+        row["t"], row["phase"], row["sequence"] = state.t, self._phase, state.sequence & 0xFFFFFFFF
+        row["safe_state"], row["tick_us"] = self._safe_state + 1, 1e-3 * (time.monotonic_ns() - woken)
+        row["lateness_us"] = 1e-3 * max(woken - self._started_ns - period * round(1e9 * self.rig.period_s), 0)
+        row["q_measured"], row["current"] = state.q, state.current
+        row["tau_measured"], row["tau_commanded"] = self._gain * state.current, tau
+        if answer is None:
+            for name in UNANSWERED:
+                row[name] = np.nan
+            row["seen"] = 0
+        else:
+            for name in ("drive", "gravity_level", "arm_share"):
+                row[name] = answer[name]
+            row["seen"], row["control"] = answer["seen"] & 0xFFFFFFFF, answer["findings"]
+            row["v"], row["q_reference"], row["tau_desired"] = answer["v"], answer["q_reference"], answer["tau"]
+            row["tau_feedforward"], row["closure_slope"] = answer["tau_feedforward"], answer["slope"]
+            if not answer["slope"] < self._slope_max:
+                self._guard.lose_model()
+        self._ticks.put(row)

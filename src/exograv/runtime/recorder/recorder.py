@@ -1,0 +1,267 @@
+"""A process that records: what control puts into shared memory reaches the disk, whatever happens to either of them.
+
+Control puts ticks and events into two rings and never waits. The recorder takes them every `SYNC_EVERY_S`, writes
+them, forces them to the disk and only then gives their places free. If it is killed, the next one goes on in the same
+file, from what that file holds. If the disk fails it stops for good, and says so; control goes on.
+"""
+
+import contextlib
+import dataclasses
+import signal
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import RecordingError
+from exograv.recording.disk import TICKS_PER_S, refuse_small_disk
+from exograv.recording.encoding import tick_dtype
+from exograv.recording.writer import SYNC_EVERY_S
+from exograv.runtime.clock.realtime import Rights
+from exograv.runtime.clock.timing import EDGES_US, Timing
+from exograv.runtime.lsl.blocks import Devices
+from exograv.runtime.lsl.library import require_lsl
+from exograv.runtime.lsl.outlets import OutletsJob
+from exograv.runtime.processes.shared_memory import Mailbox, Ring
+from exograv.runtime.processes.spawn import spawned
+
+from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, Job, record
+
+TICKS_WAITING_MAX = TICKS_PER_S
+"""More than that on their way, and the disk is called slow: an alarm comes within a second (docs/safety.md, F19)."""
+
+FRUITLESS_MAX = 3
+"""Recorders in a row that ended by themselves without one tick on disk; what stops them would stop the next one too."""
+
+START_MAX_S = 20.0
+"""A fresh interpreter on a slow computer."""
+
+END_MAX_S = 30.0
+"""For what is still in the ring, and a disk that is slow."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """How the recording is."""
+
+    acknowledged: int
+    """Ticks on the disk: neither a killed process nor a power failure takes them back."""
+
+    waiting: int
+    """Ticks on their way there."""
+
+    lost: int
+    """Ticks that found the ring full."""
+
+    restarts: int
+    """Recorders that had to be replaced."""
+
+    sync_us_max: float
+    """Longest that the recorder in charge waited for the disk [µs]."""
+
+    why: str
+    """What is wrong, and what to do; empty where nothing is."""
+
+    unpublished: str = ""
+    """Why nothing more is published; empty where nothing is wrong, or nothing was to be published."""
+
+    @property
+    def recording_ok(self) -> bool:
+        """Every tick is on the disk or on its way."""
+        return not self.why
+
+
+class Recorder:
+    """Starts the recorder process, and another when it dies. `with Recorder(...) as recorder:` completes the file.
+
+    Make it before taking real-time rights, which a child process inherits, and in a process that may wait: starting
+    another recorder takes some milliseconds. The loop has only the `inlet`.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        joints: Sequence[str],
+        settings: Mapping[str, Any],
+        expected_s: float,
+        sync_every_s: float = SYNC_EVERY_S,
+        outlets: OutletsJob | None = None,
+        devices: Devices | None = None,
+    ):
+        """Begin the recording; returns when its settings are on the disk.
+
+        Args:
+            path: File to create, or to replace.
+            joints: Actuated joints, in the order of every per-joint array.
+            settings: Message of `/settings`, without `schema_version` and `joints`.
+            expected_s: How long the run may take; there must be room on the disk for twice of it.
+            sync_every_s: How often ticks are forced to the disk.
+            outlets: What is published besides, if anything.
+            devices: Whose streams are recorded besides, if any; their messages of `/stream` come by `write`.
+
+        Raises:
+            ConfigError: Something is to be published, and LSL is not installed.
+            RecordingError: The disk is too full, or the recorder cannot begin.
+        """
+        if outlets is not None:
+            require_lsl()
+        path = Path(path)
+        refuse_small_disk(path, len(joints), expected_s)
+        with contextlib.suppress(OSError):  # then the recorder says why it cannot write
+            path.unlink(missing_ok=True)  # what a later recorder goes on with is of this run
+        self._ticks = Ring(tick_dtype(len(joints)), RING_TICKS)
+        self._events = Ring(EVENT, RING_EVENTS)
+        self._status = Mailbox(STATUS)
+        self.inlet = Inlet(len(joints), self._ticks.name, self._events.name)
+        self._job = Job(
+            path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s, outlets, devices
+        )
+        self._failure, self._fruitless, self._safe_at_start = "", 0, 0
+        self._messages: list[tuple[str, float, dict[str, Any]]] = []
+        self._one_at_a_time = threading.RLock()
+        self._start()
+        self._await_start()
+
+    @property
+    def path(self) -> Path:
+        """Of the recording."""
+        return self._job.path
+
+    @property
+    def pid(self) -> int:
+        """Of the recorder process."""
+        return self._process.pid or 0
+
+    @property
+    def failure(self) -> str:
+        """Why nothing more can be written; empty while all is well. Asking changes nothing."""
+        return self._failure or self._said("why").decode()
+
+    def check(self) -> Report:
+        """Start another recorder if it has died, and say how the recording is. To be called some times a second."""
+        self._failure = self.failure
+        if not self._failure and not self._process.is_alive():
+            self._replace()
+        return self._report()
+
+    def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
+        """Have a message of the time `t` [s] recorded that comes now and then; whichever recorder is in charge does.
+
+        For any thread.
+        """
+        with self._one_at_a_time:
+            self._messages.append((topic, t, dict(message)))
+            self._pass_on(self._messages[-1])
+
+    def finish(self, timing: Mapping[str, Any] | None = None) -> Report:
+        """Complete the file when control has put its last tick.
+
+        Args:
+            timing: What `timing_message` returns; ticks lost and restarts are added to it.
+        """
+        until = time.monotonic() + END_MAX_S
+        self._say_end(timing)
+        while not self._failure and self._process.exitcode != 0:
+            self._process.join(0.1)
+            if self._process.exitcode:
+                self._replace()
+                self._say_end(timing)
+            if time.monotonic() > until:
+                self._process.kill()
+                self._failure = (
+                    f"The recorder did not complete {self._job.path} within {END_MAX_S:g} s. The file can be read as "
+                    "far as it goes; look whether its disk still works."
+                )
+        return self._report()
+
+    def close(self) -> None:
+        """Complete the file, if that has not happened, and let go of the memory."""
+        self.finish()
+        self._parent_end.close()
+        self._process.join(1.0)
+        for memory in (self._ticks, self._events, self._status):
+            memory.close()
+
+    def __enter__(self) -> "Recorder":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _start(self) -> None:
+        self._job = dataclasses.replace(self._job, start=self._job.start + 1)
+        self._safe_at_start = self._ticks.acknowledged
+        with self._one_at_a_time:
+            self._process, self._parent_end = spawned("recorder", record, self._job)
+            for message in self._messages:  # it leaves out those that its file holds already
+                self._pass_on(message)
+
+    def _pass_on(self, message: tuple[str, float, dict[str, Any]]) -> None:
+        with contextlib.suppress(OSError):  # it has died; its successor is told
+            self._parent_end.send(message)
+
+    def _replace(self) -> None:
+        code = self._process.exitcode
+        self._parent_end.close()
+        if code == GAVE_UP:
+            self._failure = self._said("why").decode()
+            return
+        is_fruitless = code != -signal.SIGKILL and self._ticks.acknowledged == self._safe_at_start
+        self._fruitless = self._fruitless + 1 if is_fruitless else 0
+        if self._fruitless >= FRUITLESS_MAX:
+            self._failure = (
+                f"{FRUITLESS_MAX} recorders in a row ended by themselves (exit code {code}) and wrote nothing to "
+                f"{self._job.path}. Their last words are on this terminal; please report them."
+            )
+            return
+        self._start()
+
+    def _await_start(self) -> None:
+        until = time.monotonic() + START_MAX_S
+        while self._status.read() is None and not self._failure and time.monotonic() < until:
+            self._process.join(0.02)
+            if self._process.exitcode is not None:
+                self._replace()
+        if self._status.read() is None:
+            self._failure = self._failure or f"The recorder did not start within {START_MAX_S:g} s."
+        if why := self.check().why:
+            self.close()
+            raise RecordingError(why)
+
+    def _say_end(self, timing: Mapping[str, Any] | None) -> None:
+        message = {**timing, "ticks_lost": self._ticks.lost, "recorder_restarts": self._job.start - 1} if timing else {}
+        with contextlib.suppress(OSError):  # it has died; its successor is told
+            self._parent_end.send(message)
+
+    def _report(self) -> Report:
+        safe, lost, why = self._ticks.acknowledged, self._ticks.lost, self._failure
+        waiting, restarts = self._ticks.written - safe, self._job.start - 1
+        if not why and lost:
+            why = f"{lost} ticks are missing in {self._job.path}: its disk or its recorder stood still for too long."
+        if not why and waiting > TICKS_WAITING_MAX:
+            why = f"{waiting} ticks wait for the disk of {self._job.path}. Stop what else writes to it."
+        unpublished = self._said("unpublished").decode()
+        return Report(safe, waiting, lost, restarts, float(self._said("sync_us_max")), why, unpublished)
+
+    def _said(self, name: str) -> Any:
+        """What the recorder last said of itself; nothing is an empty entry."""
+        said = self._status.read()
+        return np.zeros(1, STATUS)[0][name] if said is None else said[1][name]
+
+
+def timing_message(t: float, timing: Timing, rights: Rights) -> dict[str, Any]:
+    """The message of `/timing` for a run that ended at `t` [s]."""
+    return {
+        "t": t,
+        "periods": timing.periods,
+        "missed": timing.missed,
+        "edges_us": list(EDGES_US),
+        "counts": timing.histogram(),
+        "longest_gap_us": timing.longest_gap_us,
+        "granted": rights.granted,
+        "refused": rights.refused,
+    }

@@ -1,0 +1,269 @@
+"""The recorder process itself: rings on one side, a file on the other, and what both ends must agree on."""
+
+import contextlib
+import time
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exograv.errors import ExogravError, RecordingError
+from exograv.recording import RecordingWriter
+from exograv.recording.disk import TICKS_PER_S
+from exograv.recording.encoding import tick_dtype
+from exograv.runtime.lsl.blocks import Devices
+from exograv.runtime.lsl.intake import Intake
+from exograv.runtime.lsl.outlets import Outlets, OutletsJob
+from exograv.runtime.processes.shared_memory import Mailbox, Ring
+
+RING_TICKS = 32 * TICKS_PER_S
+"""What may wait: five seconds without a recorder (docs/safety.md, F18), and what the next one takes to read the file.
+
+That is a second per ten minutes of recording on an idle computer, and three on a busy one.
+"""
+
+RING_EVENTS = 256
+
+EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
+"""One entry of the ring of events; text is UTF-8."""
+
+PHASE = "phase"
+"""Kind of event that begins a phase, whose name is its text: it goes to `/phase`, the others to `/event`."""
+
+TOLD = ("/control", "/stream", "/page")
+"""Topics of which the parent has messages recorded."""
+
+PUBLISH_EVERY_S = 0.01
+"""Of a run whose ticks are published: what they may come late by, beside the network."""
+
+GAVE_UP = 3
+"""Exit code of a recorder whose file takes no more: the next one would meet the same disk."""
+
+STATUS = np.dtype([("start", "<u4"), ("sync_us_max", "<f4"), ("why", "S480"), ("unpublished", "S480")])
+"""What a recorder says of itself: which one it is, its longest sync, why it can write no more, and why it publishes no
+more."""
+
+
+@dataclass(frozen=True)
+class Inlet:
+    """How another process hands over what is to be recorded: names of memory. One process writes into each."""
+
+    n_joints: int
+    tick_ring: str
+    event_ring: str
+
+    def ticks(self) -> Ring:
+        """The ring of ticks: rows of `recording.encoding.tick_dtype`, each with its `phase` and `sequence`."""
+        return Ring(tick_dtype(self.n_joints), RING_TICKS, self.tick_ring)
+
+    def events(self) -> Ring:
+        """The ring of events: rows of `event`."""
+        return Ring(EVENT, RING_EVENTS, self.event_ring)
+
+
+def event(t: float, kind: str, text: str) -> np.ndarray:
+    """An entry of the ring of events; of a text that is too long, as much as fits."""
+    row = np.zeros((), EVENT)
+    row["t"], row["kind"], row["text"] = t, _utf8(kind, "kind"), _utf8(text, "text")
+    return row
+
+
+def _utf8(text: str, name: str) -> bytes:
+    """As much of it as fits into this entry, in whole characters."""
+    return text.encode(errors="replace")[: EVENT[name].itemsize].decode(errors="ignore").encode()
+
+
+QUIET_S, LOOK_S = 0.5, 0.05
+"""So long nothing comes of a guard that has ended [s]."""
+
+OUTLAST_MAX_S = 15.0
+"""A guard whose parent is gone has let the arm down long before [s]."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a recorder process is started with."""
+
+    path: Path
+    joints: tuple[str, ...]
+    settings: Mapping[str, Any]
+    """Message of `/settings`."""
+
+    inlet: Inlet
+    status: str
+    """Name of the mailbox in which it says how it is."""
+
+    start: int
+    """Which recorder of this file it is, from 1; all but the first go on in the file."""
+
+    sync_every_s: float
+
+    outlets: OutletsJob | None = None
+    """What is published besides, if anything."""
+
+    devices: Devices | None = None
+    """Whose streams are recorded besides, if any."""
+
+
+def record(job: Job, parent: Connection) -> None:
+    """Be the recorder process: until the parent says that the run is over, or is gone.
+
+    Args:
+        job: What to record, and where.
+        parent: Brings the message of `/timing`, or an empty one, at the end of the run.
+    """
+    status = Mailbox(STATUS, job.status)
+    try:
+        with contextlib.closing(_Desk(job, status)) as desk:
+            until = time.monotonic() + job.sync_every_s
+            while True:
+                wait_s = until - time.monotonic()
+                try:
+                    word = _heard(parent, wait_s if job.outlets is None else min(wait_s, PUBLISH_EVERY_S))
+                except EOFError:
+                    _outlast(desk)
+                    word = {}
+                if isinstance(word, tuple):
+                    desk.note(*word)
+                elif word is not None:
+                    break
+                if job.outlets is not None:
+                    desk.take()
+                if time.monotonic() >= until:
+                    desk.save()
+                    until = time.monotonic() + job.sync_every_s
+            desk.finish(word)
+    except ExogravError as error:
+        _say(status, job.start, 0.0, str(error))
+        raise SystemExit(GAVE_UP) from None
+    finally:
+        status.close()
+
+
+def _heard(parent: Connection, within_s: float) -> tuple[str, float, dict[str, Any]] | Mapping[str, Any] | None:
+    """A message to record, the last words of the run, or nothing."""
+    return parent.recv() if parent.poll(max(within_s, 0.0)) else None
+
+
+def _outlast(desk: "_Desk") -> None:
+    """The parent was killed: its guard lets an arm down yet, which has to be in the file; then that is completed."""
+    begun = heard = now = time.monotonic()
+    while now - begun < OUTLAST_MAX_S and now - heard < QUIET_S:
+        if desk.take():
+            heard = now
+        time.sleep(LOOK_S)
+        now = time.monotonic()
+
+
+class _Desk:
+    """Rings on one side, the file on the other."""
+
+    def __init__(self, job: Job, status: Mailbox):
+        self._start, self._status, self._sync_us_max = job.start, status, 0.0
+        self._is_saved, self._unpublished = True, ""
+        with contextlib.closing(job.inlet.ticks()) as ticks, contextlib.closing(job.inlet.events()) as events:
+            self._writer = _writer(job, ticks.acknowledged)
+            # The last recorder may have died between its sync and its word: what the file holds is not taken again.
+            ticks.acknowledge(self._writer.sync())
+            events.acknowledge(self._events_written())
+        self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
+        self._intake = None if job.devices is None else Intake(job.devices, self._writer, has_rig=bool(job.joints))
+        self._known = Counter({topic: self._writer.count(topic) for topic in TOLD})
+        self._outlets = None if job.outlets is None else Outlets(job.outlets)
+        self._say()
+
+    def note(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
+        """Take a message from the parent, who tells every recorder of a file all of them."""
+        if self._known[topic] > 0:
+            self._known[topic] -= 1
+        else:
+            if self._intake is not None and "monotonic" in message:
+                t = self._intake.rig_time(message["monotonic"])
+            self._writer.write(topic, t, message)
+            self._is_saved = False
+
+    def take(self) -> bool:
+        """Take all that is new, and publish it; whether there was anything."""
+        events, rows = self._events.take(), self._ticks.take()
+        if not len(rows) and not len(events):
+            return False
+        self._is_saved = False
+        for row in events:
+            self._write_event(row)
+        self._writer.ticks(rows)
+        if self._intake is not None:
+            self._intake.see(rows)
+        if self._outlets is not None:
+            try:
+                self._outlets.publish(rows, events)
+            except RuntimeError as error:
+                self._outlets, self._unpublished = None, f"LSL has failed, and the recording goes on: {error}"
+        return True
+
+    def save(self) -> None:
+        """Bring all that is new to the disk, then say so."""
+        self.take()
+        is_more = self._intake is not None and self._intake.take()
+        if self._is_saved and not is_more:
+            return
+        start = time.perf_counter_ns()
+        safe = self._writer.sync()
+        self._is_saved = True
+        self._sync_us_max = max(self._sync_us_max, 1e-3 * (time.perf_counter_ns() - start))
+        self._ticks.acknowledge(safe)
+        self._events.acknowledge(self._events_written())
+        if self._intake is not None:
+            self._intake.acknowledge()
+        self._say()
+
+    def finish(self, timing: Mapping[str, Any]) -> None:
+        """Complete the file."""
+        self.save()
+        while self._intake is not None and self._intake.take():
+            pass
+        if timing:
+            self._writer.write("/timing", timing["t"], {name: timing[name] for name in timing if name != "t"})
+        self._writer.close()
+
+    def close(self) -> None:
+        """Let go of the memory; the file is left as it is."""
+        self._ticks.close()
+        self._events.close()
+        if self._intake is not None:
+            self._intake.close()
+
+    def _write_event(self, row: np.void) -> None:
+        t = float(row["t"]) if np.isfinite(row["t"]) else 0.0
+        kind, text = (bytes(row[name]).decode(errors="replace") for name in ("kind", "text"))
+        if kind == PHASE:
+            self._writer.write("/phase", t, {"name": text})
+        else:
+            self._writer.write("/event", t, {"kind": kind, "text": text})
+
+    def _say(self) -> None:
+        _say(self._status, self._start, self._sync_us_max, "", self._unpublished)
+
+    def _events_written(self) -> int:
+        return self._writer.count("/event") + self._writer.count("/phase")
+
+
+def _writer(job: Job, acknowledged: int) -> RecordingWriter:
+    if job.start > 1:
+        try:
+            return RecordingWriter.continued(job.path, acknowledged)
+        except RecordingError:
+            if acknowledged:  # otherwise it was killed before its settings were written
+                raise
+    streams = () if job.devices is None else job.devices.streams
+    return RecordingWriter(job.path, job.joints, job.settings, streams)
+
+
+def _say(status: Mailbox, start: int, sync_us_max: float, why: str, unpublished: str = "") -> None:
+    row = np.zeros((), STATUS)
+    row["start"], row["sync_us_max"] = start, sync_us_max
+    row["why"], row["unpublished"] = _utf8(why, "text"), _utf8(unpublished, "text")
+    status.write(row)

@@ -1,1 +1,0 @@
-"""Pictures of a virtual study, each marked as simulated."""

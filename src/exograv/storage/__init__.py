@@ -1,0 +1,1 @@
+"""Files that are kept between days: calibrations, participants, passes of the self-test, checkpoints."""

@@ -1,0 +1,100 @@
+"""The sheet of a bring-up: what was tried, what it was, who did it; sealed, so that nobody changes a value later."""
+
+from datetime import datetime
+from pathlib import Path
+from typing import ClassVar, Literal
+
+from pydantic import AwareDatetime
+
+from exograv.errors import ConfigError
+from exograv.model.description import RigDescription
+from exograv.model.rig_settings import Settings
+from exograv.rig.drives.settings import Drives
+
+from .calibration_file import identity_of, refuse_other_machine
+from .calibration_schema import Identity
+from .sealed_file import Sealed, read_sealed, sealed, write_sealed
+from .self_test_step import Step
+
+FILE = "rig_test.toml"
+HEAD = """\
+# The bring-up of one machine, written by `exograv rig-test` (docs/rig_test.md). Do not edit: content_sha256 seals the
+# values, and a changed file is refused. The signature on paper goes below the printed table.
+"""
+
+
+class Line(Settings):
+    """One step."""
+
+    name: str
+    passed: bool
+    value: str
+    limit: str
+
+
+class Done(Settings):
+    """When, by whom, with what."""
+
+    at: AwareDatetime
+    by: str
+    drives_sha256: str
+    passed: bool
+    is_simulated: bool
+
+
+class Sheet(Sealed):
+    """The whole file."""
+
+    VERSION: ClassVar[int] = 1
+    schema_version: Literal[1]
+    identity: Identity
+    done: Done
+    steps: list[Line]
+
+
+def write_sheet(
+    path: Path, description: RigDescription, drives: Drives, steps: list[Step], by: str, at: datetime, simulated: bool
+) -> Sheet:
+    """Write it, passed or not.
+
+    Raises:
+        ConfigError: The place cannot be written.
+    """
+    tried = [step for step in steps if step.passed is not None]
+    lines = [
+        Line(name=one.name, passed=bool(one.passed), value=_text(one.measured), limit=f"{_text(one.limit)} {one.unit}")
+        for one in tried
+    ]
+    passed = len(tried) == len(steps) and all(step.passed or step.locks_only for step in steps)
+    done = Done(at=at.replace(microsecond=0), by=by, drives_sha256=drives.sha256, passed=passed, is_simulated=simulated)
+    whole = sealed(
+        Sheet(schema_version=1, identity=identity_of(description, drives.settings.serial), done=done, steps=lines)
+    )
+    write_sealed(path, whole, HEAD, "--out")
+    return whole
+
+
+def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drives) -> None:
+    """A real machine is calibrated only when its bring-up, with these drives, has passed.
+
+    Raises:
+        ConfigError: It has not, or the sheet is damaged or of another machine.
+    """
+    again = "Bring the machine up first: `exograv rig-test` with these drives, in the same --out."
+    if not path.is_file():
+        raise ConfigError(f"{path} is missing: no bring-up of this machine has passed. {again}")
+    whole = read_sealed(path, Sheet, again, again)
+    refuse_other_machine(path, whole.identity, identity_of(description, drives.settings.serial), again)
+    why = ""
+    if whole.done.is_simulated:
+        why = "is of simulated drives"
+    elif not whole.done.passed:
+        why = "has steps that failed"
+    elif whole.done.drives_sha256 != drives.sha256:
+        why = "is of another drives.toml: it was changed since"
+    if why:
+        raise ConfigError(f"{path} {why}. {again}")
+
+
+def _text(value: float | str | None) -> str:
+    return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)

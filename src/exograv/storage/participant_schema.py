@@ -1,0 +1,150 @@
+"""What a participant's file holds: one person in one machine, as identified last."""
+
+import hashlib
+import re
+from collections.abc import Sequence
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import AfterValidator, AwareDatetime, Field, NonNegativeFloat, PositiveFloat, PositiveInt
+
+from exograv.dynamics.parameters import Layout, names_and_units
+from exograv.identification.recursive.carried_over import kept_part
+from exograv.model.anthropometry import Body
+from exograv.model.assembly import Assembly
+from exograv.model.rig_settings import Settings
+
+from .calibration_schema import Identity
+from .sealed_file import Sealed
+
+SCHEMA_VERSION = 1
+DIGITS = 9
+"""Of mean and covariance [-]: the best known combination of parameters has 1e-5 of the table's variance."""
+CODE = "3 to 16 letters, digits, '-' and '_', with a digit among them: what has none looks like a name"
+
+Kept = Float[np.ndarray, " kept"]
+KeptSquare = Float[np.ndarray, "kept kept"]
+
+
+def is_code(code: str) -> bool:
+    """Whether it can stand for a person."""
+    return re.fullmatch(r"[A-Za-z0-9_-]{3,16}", code) is not None and any(letter.isdigit() for letter in code)
+
+
+def _checked_code(code: str) -> str:
+    if not is_code(code):
+        raise ValueError(f"it must have {CODE}")
+    return code
+
+
+class Person(Settings):
+    """Who, by a code, and what somebody with a scale and a tape has told."""
+
+    code: Annotated[str, AfterValidator(_checked_code)]
+    height_m: PositiveFloat
+    mass_kg: PositiveFloat
+    sex: Literal["male", "female"]
+    lengths_m: dict[str, PositiveFloat]
+
+    @classmethod
+    def of(cls, code: str, body: Body) -> "Person":
+        """This code for a person of these measures; lengths to a tenth of a millimetre."""
+        lengths = {name: round(length, 4) for name, length in (body.lengths_m or {}).items()}
+        return cls(
+            code=code,
+            height_m=round(body.height_m, 3),
+            mass_kg=round(body.mass_kg, 1),
+            sex=body.sex,
+            lengths_m=lengths,
+        )
+
+
+class Identified(Settings):
+    """How the person was identified last."""
+
+    at_utc: AwareDatetime
+    donnings: PositiveInt
+    """How many have gone into the belief."""
+    method: str
+    prior_sha256: str
+    """Of the table's belief that it began with at the first donning."""
+    motion: str
+    motion_s: PositiveFloat
+    calibration_sha256: str
+    """Of the machine's stored calibration; empty where it was measured for this identification and not kept."""
+    outcome: str
+    predicted_left_over_Nm: list[NonNegativeFloat]
+    """By the covariance, per joint over the workspace."""
+    held_out_error_Nm: list[NonNegativeFloat]
+    """RMS per joint of torque that was predicted a second before it was measured."""
+    held_out_s: NonNegativeFloat
+    """Motion in which that was asked, at its end."""
+
+
+class ParameterRow(Settings):
+    """One parameter."""
+
+    name: str
+    unit: str
+    mean: float
+    covariance: list[float]
+    """With the parameters before it and itself."""
+
+
+class StoredParticipant(Sealed):
+    """The whole file."""
+
+    VERSION: ClassVar[int] = SCHEMA_VERSION
+    schema_version: Literal[1]
+    person: Person
+    machine: Identity
+    identified: Identified
+    parameters: Annotated[list[ParameterRow], Field(min_length=1)]
+
+    @property
+    def mean(self) -> Kept:
+        """Of what is the person's, in the order of `dynamics.parameters`."""
+        return np.array([row.mean for row in self.parameters])
+
+    @property
+    def covariance(self) -> KeptSquare:
+        """Of the same."""
+        square = np.zeros((len(self.parameters),) * 2)
+        for i, row in enumerate(self.parameters):
+            square[i, : i + 1] = square[: i + 1, i] = row.covariance
+        return square
+
+
+def parameter_names(assembly: Assembly) -> list[str]:
+    """Of the rows of a file for this arm in this machine."""
+    return [name for name, _ in names_and_units(assembly)][kept_part(Layout.of(assembly))]
+
+
+def parameter_rows(
+    assembly: Assembly, mean: Float[np.ndarray, " parameter"], covariance: Float[np.ndarray, "parameter parameter"]
+) -> list[ParameterRow]:
+    """As they go into the file: what is the person's of all that was learned."""
+    kept = kept_part(Layout.of(assembly))
+    units = list(names_and_units(assembly))[kept]
+    return [
+        ParameterRow(name=name, unit=unit, mean=_short(mean[i]), covariance=_shortened(covariance[i, : i + 1]))
+        for i, (name, unit) in enumerate(units)
+    ]
+
+
+def prior_hash(
+    assembly: Assembly, table: tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]
+) -> str:
+    """SHA-256 of what the table believes of the person, to six digits."""
+    kept = kept_part(Layout.of(assembly))
+    numbers = [*table[0][kept], *table[1][kept, kept].ravel()]
+    return hashlib.sha256(" ".join(f"{number:.6g}" for number in numbers).encode()).hexdigest()
+
+
+def _shortened(values: Sequence[float] | Float[np.ndarray, " entry"]) -> list[float]:
+    return [_short(value) for value in values]
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

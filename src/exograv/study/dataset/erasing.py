@@ -1,0 +1,157 @@
+"""Somebody takes back the consent: all that the study has of the code goes, and a search proves it.
+
+What is made from everybody's data goes too: the tables lose the person's rows, findings, report and exports in the
+folder go as a whole. The disk may keep deleted blocks, and backups and copies elsewhere are out of reach: the receipt
+says so.
+"""
+
+import json
+import secrets
+import shutil
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from exograv.errors import ConfigError, RecordingError
+from exograv.study.folder.columns import TABLES
+from exograv.study.folder.journal import alone, note
+from exograv.study.folder.settings import read_settings
+from exograv.study.folder.study_folder import StudyFolder, write_text_whole
+from exograv.study.participants.register import read_register, write_register
+from exograv.study.participants.searching import files_with, has_word
+
+from .making import refresh
+from .quarantine import quarantined
+from .sources import placed_sources, remove_partial
+
+EXPORT = "dataset_description.json"
+"""A folder with it is an export."""
+
+
+@dataclass(frozen=True)
+class Receipt:
+    """What was done, without the code."""
+
+    number: str
+    """Drawn at random; gives nobody away."""
+
+    at: str
+    sessions: int
+    quarantined: int
+    files: int
+    """That were removed, all together."""
+
+    log_lines: int
+    exports: int
+    """Exported data sets in the folder, which have to be exported again."""
+
+    left: tuple[str, ...]
+    """Files in which the code still stands; empty where it is proved that none does."""
+
+    not_attributed: int
+    """Files in quarantine that nobody could read, and of which nobody said whose they are."""
+
+    @property
+    def is_proved(self) -> bool:
+        """Whether the search found nothing."""
+        return not self.left
+
+    @property
+    def sentence(self) -> str:
+        """For who asked for it."""
+        proof = (
+            "A search of all names and contents in the folder finds the code nowhere."
+            if self.is_proved
+            else f"The code still stands in {', '.join(self.left)}: remove these by hand."
+        )
+        more = f" {self.exports} exports were removed: export again." if self.exports else ""
+        if self.not_attributed:
+            more += f" {self.not_attributed} unreadable files in quarantine are nobody's: look whose they are."
+        return (
+            f"{self.sessions} sessions and {self.files} files were erased. {proof}{more} Backups, copies elsewhere and "
+            f"the identity (exograv study identity) are not touched. Receipt {self.number}."
+        )
+
+    def figures(self) -> dict[str, Any]:
+        """For `--json` and the file."""
+        return {**asdict(self), "left": list(self.left), "is_proved": self.is_proved, "sentence": self.sentence}
+
+
+def erase(folder: StudyFolder, code: str) -> Receipt:
+    """Erase a participant; after a kill in between the same command goes on.
+
+    Raises:
+        ConfigError: The folder is no study, knows nothing of the code, or another command is changing it.
+        RecordingError: Something cannot be removed.
+    """
+    read_settings(folder)
+    with alone(folder):
+        remove_partial(folder)
+        sources = placed_sources(folder)
+        words = [code, *_old_codes(sources, code)]
+        if not any(True for _ in files_with(folder.path, [code])):
+            raise ConfigError(f"Nothing in {folder.path} is of {code}. Check the code.")
+        sessions = sum(source.note.participant == code for source in sources)
+        aside = [sha256 for sha256, why in quarantined(folder).items() if why.get("participant") == code]
+        removed, exports = _remove(folder, code, aside)
+        lines = _strip_log(folder, words)
+        write_register(folder, [row for row in read_register(folder) if row.code != code])
+        refresh(folder)
+        left = tuple(f"{path.relative_to(folder.path)} ({where})" for path, where in files_with(folder.path, words))
+        orphans = sum(why.get("participant") is None for why in quarantined(folder).values())
+        at = datetime.now(UTC).replace(microsecond=0).isoformat()
+        receipt = Receipt(secrets.token_hex(4), at, sessions, len(aside), removed, lines, exports, left, orphans)
+        path = folder.path / "receipts" / f"erased-{receipt.number}.json"
+        write_text_whole(path, json.dumps(receipt.figures(), ensure_ascii=False, indent=1) + "\n")
+        note(folder, "erased", f"Somebody was erased: receipt {receipt.number}.")
+    return receipt
+
+
+def _old_codes(sources: list[Any], code: str) -> list[str]:
+    """Codes in the person's files that nobody else has."""
+    mine = {source.note.recorded_as for source in sources if source.note.participant == code} - {None}
+    return sorted(mine - {source.note.recorded_as for source in sources if source.note.participant != code})
+
+
+def _remove(folder: StudyFolder, code: str, aside: list[str]) -> tuple[int, int]:
+    """Everything of the code, and everything that is made from all; says how many files and exports that were."""
+    found = {path.parent for path in folder.path.rglob(EXPORT) if path.parent != folder.path}
+    exports = [path for path in sorted(found) if not found & set(path.parents)]
+    whole = [folder.sources / code, folder.report, *exports]
+    # The tables lose the person's rows when they are made anew, without reading everybody's recordings again.
+    tables = {folder.table(name) for name in TABLES}
+    whole += [path for path in folder.derivatives.glob("*") if path not in tables]
+    whole += [folder.quarantine / sha256[:16] for sha256 in aside]
+    whole += _named(folder, code)
+    count = 0
+    for path in whole:
+        if not path.exists():
+            continue
+        try:
+            if path.is_dir():
+                count += sum(one.is_file() for one in path.rglob("*"))
+                shutil.rmtree(path)
+            else:
+                count += 1
+                path.unlink()
+        except OSError as error:
+            raise RecordingError(
+                f"{path.name} cannot be removed: {error.strerror}. Put it right and erase again: what is done is done."
+            ) from error
+    return count, len(exports)
+
+
+def _named(folder: StudyFolder, code: str) -> list[Path]:
+    """Whatever bears the code in its name, wherever it is."""
+    return [path for path in folder.path.rglob("*") if code.lower() in path.name.lower()]
+
+
+def _strip_log(folder: StudyFolder, words: list[str]) -> int:
+    """Lines that name the person go; says how many."""
+    if not folder.log.exists():
+        return 0
+    lines = folder.log.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)
+    kept = [line for line in lines if not has_word(line, words)]
+    write_text_whole(folder.log, "".join(kept))
+    return len(lines) - len(kept)

@@ -1,0 +1,94 @@
+"""`log.jsonl`: what happened to a study, a line each, without anybody's name; and one hand at a time."""
+
+import contextlib
+import fcntl
+import json
+import os
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from exograv.errors import ConfigError, RecordingError
+
+from .study_folder import StudyFolder
+
+LOCK = ".lock"
+"""File of a folder that one process at a time may hold."""
+
+
+def note(folder: StudyFolder, what: str, sentence: str, **more: Any) -> None:
+    """Append a line and force it to the disk.
+
+    Args:
+        folder: The study's.
+        what: `added`, `refused`, `quarantined`, `replaced`, `erased` …
+        sentence: For a person to read.
+        more: Such as `sha256` and `participant`.
+
+    Raises:
+        RecordingError: The disk is full, or the folder cannot be written.
+    """
+    entry = {"at": datetime.now(UTC).replace(microsecond=0).isoformat(), "what": what, "sentence": sentence, **more}
+    line = json.dumps(entry, ensure_ascii=False).encode() + b"\n"
+    try:
+        with folder.log.open("ab+") as file:
+            size = file.seek(0, os.SEEK_END)
+            if size:
+                file.seek(size - 1)
+                # Whoever was killed while writing left half a line, which then stands alone.
+                line = line if file.read(1) == b"\n" else b"\n" + line
+            file.write(line)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        raise RecordingError(f"{folder.log} cannot be written: {error.strerror}. Free space on the disk.") from error
+
+
+def read_journal(folder: StudyFolder) -> list[dict[str, Any]]:
+    """All whole lines, in the order of writing."""
+    try:
+        lines = folder.log.read_text(encoding="utf-8", errors="replace").splitlines()
+    except FileNotFoundError:
+        return []
+    entries = list[dict[str, Any]]()
+    for line in lines:
+        with contextlib.suppress(json.JSONDecodeError):
+            entries.append(json.loads(line))
+    return entries
+
+
+@contextlib.contextmanager
+def alone(folder: StudyFolder) -> Iterator[None]:
+    """Nobody else changes the study meanwhile; a killed command lets go by itself.
+
+    Raises:
+        ConfigError: Somebody does, or the folder cannot be written.
+    """
+    with locked(folder.path, f"Another exograv command is changing {folder.path}. Try again when it has ended."):
+        yield
+
+
+@contextlib.contextmanager
+def locked(path: Path, busy: str) -> Iterator[None]:
+    """One process at a time holds a folder; the lock dies with its process.
+
+    Raises:
+        ConfigError: Another one holds it, which `busy` says, or the folder cannot be written.
+    """
+    try:
+        handle = os.open(path / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written: {error.strerror}. Check whose folder it is.") from error
+    try:
+        _take(handle, busy)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _take(handle: int, busy: str) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise ConfigError(busy) from error

@@ -1,0 +1,97 @@
+"""Every fault of F01 to F40 is flown, struck, proved by a test that exists, or named as missing."""
+
+import ast
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import exograv
+from exograv.campaigns.faults.fault_table import FAULTS
+from exograv.campaigns.faults.figures import with_strikes
+from exograv.campaigns.faults.proved_elsewhere import ELSEWHERE, NOT_YET
+from exograv.campaigns.faults.strikes import KINDS
+
+ROOT = Path(__file__).parents[3]
+PACKAGE = Path(exograv.__file__).parent
+MOVES = ("control", "safety", "runtime", "rig", "dynamics")
+MOVES_TOO = [f"session/{name}.py" for name in ("live", "live_processes", "pilot", "arm_controller")]
+
+
+def functions(path: Path) -> set[str]:
+    tree = ast.parse(path.read_text("utf-8"))
+    return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+
+
+def test_all_forty_are_accounted_for_and_none_that_is_proved_is_called_missing():
+    flown = {name.split()[0] for name in (*FAULTS, *KINDS)}
+    proved = {row.id for row in ELSEWHERE}
+    assert {f"F{k:02d}" for k in range(1, 41)} == (flown | proved | set(NOT_YET)) - {"control"}
+    assert not (flown | proved) & set(NOT_YET)
+
+
+@pytest.mark.parametrize("row", ELSEWHERE, ids=lambda row: row.id)
+def test_what_proves_a_row_exists(row):
+    assert row.proved_by
+    for test in row.proved_by:
+        file, _, name = test.partition("::")
+        assert name in functions(ROOT / file), test
+
+
+STAMP_ONLY = ("runtime/ros2/bridge.py", "runtime/ros2/node.py")
+"""A process of its own that publishes: ROS stamps by the clock on the wall, and no torque hangs on it."""
+
+
+def asks_for_the_time_of_day(source: str) -> bool:
+    words = {node.attr for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Attribute)}
+    imported = {
+        name.name for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in node.names
+    }  # fmt: skip
+    calls = {
+        node.attr
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "time"
+    }
+    return bool(
+        calls & {"time", "time_ns", "localtime", "gmtime"}
+        or imported & {"datetime", "time_ns"}
+        or words & {"CLOCK_REALTIME"}
+    )
+
+
+def test_nothing_that_moves_a_machine_asks_for_the_time_of_day():
+    files = [file for name in MOVES for file in (PACKAGE / name).glob("**/*.py")]
+    assert all(PACKAGE / name in files for name in STAMP_ONLY)
+    files = [file for file in files if file.relative_to(PACKAGE).as_posix() not in STAMP_ONLY]
+    files += [PACKAGE / name for name in (*MOVES_TOO, "signals.py", "motion.py")]
+    assert len(files) > 50
+    assert [str(file) for file in files if asks_for_the_time_of_day(file.read_text("utf-8"))] == []
+
+
+@pytest.mark.parametrize("source", ["import time\ntime.time()", "from datetime import datetime", "import datetime"])
+def test_a_clock_on_the_wall_is_recognised(source: str):
+    assert asks_for_the_time_of_day(source)
+    assert not asks_for_the_time_of_day("import time\ntime.monotonic_ns()\ntime.sleep(1)")
+
+
+def live(**changes: object) -> dict[str, Any]:
+    row = {"missed": 0}
+    return {"by_fault": {"F16 live": row}, "envelope_violations": 0, "violations": [], "not_struck": []} | changes
+
+
+@pytest.mark.parametrize(
+    ("changes", "is_ok"),
+    [
+        ({}, True),
+        ({"not_struck": ["F16 live"]}, True),
+        ({"envelope_violations": 1}, False),
+        ({"by_fault": {"F16 live": {"missed": 1}}}, False),
+    ],
+)
+def test_a_campaign_is_only_in_order_if_all_was_struck_and_nothing_missed(changes: dict[str, Any], is_ok: bool):
+    scenarios = {"ok": True, "envelope_violations": 0, "violations": [], "missed_budgets": 0, "by_fault": {"F01": {}}}
+    found = with_strikes(scenarios, live(**changes))
+    assert found["ok"] == is_ok
+    assert set(found["by_fault"]) == {"F01", "F16 live"}
+    assert set(found["not_yet"]) == set(NOT_YET)

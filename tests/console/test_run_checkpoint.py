@@ -1,0 +1,134 @@
+"""A console that was killed is gone on with at the window that was open, and no touch of before is lost."""
+
+import json
+import os
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+import pytest
+from tests.task.of_run import SCREEN, short_plan, touch
+
+from exograv.console.event_log import Diary
+from exograv.console.page_clocks import PageClocks
+from exograv.console.run_checkpoint import kept_run
+from exograv.console.trial import Trial
+from exograv.errors import ConfigError
+from exograv.task.events import Start, Stop, Tick
+
+from .of_process import Page, console, short_file
+
+Begun = Callable[..., Trial]
+
+
+def kept(folder: Path, resumes: bool = False, session: int = 1, participant: str | None = "P-07"):
+    return kept_run(folder, "training", participant, session, "recupera_like", resumes)
+
+
+@pytest.fixture
+def trial() -> Iterator[Begun]:
+    """Makes one as a console does; closed at the end."""
+    with ExitStack() as stack:
+
+        def begun(folder: Path, number: int, resumes: bool = False) -> Trial:
+            diary = stack.enter_context(closing(Diary(folder / f"{number}.jsonl", lambda *_: None)))
+            file = kept(folder, resumes)
+            assert file is not None
+            stack.callback(file.close)
+            return Trial(short_plan(screen=SCREEN), PageClocks(), diary, file)
+
+        yield begun
+
+
+def closed(trial: Trial) -> None:
+    assert trial._kept is not None
+    trial._kept.close()
+
+
+def test_what_was_kept_comes_back_with_its_touches_side_and_screen(tmp_path: Path, trial: Begun):
+    first = trial(tmp_path, 1)
+    first.side = "left"
+    first.feed(Start(t=100.0))
+    first.feed(Tick(t=140.0))
+    first.feed(touch(140.0, 0))
+    first.feed(Tick(t=151.0))
+    closed(first)
+    again = trial(tmp_path, 2, resumes=True)
+    assert again.run.state == first.run.state
+    assert again.run.state.touches == 1
+    assert (again.side, again.plan.screen) == ("left", SCREEN)
+
+
+def test_a_run_that_has_not_begun_leaves_no_file_and_one_that_has_is_not_written_over(tmp_path: Path, trial: Begun):
+    first = trial(tmp_path, 1)
+    first.feed(Tick(t=100.0))
+    closed(first)
+    assert not list(tmp_path.glob("*.run.json"))
+    again = trial(tmp_path, 2)
+    again.feed(Start(t=100.0))
+    closed(again)
+    with pytest.raises(ConfigError, match="--resume"):
+        kept(tmp_path)
+    assert kept(tmp_path, session=2) is not None
+
+
+def test_it_is_kept_every_ten_seconds_whatever_happens(tmp_path: Path, trial: Begun):
+    begun = trial(tmp_path, 1)
+    begun.feed(Start(t=100.0))
+    begun.feed(Tick(t=109.9))
+    assert begun._kept_at == 100.0
+    begun.feed(Tick(t=110.1))
+    assert begun._kept_at == 110.1
+    closed(begun)
+
+
+def test_a_run_that_is_over_or_of_somebody_else_is_not_gone_on_with(tmp_path: Path, trial: Begun):
+    first = trial(tmp_path, 1)
+    first.feed(Start(t=100.0))
+    first.feed(Stop(t=101.0))
+    closed(first)
+    with pytest.raises(ConfigError, match="is over"):
+        trial(tmp_path, 2, resumes=True)
+    with pytest.raises(ConfigError, match="no run to go on with"):
+        kept(tmp_path, resumes=True, participant="P-08")
+    with pytest.raises(ConfigError, match="without --protocol"):
+        kept_run(tmp_path, None, None, 1, "recupera_like", resumes=True)
+
+
+def test_a_place_that_cannot_be_written_is_an_alarm_and_no_end(tmp_path: Path, trial: Begun):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    begun = trial(folder, 1)
+    assert begun._kept is not None
+    begun._kept.path = folder / "missing" / "x.run.json"
+    begun.feed(Start(t=100.0))
+    closed(begun)
+    assert "cannot be written" in begun.why_not_kept
+
+
+@pytest.mark.slow
+def test_a_console_that_was_killed_in_a_window_goes_on_there(tmp_path: Path):
+    options = ("--rehearse", "--protocol", short_file(tmp_path), "--out", tmp_path)
+    with (
+        console(*options) as (process, link),
+        Page(link) as operator,
+        Page(operator.ask_link("participant")) as participant,
+    ):
+        assert operator.run("start")["taken"]
+        for window in (1, 2):
+            operator.until(lambda w=window: operator.window == w)
+            participant.touch(window)
+            operator.until(lambda w=window: operator.run_shown["totals"]["accepted"] == w)
+        os.kill(process.pid, signal.SIGKILL)
+    with console(*options, "--resume") as (_, link), Page(link) as operator:
+        operator.until(lambda: operator.run_shown["status"] == "paused")
+        assert operator.run_shown["totals"]["accepted"] == 2
+        assert [window["is_complete"] for window in operator.run_shown["windows"]] == [True, False]
+        assert operator.run("resume")["taken"]
+        operator.until(lambda: operator.window == 2)
+        attempts = [(window["number"], window["attempt"]) for window in operator.run_shown["windows"]]
+        assert attempts == [(1, 1), (2, 1), (2, 2)]
+    diaries = sorted(tmp_path.glob("console-*.jsonl"))
+    assert len(diaries) == 2
+    assert all(json.loads(line) for line in diaries[0].read_text().splitlines())

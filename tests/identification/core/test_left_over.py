@@ -1,0 +1,63 @@
+"""The stop rule ends a motion when it is good enough, when more would not help, or when the wearer does not relax."""
+
+import numpy as np
+import pytest
+
+from exograv.identification.core.interface import Estimate, Outcome
+from exograv.identification.core.left_over import TARGET_NM, StopRule
+from exograv.model.rig_settings import Place
+
+PLACES: tuple[Place, ...] = ("shoulder", "shoulder", "elbow", "wrist")
+TARGETS = np.array([TARGET_NM[place] for place in PLACES])
+
+
+def estimate(t: float, rejected_share: float = 0.0) -> Estimate:
+    return Estimate(t, np.zeros(1), np.eye(1), rejected_share, 1.0)
+
+
+def judged(ratio_at, seconds: int = 60, rejected_share: float = 0.0) -> list[Outcome]:
+    """One verdict a second for a predicted left over of this multiple of the target."""
+    rule = StopRule(PLACES)
+    return [rule.judge(estimate(float(t), rejected_share), ratio_at(t) * TARGETS) for t in range(1, seconds + 1)]
+
+
+def test_at_the_target_the_arm_is_identified_after_ten_seconds_and_not_before():
+    verdicts = judged(lambda t: 1.0, seconds=10)
+    assert verdicts[9] is Outcome.CONVERGED
+    assert set(verdicts[:9]) == {Outcome.RUNNING}
+
+
+@pytest.mark.parametrize("joint", range(4))
+def test_one_joint_beyond_its_target_is_enough_to_go_on(joint: int):
+    predicted = 0.5 * TARGETS
+    predicted[joint] = 1.01 * TARGETS[joint]
+    assert StopRule(PLACES).judge(estimate(15.0), predicted) is Outcome.RUNNING
+
+
+def test_a_prediction_that_keeps_improving_runs_until_its_target():
+    verdicts = judged(lambda t: 10.0 / np.sqrt(t), seconds=100)
+    assert set(verdicts[:99]) == {Outcome.RUNNING}
+    assert verdicts[99] is Outcome.CONVERGED
+
+
+def test_a_prediction_that_stands_still_ends_after_two_looks_ahead_and_not_before():
+    verdicts = judged(lambda t: 3.0)
+    assert verdicts.index(Outcome.EXHAUSTED) == 19
+    assert set(verdicts[:19]) == {Outcome.RUNNING}
+
+
+def test_an_improvement_of_six_percent_in_ten_seconds_is_worth_its_time_and_four_percent_is_not():
+    assert Outcome.EXHAUSTED not in judged(lambda t: 5.0 * 0.94 ** (t / 10))
+    assert Outcome.EXHAUSTED in judged(lambda t: 5.0 * 0.96 ** (t / 10))
+
+
+def test_a_wearer_who_does_not_let_go_is_told_so_but_not_in_the_first_seconds():
+    verdicts = judged(lambda t: 10.0 / np.sqrt(t), rejected_share=0.4)
+    assert verdicts[9] is Outcome.RUNNING
+    assert verdicts[10] is Outcome.NOT_RELAXED
+
+
+def test_every_outcome_is_a_sentence():
+    for outcome in Outcome:
+        assert outcome.value[0].isupper()
+        assert outcome.value.endswith(".")

@@ -1,0 +1,82 @@
+"""Simulated drives are refused with a reason where an option is wrong, and wired as somebody asks."""
+
+import contextlib
+import io
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exograv.errors import ConfigError
+from exograv.laboratory.drive_sim import FRONT_ENDS, DriveSimOptions, _wiring, run_drive_sim
+from exograv.live.on_drives.simulated_drives import written
+from exograv.model.description import load_rig
+from exograv.rig.drives.settings import load_drives
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "drives"
+JOINTS = ("shoulder", "elbow")
+
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "a file of another bus": ({"drives": EXAMPLES / "canopen.toml"}, r"names no \[udp\] bus"),
+    "a machine of another name": ({"rig": "agree_like"}, "has the drives of 'recupera_like'"),
+    "a joint that is not there": ({"wrong_sign": ("knee",)}, "No joint knee"),
+    "no factor": ({"wrong_scale": ("elbow_flexion",)}, "JOINT:FACTOR"),
+    "a negative factor": ({"wrong_scale": ("elbow_flexion:-1",)}, "JOINT:FACTOR"),
+}
+
+
+def options(**changes: Any) -> DriveSimOptions:
+    plain: dict[str, Any] = {"bus": "udp", "rig": "recupera_like", "side": None, "drives": EXAMPLES / "udp.toml"}
+    return DriveSimOptions(**(plain | changes))
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_cannot_be_simulated_is_refused_before_anything_listens(case: str):
+    changes, says = WRONG[case]
+    with pytest.raises(ConfigError, match=says):
+        run_drive_sim(options(**changes), lambda line: None)
+
+
+def test_wrong_wires_multiply():
+    wiring = _wiring(options(wrong_sign=("elbow",), wrong_scale=("elbow:0.5",), wrong_encoder=("shoulder",)), JOINTS)
+    np.testing.assert_allclose((wiring["elbow"].current, wiring["elbow"].encoder), (-0.5, 1.0))
+    np.testing.assert_allclose((wiring["shoulder"].current, wiring["shoulder"].encoder), (1.0, -1.0))
+
+
+@pytest.mark.parametrize("bus", FRONT_ENDS)
+@pytest.mark.parametrize("rig", ["recupera_like", "agree_like"])
+def test_a_file_of_drives_on_any_bus_is_written_for_any_machine(bus: str, rig: str, tmp_path: Path):
+    description = load_rig(rig)
+    drives = load_drives(written(tmp_path, description, bus), description)
+    assert drives.settings.bus == bus
+    assert drives.joints == description.joints
+
+
+def test_without_a_file_drives_are_simulated_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", io.StringIO("quit\n"))
+    said: list[str] = []
+    run_drive_sim(DriveSimOptions("udp", "recupera_like", None, lock_step=True), said.append)
+    assert str(Path("out") / "drive_sim" / "drives.toml") in said[0]
+    assert (tmp_path / "out" / "drive_sim" / "drives.toml").is_file()
+
+
+def test_simulated_drives_that_keep_time_give_their_rights_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    asked: list[tuple[int, ...]] = []
+
+    @contextlib.contextmanager
+    def noting(cpus: tuple[int, ...]) -> Iterator[None]:
+        asked.append(cpus)
+        yield
+        asked.append(())
+
+    monkeypatch.setattr("exograv.laboratory.drive_sim.realtime", noting)
+    for lock_step in (True, False):
+        monkeypatch.setattr("sys.stdin", io.StringIO("quit\n"))
+        run_drive_sim(
+            DriveSimOptions("udp", "recupera_like", None, None, tmp_path, lock_step=lock_step), lambda _: None
+        )
+    assert asked == [(min(os.sched_getaffinity(0)),), ()]

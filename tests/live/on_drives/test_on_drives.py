@@ -1,0 +1,92 @@
+"""A machine on its bus: what it is set to, whose calibration it has, and when it may be calibrated at all."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from exograv.cli.machine.live_floating import LiveOptions
+from exograv.errors import ConfigError
+from exograv.live.on_drives.calibration import settings_of_lengths
+from exograv.live.on_drives.connection import DrivesAsked, drives_with_hands
+from exograv.live.on_drives.float_command import Person, run_live_on_drives
+from exograv.live.on_drives.simulated_drives import written
+from exograv.model.description import load_rig
+from exograv.rig.drives.settings import Drives, load_drives
+from exograv.storage.bring_up_sheet import refuse_not_brought_up, write_sheet
+from exograv.storage.self_test_step import Step
+
+RIG = load_rig("recupera_like")
+NOW = datetime(2026, 11, 22, 12, 0, tzinfo=UTC)
+GOOD, BAD = Step("nudge", True, 1.0, 2.0), Step("nudge", False, 3.0, 2.0)
+
+
+@pytest.fixture
+def drives(tmp_path: Path) -> Drives:
+    return load_drives(written(tmp_path, RIG), RIG)
+
+
+def test_a_simulated_machine_never_has_the_serial_of_a_real_one(drives: Drives):
+    real = DrivesAsked(None).serial(drives)
+    simulated = DrivesAsked(None, simulate=True, level=2, seed=7).serial(drives)
+    other = DrivesAsked(None, simulate=True, level=2, seed=8).serial(drives)
+    assert real == drives.settings.serial
+    assert len({real, simulated, other}) == 3
+
+
+def test_what_is_not_named_is_set_to_its_nominal_length():
+    nominal = {one.segment: one.nominal_m for one in RIG.settings.adjustments}
+    segment, one = next(iter(nominal)), RIG.settings.adjustments[0]
+    given = 0.5 * (one.nominal_m + one.max_m)
+    assert settings_of_lengths(RIG, ()) == nominal
+    assert settings_of_lengths(RIG, (f"{segment}={given}",)) == {**nominal, segment: given}
+
+
+@pytest.mark.parametrize("text", ["upperarm=0.3", "upper_arm", "upper_arm=a", "upper_arm=30", "upper_arm=nan", "=0.3"])
+def test_a_length_that_the_machine_cannot_be_set_to_is_refused_with_what_can(text: str):
+    with pytest.raises(ConfigError, match="--length"):
+        settings_of_lengths(RIG, (text,))
+
+
+def test_only_a_bring_up_of_these_drives_that_has_passed_allows_a_calibration(tmp_path: Path, drives: Drives):
+    path = tmp_path / "rig_test.toml"
+
+    def refusal() -> str:
+        with pytest.raises(ConfigError) as error:
+            refuse_not_brought_up(path, RIG, drives)
+        return str(error.value)
+
+    assert "missing" in refusal()
+    write_sheet(path, RIG, drives, [GOOD, BAD], "ab", NOW, simulated=False)
+    assert "failed" in refusal()
+    write_sheet(path, RIG, drives, [GOOD], "", NOW, simulated=True)
+    assert "simulated" in refusal()
+    write_sheet(path, RIG, drives, [GOOD], "ab", NOW, simulated=False)
+    refuse_not_brought_up(path, RIG, drives)
+    file = tmp_path / "drives.toml"
+    file.write_text(file.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
+    drives = load_drives(file, RIG)
+    assert "changed" in refusal()
+
+
+def test_a_real_machine_needs_somebody_at_the_keyboard(drives: Drives, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+    asked = DrivesAsked(tmp_path / "drives.toml")
+    with (
+        pytest.raises(ConfigError, match=r"A calibration needs somebody at the keyboard.*--simulate"),
+        drives_with_hands(asked, RIG, lambda _: None, "A calibration"),
+    ):
+        pass
+
+
+def test_live_on_drives_asks_for_a_motion_and_for_everything_about_the_person(tmp_path: Path):
+    def refusal(identify_s: float, person: Person) -> str:
+        options, asked = LiveOptions(identify_s=identify_s), DrivesAsked(tmp_path / "drives.toml")
+        with pytest.raises(ConfigError) as error:
+            run_live_on_drives(
+                options, asked, person, tmp_path / "no.toml", tmp_path, lambda *_: None, lambda _: None
+            )  # fmt: skip
+        return str(error.value)
+
+    assert "--identify" in refusal(0.0, Person(1.7, 60.0, "female"))
+    assert "--body-mass, --sex" in refusal(20.0, Person(1.7))

@@ -1,0 +1,77 @@
+"""A worker learns the arm that it is told of, over gaps too, and says when a file is of somebody else."""
+
+import numpy as np
+import pytest
+
+from exograv.dynamics.parameters import Layout
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Sample
+from exograv.identification.core.prior import prior
+from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.preparation import Prepared
+from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.live.arm_worker import BRIDGED_TICKS, ArmWorker, Learned
+from exograv.motion import Trajectory
+from exograv.procedures.identification.identify import identification_motion
+from exograv.runtime.control_loop.exchange import sample_dtype
+
+PERIOD_S, SECONDS, NOW = 0.001, 12.0, 100.0
+SEED = 1002
+TRANSIENT_S = 0.24  # six times the delay of the filter
+KEPT = 0.03
+"""Share of the table's variance that a file has."""
+
+
+@pytest.fixture(scope="module")
+def prepared() -> Prepared:
+    return prepared_by_truth(draw_laboratory("recupera_like", None, 0, SEED), 0.0)
+
+
+def path_of(prepared: Prepared) -> Trajectory:
+    return identification_motion(prepared.assembly, SECONDS, PERIOD_S)
+
+
+def moved(worker: ArmWorker, prepared: Prepared, path: Trajectory, missing: range = range(0)) -> ArmModel:
+    """Tell the worker of the motion; the model of the arm that was moved."""
+    assembly = prepared.assembly
+    model, row = ArmModel(assembly, prepared.machine), np.zeros(1, sample_dtype(assembly.n))[0]
+    for k in range(len(path)):
+        if k in missing:
+            continue
+        sample = Sample(0.0, path.q[k], path.v[k], path.a[k], np.zeros(assembly.n))
+        row["now"], row["q"], row["q_asked"] = NOW + k * PERIOD_S, path.q[k], path.q[k]
+        row["tau"] = model.linearise(sample, prepared.x)[0]
+        worker.take(row)
+    return model
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gap", [0, BRIDGED_TICKS - 1, 10 * BRIDGED_TICKS])
+def test_a_worker_learns_on_over_samples_that_are_missing(prepared: Prepared, gap: int):
+    """The arm that is moved is the controller's own model: what is learned must not turn away from it."""
+    worker, path = ArmWorker(prepared.assembly, prepared.machine, PERIOD_S), path_of(prepared)
+    model = moved(worker, prepared, path, range(6000, 6000 + gap))
+    x, learned = worker.finish()
+    assert isinstance(learned, Learned)
+    at_rest = [np.abs(model.at_rest(q, x)[0] - model.at_rest(q, prepared.x)[0]).max() for q in path.q[::500]]
+    assert max(at_rest) < 0.05
+    # Where the gap is not bridged, it and the filter's transient after it are no motion.
+    breaks = gap > BRIDGED_TICKS
+    left_out = TRANSIENT_S * (1 + breaks) + breaks * gap * PERIOD_S
+    assert learned.estimate.t == pytest.approx(SECONDS - left_out, abs=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("times", "is_other"), [(1.0, False), (1.6, True)])
+def test_a_worker_begins_with_the_file_and_says_when_it_is_of_a_heavier_arm(
+    prepared: Prepared, times: float, is_other: bool
+):
+    mean = prepared.x.copy()
+    mean[Layout.of(prepared.assembly).phi] *= times
+    belief = mean, KEPT * prior(prepared.assembly, prepared.machine)[1]
+    worker = ArmWorker(prepared.assembly, prepared.machine, PERIOD_S, belief=belief)
+    moved(worker, prepared, path_of(prepared))
+    news = worker.news()
+    assert np.array_equal(news[0].prior, mean)
+    assert news[-1].is_contradicted is is_other
+    assert not news[0].is_contradicted

@@ -1,0 +1,132 @@
+"""A control that dies or hangs is followed by one that carries nothing; one that nobody asks is left in peace."""
+
+import contextlib
+import os
+import signal
+import time
+from collections.abc import Iterator
+from multiprocessing.connection import Connection
+
+import numpy as np
+import pytest
+
+from exograv.live.control_supervisor import FRUITLESS_MAX, HANGS_TICKS, ControlKeeper
+from exograv.runtime.control_loop.answering import ControlJob
+from exograv.runtime.control_loop.exchange import Channels, answer_dtype, state_dtype
+from exograv.runtime.processes.shared_memory import Mailbox
+from exograv.runtime.recorder.recorder_process import Inlet
+
+FIRST, LATER = 1, 2
+SOON_S = 30.0  # for a slow computer; nothing that is tested waits so long
+
+
+class Answers:
+    """Built in place of a control; only which one it is counts."""
+
+
+def first() -> Answers:
+    return Answers()
+
+
+def later() -> Answers:
+    return Answers()
+
+
+def dies() -> Answers:
+    raise SystemExit(1)
+
+
+def answer_at_once(job: ControlJob, parent: Connection) -> None:
+    """Stands for control's process: says who it is to whatever it is asked, and ends when the parent is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    job.build()
+    states = Mailbox(state_dtype(1), job.channels.states)
+    answers = Mailbox(answer_dtype(1), job.channels.answers)
+    row, seen = np.zeros((), answer_dtype(1)), 0
+    row["mode"] = FIRST if job.build is first else LATER
+    parent.send("ready")
+    with contextlib.suppress(EOFError):
+        while not parent.poll(0.002):
+            got = states.read()
+            if got is not None and got[0] != seen:
+                seen = got[0]
+                answers.write(row)
+    states.close()
+    answers.close()
+
+
+class Desk:
+    """The parent's side, with the guard's mailbox."""
+
+    def __init__(self, again=later):
+        self.states, self.answers = Mailbox(state_dtype(1)), Mailbox(answer_dtype(1))
+        channels = Channels(1, self.states.name, self.answers.name, Inlet(1, "", ""))
+        self.keeper = ControlKeeper(first, again, channels, self.states, self.answers)  # pyright: ignore[reportArgumentType]
+
+    def ask(self, times: int = 1) -> None:
+        for _ in range(times):
+            self.states.write(np.zeros((), state_dtype(1)))
+
+    def until_answered_by(self, who: int) -> None:
+        end = time.monotonic() + SOON_S
+        while time.monotonic() < end:
+            self.ask()
+            self.keeper.check()
+            time.sleep(0.01)
+            got = self.answers.read()
+            if got is not None and got[1]["mode"] == who:
+                return
+        raise AssertionError(f"control {who} did not answer")
+
+
+@pytest.fixture
+def make_desk(monkeypatch: pytest.MonkeyPatch) -> Iterator:
+    monkeypatch.setattr("exograv.live.control_supervisor.control_process", answer_at_once)
+    desks: list[Desk] = []
+
+    def make(again=later) -> Desk:
+        desks.append(Desk(again))
+        desks[-1].keeper.await_ready()
+        return desks[-1]
+
+    yield make
+    for desk in desks:
+        desk.keeper.close()
+        desk.states.close()
+        desk.answers.close()
+
+
+def test_a_control_that_was_killed_is_followed_by_one_that_carries_nothing(make_desk):
+    desk = make_desk()
+    desk.until_answered_by(FIRST)
+    os.kill(desk.keeper.pid, signal.SIGKILL)
+    desk.until_answered_by(LATER)
+    assert desk.keeper.restarts == 1
+
+
+def test_a_control_that_hangs_is_replaced_only_when_it_was_asked_for_long(make_desk):
+    desk = make_desk()
+    desk.until_answered_by(FIRST)
+    pid = desk.keeper.pid
+    os.kill(pid, signal.SIGSTOP)
+    desk.keeper.check()
+    desk.ask(HANGS_TICKS // 2)
+    desk.keeper.check()
+    assert desk.keeper.pid == pid
+    desk.ask(HANGS_TICKS)
+    desk.keeper.check()
+    assert desk.keeper.pid != pid
+    desk.until_answered_by(LATER)
+
+
+@pytest.mark.slow
+def test_controls_that_die_at_once_are_given_up(make_desk):
+    desk = make_desk(dies)
+    os.kill(desk.keeper.pid, signal.SIGKILL)
+    end = time.monotonic() + SOON_S
+    while desk.keeper.restarts < FRUITLESS_MAX and time.monotonic() < end:
+        desk.keeper.check()
+        time.sleep(0.05)
+    desk.keeper._process.join(SOON_S)
+    desk.keeper.check()
+    assert desk.keeper.restarts == FRUITLESS_MAX

@@ -1,0 +1,149 @@
+"""A live session begins off, carries the machine before the arm, and takes the arm by a ramp from who holds it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.live.live_control import OPERATOR, REST_BEFORE_RAMP_S, SKIPPED_TEXT, LiveControl, Plan, guarded_rig, notes
+from exograv.loop.person_limits import person_limits
+from exograv.rig.twin import Twin
+from exograv.runtime.control_loop.exchange import answer_dtype, state_dtype
+from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
+from exograv.safety.modes import RAMP_IN_S, Mode, ModeMachine
+from exograv.signals import Command
+
+SEED, LEVEL = 1001, 1
+DRIFT_MAX_DEG = 0.5  # a tenth of what breaks off a ramp
+HELD_NM = 2.0  # of this arm, near hanging
+FELL_DEG = 10.0
+
+
+@dataclass
+class Course:
+    """What happened in each tick."""
+
+    modes: list[Mode] = field(default_factory=list)
+    asked: list[np.ndarray] = field(default_factory=list)
+    q: list[np.ndarray] = field(default_factory=list)
+    muscle: list[float] = field(default_factory=list)
+
+
+def flown(seconds: float, holds: bool = True, stop_at_s: float | None = None) -> Course:
+    laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
+    prepared = prepared_by_truth(laboratory, 0.0)
+    person = person_limits(prepared.assembly, prepared.machine, prepared.x)
+    plan = Plan.of_twin(laboratory, prepared, person, SEED, 0.0)
+    made, control, joints = guarded_rig(plan), LiveControl(prepared, 0.0), prepared.assembly.n
+    rig, twin, guard = made.rig, made.rig._twin, made.guard  # pyright: ignore[reportAttributeAccessIssue]
+    assert isinstance(twin, Twin)
+    if not holds:
+        rig._grip._holds = False  # pyright: ignore[reportAttributeAccessIssue]
+    state, row, course = np.zeros(1, state_dtype(joints))[0], np.zeros((), answer_dtype(joints)), Course()
+    safe_state, stop_tick = SafeState.NONE, None if stop_at_s is None else round(stop_at_s / rig.period_s)
+    for k in range(round(seconds / rig.period_s)):
+        if k == stop_tick:
+            guard.press_stop()
+        now, measured = rig.t, rig.read()
+        believed = guard.see(measured, now)
+        assert believed is not None
+        state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
+        state["q"], state["current"] = believed.q, believed.current
+        control.answer(state, row)
+        guarded = guard.decide(Submitted(believed.sequence, now + COMMAND_LIFE_S, row["tau"].copy()), now)
+        tau = guarded.tau
+        rig.write(Command(now, measured.sequence, now + COMMAND_LIFE_S, tau, tau / made.gain, guarded.drive_damping))
+        safe_state = guarded.safe_state
+        if guard.envelope.stop is not None:
+            guard.reset()
+        course.modes.append(control.mode)
+        course.asked.append(row["tau"].copy())
+        course.q.append(measured.q)
+        course.muscle.append(float(np.abs(twin.tau_voluntary).max()))
+    return course
+
+
+def entered(modes: list[Mode]) -> list[tuple[Mode, float]]:
+    changes = [k for k in range(len(modes)) if k == 0 or modes[k] is not modes[k - 1]]
+    return [(modes[k], 1e-3 * k) for k in changes]
+
+
+@pytest.fixture(scope="module")
+def course() -> Course:
+    return flown(REST_BEFORE_RAMP_S + RAMP_IN_S + 2.5)
+
+
+@pytest.mark.slow
+def test_it_goes_by_the_table_from_off_to_floating(course: Course):
+    found = entered(course.modes)
+    assert [mode for mode, _ in found] == [Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mode.FLOATING]
+    began = dict(found)
+    assert began[Mode.RAMP_IN] - began[Mode.EXO_ONLY] == pytest.approx(REST_BEFORE_RAMP_S, abs=0.01)
+    assert began[Mode.FLOATING] - began[Mode.RAMP_IN] == pytest.approx(RAMP_IN_S, abs=0.01)
+
+
+@pytest.mark.slow
+def test_before_it_carries_itself_the_machine_is_asked_for_nothing(course: Course):
+    asked = [tau for tau, mode in zip(course.asked, course.modes, strict=True) if mode in (Mode.OFF, Mode.SELF_TEST)]
+    assert asked
+    assert all((tau == 0.0).all() for tau in asked)
+
+
+@pytest.mark.slow
+def test_the_person_holds_the_arm_until_the_machine_has_taken_it_and_then_lets_go(course: Course):
+    at = {mode: course.modes.index(mode) for mode in set(course.modes)}
+    assert course.muscle[at[Mode.RAMP_IN] - 1] > HELD_NM
+    assert course.muscle[-1] == 0.0
+    taken = np.array(course.q[: at[Mode.FLOATING]])
+    way = np.rad2deg(np.abs(taken - taken[0]).max())
+    assert way < DRIFT_MAX_DEG
+
+
+@pytest.mark.slow
+def test_an_arm_that_nobody_holds_is_not_taken_where_it_falls():
+    course = flown(3.0, holds=False)
+    assert np.rad2deg(np.abs(course.q[-1] - course.q[0]).max()) > FELL_DEG
+    assert max(course.muscle) == 0.0
+    assert Mode.FLOATING not in course.modes
+
+
+@pytest.mark.slow
+def test_after_a_stop_it_begins_again_from_off_and_takes_the_arm_by_a_ramp():
+    course = flown(20.0, stop_at_s=7.5)
+    found = [mode for mode, _ in entered(course.modes)]
+    assert found[-6:] == [Mode.SAFE, Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mode.FLOATING]
+
+
+def test_a_posture_that_was_lost_is_found_anew_when_the_guard_has_stopped():
+    prepared = prepared_by_truth(draw_laboratory("recupera_like", None, LEVEL, SEED), 0.0)
+    control, joints = LiveControl(prepared, 0.0), prepared.assembly.n
+    state, row = np.zeros(1, state_dtype(joints))[0], np.zeros((), answer_dtype(joints))
+    state["q"] = prepared.assembly.description.donning_posture
+    for safe_state in [SafeState.NONE] * 3:
+        state["safe_state"] = safe_state
+        control.answer(state, row)
+    control._controller._tick._in["z_before"][:] = np.nan
+    control.answer(state, row)
+    assert not np.isfinite(row["slope"])
+    for safe_state in (SafeState.DESCENT, SafeState.NONE, SafeState.NONE):
+        state["safe_state"] = safe_state
+        control.answer(state, row)
+    assert row["slope"] < 1e-6
+    assert np.isfinite(row["tau"]).all()
+
+
+def test_a_self_test_that_is_not_done_is_said_to_be_skipped():
+    assert notes(is_tested=False) == {"self_test": SKIPPED_TEXT}
+    assert notes(is_tested=True) == {}
+
+
+def test_the_virtual_operator_only_does_what_the_table_allows_and_ends_with_the_machine_alone():
+    modes = ModeMachine(Mode.SAFE)
+    passed = [modes.mode]
+    while modes.mode in OPERATOR:
+        assert modes.take(OPERATOR[modes.mode])
+        passed.append(modes.mode)
+    assert passed == [Mode.SAFE, Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY]
+    assert modes.arm_share == 0.0

@@ -1,0 +1,73 @@
+"""What a worker finds in the end is passed on once, though another one has to learn it all anew."""
+
+from dataclasses import replace
+from multiprocessing import Pipe
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exograv.identification.core.interface import Estimate, Outcome
+from exograv.live.arm_worker import Learned, Passed
+from exograv.live.worker_supervisor import WorkerKeeper
+from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
+from exograv.safety.person import PersonLimits
+from exograv.safety.plausible import Chain, PlausibleTable
+
+NOTHING, WIDE, FREE = np.zeros((1, 3)), np.full(1, 30.0), np.full(1, 3.0)
+PERSON = PersonLimits(PlausibleTable((Chain((0,), 1, NOTHING, NOTHING),), WIDE, WIDE, WIDE), WIDE, -FREE, FREE)
+LEARNED = Learned(1.0, Estimate(1.0, np.zeros(1), None, 0.0, 1.0), Outcome.TIME_IS_UP, "", None, None, PERSON)
+PASSED = Passed(2.0, (), 1.0, PERSON)
+
+
+class Process:
+    """Dies when it is told to."""
+
+    pid = 1
+
+    def __init__(self):
+        self.lives = True
+
+    def is_alive(self) -> bool:
+        return self.lives
+
+    def join(self, _patience_s: float) -> None:
+        self.lives = False
+
+
+def unbuilt() -> Any:
+    raise AssertionError("nobody is started here")
+
+
+@pytest.mark.parametrize(
+    ("words", "is_led", "restarts"),
+    [
+        ([[LEARNED]], [False], 0),
+        ([[replace(LEARNED, is_led=True)], [replace(LEARNED, is_led=True), PASSED]], [True, False], 1),
+        ([[replace(LEARNED, is_led=True), PASSED]], [True, False], 0),
+    ],
+)
+def test_each_word_is_passed_on_once(
+    words: list[list[Any]], is_led: list[bool], restarts: int, monkeypatch: pytest.MonkeyPatch
+):
+    started, heard = [], []
+
+    def spawned(*_: object) -> tuple[Process, Any]:
+        ours, its = Pipe()
+        for word in words[len(started)]:
+            its.send(word)
+        started.append((Process(), ours, its))
+        return started[-1][0], ours
+
+    monkeypatch.setattr("exograv.live.worker_supervisor.spawned", spawned)
+    memory = WorkerMemory(1, 1, 10)
+    findings = memory.finding_ring()
+    keeper = WorkerKeeper(WorkerJob(unbuilt, memory), findings, lambda *_: None, heard.append)
+    for _ in range(3):
+        keeper.check()
+        started[-1][0].lives = False
+        keeper.check()
+    keeper.close()
+    findings.close()
+    assert [word.is_led for word in heard] == is_led
+    assert keeper.restarts == restarts

@@ -1,0 +1,35 @@
+"""What a recording says of a person is the same wherever the limits come from, and is read back to the last bit."""
+
+import json
+import pickle
+from dataclasses import replace
+
+import numpy as np
+
+from exograv.loop.replay_log import read_person, written_person
+from exograv.safety.person import PersonLimits
+from exograv.safety.plausible import Chain, Features, PlausibleTable
+
+
+def some_limits() -> PersonLimits:
+    generator = np.random.default_rng(0)
+    products = generator.normal(size=(2, 2, Features(2, 1).count))
+    table = PlausibleTable((Chain((0, 1), 1, *products),), *generator.uniform(size=(3, 2)))
+    return PersonLimits(table, np.array([8.0, 4.0]), np.array([-1.0, 0.0]), np.array([1.0, 2.0]))
+
+
+def as_json(limits: PersonLimits) -> str:
+    return json.dumps(written_person(limits), default=lambda value: value.tolist(), allow_nan=False)
+
+
+def test_limits_without_an_end_are_left_out_also_after_they_went_to_another_process():
+    limits = some_limits()
+    assert as_json(pickle.loads(pickle.dumps(limits))) == as_json(limits)
+
+
+def test_limits_are_read_back_to_the_last_bit():
+    for limits in (some_limits(), replace(some_limits(), v_trip_rad_s=2.25)):
+        again = read_person(json.loads(as_json(limits)))
+        q = np.array([0.3, 1.1])
+        assert again.v_trip_rad_s == limits.v_trip_rad_s
+        assert np.array_equal(again.table.torque(q, 0.4), limits.table.torque(q, 0.4))

@@ -1,0 +1,58 @@
+"""A bring-up of simulated drives in another process passes where they are right, and ends where they are not."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exograv.live.on_drives.bring_up_command import RigTestOptions, run_rig_test
+from exograv.model.description import load_rig
+from exograv.rig.twin import Disturbances, draw_machine
+
+
+def brought_up(folder: Path, *wrong: str, level: int = 0) -> dict[str, Any]:
+    options = RigTestOptions("recupera_like", simulate=True, level=level, by="test", wrong=wrong)
+    return run_rig_test(options, folder, lambda _text, _share: None, lambda _text: None)
+
+
+def failed(result: dict[str, Any]) -> str:
+    """The step that failed; nothing after it may have been tried."""
+    marks = [step["passed"] for step in result["steps"]]
+    at = marks.index(False)
+    assert set(marks[:at]) == {True}
+    assert set(marks[at + 1 :]) <= {None}
+    assert not result["passed"]
+    return result["steps"][at]["name"] + ": " + result["steps"][at]["what_to_do"]
+
+
+def test_an_encoder_that_counts_the_other_way_ends_it_before_any_motor_is_switched_on(tmp_path: Path):
+    what = failed(brought_up(tmp_path, "--wrong-encoder", "shoulder_flexion"))
+    assert "shoulder_flexion: encoder, turned by hand" in what
+    assert "change the sign" in what
+
+
+@pytest.mark.slow
+def test_drives_in_good_order_pass_every_step_and_weights_are_felt_within_the_limit(tmp_path: Path):
+    result = brought_up(tmp_path, level=2)
+    assert result["passed"]
+    assert all(step["passed"] for step in result["steps"])
+    rig = load_rig("recupera_like")
+    true = rig.nominal_gain / draw_machine(rig, Disturbances.at_level(2), 0).drives.gain
+    felt = [step["value"] for step in result["steps"] if "weighs" in step["name"]]
+    np.testing.assert_allclose(felt, true, atol=0.06)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("wrong", "named"),
+    [
+        (("--wrong-sign", "elbow_flexion"), "elbow_flexion"),
+        (("--wrong-scale", "shoulder_flexion:0.5"), "shoulder_flexion"),
+        (("--wrong-scale", "elbow_flexion:1.5"), "elbow_flexion"),
+    ],
+)
+def test_a_motor_that_turns_the_other_way_or_gives_another_torque_is_found_and_named(
+    tmp_path: Path, wrong: tuple[str, ...], named: str
+):
+    assert named in failed(brought_up(tmp_path, *wrong))

@@ -1,0 +1,32 @@
+"""A participant's file is refused by two judgements running, and never by one."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from exograv.procedures.identification.person_check import PersonCheck
+from exograv.procedures.identification.warm_start import Returning
+
+
+def returning(evidence: dict[float, float]) -> Returning:
+    """Somebody whose file met these log evidences over the table."""
+    one, check = object.__new__(Returning), object.__new__(PersonCheck)
+    check.evidence = evidence
+    one.path, one.code, one._check = Path("p-08.toml"), "P-08", check
+    return one
+
+
+@pytest.mark.parametrize(
+    "evidence",
+    [{5.0: -50.0}, {5.0: -50.0, 10.0: -4.9}, {5.0: -50.0, 10.0: 3.0, 20.0: -50.0}, {5.0: 4.0, 10.0: 5.0}],
+)
+def test_one_judgement_against_a_file_is_not_enough(evidence: dict[float, float]):
+    assert not returning(evidence)._check.is_contradicted
+
+
+@pytest.mark.parametrize("evidence", [{5.0: -5.1, 10.0: -50.0}, {5.0: 3.0, 10.0: -6.0, 20.0: -7.0}])
+def test_two_judgements_running_refuse_it_by_name(evidence: dict[float, float]):
+    one = returning(evidence)
+    assert one._check.is_contradicted
+    assert re.match(r"p-08\.toml is not this person's.*'P-08'", str(one._contradicted(max(evidence))))

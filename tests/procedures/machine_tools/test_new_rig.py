@@ -1,0 +1,146 @@
+"""A user's URDF becomes a folder that asks what it must, is refused until it is answered, and then is a machine."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from exograv.errors import ConfigError, ModelError
+from exograv.model.description import Side, load_rig, robots_folder
+from exograv.model.questions import open_questions
+from exograv.procedures.machine_tools.check_rig import CheckOptions, check_rig
+from exograv.procedures.machine_tools.new_rig import NewRigOptions, new_rig
+
+ROBOTS = robots_folder()
+
+
+def silent(_text: str, _share: float) -> None:
+    pass
+
+
+def answered(folder: Path, answers: dict[str, list[str]]) -> None:
+    """Answer each question with the next of its key's answers; the last one serves all that follow."""
+    path = folder / "rig.toml"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for question in open_questions(path.read_text(encoding="utf-8")):
+        choices = answers[question.key]
+        answer = choices.pop(0) if len(choices) > 1 else choices[0]
+        lines[question.line - 1] = lines[question.line - 1].replace('"?"', answer, 1)
+    path.write_text("\n".join(lines), encoding="utf-8")
+
+
+def answers_for(rig: str) -> dict[str, list[str]]:
+    """What the makers of a machine would answer: its own rig file."""
+    settings = load_rig(rig).settings
+    donning, box, plan = settings.donning, settings.task_workspace, settings.calibration
+    assert plan is not None
+    assert settings.excitation is not None
+    return {
+        "adjustments.min_m": ["0.20"],
+        "adjustments.max_m": ["0.37"],
+        "donning.posture_deg": [str(donning.posture_deg)],
+        "donning.arm_posture_deg": [str(donning.arm_posture_deg or donning.posture_deg)],
+        "actuators.place": [f'"{actuator.place}"' for actuator in settings.actuators],
+        "actuators.drive": ['"harmonic"'],
+        "actuators.torque_constant_Nm_per_A": ["0.09"],
+        "actuators.gear_ratio": ["100.0"],
+        "actuators.efficiency": ["0.75"],
+        "actuators.rotor_inertia_kgm2": ["0.25"],
+        "task_workspace.lower_deg": [str(box.lower_deg)],
+        "task_workspace.upper_deg": [str(box.upper_deg)],
+        "calibration.mount": [f'"{plan.mount}"'],
+        "calibration.weights_kg": ["[1.5, 3.0]"],
+        "calibration.sweeps.posture_deg": [str(sweep.posture_deg) for sweep in plan.sweeps],
+        "excitation.centre_deg": [str(settings.excitation.centre_deg)],
+    }
+
+
+@pytest.mark.parametrize(
+    ("rig", "file"),
+    [
+        ("recupera_like", "right.urdf"),
+        ("recupera_like_7", "left.urdf"),
+        ("recupera_like_dual", "both.urdf"),
+        ("nesm_like", "right.urdf"),
+    ],
+)
+def test_a_folder_whose_questions_are_answered_is_a_machine_without_problems(rig: str, file: str, tmp_path: Path):
+    folder = tmp_path / "mine"
+    new_rig(NewRigOptions(ROBOTS / rig / file, folder))
+    with pytest.raises(ConfigError, match="still asks"):
+        load_rig(str(folder))
+    answered(folder, answers_for(rig))
+    assert load_rig(str(folder)).joints == load_rig(rig).joints
+    result = check_rig(CheckOptions(str(folder)), tmp_path, silent)
+    assert result["problems"] == []
+    assert result["rank"] == result["human_dof"]
+
+
+@pytest.mark.parametrize(("beyond", "kind", "hand"), [(1, "forearm", False), (2, "wrist_flexion", True)])
+def test_how_far_down_the_arm_is_moved_is_read_from_the_names_of_the_joints(
+    beyond: int, kind: str, hand: bool, tmp_path: Path
+):
+    text = (ROBOTS / "recupera_like_7" / "right.urdf").read_text(encoding="utf-8")
+    for name in ("forearm_roll", "wrist_flexion", "wrist_deviation")[beyond:]:
+        text = text.replace(f'<joint name="{name}" type="revolute">', f'<joint name="{name}" type="fixed">')
+    (tmp_path / "machine.urdf").write_text(text, encoding="utf-8")
+    new_rig(NewRigOptions(tmp_path / "machine.urdf", tmp_path / "mine"))
+    written = (tmp_path / "mine" / "rig.toml").read_text(encoding="utf-8")
+    assert f'[wearer]\narm = "{kind}"' in written
+    assert ('segment = "hand"' in written) == hand
+
+
+def test_every_question_says_how_to_answer_it(tmp_path: Path):
+    found = new_rig(NewRigOptions(ROBOTS / "recupera_like" / "right.urdf", tmp_path / "mine"))
+    assert found["questions"]
+    assert all(len(question["comment"]) > 5 for question in found["questions"])
+
+
+def test_all_questions_are_problems_of_the_check_at_once(tmp_path: Path):
+    found = new_rig(NewRigOptions(ROBOTS / "recupera_like" / "right.urdf", tmp_path / "mine"))
+    result = check_rig(CheckOptions(str(tmp_path / "mine")), tmp_path, silent)
+    assert len(result["problems"]) == len(found["questions"])
+    assert all("still asks" in problem for problem in result["problems"])
+
+
+def test_joints_that_are_called_by_numbers_are_asked_for(tmp_path: Path):
+    text = (ROBOTS / "agree_like" / "right.urdf").read_text(encoding="utf-8")
+    for i, name in enumerate(load_rig("agree_like").joints):
+        text = text.replace(f'"{name}"', f'"J{i + 1}"')
+    text = re.sub(r'robot name="\w+"', 'robot name="My machine"', text)
+    (tmp_path / "machine.urdf").write_text(text, encoding="utf-8")
+    found = new_rig(NewRigOptions(tmp_path / "machine.urdf", tmp_path / "mine"))
+    keys = [question["key"] for question in found["questions"]]
+    assert keys.count("actuators.place") == 4
+    assert {"urdf.right", "urdf.left"} <= set(keys)
+
+
+@pytest.mark.parametrize("side", ["right", "left", "both"])
+def test_the_side_that_is_given_is_not_asked_for(side: Side, tmp_path: Path):
+    new_rig(NewRigOptions(ROBOTS / "recupera_like" / "right.urdf", tmp_path / "mine", side))
+    assert f'[urdf]\n{side} = "right.urdf"' in (tmp_path / "mine" / "rig.toml").read_text(encoding="utf-8")
+
+
+def test_pictures_and_their_meshes_stay_behind(tmp_path: Path):
+    text = (ROBOTS / "recupera_like" / "right.urdf").read_text(encoding="utf-8")
+    mesh = '<visual>\n  <geometry><mesh filename="a.stl"/></geometry>\n</visual>\n<collision name="c"/>\n'
+    (tmp_path / "machine.urdf").write_text(text.replace("</inertial>", f"</inertial>{mesh}", 1), encoding="utf-8")
+    new_rig(NewRigOptions(tmp_path / "machine.urdf", tmp_path / "mine"))
+    copied = (tmp_path / "mine" / "machine.urdf").read_text(encoding="utf-8")
+    assert "stl" not in copied
+    assert "collision" not in copied
+    assert copied.count("<inertial>") == text.count("<inertial>")
+
+
+def test_a_folder_that_exists_is_never_touched(tmp_path: Path):
+    (tmp_path / "mine").mkdir()
+    with pytest.raises(ConfigError, match="exists already; nothing is overwritten"):
+        new_rig(NewRigOptions(ROBOTS / "recupera_like" / "right.urdf", tmp_path / "mine"))
+    assert not list((tmp_path / "mine").iterdir())
+
+
+def test_a_urdf_that_cannot_be_read_leaves_no_folder(tmp_path: Path):
+    (tmp_path / "broken.urdf").write_text("<robot", encoding="utf-8")
+    with pytest.raises(ModelError, match="not valid XML"):
+        new_rig(NewRigOptions(tmp_path / "broken.urdf", tmp_path / "mine"))
+    assert not (tmp_path / "mine").exists()

@@ -1,0 +1,54 @@
+"""What cannot be verified is refused before anything moves; on the twin the interval is held against the truth."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import exograv.procedures.verification
+from exograv.errors import ConfigError
+from exograv.laboratory.verification_command import LATER_MAX_MIN, VerifyOptions, run_verification
+from exograv.procedures.verification.postures import POSTURES
+
+MOTION_MAX_S = 240.0
+"""A few minutes: what may pass between two windows of a task."""
+
+
+def silent(_text: str, _share: float) -> None:
+    """No progress."""
+
+
+@pytest.mark.parametrize("options", [{"level": 5}, {"seed": -1}, {"later_min": -1.0}, {"later_min": LATER_MAX_MIN + 1}])
+def test_what_cannot_be_verified_is_refused(options: dict):
+    with pytest.raises(ConfigError, match="allowed"):
+        VerifyOptions(**options)
+
+
+def test_a_former_result_that_is_none_is_refused_before_anything_moves(tmp_path: Path):
+    with pytest.raises(ConfigError, match="cannot be read"):
+        run_verification(VerifyOptions(before=tmp_path / "none.json"), silent)
+
+
+def test_no_estimate_sees_the_truth():
+    package = Path(exograv.procedures.verification.__path__[0])
+    others = [file for file in package.glob("*.py") if file.name != "run.py"]
+    assert len(others) > 5
+    for file in others:
+        text = file.read_text(encoding="utf-8")
+        assert not {word for word in ("rig.twin", "examine", "virtual", "truth") if f"{word} import" in text}, file
+
+
+@pytest.mark.slow
+def test_an_hour_later_a_twin_says_in_minutes_what_is_left_over_and_what_changed(tmp_path: Path):
+    first = run_verification(VerifyOptions(level=1, seed=1000), silent)
+    file = tmp_path / "before.json"
+    file.write_text(json.dumps(first))
+    later = run_verification(VerifyOptions(level=1, seed=1000, before=file, later_min=60.0), silent)
+    for result in (first, later):
+        assert len(result["postures"]) == POSTURES
+        assert result["motion_s"] < MOTION_MAX_S
+        assert result["relaxed"]
+        held = [low <= truth <= high for (low, high), truth in zip(result["ci95"], result["truth_Nm"], strict=True)]
+        # One of four may be missed by chance; more may not.
+        assert sum(held) >= len(held) - 1, result
+    assert not any(later["before"]["more_than_chance"]), later["before"]

@@ -1,0 +1,44 @@
+"""A way goes to and fro from rest to rest, at its pace, between postures that tell much."""
+
+import numpy as np
+import pytest
+
+from exograv.dynamics.parameters import Layout
+from exograv.model.arm import held_weight
+from exograv.model.support import sample_postures
+from exograv.procedures.weighing.weighing_path import Way, telling_way
+
+ROUNDING = 1e-4  # rad: of a path that is slowed down at its ends
+
+
+@pytest.fixture(scope="module")
+def way() -> Way:
+    return Way(np.array([0.1, 0.0, 0.2, 0.5]), np.array([0.9, 0.3, 0.1, 1.0]), 0.7)
+
+
+def test_it_begins_and_ends_at_rest_where_less_is_asked(way):
+    path = way.trajectory(20.0, 0.001)
+    np.testing.assert_allclose(path.q[[0, -1]], [way.low, way.low], atol=ROUNDING)
+    np.testing.assert_allclose(path.v[[0, -1]], 0.0, atol=0.01)
+
+
+def test_no_joint_is_quicker_than_the_pace(way):
+    assert np.abs(way.trajectory(20.0, 0.001).v).max() <= way.speed * (1.0 + 1e-9)
+
+
+def test_it_is_gone_once_at_least_and_reaches_its_other_end(way):
+    path = way.trajectory(0.0, 0.001)
+    assert abs(path.seconds - way.period_s) < 1.1
+    assert np.abs(path.q - way.high).max(axis=1).min() < 0.02
+
+
+def test_no_other_two_postures_change_the_torque_much_more(model, believed_arm):
+    x, _ = believed_arm
+    held, phi = held_weight(model.assembly.arm, 1.0), Layout.of(model.assembly).phi
+    postures = sample_postures(model.assembly.description, 16)[1:]
+    way = telling_way(model, x, held, 0.7, postures)
+    asked = {tuple(q): model.at_rest(q, x)[1][:, phi] @ held for q in postures}
+    change = np.linalg.norm(asked[tuple(way.high)] - asked[tuple(way.low)])
+    largest = max(np.linalg.norm(a - b) for a in asked.values() for b in asked.values())
+    assert change > 0.7 * largest
+    assert np.abs(asked[tuple(way.low)]).sum() <= np.abs(asked[tuple(way.high)]).sum()

@@ -1,0 +1,49 @@
+"""A weight is found beside an arm that is not quite known, and its interval says what it should."""
+
+import numpy as np
+import pytest
+
+from exograv.dynamics.parameters import Layout
+from exograv.model.arm import WeightPlace, held_weight
+from exograv.model.support import sample_postures
+from exograv.procedures.weighing.weighing_path import telling_way
+from exograv.procedures.weighing.weight_estimator import Passes, WeightEstimator
+
+PATH_DT = 0.02
+SHORT_PASS_KG = 0.12  # two standard deviations at the forearm, from half as long as is usual
+
+
+@pytest.fixture(scope="module")
+def weighed(model, believed_arm, heard):
+    x, covariance = believed_arm
+    postures = sample_postures(model.assembly.description, 16)[1:]
+
+    def at(place: WeightPlace, kg: float, farther_m: float = 0.0):
+        way = telling_way(model, x, held_weight(model.assembly.arm, 1.0, at=place), 0.7, postures)
+        path = way.trajectory(15.0, PATH_DT)
+        # Identification has made the arm ten times better known than the table, and not quite right.
+        truth = x + 0.1 * np.sqrt(np.diag(covariance)) * np.random.default_rng(1001).standard_normal(len(x))
+        loaded = truth.copy()
+        loaded[Layout.of(model.assembly).phi] += held_weight(model.assembly.arm, kg, at=place, farther_m=farther_m)
+        passes = Passes(heard(path, truth, 1002), heard(path, loaded, 1003))
+        return WeightEstimator(model, x, 0.01 * covariance, place).weigh(passes)
+
+    return at
+
+
+@pytest.mark.parametrize(("place", "kg"), [("hand", 0.5), ("hand", 2.0), ("forearm", 1.0)])
+def test_a_hidden_weight_lies_in_its_interval(weighed, place: WeightPlace, kg: float):
+    found = weighed(place, kg)
+    assert found.ci95[0] < kg < found.ci95[1]
+    assert abs(found.mass - kg) < SHORT_PASS_KG
+
+
+def test_no_weight_is_found_where_there_is_none(weighed):
+    found = weighed("hand", 0.0)
+    assert found.ci95[0] < 0.0 < found.ci95[1]
+
+
+def test_a_weight_held_farther_out_seems_heavier_by_no_more_than_the_interval_allows(weighed):
+    found = weighed("hand", 2.0, 0.013)
+    assert found.mass > 2.0
+    assert found.ci95[0] < 2.0

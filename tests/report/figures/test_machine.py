@@ -1,0 +1,65 @@
+"""The picture of a machine shows every joint with its limit, from plain numbers, without model or twin."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exograv.errors import RecordingError
+from exograv.report.figures.machine import draw, write_machine_picture
+from exograv.report.style.figure_style import house_style
+
+ROW = {"exo": 6.0, "arm": 10.0, "hand_1kg": -2.0, "friction": 3.0}
+
+
+def check(limit: float | None) -> dict[str, Any]:
+    reach = (0.05 * np.argwhere(np.ones((8, 8, 8))) + 0.025).tolist()
+    arm = {
+        "side": "right",
+        "exo": [[0.0, -0.2, 0.5], [0.0, -0.2, 0.2], [0.2, -0.2, 0.2]],
+        "links": [[0.0, -0.3, 0.5, 1.5], [0.0, -0.3, 0.3, 0.6]],
+        "arm": [[0.0, -0.2, 0.5], [0.0, -0.2, 0.2], [0.25, -0.2, 0.2], [0.4, -0.2, 0.2]],
+        "cuffs": [[0.0, -0.2, 0.3], [0.15, -0.2, 0.2]],
+        "reach": reach,
+        "task": reach[:64],
+    }
+    return {
+        "title": "A machine",
+        "arms": [arm],
+        "rank": 4,
+        "human_dof": 4,
+        "largest_arm_kg": 5.0,
+        "wearer_arm_kg": 3.7,
+        "voxel_m": 0.05,
+        "torque_Nm": [{"joint": joint, "limit": limit, **ROW} for joint in ("shoulder_flexion", "elbow_flexion")],
+    }
+
+
+def words(check: dict[str, Any]) -> list[str]:
+    with house_style():
+        figure = draw(check)
+        figure.draw_without_rendering()
+    texts = [figure.get_suptitle()]
+    for ax in figure.axes:
+        texts += [label.get_text() for label in ax.get_yticklabels()] + [text.get_text() for text in ax.texts]
+    return texts
+
+
+def test_every_joint_stands_there_with_what_its_drive_has():
+    found = words(check(60.0))
+    assert {"shoulder flexion", "elbow flexion"} <= set(found)
+    assert found.count("60 N·m") == 2
+    assert "Cuffs hold 4 of 4 freedoms; drives hold an arm of 5.0 kg" in found[0]
+
+
+def test_a_machine_without_motors_says_so():
+    found = words(check(None))
+    assert found.count("no motor") == 2
+    assert "no motors" in found[0]
+
+
+def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path):
+    (tmp_path / "file").touch()
+    with pytest.raises(RecordingError, match="cannot be written"):
+        write_machine_picture(check(60.0), tmp_path / "file" / "x.png")

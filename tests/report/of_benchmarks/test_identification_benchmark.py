@@ -1,0 +1,114 @@
+"""The page of the benchmark names every method, and says where one never gets there."""
+
+from pathlib import Path
+
+import pytest
+
+from exograv.report.figures.identification_benchmark import look
+from exograv.report.of_benchmarks.identification_benchmark import (
+    HEADINGS,
+    cells,
+    tables,
+    verdicts,
+    write_benchmark_page,
+)
+
+NEVER = {"median": None, "ci95": [None, None]}
+
+
+def row(method: str, **more) -> dict:
+    """One row of `--json`."""
+    curve = [[0.5, 0.3, 0.1], [0.6, 0.4, 0.2], [0.7, None, 0.3]]
+    return {
+        "method": method,
+        "setting": "open_loop",
+        "level": 2,
+        "profile": "harmonic",
+        "only": None,
+        "without": None,
+        "never_relaxed": False,
+        "offline": False,
+        "wearers": 3,
+        "failed": 0,
+        "time_to_target_s": {"median": 12.0, "ci95": [9.0, None]},
+        "time_to_coarse_s": {"median": 4.0, "ci95": [3.0, 6.0]},
+        "reached_share": 0.9,
+        "left_over_Nm": {t: {"shoulder": 0.2, "elbow": None} for t in ("20", "60", "120")},
+        "coverage95": {"covered": 19, "of": 20},
+        "consistent_share": 1.0,
+        "outcomes": {"CONVERGED": 2, "NOT_RELAXED": 1},
+        "stop_s": 40.0,
+        "told_restless_share": 0.33,
+        "rejected_share": 0.02,
+        "noise_scale": 1.2,
+        "update_us": {"p50": 20.0, "p99": 40.0},
+        "progress": {"t": [1.0, 2.0, 3.0], "shoulder": curve, "elbow": curve},
+        **more,
+    }
+
+
+def result(rows: list[dict]) -> dict:
+    """Figures as `exograv benchmark-identification` gives them."""
+    ratio = {"ours": "recursive", "rival": "gradient", "threshold": "target", "ratio_of_medians": 0.25}
+    ratio |= {"ci95": [0.1, None], "level": 2, "profile": "harmonic", "setting": "open_loop"}
+    ratio |= {"ours_sooner": 3, "rival_sooner": 0, "neither_reached": 0, "wearers": 3}
+    won = {"method": "recursive", "by": "time to target", "tied_with": ["ekf"], "offline_ahead": ["oracle"]}
+    return {
+        "results": rows,
+        "winner_by_level": {"2": {"harmonic": won}},
+        "paired_ratios": [ratio, {**ratio, "ratio_of_medians": 0.0}, {**ratio, "ratio_of_medians": None}],
+        "break_down": [],
+        "seeds": [0, 1, 2],
+        "machine_seeds": [0],
+    }
+
+
+def test_a_line_has_a_cell_under_every_heading():
+    assert len(cells(row("recursive"))) == len(HEADINGS)
+
+
+def test_a_method_that_never_reaches_is_said_to():
+    figures = cells(row("gradient", time_to_target_s=NEVER, update_us={"p50": None, "p99": None}))
+    assert figures[1] == "never"
+    assert cells(row("gradient"))[1] == "12 (9–∞)"
+
+
+def test_settings_and_levels_have_tables_of_their_own():
+    rows = [row("recursive"), row("recursive", setting="closed_loop"), row("recursive", level=0), row("ekf")]
+    assert [len(lines) for _, lines in tables(rows)] == [2, 1, 1]
+
+
+def test_the_page_names_winner_ties_and_who_is_ahead_off_line(tmp_path: Path):
+    page, picture = write_benchmark_page(result([row("recursive"), row("oracle", offline=True)]), tmp_path / "new")
+    text = page.read_text(encoding="utf-8")
+    for words in (
+        "recursive, by time to target",
+        "ekf",
+        "off line ahead of it: oracle",
+        "0.25 of its time",
+        "never gets",
+    ):
+        assert words in text
+    assert picture is not None
+    assert picture.stat().st_size > 10_000
+
+
+def test_what_was_said_about_wearers_is_told_of_methods_that_state_an_uncertainty():
+    silent = row("gradient", coverage95={"covered": 0, "of": 0})
+    _, lines = verdicts([row("recursive", never_relaxed=True), silent])
+    assert [line[0] for line in lines] == ["recursive"]
+    assert "converged 2, not relaxed 1" in lines[0]
+    assert "never relaxed" in lines[0][1]
+
+
+def test_runs_that_gave_nothing_have_a_page_and_no_figure(tmp_path: Path):
+    empty = row("recursive", progress={"t": [], "shoulder": [[], [], []], "elbow": [[], [], []]})
+    page, picture = write_benchmark_page(result([empty]), tmp_path)
+    assert page.is_file()
+    assert picture is None
+
+
+@pytest.mark.parametrize("count", [7, 15])
+def test_no_two_methods_look_alike(count: int):
+    methods = ["recursive", *(f"method {k}" for k in range(count - 1))]
+    assert len({str(look(method, methods)) for method in methods}) == count

@@ -1,0 +1,113 @@
+"""At the bench, a line does what it says to one simulated drive, and a wrong one says what is possible."""
+
+import io
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exograv.errors import RigError
+from exograv.model.description import load_rig
+from exograv.rig.drive_status import DriveFault
+from exograv.rig.drives.settings import load_drives
+from exograv.rig.drives.simulated.bench import Bench
+from exograv.rig.drives.simulated.plant import Plant
+from exograv.rig.twin import Disturbances, Twin, draw_machine
+
+EXAMPLE = Path(__file__).parents[4] / "examples" / "drives" / "udp.toml"
+
+
+class Front:
+    """Notes what is done to it."""
+
+    def __init__(self):
+        self.done: list[Any] = []
+
+    def unplug(self, joint: int) -> None:
+        self.done.append(("unplug", joint))
+
+    def plug(self, joint: int) -> None:
+        self.done.append(("plug", joint))
+
+    def cut(self) -> None:
+        self.done.append("cut")
+
+    def mend(self) -> None:
+        self.done.append("mend")
+
+
+class Stage:
+    """A bench beside the example's drives."""
+
+    def __init__(self):
+        description = load_rig("recupera_like")
+        drives = load_drives(EXAMPLE, description)
+        machine = draw_machine(description, Disturbances.at_level(0), 0)
+        self.plant = Plant(Twin(description, machine, None, 0), drives)
+        self.drives = self.plant.each
+        self.front, self.said = Front(), list[str]()
+        self.bench = Bench(drives.joints, self.plant, self.front, self.said.append)
+
+
+@pytest.fixture(scope="module")
+def made() -> Stage:
+    return Stage()
+
+
+@pytest.fixture
+def stage(made: Stage) -> Stage:
+    """As new."""
+    for drive in made.drives:
+        drive.fault, drive.temperature_C = DriveFault.NONE, 25.0
+    made.front.done.clear()
+    made.said.clear()
+    return made
+
+
+def test_each_word_reaches_its_drive_alone(stage: Stage):
+    for line in ("fail elbow_flexion", "heat shoulder_flexion 80", "unplug elbow_flexion", "plug elbow_flexion", "cut"):
+        stage.bench.do(line)
+    stage.bench.do("mend")
+    assert [drive.fault for drive in stage.drives] == [DriveFault.NONE] * 3 + [DriveFault.INTERNAL]
+    assert stage.drives[0].temperature_C == 80.0
+    assert stage.front.done == [("unplug", 3), ("plug", 3), "cut", "mend"]
+
+
+def test_a_weight_hangs_where_it_is_hung(stage: Stage):
+    before = stage.plant.measured.q
+    stage.bench.do("hang calibration 2")
+    for _ in range(200):
+        stage.plant.step()
+    moved = np.abs(stage.plant.measured.q - before).max()
+    stage.bench.do("hang calibration 0")
+    assert moved > 0.01
+
+
+def test_a_report_says_what_every_drive_does(stage: Stage):
+    stage.bench.do("press")
+    stage.bench.do("report")
+    report = json.loads(stage.said[-1])
+    assert report["t"] == round(stage.plant.now, 6)
+    assert report["joints"]["elbow_flexion"]["fault"] == ["STOP_LINE"]
+    assert report["joints"]["elbow_flexion"]["damping"] == 4.0
+
+
+@pytest.mark.parametrize(
+    "line", ["jump", "unplug", "unplug knee", "hang calibration", "heat elbow_flexion warm", "press twice"]
+)
+def test_what_cannot_be_done_is_refused_with_what_can(stage: Stage, line: str):
+    with pytest.raises(RigError, match=r"understood|no joint 'knee'|no number"):
+        stage.bench.do(line)
+
+
+def test_typed_lines_are_obeyed_between_steps_and_quit_ends(stage: Stage):
+    stage.bench.listen(io.StringIO("nonsense\n\nfail shoulder_flexion\nquit\n"))
+    ends = time.monotonic() + 5.0
+    while not stage.bench.obey() and time.monotonic() < ends:
+        time.sleep(0.001)
+    assert stage.bench.is_done
+    assert stage.drives[0].fault is DriveFault.INTERNAL
+    assert "not understood" in stage.said[0]

@@ -1,0 +1,120 @@
+"""The loop keeps its phase whatever happens, repeats nothing, and never holds a processor for itself."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from exograv.runtime.clock.real_time_loop import REST_AT_LEAST_EVERY, SPIN_NS, run_loop
+from exograv.runtime.clock.timing import Outcome, Timing
+
+PERIOD_NS = 1_000_000
+READ_NS = 500
+"""What one look at the clock takes; a watched deadline is met to this."""
+
+
+class Clock:
+    """Time that passes only when somebody looks, sleeps or works."""
+
+    def __init__(self):
+        self.now = 5_000_000_000
+        self.slept: list[float] = []
+        self.periods: list[int] = []
+
+    def now_ns(self) -> int:
+        self.now += READ_NS
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.slept.append(seconds)
+        self.now += round(1e9 * seconds)
+
+    def run(self, periods: int, cost_ns: Callable[[int], int]) -> Timing:
+        """The loop on this clock, with a tick that takes `cost_ns` in a period."""
+
+        def work(period: int) -> None:
+            self.periods.append(period)
+            self.now += cost_ns(period)
+
+        return run_loop(work, periods, PERIOD_NS, self.now_ns, self.sleep)
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+def test_deadlines_do_not_drift_however_long_the_ticks_are(clock: Clock):
+    timing = clock.run(1000, lambda period: 100_000 + 700_000 * (period % 2))
+    assert clock.periods == list(range(1000))
+    assert timing.lateness_ns.max() <= READ_NS
+    assert timing.effective_rate_Hz == pytest.approx(1000.0)
+    assert timing.outcome is Outcome.COMPLETE
+
+
+def test_what_a_tick_took_is_told_apart_from_how_late_it_was(clock: Clock):
+    timing = clock.run(10, lambda _period: 300_000)
+    assert np.all(np.abs(timing.compute_ns - 300_000) <= READ_NS)
+
+
+def test_a_late_tick_starts_at_once_and_the_next_is_on_time(clock: Clock):
+    timing = clock.run(10, lambda period: 1_400_000 if period == 3 else 100_000)
+    assert timing.lateness_ns[4] == pytest.approx(400_000, abs=3 * READ_NS)
+    assert timing.lateness_ns[5] <= READ_NS
+    assert timing.missed == 1
+
+
+def test_periods_that_are_over_are_skipped_and_never_repeated(clock: Clock):
+    timing = clock.run(200, lambda period: 83_200_000 if period == 10 else 100_000)
+    assert clock.periods[:13] == [*range(11), 93, 94]
+    assert timing.periods == 200
+    assert timing.missed == 83
+    assert timing.longest_gap_us == pytest.approx(84_100.0, abs=10.0)  # a period and the stall, less a tick
+
+
+def test_a_stall_at_the_end_counts_all_the_periods_it_took(clock: Clock):
+    timing = clock.run(10, lambda period: 5_500_000 if period == 9 else 100_000)
+    assert timing.periods == 14
+    assert timing.missed == 5
+
+
+def test_a_tick_that_never_leaves_time_to_sleep_ends_the_loop(clock: Clock):
+    timing = clock.run(100_000, lambda _period: PERIOD_NS + 1)
+    assert timing.outcome is Outcome.NO_REST
+    assert len(clock.periods) <= REST_AT_LEAST_EVERY + 1
+
+
+def test_a_tick_that_leaves_a_little_time_to_sleep_goes_on(clock: Clock):
+    timing = clock.run(1000, lambda _period: PERIOD_NS - SPIN_NS - 20_000)
+    assert timing.outcome is Outcome.COMPLETE
+    assert timing.missed == 0
+
+
+def test_sleep_ends_before_the_deadline_by_the_stretch_that_is_watched(clock: Clock):
+    clock.run(5, lambda _period: 100_000)
+    assert clock.slept[1] == pytest.approx(1e-9 * (PERIOD_NS - SPIN_NS - 100_000), abs=3e-9 * READ_NS)
+
+
+def test_a_sleep_that_ends_early_is_gone_on_with(clock: Clock):
+    whole = clock.sleep
+    clock.sleep = lambda seconds: whole(0.5 * seconds if seconds > 1e-4 else seconds)
+    assert clock.run(20, lambda _period: 100_000).lateness_ns.max() <= READ_NS
+
+
+def test_what_the_tick_raises_is_not_hidden(clock: Clock):
+    def break_off(_period: int) -> int:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        clock.run(5, break_off)
+
+
+def test_a_tick_that_says_that_it_was_the_last_ends_the_loop_in_good_order(clock: Clock):
+    def work(period: int) -> bool:
+        clock.periods.append(period)
+        return period == 4
+
+    timing = run_loop(work, 100, PERIOD_NS, clock.now_ns, clock.sleep)
+    assert clock.periods == [0, 1, 2, 3, 4]
+    assert timing.periods == 5
+    assert timing.outcome is Outcome.COMPLETE

@@ -1,0 +1,115 @@
+"""Real-time rights are given back by whatever way one leaves, and what is refused is told with what to do."""
+
+import errno
+import gc
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pytest
+
+from exograv.runtime.clock import realtime as module
+from exograv.runtime.clock.realtime import PRIORITY, realtime
+
+SNAPSHOT = """
+import gc, os, resource, signal
+from pathlib import Path
+from exograv.runtime.clock.realtime import realtime
+def snapshot():
+    status = Path("/proc/self/status").read_text()
+    locked = next(line for line in status.splitlines() if line.startswith("VmLck"))
+    scheduler = (os.sched_getscheduler(0), os.sched_getparam(0).sched_priority, os.sched_getaffinity(0))
+    return scheduler, resource.getrlimit(resource.RLIMIT_RTTIME), gc.isenabled(), gc.get_freeze_count(), locked
+before = snapshot()
+"""
+
+WAYS_OUT = {
+    "in good order": "with realtime() as rights: pass",
+    "by an error": "try:\n  with realtime() as rights: raise ValueError\nexcept ValueError: pass",
+    "by the keyboard": (
+        "try:\n  with realtime() as rights: os.kill(os.getpid(), signal.SIGINT)\nexcept KeyboardInterrupt: pass"
+    ),
+    "with the collector off before": "gc.disable(); before = snapshot()\nwith realtime() as rights: pass",
+}
+
+
+@pytest.mark.parametrize("way", WAYS_OUT)
+def test_on_leaving_everything_is_as_before(way: str):
+    program = f"{SNAPSHOT}{WAYS_OUT[way]}\nassert snapshot() == before, (before, snapshot())\n"
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+
+
+class System:
+    """A system that notes what is asked of it, and refuses what it is told to."""
+
+    def __init__(self, refused: tuple[str, ...] = ()):
+        self.refused = refused
+        self.asked: list[str] = []
+
+    def call(self, name: str) -> Callable[..., None]:
+        def act(*_arguments: object) -> None:
+            self.asked.append(name)
+            if name in self.refused:
+                raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+        return act
+
+    def put_under(self, patch: pytest.MonkeyPatch) -> None:
+        """Everything that reaches beyond this interpreter goes to this system."""
+        for name in ("sched_setscheduler", "sched_setaffinity"):
+            patch.setattr(module.os, name, self.call(name))
+        patch.setattr(module.resource, "setrlimit", self.call("setrlimit"))
+        patch.setattr(module, "_libc", self.call)
+
+
+def test_the_scheduler_is_asked_last_and_left_first(monkeypatch: pytest.MonkeyPatch):
+    system = System()
+    system.put_under(monkeypatch)
+    with realtime() as rights:
+        assert system.asked[-1] == "sched_setscheduler"
+        assert (rights.is_fifo, rights.is_locked, rights.refused) == (True, True, [])
+        system.asked.clear()
+    assert system.asked[0] == "sched_setscheduler"
+    assert {"munlockall", "sched_setaffinity"} <= set(system.asked)
+
+
+REFUSALS = {
+    "sched_setscheduler": ("rtprio 99", "--cap-add=sys_nice"),
+    "mlockall": ("memlock unlimited", "--ulimit memlock=-1"),
+    "sched_setaffinity": ("Processor 3", "--cpuset-cpus=3"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_a_refusal_is_one_sentence_with_what_to_do_and_the_rest_goes_on(name: str, monkeypatch: pytest.MonkeyPatch):
+    system = System((name,))
+    # Giving back what one never had may not be refused: affinity and scheduler are set to what they were.
+    leave = {"sched_setscheduler", "sched_setaffinity"}
+    system.put_under(monkeypatch)
+    with realtime((3,)) as rights:
+        (sentence,) = rights.refused
+        assert len(rights.granted) == 3
+        system.refused = tuple(set(system.refused) - leave)
+    assert all(words in sentence for words in REFUSALS[name])
+    assert os.strerror(errno.EPERM) in sentence
+    assert sentence.endswith(".")
+
+
+def test_without_any_right_the_collector_rests_all_the_same(monkeypatch: pytest.MonkeyPatch):
+    system = System(tuple(REFUSALS))
+    system.put_under(monkeypatch)
+    with realtime() as rights:
+        assert not gc.isenabled()
+        assert rights.granted == ["garbage collector off"]
+        assert len(rights.refused) == 3
+        system.refused = ()
+    assert gc.isenabled()
+
+
+def test_an_isolated_processor_is_preferred(monkeypatch: pytest.MonkeyPatch):
+    System().put_under(monkeypatch)
+    with realtime((5, 6)) as rights:
+        assert "processor 5" in rights.granted
+        assert f"SCHED_FIFO {PRIORITY}" in rights.granted

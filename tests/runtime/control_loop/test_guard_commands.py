@@ -1,0 +1,222 @@
+"""The guard hears a word in its next tick, does of it what may be done, and says what became of it."""
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+
+import numpy as np
+import pytest
+
+from exograv.runtime.control_loop.exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, FeltLevel, state_dtype
+from exograv.runtime.control_loop.guard_commands import ASK_PARENT_EVERY, BELL, ENDS, Hearing, Line
+from exograv.runtime.control_loop.steering import ASKABLE, Asked, Heard, Leased, Pressed
+from exograv.runtime.processes.shared_memory import Mailbox
+from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.safety.modes import Event, Mode
+from exograv.safety.person import Person, PersonLimits
+from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.signals import JointState, TorqueSource
+
+PERIOD_S, FAR = 0.001, 10**18
+LIMITS = Limits(np.array([30.0]), np.array([10.0]), descent_s=0.05)
+DOWN = 100
+"""Ticks after which the descent is over."""
+
+
+class Clock:
+    now = 0
+
+    def monotonic_ns(self) -> int:
+        return self.now
+
+
+@dataclass
+class Room:
+    """A guard, what it hears, and its parent."""
+
+    guard: Guard
+    hearing: Hearing
+    line: Line
+    ours: Connection
+    notes: list[str]
+    mode: Mode | None = Mode.OFF
+    answers: bool = True
+    period: int = 1  # not one in which it looks at the line without a bell
+    state: np.ndarray = field(default_factory=lambda: np.zeros((), state_dtype(1)))
+
+    def tick(self) -> None:
+        """As in the guard's process."""
+        now, self.period = PERIOD_S * self.period, self.period + 1
+        measured = JointState(now, self.period, np.zeros(1), np.zeros(1), np.full(1, np.nan), TorqueSource.CURRENT)
+        self.guard.see(measured, now)
+        was_stopped = self.guard.envelope.stop is not None
+        self.state["safe_state"] = SafeState.DESCENT if was_stopped else SafeState.NONE
+        self.hearing.tell(self.state)
+        if self.answers:
+            self.hearing.delivered()
+        self.guard.decide(Submitted(self.period, now + 0.005, np.zeros(1)) if self.answers else None, now)
+        if self.guard.envelope.stop is not None and not was_stopped:
+            self.hearing.latched()
+        self.hearing.acts = 0
+        self.hearing.listen(self.period, now, self.mode, is_answered=self.answers)
+
+    def says(self, word: object) -> str | None:
+        """What the guard answers to it in the next tick; None where it says nothing."""
+        self.line.send(word)
+        self.tick()
+        heard = self.ours.recv() if self.ours.poll() else None
+        return heard.why if isinstance(heard, Heard) else None
+
+    @property
+    def told(self) -> Event | None:
+        """What control was told in the last tick, as it is recorded in the next one."""
+        code = self.hearing.acts >> EVENT_SHIFT
+        return ASKABLE[code - 1] if code else None
+
+
+@pytest.fixture
+def room(monkeypatch: pytest.MonkeyPatch) -> Iterator[Room]:
+    monkeypatch.setattr("exograv.runtime.control_loop.guard_commands.time", Clock())
+    guard = Guard.of_machine(Envelope(LIMITS, PERIOD_S), PERIOD_S)
+    nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
+    table = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
+    guard.envelope.person = Person(PersonLimits(table, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
+    ours, theirs = Pipe()
+    with contextlib.closing(Mailbox(BELL)) as bell, contextlib.closing(ours), contextlib.closing(theirs):
+        notes: list[str] = []
+        hearing = Hearing(guard, theirs, bell, lambda _t, text: notes.append(text))
+        yield Room(guard, hearing, Line(ours, bell), ours, notes)
+
+
+def lease(room: Room) -> None:
+    assert room.says(Leased(FAR)) is None
+
+
+def test_stop_is_heard_in_the_next_tick_whoever_steers(room: Room):
+    room.tick()
+    assert room.says(Pressed(7)) == ""
+    assert room.guard.envelope.stop is StopReason.STOP_PRESSED
+    assert room.hearing.acts == STOP_PRESSED
+    assert not room.hearing.is_asked_to_end
+    assert room.notes == ["operator: stop: done."]
+
+
+def test_words_are_heard_in_their_order_one_a_tick(room: Room):
+    for number in range(3):
+        room.line.send(Asked(number, Event.TEST))
+    for number in range(3):
+        room.tick()
+        assert room.ours.recv().number == number
+        assert not room.ours.poll()
+
+
+def test_nobody_looks_at_the_line_before_there_is_a_word(room: Room, monkeypatch: pytest.MonkeyPatch):
+    looks: list[int] = []
+    poll = room.hearing._parent.poll
+    monkeypatch.setattr(room.hearing._parent, "poll", lambda: looks.append(room.period) or poll(), raising=False)
+    for _ in range(ASK_PARENT_EVERY):
+        room.tick()
+    assert len(looks) == 1
+
+
+def test_where_the_parent_is_gone_the_arm_comes_down_and_the_run_ends(room: Room):
+    room.ours.close()
+    for _ in range(ASK_PARENT_EVERY):
+        room.tick()
+    assert room.hearing.is_asked_to_end
+    assert room.guard.envelope.stop is StopReason.STOP_PRESSED
+    for _ in range(ASK_PARENT_EVERY):
+        room.tick()  # and nobody asks a line that is closed
+
+
+def test_control_is_told_an_event_once_and_only_what_it_has_answered_is_followed_by_another(room: Room):
+    lease(room)
+    assert room.says(Asked(1, Event.TEST)) == ""
+    room.answers = False
+    room.hearing.tell(room.state)
+    assert (int(room.state["asked"]), ASKABLE[int(room.state["event"])]) == (1, Event.TEST)
+    room.hearing.tell(room.state)
+    assert int(room.state["asked"]) == 1
+    room.hearing.delivered()
+    room.hearing.tell(room.state)
+    assert (int(room.state["asked"]), ASKABLE[int(room.state["event"])]) == (2, Event.PASSED)
+    room.hearing.delivered()
+    room.hearing.tell(room.state)
+    assert int(room.state["asked"]) == 2
+
+
+def test_nothing_that_was_asked_for_before_a_stop_is_told_after_it(room: Room):
+    lease(room)
+    assert room.says(Asked(1, Event.TEST)) == ""
+    room.guard.press_stop()
+    room.hearing.latched()
+    for _ in range(DOWN):
+        room.tick()
+    lease(room)
+    assert room.says(Asked(2, Event.RESET)) == ""
+    for _ in range(5):
+        room.tick()
+    assert int(room.state["asked"]) == 0
+
+
+def test_a_reset_waits_until_the_arm_is_down_and_control_answers_and_leaves_the_latch(room: Room):
+    lease(room)
+    room.mode = Mode.SAFE
+    room.says(Pressed(1))
+    assert "still coming down" in (room.says(Asked(2, Event.RESET)) or "")
+    for _ in range(DOWN):
+        room.tick()
+    room.answers = False
+    assert "does not answer" in (room.says(Asked(3, Event.RESET)) or "")
+    room.answers = True
+    assert room.says(Asked(4, Event.RESET)) == ""
+    assert room.guard.envelope.stop is None
+    assert room.hearing.acts & RESET
+    room.hearing.tell(room.state)  # a safe state was told in this tick still
+    assert int(room.state["asked"]) == 0
+    room.state["safe_state"] = SafeState.NONE
+    room.hearing.tell(room.state)
+    assert ASKABLE[int(room.state["event"])] is Event.RESET
+
+
+def test_nobody_resets_without_steering(room: Room):
+    room.mode = Mode.SAFE
+    room.says(Pressed(1))
+    for _ in range(DOWN):
+        room.tick()
+    assert "Nobody steers" in (room.says(Asked(2, Event.RESET)) or "")
+    assert room.guard.envelope.stop is not None
+
+
+def test_a_gravity_level_of_whoever_steers_is_answered_and_comes_by_a_ramp_as_long_as_asked_for(room: Room):
+    assert "Nobody steers" in (room.says(FeltLevel(0.5, 10.0, 1)) or "")
+    lease(room)
+    assert room.says(FeltLevel(0.5, 10.0, 2)) == ""
+    assert room.hearing.acts & TOLD_LEVEL
+    for _ in range(1000):
+        room.tick()
+    person = room.guard.envelope.person
+    assert person is not None
+    assert person.gravity_level == pytest.approx(0.05, abs=1e-4)
+
+
+def test_an_arm_that_is_carried_when_the_lease_ends_is_given_back(room: Room):
+    lease(room)
+    room.mode = Mode.FLOATING
+    Clock.now = 1_300_000_000
+    try:
+        room.tick()
+        assert any("Nobody steers" in note for note in room.notes)
+        room.hearing.tell(room.state)
+        assert ASKABLE[int(room.state["event"])] is Event.GIVE_BACK
+    finally:
+        Clock.now = 0
+
+
+def test_the_last_word_lets_the_arm_down_and_ends_the_run(room: Room):
+    room.says(ENDS)
+    assert room.hearing.is_asked_to_end
+    assert room.guard.envelope.stop is StopReason.STOP_PRESSED

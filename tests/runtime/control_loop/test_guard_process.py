@@ -1,0 +1,239 @@
+"""A guard lets the arm down when control is silent, keeps its rest, and gives the arm to nobody who does not answer."""
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import replace
+from multiprocessing import Pipe
+
+import numpy as np
+import pytest
+
+from exograv.recording.encoding import tick_dtype
+from exograv.rig.drive_status import DriveStatus
+from exograv.runtime.control_loop.exchange import TOLD_LEVEL, Channels, FeltLevel, Led, answer_dtype, state_dtype
+from exograv.runtime.control_loop.guard_process import GIVEN_UP_AFTER, GuardedRig, GuardJob, _Guarding, answer_by_ns
+from exograv.runtime.processes.shared_memory import Mailbox, Ring
+from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
+from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.guard import Guard, SafeState
+from exograv.safety.person import Person, PersonLimits
+from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.signals import Command, JointState, TorqueSource
+
+PERIOD_S = 0.001
+LIMITS = Limits(np.array([30.0]), np.array([10.0]), descent_s=0.05)
+DOWN = 100
+"""Ticks after which the descent is over."""
+
+
+class StandingRig:
+    """A joint that never moves; commands are counted."""
+
+    joints, period_s = ("elbow",), PERIOD_S
+
+    def __init__(self):
+        self.commands: list[Command] = []
+        self.is_virtual = True
+        self.power: list[str] = []
+
+    def enable(self) -> None:
+        self.power.append("on")
+
+    def disable(self) -> None:
+        self.power.append("off")
+
+    def status(self) -> tuple[DriveStatus, ...]:
+        return (DriveStatus(is_enabled=self.power[-1:] == ["on"]),)
+
+    @property
+    def t(self) -> float:
+        return PERIOD_S * len(self.commands)
+
+    def read(self) -> JointState:
+        number = len(self.commands)
+        return JointState(self.t, number, np.zeros(1), np.zeros(1), np.full(1, np.nan), TorqueSource.CURRENT)
+
+    def write(self, command: Command) -> None:
+        self.commands.append(command)
+
+    def __enter__(self) -> "StandingRig":
+        return self
+
+    def __exit__(self, kind, error, trace) -> None:
+        pass
+
+
+class Table:
+    """The guard's tick with a control that answers when it is told to."""
+
+    def __init__(self, guarding: _Guarding, rig: StandingRig, guard: Guard, answers: Mailbox):
+        self.guarding, self.rig, self.guard, self._answers = guarding, rig, guard, answers
+        self.looks = 0
+        self._read = guarding._answers.read
+        guarding._answers.read = self._counted
+        self._row = np.zeros((), answer_dtype(1))
+
+    def tick(self, answers: bool) -> bool:
+        if answers:
+            number = len(self.rig.commands)
+            self._row["sequence"], self._row["valid_until"] = number, self.rig.t + 0.005
+            self._answers.write(self._row)
+        self.looks = 0
+        return self.guarding.tick(len(self.rig.commands))
+
+    def _counted(self):
+        self.looks += 1
+        return self._read()
+
+
+class Clock:
+    """Only sleep takes time, some microseconds longer than asked for."""
+
+    now = 0
+
+    def monotonic_ns(self) -> int:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += round(1e9 * seconds) + 60_000
+
+
+@pytest.fixture(params=[True])
+def table(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Table]:
+    monkeypatch.setattr("exograv.runtime.control_loop.guard_process.time", Clock())
+    rig = StandingRig()
+    rig.is_virtual = request.param
+    guard = Guard.of_machine(Envelope(LIMITS, PERIOD_S), PERIOD_S)
+    with contextlib.ExitStack() as stack:
+        made = [
+            stack.enter_context(contextlib.closing(memory))
+            for memory in (
+                Mailbox(state_dtype(1)),
+                Mailbox(answer_dtype(1)),
+                Ring(tick_dtype(1), RING_TICKS),
+                Ring(EVENT, RING_EVENTS),
+            )
+        ]
+        states, answers, ticks, events = (memory.name for memory in made)
+        channels = Channels(1, states, answers, Inlet(1, ticks, events))
+        build = lambda: GuardedRig(rig, guard, np.ones(1), 1.0)  # noqa: E731 - one line says it
+        guards_end, _parents_end = Pipe()
+        guarding = _Guarding(GuardJob(build, channels, 1000, ("floating",)), guards_end)
+        mailbox = made[1]
+        assert isinstance(mailbox, Mailbox)
+        yield Table(guarding, rig, guard, mailbox)
+        guarding.close()
+
+
+def test_an_arm_is_not_given_to_a_control_that_does_not_answer(table: Table):
+    for _ in range(5):
+        table.tick(answers=True)
+    assert table.guard.envelope.stop is None
+    for _ in range(3 * DOWN):
+        table.tick(answers=False)
+    assert table.guard.envelope.stop is StopReason.CONTROL_SILENT
+    assert len(table.guarding._latches) == 1
+    for _ in range(5):
+        table.tick(answers=True)
+    assert table.guard.envelope.stop is None
+    assert table.guarding._safe_state is SafeState.NONE
+    assert len(table.guarding._latches) == 1
+
+
+def test_the_guard_begins_from_the_torque_of_the_tick_that_is_recorded_first(
+    table: Table, monkeypatch: pytest.MonkeyPatch
+):
+    currents = iter([5.0, -5.0, -5.0])
+    read = table.rig.read
+    monkeypatch.setattr(table.rig, "read", lambda: replace(read(), current=np.array([next(currents)])))
+    table.guarding.begin()
+    steps = [(table.tick(answers=True), float(table.rig.commands[-1].tau[0]))[1] for _ in range(2)]
+    step = LIMITS.torque_rate_max_Nm_per_s * PERIOD_S
+    assert steps == pytest.approx([5.0 - step, 5.0 - 2 * step])
+
+
+@pytest.mark.parametrize("table", [False], indirect=True)
+def test_a_stop_of_a_real_machine_ends_the_run_when_the_arm_is_down_and_is_not_reset(table: Table):
+    table.guarding.begin()
+    assert table.rig.power == ["on"]
+    for answers in (True, False, False, False, False):
+        assert not table.tick(answers)
+    ended = [table.tick(answers=True) for _ in range(2 * DOWN)]
+    assert ended[-1]
+    assert DOWN // 4 < ended.index(True) < 2 * DOWN
+    assert table.guard.envelope.stop is StopReason.CONTROL_SILENT
+
+
+def test_a_control_that_answers_while_the_arm_comes_down_does_not_shorten_the_descent(table: Table):
+    for answers in (True, False, False, False, False):
+        table.tick(answers)
+    for _ in range(DOWN // 4):
+        table.tick(answers=True)
+        assert table.guard.envelope.stop is StopReason.CONTROL_SILENT
+
+
+def test_a_guard_that_has_given_control_up_waits_in_few_ticks_only_until_it_answers_again(table: Table):
+    table.tick(answers=True)
+    looks = []
+    for _ in range(GIVEN_UP_AFTER + 80):
+        table.tick(answers=False)
+        looks.append(table.looks)
+    assert min(looks[:GIVEN_UP_AFTER]) > 1
+    assert sum(each > 1 for each in looks[GIVEN_UP_AFTER:]) <= 10
+    table.tick(answers=True)
+    table.tick(answers=False)
+    assert table.looks > 1
+
+
+@pytest.mark.parametrize(("period_us", "by_us"), [(500, 325), (1000, 650), (2000, 1650), (4000, 3650)])
+def test_control_has_of_a_period_what_a_guard_does_not_need_to_write(period_us: int, by_us: int):
+    assert answer_by_ns(1000 * period_us) == 1000 * by_us
+
+
+def somebody() -> PersonLimits:
+    nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
+    plausible = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
+    return PersonLimits(plausible, wide, np.full(1, -3.0), np.full(1, 3.0))
+
+
+def test_who_is_known_is_held_to_what_a_driven_arm_may_have_only_as_long_as_it_is_led_on(table: Table):
+    table.guard.envelope.person = Person(somebody(), 0.0)
+    table.guard.envelope.person.drive(True)
+    driven = []
+    for word in (Led(somebody()), somebody()):
+        table.guarding.hearing.hear(word, table.rig.t)
+        table.tick(answers=True)
+        driven.append(table.guard.envelope.person.is_driven)
+    assert driven == [True, False]
+    assert int(table.guarding._state["persons"]) == 2
+
+
+def told(table: Table, level: float) -> tuple[int, str]:
+    """What is recorded when the guard is told to let this level be felt: bits of `acts`, and a note."""
+    table.guarding.hearing.hear(FeltLevel(level), table.rig.t)
+    table.tick(answers=True)
+    (row,), (*_, note) = table.guarding._ticks.take()[-1:], table.guarding._events.take()
+    return int(row["acts"]), note["text"].decode()
+
+
+def test_a_gravity_level_is_recorded_where_it_was_taken_told_to_control_and_not_taken_after_a_stop_even_a_reset_one(
+    table: Table,
+):
+    table.guard.envelope.person = Person(somebody(), 0.0)
+    table.tick(answers=True)
+    acts, note = told(table, 0.25)
+    assert acts & TOLD_LEVEL
+    assert note.startswith("0.25 of the arm's weight")
+    for _ in range(5):
+        table.tick(answers=True)
+    assert 0.0 < table.guarding._state["gravity_level"] == table.guard.envelope.person.gravity_level
+    for answers in (False,) * 4 + (True,) * (3 * DOWN):
+        table.tick(answers)
+    assert table.guard.envelope.stop is None
+    assert len(table.guarding._latches) == 1
+    felt = table.guard.envelope.person.gravity_level
+    acts, note = told(table, 0.75)
+    assert not acts & TOLD_LEVEL
+    assert "refused" in note
+    table.tick(answers=True)
+    assert table.guard.envelope.person.gravity_level == felt

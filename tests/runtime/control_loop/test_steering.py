@@ -1,0 +1,146 @@
+"""Beside the guard: no words without a lease, no arm without two steps, and an arm that nobody steers is given back."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from exograv.runtime.control_loop.steering import ASKABLE, LEASE_MAX_NS, READY_NS, WINDOW_MAX_NS, Leased, Steering
+from exograv.safety.modes import TRANSITIONS, WORN, Event, Mode
+
+SECOND = 1_000_000_000
+FAR = 10**18
+
+
+def steered(now_ns: int = 0, **leased) -> Steering:
+    steering = Steering()
+    steering.lease(Leased(FAR, **leased), now_ns)
+    return steering
+
+
+def ask(steering: Steering, event: Event, mode: Mode, now_ns: int = 0, is_latched: bool = False) -> str:
+    return steering.ask(event, mode, is_latched=is_latched, now_ns=now_ns)
+
+
+def test_without_a_lease_nothing_may_be_asked_for():
+    for mode, event in TRANSITIONS:
+        assert "Nobody steers" in ask(Steering(), event, mode)
+
+
+def test_a_lease_is_never_longer_than_allowed():
+    steering = steered()
+    assert not ask(steering, Event.TEST, Mode.OFF, LEASE_MAX_NS)
+    assert "Nobody steers" in ask(steered(), Event.TEST, Mode.OFF, LEASE_MAX_NS + 1)
+
+
+@pytest.mark.parametrize("event", [event for event in Event if event not in ASKABLE or event is Event.PASSED])
+@pytest.mark.parametrize("mode", Mode)
+def test_what_is_not_an_operators_cannot_be_asked_for(event: Event, mode: Mode):
+    assert ask(steered(), event, mode)
+
+
+@pytest.mark.parametrize("event", ASKABLE)
+@pytest.mark.parametrize("mode", Mode)
+def test_while_the_guard_has_stopped_nothing_is_passed_on(event: Event, mode: Mode):
+    steering = steered()
+    assert ask(steering, event, mode, is_latched=True)
+    assert steering.next() is None
+
+
+def test_the_self_test_of_the_twin_is_passed_when_it_is_asked_for():
+    steering = steered()
+    assert not ask(steering, Event.TEST, Mode.OFF)
+    assert [steering.next(), steering.next(), steering.next()] == [Event.TEST, Event.PASSED, None]
+
+
+def test_an_arm_is_taken_within_half_a_minute_after_step_one_and_once():
+    steering = steered()
+    assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY)
+    ask(steering, Event.TEST, Mode.EXO_ONLY)
+    steering.lease(Leased(FAR), READY_NS)
+    assert not ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY, READY_NS)
+    assert steering.next() is Event.TAKE_ARM
+    assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY, READY_NS)
+    ask(steering, Event.TEST, Mode.EXO_ONLY, READY_NS)
+    steering.lease(Leased(FAR), 2 * READY_NS + 1)
+    assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY, 2 * READY_NS + 1)
+
+
+def test_a_stop_takes_back_step_one_and_all_that_waits():
+    steering = steered()
+    ask(steering, Event.TEST, Mode.OFF)
+    steering.stopped()
+    assert steering.next() is None
+    assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY)
+
+
+@pytest.mark.parametrize("mode", [mode for mode in Mode if mode in WORN and mode is not Mode.RAMP_OUT])
+def test_an_arm_that_nobody_steers_any_more_is_given_back_once(mode: Mode):
+    steering = steered()
+    assert steering.watch(mode, LEASE_MAX_NS) == ""
+    assert steering.watch(mode, LEASE_MAX_NS + 1)
+    assert steering.next() is Event.GIVE_BACK
+    for now in range(LEASE_MAX_NS + 2, LEASE_MAX_NS + 100):
+        assert steering.watch(mode, now) == ""
+    assert steering.next() is None
+
+
+@pytest.mark.parametrize("mode", [mode for mode in Mode if mode not in WORN])
+def test_where_no_arm_is_carried_a_lost_lease_only_takes_back_step_one(mode: Mode):
+    steering = steered()
+    ask(steering, Event.TEST, Mode.EXO_ONLY)
+    assert steering.watch(mode, LEASE_MAX_NS + 1)
+    assert steering.next() is None
+    steering.lease(Leased(FAR), 2 * SECOND)
+    assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY, 2 * SECOND)
+
+
+@pytest.mark.parametrize("window_s", [5, 60])
+def test_a_window_is_finished_without_an_operator_and_never_longer_than_a_window_takes(window_s: int):
+    steering = steered(window_until_ns=window_s * SECOND)
+    over = min(window_s * SECOND, LEASE_MAX_NS + WINDOW_MAX_NS)
+    assert steering.watch(Mode.FLOATING, LEASE_MAX_NS + 1)
+    steering.watch(Mode.FLOATING, over - 1)
+    assert steering.next() is None
+    steering.watch(Mode.FLOATING, over)
+    assert steering.next() is Event.GIVE_BACK
+    assert not steering.is_to_stop
+
+
+def test_a_window_is_stopped_where_the_session_is_set_so():
+    steering = steered(window_until_ns=5 * SECOND, on_loss="stop")
+    assert steering.watch(Mode.FLOATING, LEASE_MAX_NS + 1)
+    assert steering.is_to_stop
+    assert steering.next() is None
+
+
+def test_without_a_window_that_setting_gives_the_arm_back_like_the_other():
+    steering = steered(on_loss="stop")
+    steering.watch(Mode.FLOATING, LEASE_MAX_NS + 1)
+    assert not steering.is_to_stop
+    assert steering.next() is Event.GIVE_BACK
+
+
+def test_a_lease_that_comes_again_is_one_and_lost_anew_gives_the_arm_back_anew():
+    steering = steered()
+    steering.watch(Mode.FLOATING, LEASE_MAX_NS + 1)
+    steering.next()
+    again = 10 * SECOND
+    steering.lease(Leased(FAR), again)
+    assert steering.watch(Mode.FLOATING, again) == ""
+    assert steering.watch(Mode.FLOATING, again + LEASE_MAX_NS + 1)
+    assert steering.next() is Event.GIVE_BACK
+
+
+@given(st.lists(st.tuples(st.sampled_from(Event), st.sampled_from(Mode), st.integers(0, 40)), max_size=30))
+def test_no_history_of_words_passes_on_an_arm_that_was_not_made_ready_before(words):
+    steering, now, ready_at = Steering(), 0, None
+    for event, mode, seconds in words:
+        now += seconds * SECOND
+        steering.lease(Leased(FAR), now)
+        if not ask(steering, event, mode, now) and event is Event.TEST:
+            ready_at = now
+        while (told := steering.next()) is not None:
+            if told is Event.TAKE_ARM:
+                assert ready_at is not None
+                assert now - ready_at <= READY_NS
+                ready_at = None

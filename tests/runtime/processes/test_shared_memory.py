@@ -1,0 +1,135 @@
+"""What another process reads is whole, the newest, or in order; a writer never waits and counts what it leaves out."""
+
+import multiprocessing
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from exograv.runtime.processes.shared_memory import SLOTS, Mailbox, Ring
+
+VALUE = np.dtype([("sequence", "<u8"), ("q", "<f8", (7,))])
+CAPACITY = 32
+MANY = 20_000
+
+
+def value(k: int) -> np.ndarray:
+    one = np.zeros((), VALUE)
+    one["sequence"], one["q"] = k, k
+    return one
+
+
+@pytest.fixture
+def mailbox():
+    box = Mailbox(VALUE)
+    yield box
+    box.close()
+
+
+@pytest.fixture
+def ring():
+    one = Ring(VALUE, CAPACITY)
+    yield one
+    one.close()
+
+
+def test_an_empty_mailbox_has_nothing_to_read(mailbox: Mailbox):
+    assert mailbox.read() is None
+
+
+def test_a_mailbox_has_the_newest_value_and_counts(mailbox: Mailbox):
+    for k in range(1, 3 * SLOTS):
+        mailbox.write(value(k))
+        found = mailbox.read()
+        assert found is not None
+        assert found[0] == k
+        assert found[1]["sequence"] == k
+        assert (found[1]["q"] == k).all()
+
+
+def test_what_was_read_does_not_change_with_the_next_value(mailbox: Mailbox):
+    mailbox.write(value(1))
+    found = mailbox.read()
+    for k in range(2, 2 + SLOTS):
+        mailbox.write(value(k))
+    assert found is not None
+    assert (found[1]["q"] == 1).all()
+
+
+def test_a_value_that_is_being_written_is_not_read(mailbox: Mailbox):
+    mailbox.write(value(1))
+    mailbox._block.rows[1 % SLOTS]["begun"] = 1 + SLOTS
+    assert mailbox.read() is None
+
+
+def _write(name: str, many: int) -> None:
+    box = Mailbox(VALUE, name)
+    for k in range(1, many + 1):
+        box.write(value(k))
+    box.close()
+
+
+def test_across_processes_no_value_is_torn_and_none_is_older_than_the_one_before(mailbox: Mailbox):
+    writer = multiprocessing.get_context("spawn").Process(target=_write, args=(mailbox.name, MANY))
+    writer.start()
+    newest = 0
+    while newest < MANY:
+        found = mailbox.read()
+        if found is None:
+            continue
+        assert (found[1]["q"] == found[1]["sequence"]).all()
+        assert found[0] >= newest
+        newest = found[0]
+    writer.join()
+    assert writer.exitcode == 0
+
+
+def test_a_ring_gives_all_values_in_their_order(ring: Ring):
+    taken: list[int] = []
+    for k in range(5 * CAPACITY):
+        assert ring.put(value(k))
+        if k % 7 == 0:
+            taken += ring.take()["sequence"].tolist()
+            ring.acknowledge(len(taken))
+    taken += ring.take()["sequence"].tolist()
+    assert taken == list(range(5 * CAPACITY))
+    assert ring.lost == 0
+
+
+def test_a_full_ring_counts_what_it_leaves_out_and_keeps_what_it_has(ring: Ring):
+    room = [ring.put(value(k)) for k in range(CAPACITY + 5)]
+    assert room == [True] * CAPACITY + [False] * 5
+    assert ring.lost == 5
+    assert ring.take()["sequence"].tolist() == list(range(CAPACITY))
+    # Taken is not safe yet: the place is free after the acknowledgement only.
+    assert not ring.put(value(99))
+    ring.acknowledge(CAPACITY)
+    assert ring.put(value(100))
+
+
+def _take_and_die(name: str, acknowledged: int) -> None:
+    one = Ring(VALUE, CAPACITY, name)
+    one.take()
+    one.acknowledge(acknowledged)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_after_a_reader_was_killed_the_next_one_goes_on_from_what_was_safe(ring: Ring):
+    for k in range(20):
+        ring.put(value(k))
+    reader = multiprocessing.get_context("spawn").Process(target=_take_and_die, args=(ring.name, 12))
+    reader.start()
+    reader.join()
+    assert reader.exitcode == -signal.SIGKILL
+    again = Ring(VALUE, CAPACITY, ring.name)
+    assert again.take()["sequence"].tolist() == list(range(12, 20))
+    again.close()
+    assert ring.put(value(20))
+
+
+def test_memory_that_does_not_exist_is_not_made_by_its_reader():
+    with pytest.raises(FileNotFoundError):
+        Mailbox(VALUE, "exograv-nobody")
+    with pytest.raises(FileNotFoundError):
+        Ring(VALUE, CAPACITY, "exograv-nobody")

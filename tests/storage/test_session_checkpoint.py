@@ -1,0 +1,77 @@
+"""A run is kept whole or not at all, comes back to the last bit, and is given to nobody else."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exograv.errors import ConfigError, RecordingError
+from exograv.loop.replay_log import read_machine
+from exograv.model.description import load_rig
+from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.storage.session_checkpoint import KeptSession, Person, read_kept, refuse_kept, write_kept
+
+OPTIONS = {"protocol": "training", "participant": "P-01", "seed": 1014, "windows": None}
+
+
+def kept(**changes: object) -> KeptSession:
+    whole = {"options": OPTIONS, "t": 12.5, "run": "{}", "person": None, "before": {}}
+    return KeptSession.model_validate(whole | changes)
+
+
+def test_what_was_kept_comes_back(tmp_path: Path):
+    path = tmp_path / "run.json"
+    write_kept(path, kept())
+    write_kept(path, kept(t=13.0))
+    assert read_kept(path, OPTIONS) == kept(t=13.0)
+    assert [one.name for one in tmp_path.iterdir()] == ["run.json"]
+
+
+def test_the_person_comes_back_to_the_last_bit(tmp_path: Path):
+    description = load_rig("recupera_like")
+    machine = nominal_machine(description, np.linspace(0.1, 1.0, 40).reshape(4, 10) / 3.0)
+    x, covariance = np.random.default_rng(1).standard_normal(7) / 3.0, np.eye(7) / 3.0
+    path = tmp_path / "run.json"
+    write_kept(path, kept(person=Person.of(machine, x, covariance)))
+    person = read_kept(path, OPTIONS).person
+    assert person is not None
+    np.testing.assert_array_equal(np.array(person.x), x)
+    np.testing.assert_array_equal(np.array(person.covariance), covariance)
+    again = read_machine(person.machine)
+    np.testing.assert_array_equal(again.phi, machine.phi)
+    np.testing.assert_array_equal(again.actuators.gain, machine.actuators.gain)
+
+
+@pytest.mark.parametrize(("name", "value"), [("seed", 1015), ("participant", "P-02"), ("windows", 3)])
+def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path, name: str, value: object):
+    path = tmp_path / "run.json"
+    write_kept(path, kept())
+    with pytest.raises(ConfigError, match=f"--{name} is {value}, and the run"):
+        read_kept(path, OPTIONS | {name: value})
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"schema_version": 2}', json.dumps({"t": 1.0})])
+def test_a_damaged_file_is_refused(tmp_path: Path, content: str):
+    path = tmp_path / "run.json"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(ConfigError, match="is damaged"):
+        read_kept(path, OPTIONS)
+
+
+def test_without_a_run_there_is_nothing_to_go_on_with(tmp_path: Path):
+    with pytest.raises(ConfigError, match="There is no run to go on with"):
+        read_kept(tmp_path / "run.json", OPTIONS)
+
+
+def test_a_second_start_overwrites_nobody(tmp_path: Path):
+    path = tmp_path / "run.json"
+    refuse_kept(path)
+    write_kept(path, kept())
+    with pytest.raises(ConfigError, match="--resume"):
+        refuse_kept(path)
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path):
+    with pytest.raises(RecordingError, match="cannot be written"):
+        write_kept(tmp_path / "nowhere" / "run.json", kept())
