@@ -91,7 +91,7 @@ def uncalibrated(rig: str, file: Path) -> Path:
     from exograv.identification.calibration.empty_prior import COULOMB, GAIN_SD, VISCOUS, usual_friction
     from exograv.model.assembly import read_exoskeleton
     from exograv.model.description import load_rig
-    from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+    from exograv.procedures.calibration.nominal_machine import nominal_machine
     from exograv.storage.calibration_file import read_calibration, write_calibration
     from exograv.storage.calibration_schema import stored
 

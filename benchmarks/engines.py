@@ -28,8 +28,8 @@ from exograv.laboratory.posterior_torque import doubt
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.signals import Reference
 
 ENGINES = {"native": "", "virtual machine": "virtual-machine"}

@@ -5,7 +5,8 @@ from functools import cache
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.laboratory.twin_calibration import EmptyTwin
-from exograv.laboratory.virtual_laboratory import draw_laboratory, limits
+from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot
 from exograv.rig import Rig
 from exograv.rig.twin import Machine

@@ -23,11 +23,12 @@ from exograv.dynamics.parameters import Layout
 from exograv.laboratory.conditions import leave_the_arm
 from exograv.laboratory.effort import Performer, UsedTo
 from exograv.laboratory.movements import pointing
-from exograv.laboratory.preparation import Prepared, pilot_of, prepare
+from exograv.laboratory.preparation import pilot_of, prepare
 from exograv.laboratory.transparency_trial import UNREST, Trial
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Controller
 from exograv.model.description import load_rig
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.own_arm import OwnArm, worn_inertia
 from exograv.signals import Reference
@@ -74,7 +75,7 @@ def without_return(machine: CalibratedMachine, viscous: Joints) -> CalibratedMac
     return replace(machine, friction_sd=nothing)
 
 
-def performed(trial: Trial, known: Prepared, law: str, condition: str) -> dict[str, object]:
+def performed(trial: Trial, known: ControllerKnowledge, law: str, condition: str) -> dict[str, object]:
     """Effort of the pointing movement [N·m·s] and its error [°], by freedom of the arm."""
     laboratory = trial.laboratory(*UNREST)
     description, machine, wearer = laboratory.description, laboratory.machine, laboratory.wearer

@@ -31,7 +31,7 @@ from exograv.errors import ExogravError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.laboratory.preparation import pilot_of, prepare_machine
-from exograv.laboratory.result_rows import parameter_rows, percentiles, rounded
+from exograv.laboratory.result_rows import parameter_rows
 from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
@@ -44,6 +44,7 @@ from exograv.procedures.identification.float_arm import float_arm
 from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.weighing.known_weight import weigh
 from exograv.procedures.weighing.motion_samples import Kept
+from exograv.recording.rounding import percentiles, rounded
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
 from exograv.rig.twin.examiner import held_out_postures, rms
 from exograv.study.targets import TARGET_NM

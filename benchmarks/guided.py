@@ -26,13 +26,14 @@ def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
     from exograv.errors import ExogravError
     from exograv.laboratory.guided.guided_command import GuidedOptions, RepeatOptions, run_repeat, run_teach
     from exograv.laboratory.guided.mirror_command import MirrorOptions, run_mirror
-    from exograv.laboratory.preparation import Prepared, prepare
+    from exograv.laboratory.preparation import prepare
     from exograv.laboratory.virtual_laboratory import VirtualLaboratory
     from exograv.loop.pilot import Progress
+    from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 
-    path, known = folder / f"{seed}.toml", dict[str, Prepared]()
+    path, known = folder / f"{seed}.toml", dict[str, ControllerKnowledge]()
 
-    def once(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Prepared:
+    def once(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> ControllerKnowledge:
         name = laboratory.description.name
         if name not in known:
             known[name] = prepare(laboratory, seed, progress)

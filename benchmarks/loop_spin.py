@@ -12,7 +12,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from exograv.laboratory.doctor_tick import MovingTick
+from exograv.procedures.self_test.nominal_tick import MovingTick
 from exograv.runtime.clock.host import read_host
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import realtime

@@ -20,9 +20,9 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig, rig_names
 from exograv.model.support import assemble
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import build_method
 from exograv.procedures.identification.identify import identification_motion
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.signals import Reference
 
 BODY = Body(1.75, 75.0, "male")

@@ -20,7 +20,8 @@ from exograv.errors import ExogravError
 
 def run(rig: str, level: int, seed: int) -> dict[str, Any]:
     """One `exograv verify`; a run that broke off is a result too."""
-    from exograv.laboratory.verification_command import VerifyOptions, run_verification
+    from exograv.laboratory.verification_command import run_verification
+    from exograv.procedures.verification.options import VerifyOptions
 
     job = {"rig": rig, "level": level, "seed": seed}
     try:

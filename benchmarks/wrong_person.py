@@ -4,8 +4,8 @@
     python benchmarks/wrong_person.py --seeds 0-9 --level 2 --no-run
 
 Every person is identified and kept on a first day, and moves for 20 s on a second with the right file driving. Then
-that motion is asked for every file (`procedures/identification/person_check.py`). Body data are left out of that: by themselves they
-refuse most wrong files before any motion (`storage/participant_file.py`), and the last lines say how many, and what
+that motion is asked for every file (`procedures/identification/person_check.py`). Body data are left out of that: by
+themselves they refuse most wrong files before any motion (`storage/participant_file.py`), and the last lines say how many, and what
 motion says of the rest. Nothing was tuned on the seeds that are reported.
 """
 

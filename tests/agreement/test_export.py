@@ -21,8 +21,8 @@ from exograv.model.personal import Personal, personal
 from exograv.model.tree import Tree, inertial_parameters, is_physical
 from exograv.model.urdf import read_urdf
 from exograv.model.urdf_writer import roll_pitch_yaw, urdf_text
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.machine_tools.export_urdf import possible_links, springs_of
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 TORQUE_TOLERANCE = 1e-9  # N·m, of inverse dynamics tree by tree
 CLOSED_TOLERANCE = 5e-3  # N·m: a cuff's twist is the sine in ours and an angle in the exported hinges

@@ -2,7 +2,7 @@
 
 from exograv.cli import main
 from exograv.experiment.steered import prepared_machine as place
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 
 
 def nominal(laboratory, *_):

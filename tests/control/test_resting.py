@@ -10,8 +10,8 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.loops import FIT
 from exograv.model.support import assemble, sample_postures
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
 POSTURES = 31

@@ -9,8 +9,8 @@ import pytest
 from exograv.identification.calibration.empty_fit import EmptyMachine
 from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S, V_START, Sweeps
 from exograv.identification.core.interface import Sample
+from exograv.identification.core.noise import Noise
 from exograv.identification.core.setting import Setting
-from exograv.identification.recursive.recursive import Noise
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.tree import Tree, inertial_parameters

@@ -12,10 +12,10 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.model.tree import is_physical
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import build_method, table_guess
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.identification.method_names import MethodName
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
 UNPROJECTED = ("nlms", "kaczmarz", "rls")

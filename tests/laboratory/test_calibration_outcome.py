@@ -10,7 +10,7 @@ from exograv.laboratory.calibration_outcome import calibration_figures, warnings
 from exograv.laboratory.result_rows import still_to_rub
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.rig.twin import Disturbances, Machine, draw_machine
 
 HALF_AN_HOUR_S = 1800.0

@@ -12,8 +12,8 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.laboratory.drive_sim import FRONT_ENDS, DriveSimOptions, _wiring, run_drive_sim
-from exograv.live.on_drives.simulated_drives import written
 from exograv.model.description import load_rig
+from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.settings import load_drives
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "drives"

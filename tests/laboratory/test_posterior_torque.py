@@ -14,7 +14,7 @@ from exograv.laboratory.posterior_torque import Doubt, doubt
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 
 SMALL = 1e-4
 """Share of the prior's covariance at which torque is linear in the parameters to a per cent."""

@@ -7,8 +7,8 @@ from exograv.loop.arm_controller import ArmController
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 Q = np.deg2rad([30.0, 40.0, 0.0, 60.0])
 

@@ -8,10 +8,10 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.prior import prior
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
-from exograv.laboratory.preparation import Prepared
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.arm_worker import BRIDGED_TICKS, ArmWorker, Learned
 from exograv.motion import Trajectory
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.identify import identification_motion
 from exograv.runtime.control_loop.exchange import sample_dtype
 
@@ -23,15 +23,15 @@ KEPT = 0.03
 
 
 @pytest.fixture(scope="module")
-def prepared() -> Prepared:
+def prepared() -> ControllerKnowledge:
     return prepared_by_truth(draw_laboratory("recupera_like", None, 0, SEED), 0.0)
 
 
-def path_of(prepared: Prepared) -> Trajectory:
+def path_of(prepared: ControllerKnowledge) -> Trajectory:
     return identification_motion(prepared.assembly, SECONDS, PERIOD_S)
 
 
-def moved(worker: ArmWorker, prepared: Prepared, path: Trajectory, missing: range = range(0)) -> ArmModel:
+def moved(worker: ArmWorker, prepared: ControllerKnowledge, path: Trajectory, missing: range = range(0)) -> ArmModel:
     """Tell the worker of the motion; the model of the arm that was moved."""
     assembly = prepared.assembly
     model, row = ArmModel(assembly, prepared.machine), np.zeros(1, sample_dtype(assembly.n))[0]
@@ -47,7 +47,7 @@ def moved(worker: ArmWorker, prepared: Prepared, path: Trajectory, missing: rang
 
 @pytest.mark.slow
 @pytest.mark.parametrize("gap", [0, BRIDGED_TICKS - 1, 10 * BRIDGED_TICKS])
-def test_a_worker_learns_on_over_samples_that_are_missing(prepared: Prepared, gap: int):
+def test_a_worker_learns_on_over_samples_that_are_missing(prepared: ControllerKnowledge, gap: int):
     """The arm that is moved is the controller's own model: what is learned must not turn away from it."""
     worker, path = ArmWorker(prepared.assembly, prepared.machine, PERIOD_S), path_of(prepared)
     model = moved(worker, prepared, path, range(6000, 6000 + gap))
@@ -64,7 +64,7 @@ def test_a_worker_learns_on_over_samples_that_are_missing(prepared: Prepared, ga
 @pytest.mark.slow
 @pytest.mark.parametrize(("times", "is_other"), [(1.0, False), (1.6, True)])
 def test_a_worker_begins_with_the_file_and_says_when_it_is_of_a_heavier_arm(
-    prepared: Prepared, times: float, is_other: bool
+    prepared: ControllerKnowledge, times: float, is_other: bool
 ):
     mean = prepared.x.copy()
     mean[Layout.of(prepared.assembly).phi] *= times

@@ -16,9 +16,9 @@ from exograv import cli
 from exograv.cli.machine import computer_check as doctor
 from exograv.cli.shell import terminal
 from exograv.errors import ConfigError, ExogravError, RigError
-from exograv.laboratory.doctor_tick import MovingTick
-from exograv.live import doctor_loop
-from exograv.live.doctor_loop import HALVES, measure, refuse_unusable
+from exograv.procedures.self_test import loop_timing as doctor_loop
+from exograv.procedures.self_test.loop_timing import HALVES, measure, refuse_unusable
+from exograv.procedures.self_test.nominal_tick import MovingTick
 from exograv.runtime.clock.host import Host
 from exograv.runtime.clock.timing import PERIOD_NS, Outcome, Timing
 

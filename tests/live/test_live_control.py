@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.live_control import OPERATOR, REST_BEFORE_RAMP_S, SKIPPED_TEXT, LiveControl, Plan, guarded_rig, notes
@@ -35,7 +36,9 @@ def flown(seconds: float, holds: bool = True, stop_at_s: float | None = None) ->
     laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
     prepared = prepared_by_truth(laboratory, 0.0)
     person = person_limits(prepared.assembly, prepared.machine, prepared.x)
-    plan = Plan.of_twin(laboratory, prepared, person, SEED, 0.0)
+    plan = Plan(
+        laboratory.description, laboratory.form, prepared, person, 0.0, held_machine(laboratory, SEED, prepared.t)
+    )
     made, control, joints = guarded_rig(plan), LiveControl(prepared, 0.0), prepared.assembly.n
     rig, twin, guard = made.rig, made.rig._twin, made.guard  # pyright: ignore[reportAttributeAccessIssue]
     assert isinstance(twin, Twin)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
-from exograv.laboratory.preparation import Prepared
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.live_identification import Lesson
 from exograv.model.assembly import Assembly
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.identify import TRAVEL, V_MOTION, identification_motion
 from exograv.procedures.verification.postures import NONE, all_passes
 from exograv.runtime.control_loop.exchange import finding_dtype
@@ -17,7 +17,7 @@ SEED = 1002
 
 
 @pytest.fixture(scope="module")
-def prepared() -> Prepared:
+def prepared() -> ControllerKnowledge:
     return prepared_by_truth(draw_laboratory("recupera_like", None, 0, SEED), 0.0)
 
 
@@ -50,7 +50,7 @@ def moved(told: Told, q: np.ndarray, start: float = NOW) -> np.ndarray:
     return np.array(asked)
 
 
-def test_the_arm_is_led_from_where_it_is_and_never_faster_than_the_motion_may_be(prepared: Prepared):
+def test_the_arm_is_led_from_where_it_is_and_never_faster_than_the_motion_may_be(prepared: ControllerKnowledge):
     told, q = Told(prepared.assembly), prepared.assembly.description.donning_posture
     asked = moved(told, q)
     speed = np.abs(np.diff(asked, axis=0)).max() / PERIOD_S
@@ -58,7 +58,7 @@ def test_the_arm_is_led_from_where_it_is_and_never_faster_than_the_motion_may_be
     assert TRAVEL < speed <= V_MOTION + 1e-6
 
 
-def test_samples_are_those_of_the_motion_and_the_last_is_told_once(prepared: Prepared):
+def test_samples_are_those_of_the_motion_and_the_last_is_told_once(prepared: ControllerKnowledge):
     told = Told(prepared.assembly)
     moved(told, prepared.assembly.description.donning_posture)
     path = identification_motion(prepared.assembly, SECONDS, PERIOD_S)
@@ -66,7 +66,7 @@ def test_samples_are_those_of_the_motion_and_the_last_is_told_once(prepared: Pre
     assert np.array_equal(np.array([row["q_asked"] for row in told.rows[:-1]]), path.q)
 
 
-def test_a_lesson_that_is_begun_again_is_told_again_to_its_end(prepared: Prepared):
+def test_a_lesson_that_is_begun_again_is_told_again_to_its_end(prepared: ControllerKnowledge):
     told, q = Told(prepared.assembly), prepared.assembly.description.donning_posture
     moved(told, q)
     first = len(told.rows)
@@ -74,7 +74,7 @@ def test_a_lesson_that_is_begun_again_is_told_again_to_its_end(prepared: Prepare
     assert len(told.rows) == 2 * first
 
 
-def test_a_finding_is_taken_once_and_one_of_an_earlier_time_never(prepared: Prepared):
+def test_a_finding_is_taken_once_and_one_of_an_earlier_time_never(prepared: ControllerKnowledge):
     told = Told(prepared.assembly)
     assert told.lesson.found() is None
     told.find(1, NOW, 1.0)
@@ -90,7 +90,7 @@ def test_a_finding_is_taken_once_and_one_of_an_earlier_time_never(prepared: Prep
     assert third[0] == 3.0
 
 
-def test_who_is_known_is_led_past_every_posture_and_the_end_is_told_once_more(prepared: Prepared):
+def test_who_is_known_is_led_past_every_posture_and_the_end_is_told_once_more(prepared: ControllerKnowledge):
     assembly, told = prepared.assembly, Told(prepared.assembly)
     q = assembly.description.donning_posture
     end = identification_motion(assembly, SECONDS, PERIOD_S).q[-1]

@@ -15,8 +15,8 @@ from exograv.model.anthropometry import Body
 from exograv.model.arm import held_weight
 from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 BODY = Body(1.78, 75.0, "male")
 ERROR_MAX_NM = 0.15

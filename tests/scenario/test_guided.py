@@ -8,11 +8,13 @@ import pytest
 
 from exograv import motion
 from exograv.errors import ConfigError, RigError
+from exograv.laboratory.guided.floating_twin import flown
 from exograv.laboratory.guided.therapist_and_wearer import HOLDS_KD, HOLDS_KP, Holding, Therapist, drawn_movement
-from exograv.laboratory.preparation import Prepared, prepare
+from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.motion import Trajectory
-from exograv.procedures.rehabilitation.guided.floating_arm import LOOK_S, Flown, flown
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.rehabilitation.guided.floating_arm import LOOK_S, Flown
 from exograv.procedures.rehabilitation.guided.grip import DROP_S, Led
 from exograv.procedures.rehabilitation.guided.mirror import mirror
 from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
@@ -22,6 +24,7 @@ from exograv.procedures.rehabilitation.guided.path_shaping import PERIOD_S, driv
 from exograv.procedures.rehabilitation.guided.pull import Strength
 from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S, repeat
 from exograv.procedures.rehabilitation.guided.teach import teach
+from exograv.rig.twin import Twin
 from exograv.safety.stops import StopReason
 from exograv.signals import Reference
 
@@ -39,7 +42,7 @@ ROUNDING_NM = 1e-6
 AT_ANY_TIME_S = [1.0, 3.5, 5.0, 7.0, 11.5]
 """The arm floats, control takes over, takes hold, leads it to the path, and along it."""
 
-Known = tuple[VirtualLaboratory, Prepared]
+Known = tuple[VirtualLaboratory, ControllerKnowledge]
 Path = tuple[Flown, Trajectory]
 
 
@@ -48,7 +51,7 @@ def _known(rig: str) -> Known:
     return laboratory, prepare(laboratory, SEED, lambda _text, _share: None)
 
 
-def _flown(known: Known) -> Flown:
+def _flown(known: Known) -> Flown[Twin]:
     return flown(*known, SEED, None, lambda _text, _share: None)
 
 
@@ -66,9 +69,9 @@ def two_arms() -> Known:
 def path(one_arm: Known) -> Trajectory:
     """Along which the arm was led once."""
     arm, description = _flown(one_arm), one_arm[0].description
-    movement = drawn_movement(description, SEED, description.donning_posture, arm.twin.period_s)
-    found = teach(arm, movement.seconds + 1.0, Therapist(arm.twin, movement).act)
-    return driven(found.q, PERIOD_S, arm.twin.period_s)
+    movement = drawn_movement(description, SEED, description.donning_posture, arm.rig.period_s)
+    found = teach(arm, movement.seconds + 1.0, Therapist(arm.rig, movement).act)
+    return driven(found.q, PERIOD_S, arm.rig.period_s)
 
 
 @pytest.fixture
@@ -77,14 +80,14 @@ def led(one_arm: Known, path: Trajectory) -> Path:
     return _flown(one_arm), path
 
 
-def _feedback(arm: Flown, run: Callable[[], object], from_s: float = 0.0) -> np.ndarray:
+def _feedback(arm: Flown[Twin], run: Callable[[], object], from_s: float = 0.0) -> np.ndarray:
     """Largest torque beyond the model's own that control asked for meanwhile, from a time on (joint,) [N·m]."""
     controller, most = arm.controller, np.zeros(len(arm.pilot.q))
     step = controller.step
 
     def watched(q: np.ndarray, v: np.ndarray, reference: Reference) -> np.ndarray:
         tau = step(q, v, reference)
-        if arm.twin.t >= from_s:
+        if arm.rig.t >= from_s:
             np.maximum(most, np.abs(tau - controller.tau_feedforward), out=most)
         return tau
 
@@ -93,13 +96,13 @@ def _feedback(arm: Flown, run: Callable[[], object], from_s: float = 0.0) -> np.
     return most
 
 
-def _after(arm: Flown, seconds: float) -> Callable[[], bool]:
+def _after(arm: Flown[Twin], seconds: float) -> Callable[[], bool]:
     """Whether so much time has passed: somebody asks to be let go."""
-    until = arm.twin.t + seconds
-    return lambda: arm.twin.t > until
+    until = arm.rig.t + seconds
+    return lambda: arm.rig.t > until
 
 
-def _stopped_after(arm: Flown, seconds: float, act: Callable[[], object] = lambda: None) -> Callable[[], bool]:
+def _stopped_after(arm: Flown[Twin], seconds: float, act: Callable[[], object] = lambda: None) -> Callable[[], bool]:
     """Somebody acts, and somebody presses Stop."""
     is_over = _after(arm, seconds)
 
@@ -115,8 +118,8 @@ def _stopped_after(arm: Flown, seconds: float, act: Callable[[], object] = lambd
 class Leaving:
     """A person who has other plans: from a time on the arm goes elsewhere, by its own muscles."""
 
-    def __init__(self, arm: Flown, after_s: float, way: float):
-        self._twin, self._begins, self._way = arm.twin, _after(arm, after_s), way
+    def __init__(self, arm: Flown[Twin], after_s: float, way: float):
+        self._twin, self._begins, self._way = arm.rig, _after(arm, after_s), way
         self._goes: Trajectory | None = None
         self._tick = 0
 
@@ -139,7 +142,7 @@ def test_a_led_path_is_repeated_where_it_was_led(led: Path):
 
     def watch(guide: PathGuide) -> None:
         if guide.state is Led.LED:
-            errors.append(guide.target - arm.twin.truth.q)
+            errors.append(guide.target - arm.rig.truth.q)
 
     done = repeat(arm, path, 1.0, 2, watch=watch)
     assert (done.repetitions, done.state) == (2, Led.ARRIVED)
@@ -149,8 +152,8 @@ def test_a_led_path_is_repeated_where_it_was_led(led: Path):
 
 def test_who_holds_the_arm_feels_no_more_than_the_bound_and_floats_again(led: Path):
     arm, path = led
-    begins = arm.twin.t + SETTLE_S + 6.0
-    holding = Holding(arm.twin, begins, np.inf)
+    begins = arm.rig.t + SETTLE_S + 6.0
+    holding = Holding(arm.rig, begins, np.inf)
     results = []
     most = _feedback(arm, lambda: results.append(repeat(arm, path, 1.0, 1, lambda: bool(holding.act()))))
     assert results[0].state is Led.OVERRULED
@@ -162,8 +165,8 @@ def test_who_holds_the_arm_feels_no_more_than_the_bound_and_floats_again(led: Pa
 
 def test_who_pauses_is_waited_for(led: Path):
     arm, path = led
-    begins = arm.twin.t + SETTLE_S + 6.0
-    holding = Holding(arm.twin, begins, begins + 2.0)
+    begins = arm.rig.t + SETTLE_S + 6.0
+    holding = Holding(arm.rig, begins, begins + 2.0)
     done = repeat(arm, path, 1.0, 1, lambda: bool(holding.act()))
     assert done.repetitions == 1
 
@@ -171,7 +174,7 @@ def test_who_pauses_is_waited_for(led: Path):
 @pytest.mark.parametrize("after_s", AT_ANY_TIME_S)
 def test_who_asks_at_any_time_is_let_go_within_the_ramp(led: Path, after_s: float):
     arm, path = led
-    asks, until = _after(arm, after_s), arm.twin.t + after_s + DROP_S + 2.0 * LOOK_S
+    asks, until = _after(arm, after_s), arm.rig.t + after_s + DROP_S + 2.0 * LOOK_S
     results = []
     left = _feedback(arm, lambda: results.append(repeat(arm, path, 1.0, 1, asks)), until)
     assert results[0].state is Led.RELEASED
@@ -191,7 +194,7 @@ def test_stop_at_any_time_lets_the_arm_down_softly(led: Path, after_s: float):
 @pytest.mark.parametrize("after_s", [1.0, 5.0])
 def test_who_holds_before_the_path_has_begun_is_let_go_too(led: Path, after_s: float):
     arm, path = led
-    holding = Holding(arm.twin, arm.twin.t + after_s, np.inf)
+    holding = Holding(arm.rig, arm.rig.t + after_s, np.inf)
     results = []
     most = _feedback(arm, lambda: results.append(repeat(arm, path, 1.0, 1, lambda: bool(holding.act()))))
     assert results[0].state is Led.OVERRULED
@@ -217,8 +220,8 @@ def test_a_pull_of_the_wrong_sign_ends_by_itself(led: Path, monkeypatch: pytest.
 
 def test_stop_while_an_arm_is_led_keeps_no_path(one_arm: Known):
     arm, description = _flown(one_arm), one_arm[0].description
-    movement = drawn_movement(description, SEED, description.donning_posture, arm.twin.period_s)
-    therapist = Therapist(arm.twin, movement)
+    movement = drawn_movement(description, SEED, description.donning_posture, arm.rig.period_s)
+    therapist = Therapist(arm.rig, movement)
     with pytest.raises(RigError):
         teach(arm, movement.seconds, _stopped_after(arm, 3.0, therapist.act))
     assert arm.pilot.envelope.stop is StopReason.STOP_PRESSED
@@ -226,18 +229,18 @@ def test_stop_while_an_arm_is_led_keeps_no_path(one_arm: Known):
 
 def test_a_therapist_who_leads_outside_is_told_where(one_arm: Known):
     arm, description = _flown(one_arm), one_arm[0].description
-    dt, begin = arm.twin.period_s, description.donning_posture
+    dt, begin = arm.rig.period_s, description.donning_posture
     outside = begin.copy()
     outside[1] = description.workspace[1][1] + np.deg2rad(12.0)
     movement = motion.joined([motion.go_to(begin, outside, 0.5, dt), motion.go_to(outside, begin, 0.5, dt)])
     with pytest.raises(ConfigError, match="shoulder_abduction"):
-        teach(arm, movement.seconds + 1.0, Therapist(arm.twin, movement).act)
+        teach(arm, movement.seconds + 1.0, Therapist(arm.rig, movement).act)
 
 
 def _mirrored(two_arms: Known, holds: bool) -> tuple[Flown, Led, np.ndarray, np.ndarray]:
     """One arm leads; what came of it, errors in the mirror (tick, joint) [rad], and the most that was asked for."""
     arms, description = _flown(two_arms), two_arms[0].description
-    twin = arms.twin
+    twin = arms.rig
     which = MirrorMap.of(description, arms.controller.assembly.exo, "right")
     moves, holding = twin.t + SETTLE_S + 3.0, Holding(twin, twin.t + SETTLE_S + 8.0, np.inf, slice(4, 8))
     leaders: list[Therapist] = []
@@ -275,7 +278,7 @@ def test_one_arm_follows_the_other_in_the_mirror(two_arms: Known):
 @pytest.mark.parametrize("after_s", [1.0, SETTLE_S + 0.5, SETTLE_S + 4.0])
 def test_who_asks_in_the_mirror_is_let_go_within_the_ramp(two_arms: Known, after_s: float):
     arms = _flown(two_arms)
-    asks, until = _after(arms, after_s), arms.twin.t + after_s + DROP_S + 2.0 * LOOK_S
+    asks, until = _after(arms, after_s), arms.rig.t + after_s + DROP_S + 2.0 * LOOK_S
     states = []
     left = _feedback(arms, lambda: states.append(mirror(arms, "right", 5.0, asks).state), until)
     assert states == [Led.RELEASED]

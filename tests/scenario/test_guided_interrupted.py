@@ -10,9 +10,10 @@ import pytest
 
 from exograv.laboratory.guided.guided_command import GuidedOptions, RepeatOptions, run_repeat, run_teach
 from exograv.laboratory.guided.mirror_command import MirrorOptions, run_mirror
-from exograv.laboratory.preparation import Prepared, prepare
+from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.pilot import Progress
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.recording.reader import read_recording
 
 pytestmark = pytest.mark.slow
@@ -39,12 +40,12 @@ class Pressed:
 
 
 @pytest.fixture(scope="module")
-def known() -> Prepared:
+def known() -> ControllerKnowledge:
     return prepare(draw_laboratory("recupera_like_qdd", None, 2, SEED), SEED, quiet)
 
 
 @pytest.fixture
-def path(known: Prepared, tmp_path: Path) -> Path:
+def path(known: ControllerKnowledge, tmp_path: Path) -> Path:
     """A path that was taught before."""
     options, path = GuidedOptions(seed=SEED, simulate=True), tmp_path / "path.toml"
     run_teach(options, path, CODE, tmp_path, quiet, lambda *_asked: known)
@@ -59,7 +60,7 @@ def interrupted(act: Callable[[Progress], Any], pressed: Pressed, recorded: Path
     assert not recording.messages("/result")
 
 
-def test_in_the_middle_of_teaching_the_path_of_before_stays(path: Path, known: Prepared):
+def test_in_the_middle_of_teaching_the_path_of_before_stays(path: Path, known: ControllerKnowledge):
     before = path.read_bytes()
     options = GuidedOptions(seed=SEED, simulate=True)
     act = partial(run_teach, options, path, CODE, path.parent, preparing=lambda *_asked: known)
@@ -67,7 +68,7 @@ def test_in_the_middle_of_teaching_the_path_of_before_stays(path: Path, known: P
     assert path.read_bytes() == before
 
 
-def test_in_the_middle_of_repeating(path: Path, known: Prepared):
+def test_in_the_middle_of_repeating(path: Path, known: ControllerKnowledge):
     options = RepeatOptions(seed=SEED, simulate=True)
     act = partial(run_repeat, options, path, CODE, path.parent, preparing=lambda *_asked: known)
     interrupted(act, Pressed("Repeating the path", 100), path.parent / "repeat.mcap")

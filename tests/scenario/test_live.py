@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.cli.machine.live_floating import LiveOptions, run_live
+from exograv.cli.machine.live_floating import run_live
 from exograv.live.live_figures import stall_ms
+from exograv.live.live_flight import LiveOptions
 from exograv.live.live_processes import Running
 from exograv.recording import read_recording
 from exograv.runtime.clock.timing import Outcome, Timing

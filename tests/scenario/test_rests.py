@@ -10,10 +10,10 @@ from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.model.description import load_rig
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import build_method, table_guess
 from exograv.procedures.identification.method_names import MethodName
 from exograv.procedures.identification.resting_poses import rest_first
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
 
 TARGET_NM = np.array([0.2, 0.2, 0.2, 0.1])

@@ -6,12 +6,24 @@ from exograv.campaigns.faults.persons import make_known, subject
 from exograv.campaigns.faults.process_faults import strike
 from exograv.campaigns.faults.strikes import KINDS
 from exograv.cli.machine.live_floating import Plan
+from exograv.laboratory.cooperative_wearer import held_machine
 
 
 @pytest.mark.slow
 def test_no_strike_takes_an_acknowledged_sample_or_lets_a_torque_out_of_the_envelope(tmp_path):
     known = subject(make_known(7, 0, 2, tmp_path))
-    found = strike(Plan.of_twin(known.laboratory, known.prepared, known.person, 0, 0.0), 1, lambda _text, _share: None)
+    found = strike(
+        Plan(
+            known.laboratory.description,
+            known.laboratory.form,
+            known.prepared,
+            known.person,
+            0.0,
+            held_machine(known.laboratory, 0, known.prepared.t),
+        ),
+        1,
+        lambda _text, _share: None,
+    )
     assert found["acknowledged_missing"] == 0
     assert found["envelope_violations"] == 0
     assert found["ticks"] > 0

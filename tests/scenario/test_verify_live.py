@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from exograv.identification.core.arm_model import ArmModel
+from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
-from exograv.laboratory.preparation import Prepared
 from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.live.arm_worker import ArmWorker, Learned, Passed
 from exograv.live.live_control import LiveControl, Plan, guarded_rig
 from exograv.live.live_identification import Lesson, lesson_passes, unknown_person
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.verification.postures import Verification, unseen_postures
@@ -40,7 +41,7 @@ class Course:
     stops: list[str] = field(default_factory=list)
 
 
-def known_machine(laboratory: VirtualLaboratory) -> Prepared:
+def known_machine(laboratory: VirtualLaboratory) -> ControllerKnowledge:
     """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
     prepared = prepared_by_truth(laboratory, 0.0)
     assembly = laboratory.assembly()
@@ -49,9 +50,18 @@ def known_machine(laboratory: VirtualLaboratory) -> Prepared:
     return replace(prepared, assembly=assembly, machine=machine, x=table_guess(assembly, machine))
 
 
-def flown(laboratory: VirtualLaboratory, prepared: Prepared, asked: Verification) -> Course:
+def flown(laboratory: VirtualLaboratory, prepared: ControllerKnowledge, asked: Verification) -> Course:
     assembly, machine, course = prepared.assembly, prepared.machine, Course()
-    made = guarded_rig(Plan.of_twin(laboratory, prepared, unknown_person(assembly, machine), SEED, 0.0))
+    made = guarded_rig(
+        Plan(
+            laboratory.description,
+            laboratory.form,
+            prepared,
+            unknown_person(assembly, machine),
+            0.0,
+            held_machine(laboratory, SEED, prepared.t),
+        )
+    )
     guard, rig = made.guard, made.rig
     worker = ArmWorker(assembly, machine, PERIOD_S, is_verified=True)
     found, newest = 0, np.zeros(1, finding_dtype(len(prepared.x)))[0]

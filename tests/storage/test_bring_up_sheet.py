@@ -8,8 +8,8 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.live.on_drives.bring_up_command import RigTestOptions
-from exograv.live.on_drives.simulated_drives import drives_of, written
 from exograv.model.description import load_rig
+from exograv.procedures.bring_up.simulated_drives_file import drives_of, written
 from exograv.procedures.bring_up.unpowered import wiring
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.storage.bring_up_sheet import Sheet, write_sheet

@@ -9,14 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exograv.cli.machine.calibration import take_calibration
 from exograv.dynamics.friction import Friction
 from exograv.errors import ConfigError
 from exograv.identification.calibration.empty_machine import Calibration, tilted_gravity
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
-from exograv.storage.calibration_file import identity_of, read_calibration, refuse_unfit, write_calibration
+from exograv.procedures.calibration.nominal_machine import nominal_machine
+from exograv.storage.calibration_file import (
+    identity_of,
+    read_calibration,
+    refuse_unfit,
+    take_calibration,
+    write_calibration,
+)
 from exograv.storage.calibration_schema import DIGITS, Measured, StoredCalibration, stored
 
 NOW = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)

@@ -15,7 +15,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.support import put_together
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.storage.calibration_file import identity_of
 from exograv.storage.participant_file import (
     new_code,

@@ -9,7 +9,7 @@ import pytest
 from exograv.errors import ConfigError, RecordingError
 from exograv.loop.replay_log import read_machine
 from exograv.model.description import load_rig
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.storage.session_checkpoint import KeptSession, Person, read_kept, refuse_kept, write_kept
 
 OPTIONS = {"protocol": "training", "participant": "P-01", "seed": 1014, "windows": None}

@@ -13,8 +13,8 @@ from exograv.dynamics.parameters import Layout
 from exograv.model.assembly import Assembly
 from exograv.model.loops import LoopSolver
 from exograv.model.tree import Tree
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 from . import machines, programs
 from .interface import State, Task

@@ -1,21 +1,23 @@
 """A virtual person who holds the own arm until the machine has taken it, and then lets go."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 from types import TracebackType
 
 import numpy as np
 
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
 from exograv.signals import Command, JointState
+
+from .virtual_laboratory import VirtualLaboratory
 
 STIFFNESS, DAMPING = 30.0, 3.0
 """Of an arm that is held still [N·m/rad, N·m·s/rad]: a tenth of what an arm can (assumed)."""
 
 LET_GO_S = 1.0
-
-REST_BEFORE_RAMP_S = 1.0
-"""From when the machine carries itself until it begins to take the arm: both sides know it."""
 
 
 class Grip:
@@ -119,3 +121,15 @@ class Held(OverTwin):
 
     def _act(self) -> None:
         self._grip.act()
+
+
+def held_machine(laboratory: VirtualLaboratory, seed: int, t: float) -> Callable[[], Held]:
+    """A function that makes the twin in the process that owns it, its wearer holding the own arm."""
+    return partial(held_twin, laboratory, seed, t)
+
+
+def held_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> Held:
+    """The twin, its wearer holding the own arm in the donning posture, at the time `t` of its clock [s]."""
+    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
+    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+    return Held(twin, own, REST_BEFORE_RAMP_S, RAMP_IN_S)

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from exograv.cli.machine.calibration import TakenCalibration, take_calibration, twin_identity
 from exograv.dynamics import parameters
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Outcome, RestingMethod
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import limits, refuse_motorless
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.arm import held_weight
 from exograv.procedures.identification.estimator_session import Identification, table_guess
@@ -25,17 +25,19 @@ from exograv.procedures.identification.participant_session import ParticipantRun
 from exograv.procedures.weighing.known_weight import weigh
 from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.recording import RecordingWriter
+from exograv.recording.rounding import percentiles, rounded
 from exograv.rig.twin import Twin, WearerModel
 from exograv.runtime.clock.pace import Pace
 from exograv.safety.envelope import Envelope
+from exograv.storage.calibration_file import TakenCalibration, take_calibration, twin_identity
 from exograv.study.targets import TARGET_NM
 
 from .demo_options import DemoOptions as DemoOptions
 from .provenance import provenance
-from .result_rows import calibration_rows, identifiability_rows, parameter_rows, percentiles, rounded, time_to_target
+from .result_rows import calibration_rows, identifiability_rows, parameter_rows, time_to_target
 from .truth_score import Examination, Score
 from .twin_calibration import EmptyTwin
-from .virtual_laboratory import VirtualLaboratory, draw_laboratory, limits, refuse_motorless
+from .virtual_laboratory import VirtualLaboratory, draw_laboratory
 
 FLOAT_S = 10.0
 WEIGHT_KG = (0.5, 1.0)  # range of the known weight that the wearer takes into the hand; the machine is built for 1 kg

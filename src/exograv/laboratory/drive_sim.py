@@ -12,9 +12,10 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.live.on_drives.simulated_drives import written
+from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, Side, load_rig
+from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.drives.simulated.bench import Bench, FrontEnd
@@ -22,10 +23,10 @@ from exograv.rig.drives.simulated.plant import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.rig.twin.behaviour.own_arm import OwnArm
 from exograv.runtime.clock.realtime import realtime
-from exograv.safety.modes import RAMP_IN_S
+from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
 
-from .cooperative_wearer import REST_BEFORE_RAMP_S, Grip
-from .virtual_laboratory import draw_laboratory, refuse_motorless
+from .cooperative_wearer import Grip
+from .virtual_laboratory import draw_laboratory
 
 Bus = Literal["canopen", "moteus", "udp"]
 FRONT_ENDS: dict[Bus, tuple[str, str]] = {

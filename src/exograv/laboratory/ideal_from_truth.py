@@ -15,15 +15,15 @@ from exograv.dynamics.friction import Friction
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.calibration.empty_machine import V_REST
 from exograv.model.assembly import Assembly
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Machine, parameter_truth
 from exograv.rig.twin.twin import WARM_UP_TIME
 from exograv.rig.twin.world.link_truth import link_truth
 
-from .preparation import Prepared
 from .virtual_laboratory import VirtualLaboratory
 
 
-def prepared_by_truth(laboratory: VirtualLaboratory, t: float) -> Prepared:
+def prepared_by_truth(laboratory: VirtualLaboratory, t: float) -> ControllerKnowledge:
     """Machine, cuffs, arm and friction as they are at time `t` on the rig's clock [s].
 
     What stays unknown: the encoders' offsets, noise and delay, the curvature of the shoulder's path, friction beyond
@@ -31,7 +31,7 @@ def prepared_by_truth(laboratory: VirtualLaboratory, t: float) -> Prepared:
     """
     machine = _true_machine(laboratory, t)
     assembly = _true_cuffs(laboratory)
-    return Prepared(assembly, machine, _true_parameters(laboratory, assembly, machine), t)
+    return ControllerKnowledge(assembly, machine, _true_parameters(laboratory, assembly, machine), t)
 
 
 def _true_machine(laboratory: VirtualLaboratory, t: float) -> CalibratedMachine:

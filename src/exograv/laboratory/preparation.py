@@ -1,46 +1,30 @@
 """All that has to happen before a wearer is weightless: the empty machine calibrated, the arm in it identified."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from exograv.cli.machine.calibration import take_calibration, twin_identity
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Parameters
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
-from exograv.model.assembly import Assembly
+from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.method_names import MethodName
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
+from exograv.storage.calibration_file import take_calibration, twin_identity
 
 from .twin_calibration import EmptyTwin
-from .virtual_laboratory import VirtualLaboratory, limits
-
-MOTION_S = 60.0  # as in `exograv demo`
+from .virtual_laboratory import VirtualLaboratory
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """What the controller of a worn machine knows."""
-
-    assembly: Assembly
-    machine: CalibratedMachine
-    x: Parameters
-    """The arm as identified, or as the table has it, and the friction."""
-
-    t: float
-    """The rig's clock when all was done: the machine has warmed up so far [s]."""
-
-    calibration: Calibration | None = None
-    """Of the empty machine, where it was measured."""
-
-
-def prepare(laboratory: VirtualLaboratory, seed: int, progress: Progress, method: MethodName = "recursive") -> Prepared:
+def prepare(
+    laboratory: VirtualLaboratory, seed: int, progress: Progress, method: MethodName = "recursive"
+) -> ControllerKnowledge:
     """Calibrate and identify one machine and its wearer, by this method.
 
     Raises:
@@ -55,7 +39,7 @@ def prepare(laboratory: VirtualLaboratory, seed: int, progress: Progress, method
     return replace(known, x=found.last.x, t=twin.t)
 
 
-def prepare_machine(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Prepared:
+def prepare_machine(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> ControllerKnowledge:
     """Calibrate the machine; of its wearer only what the table says is known.
 
     Raises:
@@ -63,7 +47,7 @@ def prepare_machine(laboratory: VirtualLaboratory, seed: int, progress: Progress
     """
     calibration, t = _calibrated(laboratory, seed, progress)
     assembly, machine = laboratory.assembly(), calibration.machine
-    return Prepared(assembly, machine, table_guess(assembly, machine), t, calibration)
+    return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), t, calibration)
 
 
 def machine_of(

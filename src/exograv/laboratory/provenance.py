@@ -3,9 +3,10 @@
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from exograv.loop.machine_limits import limits
 from exograv.loop.replay_log import versions, written_rig, written_told
 
-from .virtual_laboratory import VirtualLaboratory, limits
+from .virtual_laboratory import VirtualLaboratory
 
 if TYPE_CHECKING:
     from .demo_options import DemoOptions

@@ -18,13 +18,6 @@ from exograv.rig.twin.wearer.parameter_truth import parameter_truth
 
 from .truth_score import Score
 
-DECIMALS = 4
-
-
-def rounded(values: np.ndarray) -> list[float]:
-    """For people and for files: no digit that means nothing."""
-    return [round(float(value), DECIMALS) for value in values]
-
 
 def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[dict[str, Any]]:
     """Name, unit, truth, prior, estimate and 95 % interval of everything about the arm that slow motion can show."""
@@ -132,9 +125,3 @@ def time_to_target(scores: Mapping[float, Score], targets: Sequence[float]) -> f
         else:
             reached = None
     return None if reached is None else round(reached, 2)
-
-
-def percentiles(tick_us: Sequence[float]) -> dict[str, float]:
-    """Of the time that ticks took [µs]."""
-    p50, p99, p999 = np.percentile(tick_us, [50, 99, 99.9])
-    return {"p50": round(float(p50), 1), "p99": round(float(p99), 1), "p999": round(float(p999), 1)}

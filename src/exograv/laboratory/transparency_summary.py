@@ -8,10 +8,10 @@ from jaxtyping import Float
 
 from exograv.model.description import RigDescription
 from exograv.model.limb import FREEDOMS
+from exograv.recording.rounding import rounded
 
 from .effort import TRACKING_MAX_DEG, Effort
 from .movements import WantedMovement
-from .result_rows import rounded
 
 ELBOW = FREEDOMS.index("elbow")
 

@@ -9,6 +9,7 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Controller, Progress
 from exograv.model.description import RigDescription
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
 from exograv.rig.twin.behaviour.own_arm import OwnArm, out_of_the_machine, weightless, worn_inertia
 
@@ -16,7 +17,7 @@ from .conditions import NoTorque, leave_the_arm, switch_off
 from .effort import Effort, Note, Performer, UsedTo
 from .ideal_from_truth import prepared_by_truth
 from .movements import WantedMovement
-from .preparation import Prepared, pilot_of, prepare
+from .preparation import pilot_of, prepare
 from .virtual_laboratory import VirtualLaboratory
 
 CONDITIONS: Mapping[str, str] = {
@@ -72,7 +73,7 @@ def run_trial(trial: Trial, movement: WantedMovement, progress: Progress) -> dic
     return efforts
 
 
-def _effort(trial: Trial, condition: str, known: Prepared, movement: WantedMovement, note: Note) -> Effort:
+def _effort(trial: Trial, condition: str, known: ControllerKnowledge, movement: WantedMovement, note: Note) -> Effort:
     if condition == "zero_g":
         return _effort_alone(trial, movement, known.t, note)
     laboratory = trial.laboratory(*UNREST, *(FRICTION if condition == "dam_ideal_no_friction" else ()))

@@ -12,6 +12,9 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
 from exograv.identification.core.interface import Estimate
 from exograv.model.assembly import Assembly
+from exograv.model.wearer_form import WearerForm
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.recording.rounding import rounded
 from exograv.rig.twin import Examiner
 from exograv.rig.twin.examiner import rms
 
@@ -114,3 +117,20 @@ class Examination:
         resting = self._resting(q, arms, self._resting.cold_start(q, x), mode)
         self._last = x.copy(), resting.z
         return resting
+
+
+@dataclass(frozen=True)
+class ScoredWearer:
+    """The wearer of a virtual laboratory as a live run sees it: the form, and a score at the end."""
+
+    laboratory: VirtualLaboratory
+
+    @property
+    def form(self) -> WearerForm:
+        """Body data and lengths, as an operator measures them."""
+        return self.laboratory.form
+
+    def left_over_Nm(self, known: ControllerKnowledge, x: Parameters, postures: Postures | None = None) -> list[float]:
+        """Torque left over with parameters `x`, RMS per joint [N·m]; over held-out postures if none are given."""
+        examination = Examination(self.laboratory, known.assembly, known.machine, postures)
+        return rounded(examination.score(x).total)

@@ -12,7 +12,9 @@ from exograv.model.tree import Tree
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
 from exograv.procedures.calibration.operator import ComputedOperator
+from exograv.procedures.self_test.bench import Subject
 from exograv.rig.twin import Machine, Twin
+from exograv.safety.guard import Guard
 
 PilotOf = Callable[[Twin, ActuatorGain], Pilot]
 
@@ -49,3 +51,17 @@ class EmptyTwin:
     def _hanging(self, tree: Tree) -> Twin:
         start = starting_posture(tree)
         return Twin(self.description, self.machine, None, self.seed, start, lengths=self.lengths)
+
+
+def virtual_subject(
+    description: RigDescription, machine: Machine, calibration: Calibration, lengths: Mapping[str, float], seed: int
+) -> Subject:
+    """The empty machine of the twin, hanging, and somebody who presses Stop when it is time."""
+    tree = adjusted(read_exoskeleton(description), description, lengths)
+    twin = Twin(description, machine, None, seed, starting_posture(tree), lengths=lengths)
+    return Subject(description, tree, calibration, twin, press_software_stop)
+
+
+def press_software_stop(guard: Guard) -> None:
+    """As Ctrl-C, or a button on a screen; the hardware stop of drives has a step of its own."""
+    guard.press_stop()

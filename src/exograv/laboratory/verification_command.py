@@ -1,55 +1,29 @@
 """`exograv verify` on the twin: the machine calibrated, the arm identified, and then what is left over where."""
 
 import time
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from exograv.errors import ConfigError
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Pilot, Progress
-from exograv.model.description import Side
+from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.estimator_session import Identification, table_guess
 from exograv.procedures.identification.identify import Identifier, identification_motion, identify_arm
 from exograv.procedures.verification.change import changed_since, read_former
+from exograv.procedures.verification.figures import verified_figures
+from exograv.procedures.verification.options import VerifyOptions
 from exograv.procedures.verification.verification import Verified, verify_arm
+from exograv.recording.rounding import rounded
 from exograv.rig.twin import Twin
 from exograv.storage.self_test_pass import NOT_NEEDED
 
-from .preparation import MOTION_S, machine_of, pilot_of
-from .result_rows import rounded
+from .preparation import machine_of, pilot_of
 from .truth_score import Examination
-from .virtual_laboratory import VirtualLaboratory, draw_laboratory, refuse_motorless
+from .virtual_laboratory import VirtualLaboratory, draw_laboratory
 
-LATER_MAX_MIN = 240.0
 LATER_SEED = 500_000
 """Added to the run's seed for a later verification: muscles and noise do not repeat themselves."""
-
-
-@dataclass(frozen=True)
-class VerifyOptions:
-    """What `exograv verify` is asked for."""
-
-    rig: str = "recupera_like"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
-    calibration: Path | None = None
-    before: Path | None = None
-    """Figures of a former verification, to say what changed."""
-    later_min: float = 0.0
-    """That the machine runs between identification and verification [min]."""
-
-    def __post_init__(self):
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
-        if not 0.0 <= self.later_min <= LATER_MAX_MIN:
-            raise ConfigError(f"--later is {self.later_min:g} min; allowed: 0 to {LATER_MAX_MIN:g} min.")
 
 
 def run_verification(options: VerifyOptions, progress: Progress) -> dict[str, Any]:
@@ -112,35 +86,3 @@ def _figures(
         "identification": {"motion_s": round(found.last.t, 3), "outcome": found.outcome.value},
         "self_test": NOT_NEEDED,
     }
-
-
-def verified_figures(verified: Verified, joints: tuple[str, ...]) -> dict[str, Any]:
-    """What the passes tell."""
-    median, low, high = verified.rms
-    return {
-        "joints": list(joints),
-        "left_over_Nm": rounded(median),
-        "ci95": [rounded(np.array(ends)) for ends in zip(low, high, strict=True)],
-        "target_Nm": rounded(verified.targets),
-        "fingertip_mm": round(float(verified.fingertip_mm[0]), 2),
-        "fingertip_ci95_mm": [round(float(end), 2) for end in verified.fingertip_mm[1:]],
-        "postures": _rows(verified),
-        "relaxed": verified.is_relaxed,
-        "noise_scale": round(verified.left_over.noise_scale, 3),
-        "rejected_share": round(verified.left_over.rejected_share, 4),
-        "why": verified.why(joints),
-        "motion_s": round(verified.motion_s, 1),
-    }
-
-
-def _rows(verified: Verified) -> list[dict[str, Any]]:
-    """One a posture."""
-    found = verified.left_over
-    columns = {
-        "deg": np.rad2deg(verified.postures),
-        "left_over_Nm": found.draws.mean(axis=0),
-        "sd_Nm": found.draws.std(axis=0),
-        "beyond_Nm": found.beyond,
-        "beyond_sd_Nm": found.beyond_sd,
-    }
-    return [{name: rounded(values[k]) for name, values in columns.items()} for k in range(len(verified.postures))]

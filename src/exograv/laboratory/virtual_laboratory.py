@@ -1,16 +1,14 @@
 """A virtual person in a virtual machine, and what the software is told about both."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, Side, load_rig
 from exograv.model.support import assemble
+from exograv.model.wearer_form import WearerForm
 from exograv.rig.twin import (
     Disturbances,
     Machine,
@@ -21,23 +19,6 @@ from exograv.rig.twin import (
     draw_wearer,
     read_wearer_model,
 )
-from exograv.safety.envelope import Limits
-
-DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
-"""Of the soft descent [N·m·s/rad] (docs/safety.md, SS1); the wrist's is assumed, by the elbow's and their moments of
-inertia."""
-
-WITHOUT_MOTOR_NM = 1e-3
-"""That a joint without motor may be asked for: nothing, but an envelope is no envelope at zero."""
-
-
-@dataclass(frozen=True)
-class Told:
-    """What is told of the person and of the machine's settings."""
-
-    body: Body
-    lengths: Mapping[str, float]
-    """What the machine is set to, by segment [m]."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +36,11 @@ class VirtualLaboratory:
         """What somebody with a scale and a tape tells the software."""
         told = self.wearer.body
         return Body(told.height, told.mass, told.sex, dict(self.wearer.lengths_given))
+
+    @property
+    def form(self) -> WearerForm:
+        """Body data and lengths, as an operator measures them."""
+        return WearerForm(self.body, dict(self.wearer.lengths_given))
 
     def assembly(self) -> Assembly:
         """The machine with the arm of the table in it."""
@@ -99,23 +85,4 @@ def draw_laboratory(
     return VirtualLaboratory(description, machine, donned_again(wearer, disturbances, seed, donning), foreign)
 
 
-def refuse_motorless(description: RigDescription) -> None:
-    """A machine that is to carry an arm needs a motor at every joint.
-
-    Raises:
-        ConfigError: Names the joints without one.
-    """
-    if description.motorless:
-        raise ConfigError(
-            f"{description.name} has no motor at {', '.join(description.motorless)}: it measures how an arm moves and "
-            "cannot carry it. Choose a machine with motors (exograv rigs)."
-        )
-
-
-def limits(description: RigDescription, records_only: bool = False) -> Limits:
-    """The envelope of this machine; of one that only records, motors or not, no torque can pass it."""
-    damping = np.array([DAMPING[place] for place in description.places])
-    torque_max_Nm = description.per_actuator("torque_max_Nm")
-    if records_only:
-        torque_max_Nm = np.full(len(damping), np.nan)
-    return Limits(np.where(np.isnan(torque_max_Nm), WITHOUT_MOTOR_NM, torque_max_Nm), damping)
+PASSIVE_RIG, ACTIVE_RIG = "recupera_like_passive", "recupera_like"

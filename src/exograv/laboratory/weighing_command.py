@@ -11,11 +11,13 @@ import numpy as np
 from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
 from exograv.model.arm import WeightPlace
 from exograv.model.description import Side
 from exograv.model.support import assemble
+from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
@@ -27,8 +29,8 @@ from exograv.rig.twin import Twin
 from exograv.rig.twin.wearer.parameter_truth import parameter_truth
 from exograv.storage.self_test_pass import NOT_NEEDED
 
-from .preparation import MOTION_S, machine_of, pilot_of
-from .virtual_laboratory import VirtualLaboratory, draw_laboratory, refuse_motorless
+from .preparation import machine_of, pilot_of
+from .virtual_laboratory import VirtualLaboratory, draw_laboratory
 
 DRAWN_KG = (0.5, 1.0, 1.5, 2.0)
 RESTLESS_TEXT = "The person does not relax: the form cannot be checked. Ask the person to let go, then repeat."

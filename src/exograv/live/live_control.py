@@ -2,29 +2,26 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
-from functools import partial
 from types import MappingProxyType
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from exograv.control.observer import Observer
-from exograv.laboratory.cooperative_wearer import REST_BEFORE_RAMP_S, Held
-from exograv.laboratory.preparation import Prepared
-from exograv.laboratory.virtual_laboratory import Told, VirtualLaboratory, limits
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import limits
 from exograv.loop.mode_ramp import SECONDS
 from exograv.loop.pilot import CLOSURE_SLOPE_MAX
 from exograv.model.description import RigDescription
+from exograv.model.wearer_form import WearerForm
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig import Rig
-from exograv.rig.twin import Twin
-from exograv.rig.twin.behaviour.own_arm import OwnArm
 from exograv.runtime.clock.timing import PERIOD_NS
 from exograv.runtime.control_loop.guard_process import GuardedRig
 from exograv.runtime.control_loop.steering import ASKABLE
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
-from exograv.safety.modes import RAMP_IN_S, WORN, Event, Mode, ModeMachine
+from exograv.safety.modes import REST_BEFORE_RAMP_S, WORN, Event, Mode, ModeMachine
 from exograv.safety.person import Person, PersonLimits
 from exograv.signals import Reference
 from exograv.storage.self_test_pass import Key, unlock
@@ -62,8 +59,8 @@ class Plan:
     """What each process builds its part from."""
 
     description: RigDescription
-    told: Told
-    prepared: Prepared
+    told: WearerForm
+    prepared: ControllerKnowledge
     person: PersonLimits
     gravity_level: float
     machine: Callable[[], Rig]
@@ -80,28 +77,6 @@ class Plan:
 
     is_steered: bool = False
     """Whether somebody at a page asks for each step."""
-
-    @classmethod
-    def of_twin(
-        cls,
-        laboratory: VirtualLaboratory,
-        prepared: Prepared,
-        person: PersonLimits,
-        seed: int,
-        gravity_level: float,
-        lesson: LessonPlan | None = None,
-    ) -> "Plan":
-        """The twin, and its wearer who holds the own arm until it is taken."""
-        told = Told(laboratory.body, dict(laboratory.wearer.lengths_given))
-        machine = partial(held_twin, laboratory, seed, prepared.t)
-        return cls(laboratory.description, told, prepared, person, gravity_level, machine, lesson=lesson)
-
-
-def held_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> Held:
-    """The twin, its wearer holding the own arm in the donning posture, at the time `t` of its clock [s]."""
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
-    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
-    return Held(twin, own, REST_BEFORE_RAMP_S, RAMP_IN_S)
 
 
 def guarded_rig(plan: Plan) -> GuardedRig:
@@ -127,7 +102,7 @@ class LiveControl:
 
     def __init__(
         self,
-        prepared: Prepared,
+        prepared: ControllerKnowledge,
         gravity_level: float,
         is_first: bool = True,
         lesson: Lesson | LessonPlan | None = None,

@@ -4,13 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from exograv.laboratory.preparation import Prepared
-from exograv.laboratory.result_rows import rounded
-from exograv.laboratory.truth_score import Examination
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.runtime.clock.timing import Timing
 
 from .live_processes import Flown
+from .simulated_wearer import SimulatedWearer
 
 STALL_BEFORE_S = 0.05
 """A latch is put down to the longest gap so long before it."""
@@ -49,17 +47,13 @@ def flown_figures(rig: str, flown: Flown) -> dict[str, Any]:
     }
 
 
-def learned_figures(flown: Flown, laboratory: VirtualLaboratory | None, prepared: Prepared) -> dict[str, Any]:
+def learned_figures(flown: Flown, wearer: SimulatedWearer | None, prepared: ControllerKnowledge) -> dict[str, Any]:
     """What became of an arm that was to be learned live; with the truth beside it where there is one."""
     learned = flown.learned
     figures: dict[str, Any] = {"findings": flown.findings, "worker_restarts": flown.worker_restarts}
     if learned is None:
         return {"identified": None, **figures}
-    left_over = None
-    if laboratory is not None:
-        left_over = rounded(
-            Examination(laboratory, prepared.assembly, prepared.machine).score(learned.estimate.x).total
-        )
+    left_over = None if wearer is None else wearer.left_over_Nm(prepared, learned.estimate.x)
     return figures | {
         "identified": {
             "outcome": learned.outcome.value,

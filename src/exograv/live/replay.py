@@ -8,7 +8,6 @@ import numpy as np
 
 from exograv.dynamics.parameters import Parameters
 from exograv.errors import ConfigError
-from exograv.laboratory.preparation import Prepared
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import CLOSURE_SLOPE_MAX, Progress
 from exograv.loop.replay.columns import Again, Columns, each_tick
@@ -16,6 +15,7 @@ from exograv.loop.replay.guard_replay import SETTLED_S, Guarding
 from exograv.loop.replay.recorded_run import Recorded, readable
 from exograv.loop.replay.what_if import Instead
 from exograv.loop.replay_log import read_machine, read_person
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.verification.postures import Verification
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
 from exograv.safety.modes import Mode
@@ -72,7 +72,7 @@ class LiveAgain:
             passes = lesson_passes(recorded.assembly, seconds, live["period_s"], _verification(live))
             lesson = Lesson(recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest, passes)
             self._guarding.feel(level, is_driven=True)
-        prepared = Prepared(recorded.assembly, machine, x, 0.0)
+        prepared = ControllerKnowledge(recorded.assembly, machine, x, 0.0)
         is_steered = bool(live.get("is_steered"))
         self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered)
         self._guarding.forget(actuators.torque(self._columns["current"][0]))

@@ -114,3 +114,7 @@ class ModeMachine:
             self.arm_share = self._share_at_start * (1.0 - min(self._since_s / RAMP_OUT_S, 1.0))
             if self._since_s >= RAMP_OUT_S:
                 self.take(Event.ARRIVED)
+
+
+REST_BEFORE_RAMP_S = 1.0
+"""From when the machine carries itself until it begins to take the arm: both sides know it."""

@@ -1,7 +1,9 @@
 """A machine's `calibration.toml`: written at once or not at all, sealed by a hash, refused where it does not belong."""
 
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.model.description import RigDescription
@@ -97,3 +99,39 @@ def friction_warning(whole: StoredCalibration, now: datetime) -> str | None:
         f"Friction was measured {hours:.0f} h ago; after {allowed:.0f} h it should be checked: "
         "`exograv calibrate --recheck`."
     )
+
+
+def twin_identity(level: int, seed: int) -> str:
+    """What stands for the serial number of a virtual machine."""
+    return f"twin, level {level}, seed {seed}"
+
+
+@dataclass(frozen=True)
+class TakenCalibration:
+    """A stored calibration that fits the machine."""
+
+    whole: StoredCalibration
+    warning: str | None
+
+    @property
+    def used(self) -> dict[str, Any]:
+        """Which one it is, for figures and recordings."""
+        measured = self.whole.measured
+        return {
+            "source": "stored",
+            "hash": self.whole.content_sha256,
+            "measured_utc": measured.at_utc.isoformat(),
+            "friction_measured_utc": measured.friction_at_utc.isoformat(),
+            "warning": self.warning,
+        }
+
+
+def take_calibration(file: Path, description: RigDescription, machine: str, now: datetime) -> TakenCalibration:
+    """Read a calibration and make sure that it is this machine's and recent.
+
+    Raises:
+        ConfigError: It is damaged, foreign or stale.
+    """
+    whole = read_calibration(file)
+    refuse_unfit(file, whole, description, machine, now)
+    return TakenCalibration(whole, friction_warning(whole, now))

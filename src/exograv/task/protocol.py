@@ -96,3 +96,27 @@ def refuse_levels(protocol: Protocol, level_max: float) -> None:
                 f"Protocol '{protocol.name}' has gravity level {highest:g} from window {entry.window} on; this machine "
                 f"makes {level_max:g} at most.{push} Lower windows.levels, or use a passive protocol."
             )
+
+
+def first_windows(loaded: LoadedProtocol, count: int) -> LoadedProtocol:
+    """The first windows of a protocol, under another name: to try it, and never mistaken for it.
+
+    Raises:
+        ConfigError: It has not so many.
+    """
+    protocol = loaded.settings
+    if not 1 <= count <= protocol.windows.count:
+        raise ConfigError(f"--windows is {count}; '{protocol.name}' has 1 to {protocol.windows.count}.")
+    if count == protocol.windows.count:
+        return loaded
+    content = protocol.model_dump(mode="json")
+    first = protocol.windows.first_number
+    content["windows"]["count"] = count
+    content["windows"]["levels"] = [one for one in content["windows"]["levels"] if one["window"] < first + count]
+    rests = list(protocol.rest_lengths_s)[: count - 1]
+    table = {"each_s": rests} if rests else {"rest_s": protocol.rest_lengths_s[0]}
+    content["rests"], content["rest_tables"] = "part", {"part": table}
+    content["name"] = f"{protocol.name[:28]}-first-{count}"
+    content["title"] = f"The first {count} of {protocol.windows.count} windows. {protocol.title}"[:200]
+    content["unpublished"] = sorted({*content["unpublished"], "windows.count", "rests", "rest_tables"})
+    return LoadedProtocol(Protocol.model_validate(content), loaded.path, loaded.sha256)

@@ -9,19 +9,18 @@ from exograv.campaigns.virtual_study.conditions import condition_of
 from exograv.campaigns.virtual_study.flight import FlownTouch
 from exograv.campaigns.virtual_study.session_simulation import ACT_TICKS, PASSED_S, Sitting, Times
 from exograv.campaigns.virtual_study.stage import PreparedTraining, Stage, flight_stage, prepared_for, stage_on
-from exograv.experiment.train.options import first_windows
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
-from exograv.laboratory.virtual_laboratory import limits
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import limits
 from exograv.recording import RecordingWriter, read_recording
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, Submitted
 from exograv.signals import Command
 from exograv.task.plan import Plan
-from exograv.task.protocol import load_protocol
+from exograv.task.protocol import first_windows, load_protocol
 
 SEED = 1004
 

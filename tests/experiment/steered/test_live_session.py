@@ -14,8 +14,8 @@ from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.requests import ACT, Answer
 from exograv.experiment.steered.session_controller import SteeredDesk
 from exograv.loop.replay.what_if import Instead
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.warm_start import FROM_FILE_S
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.recording import read_recording
 from exograv.runtime.control_loop.exchange import STOP_PRESSED
 from exograv.storage.participant_file import read_participant

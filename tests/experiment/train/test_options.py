@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.experiment.train.options import TrainOptions, asked_for, first_windows, read_allocation
+from exograv.experiment.train.options import TrainOptions, asked_for, read_allocation
 from exograv.task.allocation import Group, draw_list
-from exograv.task.protocol import load_protocol
+from exograv.task.protocol import first_windows, load_protocol
 from exograv.task.schedule import timeline
 
 GROUPS = (Group(name="trained", exo="active"), Group(name="untrained", exo="sham"))

@@ -11,7 +11,7 @@ from exograv import motion
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import RigError
 from exograv.experiment.train.recording_pilot import RecordingPilot
-from exograv.laboratory.virtual_laboratory import WITHOUT_MOTOR_NM
+from exograv.loop.machine_limits import WITHOUT_MOTOR_NM
 from exograv.loop.pilot import Pilot
 from exograv.recording import RecordingWriter, read_recording
 from exograv.safety.envelope import Envelope, Limits

@@ -10,9 +10,9 @@ from exograv.identification.core.log_cholesky import theta_from_phi
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 PERIOD_S = 1e-3
 HEAVIER = 1.2

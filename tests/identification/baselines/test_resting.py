@@ -18,7 +18,7 @@ from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.model.tree import is_physical
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 
 Worn = tuple[Assembly, CalibratedMachine]
 

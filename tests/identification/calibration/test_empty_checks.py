@@ -4,11 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from tests.identification.conftest import HIDDEN, Exo
 
 from exograv.errors import IdentificationError
 from exograv.identification.calibration.empty_machine import Sweeps, calibrate
-
-from tests.identification.conftest import HIDDEN, Exo
 
 POUND = 0.45359237  # kg
 

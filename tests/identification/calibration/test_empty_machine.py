@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.identification.conftest import HIDDEN, NOISE_SD, Exo
 
 from exograv.errors import IdentificationError
 from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S, Calibration, Sweeps, calibrate, recheck
-
-from tests.identification.conftest import HIDDEN, NOISE_SD, Exo
 
 SIGMAS = 3.5
 """Sixteen values: one in a hundred runs would have a larger one."""

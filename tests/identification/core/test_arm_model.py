@@ -11,7 +11,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 
 Q = np.array([0.8, 0.3, -0.2, 1.3])
 STILL = np.zeros(4)

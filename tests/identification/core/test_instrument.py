@@ -7,7 +7,8 @@ import pytest
 
 from exograv.identification.core.instrument import FAR_RAD, Instrumented
 from exograv.identification.core.interface import Asked, Sample, TorqueModel
-from exograv.identification.recursive.recursive import Noise, Recursive
+from exograv.identification.core.noise import Noise
+from exograv.identification.recursive.recursive import Recursive
 
 TRUTH = np.array([0.4, 0.6, 2.0])
 MEAN, SD = np.array([0.3, 0.5, 1.5]), np.array([0.2, 0.5, 1.5])

@@ -5,10 +5,10 @@ import pytest
 
 from exograv.identification import methods
 from exograv.identification.core.interface import Sample
+from exograv.identification.core.noise import Noise
 from exograv.identification.core.relaxation import RELAXES_S, Relaxing
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S
 from exograv.identification.core.setting import Setting, Springs
-from exograv.identification.recursive.recursive import Noise
 
 STIFFNESS, OFFSET, DAMPING, FAST = 1.5, 0.4, 0.3, 0.5
 TRUTH = np.array([STIFFNESS, OFFSET, DAMPING])

@@ -11,8 +11,8 @@ from exograv.identification.core.sample_filter import SampleFilter
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.identify import identification_motion
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 DT, DELAY_S = 1e-3, 0.04
 SLOW_HZ = 0.5  # the fastest harmonic of a usual excitation is half of it

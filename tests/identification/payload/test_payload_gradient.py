@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from exograv.identification.core.interface import Sample
+from exograv.identification.core.noise import Noise
 from exograv.identification.core.setting import Setting
 from exograv.identification.methods import CANDIDATES, built
 from exograv.identification.payload.payload import NOTHING, PAYLOAD, PayloadModel, payload_prior
 from exograv.identification.payload.payload_gradient import PayloadGradient, rehearsed_step
 from exograv.identification.payload.rehearsal import TRIAL_LOAD, found_after, rehearsed, with_trial_load
-from exograv.identification.recursive.recursive import Noise
 from exograv.model.tree import inertial_parameters, is_physical
 from exograv.model.urdf import read_urdf
 

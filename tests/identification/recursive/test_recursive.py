@@ -8,9 +8,10 @@ import pytest
 from exograv.identification.core import square_root
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Sample
+from exograv.identification.core.noise import Noise
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S
 from exograv.identification.recursive import recursive
-from exograv.identification.recursive.recursive import DISTURBANCE_SCALES, Noise, Recursive
+from exograv.identification.recursive.recursive import DISTURBANCE_SCALES, Recursive
 from exograv.model.tree import inertial_parameters, is_physical
 
 JOINTS, BODY = 2, slice(0, 10)

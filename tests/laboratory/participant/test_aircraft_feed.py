@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from exograv.experiment.train.options import first_windows
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.task.events import CloseWindow, OpenWindow
-from exograv.task.protocol import load_protocol
+from exograv.task.protocol import first_windows, load_protocol
 
 PROTOCOL = first_windows(load_protocol("flight"), 2).settings
 STEP_S = 0.02

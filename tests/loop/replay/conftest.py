@@ -14,13 +14,14 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import RigError
 from exograv.laboratory.demo_options import DemoOptions
 from exograv.laboratory.provenance import provenance
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, limits
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Moment, Pilot
 from exograv.model.assembly import Assembly, adjusted, read_exoskeleton
 from exograv.procedures.calibration.breakaway_test import Push, starting_posture
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope, StopReason

@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.cli.machine.live_floating import settings_of
 from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.laboratory.preparation import Prepared
+from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.live.live_control import LiveControl, Plan, guarded_rig
+from exograv.live.live_flight import settings_of
 from exograv.loop.replay.recorded_run import gaps
 from exograv.loop.replay.what_if import Instead
 from exograv.model.assembly import Assembly
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
@@ -69,8 +70,15 @@ class Forgetful(live._Guarding):
 def plan(laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedMachine) -> Plan:
     """The guard's table is a wide one: what it holds a person to is not looked at here."""
     x = table_guess(assembly, machine)
-    prepared = Prepared(assembly, machine, x, 400.0)
-    return Plan.of_twin(laboratory, prepared, wide_limits(), SEED, LEVEL_BEFORE)
+    prepared = ControllerKnowledge(assembly, machine, x, 400.0)
+    return Plan(
+        laboratory.description,
+        laboratory.form,
+        prepared,
+        wide_limits(),
+        LEVEL_BEFORE,
+        held_machine(laboratory, SEED, prepared.t),
+    )
 
 
 def wide_limits() -> PersonLimits:

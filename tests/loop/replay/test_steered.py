@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exograv.cli.machine.live_floating import settings_of
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.experiment.steered.listening_wearer import attentive_twin
-from exograv.laboratory.preparation import Prepared
+from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.live.live_control import LiveControl, Plan, guarded_rig
+from exograv.live.live_flight import settings_of
 from exograv.model.assembly import Assembly
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import read_recording
 from exograv.recording.encoding import tick_dtype
@@ -78,8 +79,15 @@ def steered(
     machine: CalibratedMachine,
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Path:
-    prepared = Prepared(assembly, machine, table_guess(assembly, machine), 400.0)
-    plan = Plan.of_twin(laboratory, prepared, wide_limits(), SEED, 0.0)
+    prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 400.0)
+    plan = Plan(
+        laboratory.description,
+        laboratory.form,
+        prepared,
+        wide_limits(),
+        0.0,
+        held_machine(laboratory, SEED, prepared.t),
+    )
     plan = replace(plan, machine=partial(attentive_twin, laboratory, SEED, 400.0), is_steered=True)
     joints, path = plan.description.joints, tmp_path_factory.mktemp("steered") / "live.mcap"
     n = len(joints)

@@ -11,7 +11,7 @@ import numpy as np
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ExogravError
-from exograv.laboratory.virtual_laboratory import limits
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, load_rig

@@ -5,7 +5,7 @@ import pytest
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import IdentificationError
-from exograv.laboratory.virtual_laboratory import limits
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig

@@ -13,11 +13,11 @@ from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.motion import Trajectory
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import build_method, table_guess
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.identification.method_names import MotionName
 from exograv.procedures.identification.motions import motion_parts
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 
 DT = 0.01
 

@@ -13,9 +13,9 @@ from exograv.loop.pilot import Pilot
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.kinematics import body_poses, frame_pose
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.resting_poses import sensing, take_rests
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.rig.twin import Disturbances, Examiner, Twin, draw_machine, draw_wearer
 from exograv.signals import Command, JointState
 

@@ -11,7 +11,7 @@ from exograv.identification.core.prior import disturbance_sd, prior
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.verification.postures import ROUNDS, SPEED_RAD_S, both_ways, unseen_postures
 from exograv.procedures.verification.slow_passes import SAMPLE_S, SLIDING, Heard
 

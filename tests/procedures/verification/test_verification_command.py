@@ -7,7 +7,8 @@ import pytest
 
 import exograv.procedures.verification
 from exograv.errors import ConfigError
-from exograv.laboratory.verification_command import LATER_MAX_MIN, VerifyOptions, run_verification
+from exograv.laboratory.verification_command import run_verification
+from exograv.procedures.verification.options import LATER_MAX_MIN, VerifyOptions
 from exograv.procedures.verification.postures import POSTURES
 
 MOTION_MAX_S = 240.0

@@ -12,7 +12,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.motion import Trajectory
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 
 PERSON = Body(1.75, 75.0, "male")
 DT = 0.08

@@ -11,13 +11,13 @@ import pytest
 
 from exograv.errors import RecordingError
 from exograv.recording import RecordingWriter, read_recording
+from exograv.report import write_report, write_summary_picture
 from exograv.report.figures.parameters import MOST_PANELS, most_learned
 from exograv.report.figures.postures import distinct_frames, projected
 from exograv.report.figures.timing import limited_share
 from exograv.report.of_recording.headline import headline, tiles
 from exograv.report.of_recording.recording_report import CHAPTERS, render
 from exograv.report.style.figure_style import averaged, thinned
-from exograv.study import write_report, write_summary_picture
 from exograv.study.targets import joint_groups, targets
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")

@@ -7,12 +7,13 @@ import pytest
 
 from exograv import motion
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, limits
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.rig.twin import Disturbances, Twin
 from exograv.safety.envelope import Envelope
 from exograv.signals import Command

@@ -13,8 +13,9 @@ from exograv.identification.core.interface import Asked, Sample
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.laboratory.preparation import pilot_of
 from exograv.laboratory.twin_calibration import EmptyTwin
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, limits
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Moment, Pilot, Progress
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.estimator_session import table_guess

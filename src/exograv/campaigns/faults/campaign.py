@@ -13,9 +13,10 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from exograv.cli.machine.live_floating import Plan
 from exograv.errors import ConfigError
+from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.drive_sim import Bus
+from exograv.live.live_control import Plan
 from exograv.loop.pilot import Progress
 from exograv.runtime.processes.spawn import keyboard_ignored
 
@@ -153,7 +154,16 @@ def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any
     """After the scenarios: a live run needs the processors for itself."""
     known = subject(path)
     return strike(
-        Plan.of_twin(known.laboratory, known.prepared, known.person, campaign.seed, 0.0), campaign.strikes, progress
+        Plan(
+            known.laboratory.description,
+            known.laboratory.form,
+            known.prepared,
+            known.person,
+            0.0,
+            held_machine(known.laboratory, campaign.seed, known.prepared.t),
+        ),
+        campaign.strikes,
+        progress,
     )
 
 

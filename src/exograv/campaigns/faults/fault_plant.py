@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import RigError
-from exograv.laboratory.preparation import Prepared
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Limits
 from exograv.safety.person import PersonLimits
@@ -28,7 +28,7 @@ class Subject:
     """A person in a machine, known to the software as after an identification."""
 
     laboratory: VirtualLaboratory
-    prepared: Prepared
+    prepared: ControllerKnowledge
     controller: ArmController
     limits: Limits
     person: PersonLimits

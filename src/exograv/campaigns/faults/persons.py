@@ -5,8 +5,9 @@ from functools import lru_cache
 from pathlib import Path
 
 from exograv.laboratory.preparation import prepare
-from exograv.laboratory.virtual_laboratory import draw_laboratory, limits
+from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import limits
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Progress
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from exograv.cli.machine.live_floating import fly_plan
 from exograv.errors import RigError
-from exograv.laboratory.virtual_laboratory import limits
 from exograv.live.live_control import Plan
 from exograv.live.live_figures import stall_ms
+from exograv.live.live_flight import fly_plan
 from exograv.live.live_processes import Flown, Running
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Progress
 from exograv.recording import read_recording
 from exograv.runtime.clock.timing import PERIOD_NS, Timing

@@ -12,7 +12,7 @@ import numpy as np
 
 from exograv.errors import RigError
 from exograv.laboratory.drive_sim import Bus
-from exograv.live.on_drives.simulated_drives import written
+from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.opening import DrivenRig, open_drives
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.safety.guard import COMMAND_LIFE_S

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 
 from exograv.laboratory.truth_score import Examination
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.study.folder.columns import Column
 
 from .identify_task import CASE_COLUMNS, CaseTask

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError, IdentificationError, RigError
-from exograv.experiment.train.options import first_windows
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
@@ -17,7 +16,7 @@ from exograv.recording import RecordingWriter
 from exograv.rig.twin import day_seed
 from exograv.storage.session_checkpoint import Learned
 from exograv.task.plan import Plan
-from exograv.task.protocol import LoadedProtocol, load_protocol
+from exograv.task.protocol import LoadedProtocol, first_windows, load_protocol
 
 from .flight import Flight, Group
 from .options import Career, StudyOptions

@@ -18,8 +18,8 @@ from exograv.laboratory.participant.task_course import TASK_TICKS, silence, task
 from exograv.laboratory.participant.touch_panel import Panel
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import Doing, PointingPerson
-from exograv.laboratory.virtual_laboratory import limits
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import limits
 from exograv.recording import RecordingWriter
 from exograv.safety.envelope import Envelope
 from exograv.signals import Command, Reference

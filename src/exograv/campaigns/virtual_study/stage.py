@@ -10,15 +10,15 @@ from jaxtyping import Float
 
 from exograv.control.tick import Mode
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.experiment.train.options import PASSIVE_RIG
 from exograv.laboratory.conditions import NoTorque
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.preparation import Prepared, prepare, prepare_machine
+from exograv.laboratory.preparation import prepare, prepare_machine
 from exograv.laboratory.truth_score import Examination
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.laboratory.virtual_laboratory import PASSIVE_RIG, VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Controller, Progress
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Machine, Twin, day_seed
 from exograv.rig.twin.behaviour.own_arm import OwnArm, out_of_the_machine, worn_inertia
 from exograv.rig.twin.world.surroundings import Surroundings
@@ -64,7 +64,7 @@ class PreparedTraining:
     condition: Condition
     seed: int
     level: int
-    known: Prepared | None
+    known: ControllerKnowledge | None
     """None where no machine carries."""
 
     left_over_Nm: float | None
@@ -185,7 +185,7 @@ def _worn(
     )  # fmt: skip
 
 
-def _known(condition: Condition, laboratory: VirtualLaboratory, seed: int, progress: Progress) -> Prepared:
+def _known(condition: Condition, laboratory: VirtualLaboratory, seed: int, progress: Progress) -> ControllerKnowledge:
     if condition.training == "ideal":
         return prepared_by_truth(laboratory, READY_S)
     if condition.training in ("table", "gcm"):

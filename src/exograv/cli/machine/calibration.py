@@ -12,9 +12,9 @@ from exograv.errors import ConfigError
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.laboratory.calibration_outcome import calibration_figures, warnings
 from exograv.laboratory.twin_calibration import EmptyTwin
-from exograv.laboratory.virtual_laboratory import limits
 from exograv.live.on_drives.calibration import calibrated_on_drives, rechecked_on_drives, settings_of_lengths
 from exograv.live.on_drives.connection import DrivesAsked, Say, connected
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.description import RigDescription, Side, load_rig
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
@@ -23,13 +23,12 @@ from exograv.safety.envelope import Envelope
 from exograv.storage.bring_up_sheet import FILE as SHEET
 from exograv.storage.bring_up_sheet import refuse_not_brought_up
 from exograv.storage.calibration_file import (
-    friction_warning,
     identity_of,
-    read_calibration,
-    refuse_unfit,
+    take_calibration,
+    twin_identity,
     write_calibration,
 )
-from exograv.storage.calibration_schema import Measured, StoredCalibration, stored
+from exograv.storage.calibration_schema import Measured, stored
 
 FILE = "calibration.toml"
 
@@ -67,11 +66,6 @@ class CalibrateOptions:
     def is_on_drives(self) -> bool:
         """Whether the machine is reached over its bus."""
         return self.drives is not None or self.simulate
-
-
-def twin_identity(level: int, seed: int) -> str:
-    """What stands for the serial number of a virtual machine."""
-    return f"twin, level {level}, seed {seed}"
 
 
 def run_calibration(
@@ -172,34 +166,3 @@ def _measured(now: datetime, t: float, lengths: Mapping[str, float]) -> Measured
 
 def _checked_again(before: Measured, now: datetime, t: float) -> Measured:
     return before.model_copy(update={"friction_at_utc": now, "running_s": round(t, 3)})
-
-
-@dataclass(frozen=True)
-class TakenCalibration:
-    """A stored calibration that fits the machine."""
-
-    whole: StoredCalibration
-    warning: str | None
-
-    @property
-    def used(self) -> dict[str, Any]:
-        """Which one it is, for figures and recordings."""
-        measured = self.whole.measured
-        return {
-            "source": "stored",
-            "hash": self.whole.content_sha256,
-            "measured_utc": measured.at_utc.isoformat(),
-            "friction_measured_utc": measured.friction_at_utc.isoformat(),
-            "warning": self.warning,
-        }
-
-
-def take_calibration(file: Path, description: RigDescription, machine: str, now: datetime) -> TakenCalibration:
-    """Read a calibration and make sure that it is this machine's and recent.
-
-    Raises:
-        ConfigError: It is damaged, foreign or stale.
-    """
-    whole = read_calibration(file)
-    refuse_unfit(file, whole, description, machine, now)
-    return TakenCalibration(whole, friction_warning(whole, now))

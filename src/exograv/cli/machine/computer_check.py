@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import KernelError
-from exograv.laboratory.result_rows import percentiles
 from exograv.model.description import rig_names
+from exograv.recording.rounding import percentiles
 
 PACKAGES = ("casadi", "mcap", "mujoco-core", "numpy", "pydantic", "scipy")
 TICKS = 2000
@@ -82,7 +82,7 @@ def _writable(folder: Path) -> dict[str, Any]:
 
 def _tick_times() -> list[float]:
     """Of the control tick of the default machine [µs]."""
-    from exograv.laboratory.doctor_tick import nominal_tick
+    from exograv.procedures.self_test.nominal_tick import nominal_tick
     from exograv.signals import Reference
 
     tick, x, assembly = nominal_tick()

@@ -17,7 +17,7 @@ class Doctor(Common):
 def run_doctor(command: Doctor) -> dict[str, Any]:
     """Examine and show."""
     from exograv.cli.shell.terminal import bars, show_doctor, show_loop
-    from exograv.live.doctor_loop import loop_test, refuse_unusable
+    from exograv.procedures.self_test.loop_timing import loop_test, refuse_unusable
 
     from .computer_check import examine_computer, has_all_it_needs
 

@@ -11,10 +11,9 @@ from exograv.cli.shell.base_options import refuse_unwritable
 from .on_drives import WornOnDrives, say
 
 if TYPE_CHECKING:
+    from exograv.live.live_flight import LiveOptions
     from exograv.loop.pilot import Progress
     from exograv.runtime.ros2.bridging import Ros2
-
-    from .live_floating import LiveOptions
 
 NOT_LEARNED = (
     "The arm was not learned to the end ({} findings until then), and did not float: what ended it is said above. "
@@ -71,8 +70,7 @@ class Live(WornOnDrives):
 def run_live_command(command: Live) -> dict[str, Any]:
     """Run it and say how it went."""
     from exograv.cli.shell.terminal import bars
-
-    from .live_floating import LiveOptions, run_live
+    from exograv.live.live_flight import LiveOptions
 
     options = LiveOptions(
         command.rig,
@@ -92,6 +90,8 @@ def run_live_command(command: Live) -> dict[str, Any]:
         if command.is_on_drives:
             result = _on_drives(command, options, progress)
         else:
+            from .live_floating import run_live
+
             result = run_live(options, command.out, progress)
     show_live(result)
     if command.identify and result["identified"] is None:
@@ -102,9 +102,12 @@ def run_live_command(command: Live) -> dict[str, Any]:
 def _on_drives(command: Live, options: "LiveOptions", progress: "Progress") -> dict[str, Any]:
     from exograv.live.on_drives.float_command import run_live_on_drives
 
+    from .rig_factory import simulated_wearer
+
     calibration = command.calibration or command.out / "calibration.toml"
     asked = command.asked(command.level)
-    return run_live_on_drives(options, asked, command.person(), calibration, command.out, progress, say)
+    wearer = simulated_wearer(asked.simulate, command.rig, command.side, asked.level, asked.seed)
+    return run_live_on_drives(options, asked, command.person(), calibration, command.out, progress, say, wearer)
 
 
 def wanted_bridge(command: Live) -> "Ros2 | None":

@@ -2,7 +2,7 @@
 
 import contextlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.identification.calibration.empty_machine import Calibration
+from exograv.laboratory.twin_calibration import press_software_stop, virtual_subject
 from exograv.laboratory.weighing_command import WeighOptions, run_weighing
 from exograv.live.on_drives.connection import Connected, DrivesAsked, Say, connected
 from exograv.loop.pilot import Progress
@@ -20,17 +20,14 @@ from exograv.model.description import RigDescription, Side, load_rig
 from exograv.procedures.bring_up.bench_machine import Line
 from exograv.procedures.bring_up.unpowered import stop_is_heard
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
-from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.procedures.self_test.bench import Subject
 from exograv.procedures.self_test.computer import clock, disk, recorder, timing
 from exograv.procedures.self_test.unworn import test_machine
 from exograv.rig import may_be_worn
-from exograv.rig.twin import Disturbances, Machine, Twin, draw_machine
-from exograv.safety.guard import Guard
+from exograv.rig.twin import Disturbances, draw_machine
+from exograv.storage.calibration_file import TakenCalibration, take_calibration, twin_identity
 from exograv.storage.self_test_pass import FILE, NOT_NEEDED, Key, withdraw_pass, write_pass
 from exograv.storage.self_test_step import Step, tried
-
-from .calibration import TakenCalibration, take_calibration, twin_identity
 
 WORN = "arm weighing"
 
@@ -150,20 +147,6 @@ def _subject(
         return Subject(description, tree, known, connection.rig, press_software_stop, brake, connection.lock_step)
     machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
     return virtual_subject(description, machine, whole.calibration(), whole.measured.lengths_m, options.seed)
-
-
-def virtual_subject(
-    description: RigDescription, machine: Machine, calibration: Calibration, lengths: Mapping[str, float], seed: int
-) -> Subject:
-    """The empty machine of the twin, hanging, and somebody who presses Stop when it is time."""
-    tree = adjusted(read_exoskeleton(description), description, lengths)
-    twin = Twin(description, machine, None, seed, starting_posture(tree), lengths=lengths)
-    return Subject(description, tree, calibration, twin, press_software_stop)
-
-
-def press_software_stop(guard: Guard) -> None:
-    """As Ctrl-C, or a button on a screen; the hardware stop of drives has a step of its own."""
-    guard.press_stop()
 
 
 def _worn(options: SelfTestOptions, steps: list[Step], progress: Progress) -> list[Step]:

@@ -10,8 +10,8 @@ from exograv.cli.machine.on_drives import WornOnDrives, say
 from exograv.cli.shell.base_options import refuse_unwritable
 
 if TYPE_CHECKING:
-    from exograv.laboratory.verification_command import VerifyOptions
     from exograv.loop.pilot import Progress
+    from exograv.procedures.verification.options import VerifyOptions
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Verify(WornOnDrives):
 def run_verify_command(command: Verify) -> dict[str, Any]:
     """Run it and say what is left over."""
     from exograv.cli.shell.terminal import bars
-    from exograv.laboratory.verification_command import VerifyOptions, run_verification
+    from exograv.procedures.verification.options import VerifyOptions
 
     options = VerifyOptions(
         command.rig, command.side, command.level, command.seed, command.calibration, command.before, command.later
@@ -49,19 +49,29 @@ def run_verify_command(command: Verify) -> dict[str, Any]:
     if command.is_on_drives:
         refuse_unwritable(command.out / "live.mcap", "--out")
     with bars() as progress:
-        result = _on_drives(command, options, progress) if command.is_on_drives else run_verification(options, progress)
+        run = _on_drives if command.is_on_drives else _on_twin
+        result = run(command, options, progress)
     show_verification(result)
     return result
 
 
+def _on_twin(_command: Verify, options: "VerifyOptions", progress: "Progress") -> dict[str, Any]:
+    from exograv.laboratory.verification_command import run_verification
+
+    return run_verification(options, progress)
+
+
 def _on_drives(command: Verify, options: "VerifyOptions", progress: "Progress") -> dict[str, Any]:
+    from exograv.cli.machine.rig_factory import simulated_wearer
     from exograv.errors import ConfigError
     from exograv.live.on_drives.verification import Files, run_verification_on_drives
 
     if command.later:
         raise ConfigError(f"--later is {command.later:g}; on drives time passes by itself. Leave it out.")
     files = Files(command.calibration or command.out / "calibration.toml", command.out)
-    return run_verification_on_drives(options, command.asked(command.level), command.person(), files, progress, say)
+    asked = command.asked(command.level)
+    wearer = simulated_wearer(asked.simulate, command.rig, command.side, asked.level, asked.seed)
+    return run_verification_on_drives(options, asked, command.person(), files, progress, say, wearer)
 
 
 def show_verification(result: dict[str, Any]) -> None:

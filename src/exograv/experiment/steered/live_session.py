@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from exograv.cli.machine.live_floating import parts_of, settings_of
 from exograv.errors import ExogravError
-from exograv.laboratory.preparation import Prepared
+from exograv.live.live_flight import parts_of, settings_of
 from exograv.live.live_processes import Running, fly
 from exograv.loop.arm_controller import ArmController
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.runtime.control_loop.exchange import FeltLevel
 from exograv.runtime.control_loop.steering import Asked, Heard, Leased, Pressed
@@ -251,7 +251,7 @@ class LiveFlight:
         paths = (self._folder / f"steered-{number}.mcap" for number in itertools.count(1))
         return next(path for path in paths if not path.exists())
 
-    def _fly(self, state: Course, prepared: Prepared, path: Path) -> None:
+    def _fly(self, state: Course, prepared: ControllerKnowledge, path: Path) -> None:
         options = self._options
         with contextlib.ExitStack() as stack:
             plan = state.place.people.plan(state.who, prepared, options.seed, stack)

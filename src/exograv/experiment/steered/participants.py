@@ -8,18 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from exograv.cli.machine.live_floating import lesson_plan
 from exograv.errors import ConfigError
 from exograv.identification.core.prior import prior
-from exograv.laboratory.preparation import Prepared
-from exograv.laboratory.result_rows import rounded
-from exograv.laboratory.virtual_laboratory import Told, VirtualLaboratory
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.live.arm_worker import Learned
 from exograv.live.live_control import Plan
+from exograv.live.live_flight import lesson_plan
 from exograv.live.live_identification import person_believed, unknown_person
 from exograv.model.rig_settings import Side
+from exograv.model.wearer_form import WearerForm
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.participant_session import NOT_KEPT, stored_person
 from exograv.procedures.identification.warm_start import belief_today
+from exograv.recording.rounding import rounded
 from exograv.rig.twin.twin import PERIOD
 from exograv.storage.participant_file import (
     new_code,
@@ -69,7 +70,7 @@ class People:
                 found[whole.person.code] = whole
         return found
 
-    def plan(self, who: Donned, prepared: Prepared, seed: int, stack: contextlib.ExitStack) -> Plan:
+    def plan(self, who: Donned, prepared: ControllerKnowledge, seed: int, stack: contextlib.ExitStack) -> Plan:
         """What guard, control and worker are built from; seconds pass. A worker's memory is there as long as `stack`.
 
         Raises:
@@ -87,11 +88,13 @@ class People:
             person = person_believed(assembly, machine, belief)
         # Broken off and begun anew, all of it is kept for the worker.
         lesson = lesson_plan(prepared, who.identify_s, PERIOD, stack, passes_s=2.0 * who.identify_s, belief=belief)
-        told = Told(self.laboratory.body, dict(self.laboratory.wearer.lengths_given))
+        told = WearerForm(self.laboratory.body, dict(self.laboratory.wearer.lengths_given))
         rig = partial(attentive_twin, self.laboratory, seed, prepared.t)
         return Plan(self.laboratory.description, told, prepared, person, 0.0, rig, lesson=lesson, is_steered=True)
 
-    def keep(self, prepared: Prepared, code: str | None, learned: Learned, predicted: np.ndarray) -> str | None:
+    def keep(
+        self, prepared: ControllerKnowledge, code: str | None, learned: Learned, predicted: np.ndarray
+    ) -> str | None:
         """Write the file of somebody who has been learned; the code, or none where there is nothing to keep.
 
         Args:

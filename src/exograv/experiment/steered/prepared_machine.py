@@ -4,12 +4,14 @@ from functools import cached_property
 
 import numpy as np
 
-from exograv.cli.machine.calibration import twin_identity
-from exograv.laboratory.preparation import Prepared, machine_of
-from exograv.laboratory.virtual_laboratory import draw_laboratory, limits, refuse_motorless
+from exograv.laboratory.preparation import machine_of
+from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.arm_worker import Learned
+from exograv.loop.machine_limits import limits, refuse_motorless
 from exograv.model.rig_settings import Side
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
+from exograv.storage.calibration_file import twin_identity
 
 from .options import SteeredOptions
 from .participants import People
@@ -40,7 +42,7 @@ class Place:
         return self.description.side
 
     @cached_property
-    def prepared(self) -> Prepared:
+    def prepared(self) -> ControllerKnowledge:
         """The machine as calibrated, once; a minute passes where there is no file of it.
 
         Raises:
@@ -48,9 +50,11 @@ class Place:
         """
         options, assembly = self._options, self.laboratory.assembly()
         machine, t = machine_of(self.laboratory, options.level, options.seed, options.calibration, lambda *_: None)
-        return Prepared(assembly, machine, table_guess(assembly, machine), t)
+        return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), t)
 
-    def keep(self, prepared: Prepared, code: str | None, learned: Learned, predicted: np.ndarray) -> str | None:
+    def keep(
+        self, prepared: ControllerKnowledge, code: str | None, learned: Learned, predicted: np.ndarray
+    ) -> str | None:
         """As `People.keep`."""
         kept = self.people.keep(prepared, code, learned, predicted)
         self.participants = tuple(self.people.files())

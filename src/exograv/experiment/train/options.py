@@ -9,14 +9,14 @@ from pydantic import ValidationError
 
 from exograv.errors import ConfigError
 from exograv.laboratory.demo_options import DONNINGS_MAX, GRAVITY_LEVEL_MAX
+from exograv.laboratory.virtual_laboratory import ACTIVE_RIG, PASSIVE_RIG
 from exograv.model.description import Side, validation_sentences
 from exograv.task.allocation import AllocationList, exo_for, group_of
-from exograv.task.protocol import LoadedProtocol, load_protocol, refuse_levels
-from exograv.task.protocol_schema import ExoMode, Protocol
+from exograv.task.protocol import LoadedProtocol, first_windows, load_protocol, refuse_levels
+from exograv.task.protocol_schema import ExoMode
 
 CODE = "3 to 16 letters, digits, '+' and '-', with a digit among them: what has none looks like a name"
 SESSIONS_MAX = 99
-PASSIVE_RIG, ACTIVE_RIG = "recupera_like_passive", "recupera_like"
 ALLOCATION_MAX_BYTES = 1_000_000
 
 
@@ -132,27 +132,3 @@ def read_allocation(path: Path) -> tuple[AllocationList, str]:
         raise ConfigError(
             f"--allocation {path} is no list of a study: {validation_sentences(error)} Give the one that was drawn."
         ) from error
-
-
-def first_windows(loaded: LoadedProtocol, count: int) -> LoadedProtocol:
-    """The first windows of a protocol, under another name: to try it, and never mistaken for it.
-
-    Raises:
-        ConfigError: It has not so many.
-    """
-    protocol = loaded.settings
-    if not 1 <= count <= protocol.windows.count:
-        raise ConfigError(f"--windows is {count}; '{protocol.name}' has 1 to {protocol.windows.count}.")
-    if count == protocol.windows.count:
-        return loaded
-    content = protocol.model_dump(mode="json")
-    first = protocol.windows.first_number
-    content["windows"]["count"] = count
-    content["windows"]["levels"] = [one for one in content["windows"]["levels"] if one["window"] < first + count]
-    rests = list(protocol.rest_lengths_s)[: count - 1]
-    table = {"each_s": rests} if rests else {"rest_s": protocol.rest_lengths_s[0]}
-    content["rests"], content["rest_tables"] = "part", {"part": table}
-    content["name"] = f"{protocol.name[:28]}-first-{count}"
-    content["title"] = f"The first {count} of {protocol.windows.count} windows. {protocol.title}"[:200]
-    content["unpublished"] = sorted({*content["unpublished"], "windows.count", "rests", "rest_tables"})
-    return LoadedProtocol(Protocol.model_validate(content), loaded.path, loaded.sha256)

@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 
 from exograv import motion
-from exograv.cli.machine.calibration import twin_identity
-from exograv.cli.machine.self_testing import virtual_subject
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError, RigError
@@ -17,8 +15,8 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate
 from exograv.identification.core.prior import prior
 from exograv.laboratory.conditions import NoTorque
-from exograv.laboratory.preparation import MOTION_S, calibration_of
-from exograv.laboratory.result_rows import rounded
+from exograv.laboratory.preparation import calibration_of
+from exograv.laboratory.twin_calibration import virtual_subject
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.laboratory.weighing_command import in_doubt_not_refused
 from exograv.loop.arm_controller import ArmController
@@ -26,6 +24,7 @@ from exograv.loop.mode_ramp import fade
 from exograv.loop.person_limits_manager import Worn
 from exograv.loop.pilot import Controller, Pilot, Progress
 from exograv.loop.replay_log import read_machine
+from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.float_arm import TRAVEL
 from exograv.procedures.identification.identify import Identifier, identify_arm
@@ -35,8 +34,10 @@ from exograv.procedures.self_test.unworn import test_machine
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.motion_samples import Kept
+from exograv.recording.rounding import rounded
 from exograv.rig.twin import Twin
 from exograv.rig.twin.world.surroundings import Surroundings
+from exograv.storage.calibration_file import twin_identity
 from exograv.storage.session_checkpoint import Person
 
 from .options import TrainOptions

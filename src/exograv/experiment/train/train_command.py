@@ -13,7 +13,8 @@ from exograv.laboratory.participant.task_course import Course, silence, task_mes
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
 from exograv.laboratory.provenance import laboratory_settings
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, limits
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import refuse_small_disk

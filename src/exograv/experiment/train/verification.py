@@ -6,11 +6,11 @@ import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.identification.core.interface import Estimate
-from exograv.laboratory.preparation import MOTION_S
-from exograv.laboratory.verification_command import verified_figures
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
+from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.verification.figures import verified_figures
 from exograv.procedures.verification.verification import verify_arm
 
 from .preparation import Ready, lay_down

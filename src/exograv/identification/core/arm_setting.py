@@ -3,11 +3,11 @@
 import numpy as np
 
 from exograv.dynamics.parameters import Layout
-from exograv.identification.recursive.recursive import Noise
 
 from .arm_model import ArmModel
 from .discrepancy import Discrepancy
 from .interface import Covariance, Parameters
+from .noise import Noise
 from .prior import disturbance_sd
 from .setting import Setting, Springs
 

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from exograv.identification.recursive.recursive import Noise
-
 from .discrepancy import Discrepancy
 from .interface import Covariance, Joints, Parameters, TorqueModel
+from .noise import Noise
 
 RESIDUAL_MIN_NM = 0.01
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from exograv.identification.core.discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
 from exograv.identification.core.interface import Sample
+from exograv.identification.core.noise import Noise
 from exograv.identification.core.prior import COULOMB_DRIFT, VISCOUS_DRIFT
 from exograv.identification.core.setting import Setting
-from exograv.identification.recursive.recursive import Noise
 
 from .payload import PAYLOAD, PayloadModel, payload_prior
 from .robot_from_log import RobotFromLog, felt_covariance

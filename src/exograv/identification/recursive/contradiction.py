@@ -10,9 +10,10 @@ from scipy.special import logsumexp
 
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Sample, TorqueModel
+from exograv.identification.core.noise import Noise
 from exograv.identification.core.square_root import FilterBank
 
-from .recursive import PLAUSIBLE_SD, USUAL_SCALES, Noise
+from .recursive import PLAUSIBLE_SD, USUAL_SCALES
 
 LINEARISATIONS = 3
 """Gauss–Newton steps to where a belief and the samples meet; the torque bends with the fit."""

@@ -8,28 +8,10 @@ from jaxtyping import Float
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.instrument import Instrumented
 from exograv.identification.core.interface import Covariance, Estimate, Joints, Parameters, Sample, TorqueModel
+from exograv.identification.core.noise import Noise
 from exograv.identification.core.physical import PhysicalProjection
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.core.square_root import GATE, FilterBank, square_root
-
-
-@dataclass(frozen=True)
-class Noise:
-    """What the expected torque cannot explain."""
-
-    sd: Joints
-    """Of the calibrated machine's residual [N·m]."""
-
-    correlation_s: Joints
-    """Its integrated autocorrelation time [s]."""
-
-    disturbance_sd: Joints
-    """Size of a slow disturbance, as assumed [N·m]: a wearer who does not quite relax, and errors of the model that
-    change with the posture. The filter weighs multiples of it by the data."""
-
-    disturbance_correlation_s: float = 3.0
-    """Of the slow disturbance [s]; people: 1-5 s (docs/arm.md)."""
-
 
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
 """Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""

@@ -10,19 +10,23 @@ from typing import Any, Literal
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.laboratory.preparation import Prepared, prepare
+from exograv.laboratory.preparation import prepare
 from exograv.laboratory.provenance import laboratory_settings
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, refuse_motorless
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
 from exograv.model.description import Side
-from exograv.procedures.rehabilitation.guided.floating_arm import Flown, flown, rms_deg
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.rehabilitation.guided.floating_arm import Flown, rms_deg
 from exograv.procedures.rehabilitation.guided.grip import Led
 from exograv.procedures.rehabilitation.guided.path_guide import PathGuide
 from exograv.procedures.rehabilitation.guided.repeat import repeat
 from exograv.procedures.rehabilitation.guided.taught_path import read_taught, taught, write_taught
 from exograv.procedures.rehabilitation.guided.teach import teach
 from exograv.recording import RecordingWriter
+from exograv.rig.twin import Twin
 
+from .floating_twin import flown
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
 AFTER_S = 1.0
@@ -31,7 +35,7 @@ AFTER_S = 1.0
 ACTS_S, PAUSE_S = 8.0, 2.0
 """After which a simulated person does something, and for how long one pauses who pauses."""
 
-Preparing = Callable[[VirtualLaboratory, int, Progress], Prepared]
+Preparing = Callable[[VirtualLaboratory, int, Progress], ControllerKnowledge]
 """By laboratory and seed: whoever flies one several times prepares it once."""
 
 PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
@@ -88,8 +92,8 @@ def run_teach(
         known = preparing(laboratory, options.seed, progress)
         arm = flown(laboratory, known, options.seed, recording, progress)
         start = laboratory.description.donning_posture
-        movement = drawn_movement(laboratory.description, options.seed, start, arm.twin.period_s)
-        therapist = Therapist(arm.twin, movement)
+        movement = drawn_movement(laboratory.description, options.seed, start, arm.rig.period_s)
+        therapist = Therapist(arm.rig, movement)
         path_found = teach(arm, movement.seconds + AFTER_S, therapist.act)
         whole = taught(path_found, laboratory.description, code, datetime.now(UTC).replace(microsecond=0), True)
         result = {
@@ -99,7 +103,7 @@ def run_teach(
             "hash": whole.content_sha256,
             "guard": arm.guard_record,
         }
-        recording.write("/result", arm.twin.t, {"task": result, "rig": options.rig})
+        recording.write("/result", arm.rig.t, {"task": result, "rig": options.rig})
     write_taught(path, whole)
     return result | about_run(options, laboratory, recorded)
 
@@ -125,18 +129,18 @@ def run_repeat(
         known = preparing(laboratory, options.seed, progress)
         arm = flown(laboratory, known, options.seed, recording, progress)
         true_errors: list[np.ndarray] = []
-        muscles = np.zeros_like(arm.twin.tau_voluntary)
+        muscles = np.zeros_like(arm.rig.tau_voluntary)
 
         def watch(guide: PathGuide) -> None:
-            np.maximum(muscles, np.abs(arm.twin.tau_voluntary), out=muscles)
+            np.maximum(muscles, np.abs(arm.rig.tau_voluntary), out=muscles)
             if guide.state is Led.LED:
-                true_errors.append(guide.target - arm.twin.truth.q)
+                true_errors.append(guide.target - arm.rig.truth.q)
 
-        path_driven, act = whole.trajectory(arm.twin.period_s), _person(options.person, arm)
+        path_driven, act = whole.trajectory(arm.rig.period_s), _person(options.person, arm)
         done = repeat(arm, path_driven, options.speed, options.repetitions, act, watch)
         examined = {"true_rms_deg": rms_deg(true_errors), "muscles_max_Nm": muscles.round(2).tolist()}
         result = done.figures | examined | {"path": str(path), "guard": arm.guard_record}
-        recording.write("/result", arm.twin.t, {"task": result, "rig": options.rig})
+        recording.write("/result", arm.rig.t, {"task": result, "rig": options.rig})
     return result | about_run(options, laboratory, recorded)
 
 
@@ -161,15 +165,15 @@ def _of_one_arm(options: GuidedOptions) -> VirtualLaboratory:
     return laboratory
 
 
-def _person(kind: PersonKind, arm: Flown) -> Callable[[], bool]:
+def _person(kind: PersonKind, arm: Flown[Twin]) -> Callable[[], bool]:
     """What the person does, `ACTS_S` after the arm floats; whether to be let go is asked for."""
-    begins_s = arm.twin.t + ACTS_S
+    begins_s = arm.rig.t + ACTS_S
     lasts_s = {"relaxed": 0.0, "pauses": PAUSE_S, "overrules": math.inf, "lets-go": 0.0}[kind]
-    holding = Holding(arm.twin, begins_s, begins_s + lasts_s)
+    holding = Holding(arm.rig, begins_s, begins_s + lasts_s)
 
     def act() -> bool:
         holding.act()
-        return kind == "lets-go" and arm.twin.t >= begins_s
+        return kind == "lets-go" and arm.rig.t >= begins_s
 
     return act
 

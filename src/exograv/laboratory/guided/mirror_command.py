@@ -11,12 +11,12 @@ from exograv.errors import ConfigError
 from exograv.laboratory.preparation import prepare
 from exograv.loop.pilot import Progress
 from exograv.motion import Trajectory
-from exograv.procedures.rehabilitation.guided.floating_arm import flown
 from exograv.procedures.rehabilitation.guided.mirror import mirror
 from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S
 
+from .floating_twin import flown
 from .guided_command import GuidedOptions, Preparing, about_run, laboratory_of, writer_of
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
@@ -61,7 +61,7 @@ def run_mirror(
     with writer_of(recorded, options, laboratory, "exograv mirror") as recording:
         known = preparing(laboratory, options.seed, progress)
         arms = flown(laboratory, known, options.seed, recording, progress)
-        twin = arms.twin
+        twin = arms.rig
         begins_s = twin.t + SETTLE_S + MEETS_S
         holding = Holding(twin, begins_s + HOLDS_AFTER_S, np.inf, _slice(which.follow))
         leader: list[Therapist] = []

@@ -5,12 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.laboratory.preparation import Prepared, pilot_of, prepare
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory, refuse_motorless
+from exograv.laboratory.preparation import pilot_of, prepare
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.person_limits_manager import Worn
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import read_exoskeleton
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.weakness import Weakness, weakened
@@ -30,7 +32,7 @@ class Subject:
     laboratory: VirtualLaboratory
     weakness: Weakness
     body: Body
-    known: Prepared
+    known: ControllerKnowledge
     seed: int
 
     def flight(self, run_seed: int, recording: RecordingWriter | None = None) -> Flight:

@@ -13,6 +13,7 @@ from exograv.loop.pilot import Progress
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, Side, load_rig
 from exograv.procedures.bring_up.bench_machine import Line
+from exograv.procedures.bring_up.hands import Hands
 from exograv.procedures.bring_up.in_motion import Powered
 from exograv.procedures.bring_up.unpowered import stop_is_heard, turns, watchdog, wiring, zero_torque
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
@@ -22,7 +23,6 @@ from exograv.storage.bring_up_sheet import FILE, write_sheet
 from exograv.storage.self_test_step import Step, tried
 
 from .connection import DrivesAsked, Say, drives_with_hands
-from .hands import Hands
 
 Act = Callable[[], list[Step]]
 

@@ -9,7 +9,7 @@ from exograv.control.exo_tick import most_damping
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError
 from exograv.identification.calibration.empty_machine import GAIN_SD, Calibration
-from exograv.laboratory.virtual_laboratory import limits
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription

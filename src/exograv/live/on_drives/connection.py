@@ -11,13 +11,14 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.description import RigDescription
+from exograv.procedures.bring_up.hands import BenchHands, Hands, KeyboardHands
+from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.opening import DrivenRig, open_drives
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.runtime.clock.pace import Pace
 from exograv.safety.envelope import Envelope, Limits
 
-from .hands import BenchHands, Hands, KeyboardHands
-from .simulated_drives import simulated_drives, written
+from .simulated_drives import simulated_drives
 
 Say = Callable[[str], object]
 

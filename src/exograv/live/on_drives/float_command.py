@@ -9,20 +9,21 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from exograv.cli.machine.calibration import take_calibration
-from exograv.cli.machine.live_floating import LiveOptions, fly_plan, lesson_plan
 from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
-from exograv.laboratory.preparation import Prepared
-from exograv.laboratory.virtual_laboratory import Told, VirtualLaboratory, draw_laboratory, refuse_motorless
 from exograv.live.live_control import Plan
 from exograv.live.live_figures import flown_figures, learned_figures
+from exograv.live.live_flight import LiveOptions, fly_plan, lesson_plan
 from exograv.live.live_identification import lesson_passes, unknown_person
 from exograv.live.live_processes import Flown
+from exograv.live.simulated_wearer import SimulatedWearer
+from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body, Sex
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
+from exograv.model.wearer_form import WearerForm
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.verification.postures import Verification, unseen_postures
@@ -33,6 +34,7 @@ from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.ros2.bridging import Bridging
 from exograv.runtime.ros2.streaming import Streaming
+from exograv.storage.calibration_file import take_calibration
 from exograv.storage.self_test_pass import FILE as PASS
 from exograv.storage.self_test_pass import Key
 
@@ -66,8 +68,8 @@ class FlownOnDrives:
     flown: Flown
     figures: dict[str, Any]
     """As `exograv live` writes them."""
-    prepared: Prepared
-    laboratory: VirtualLaboratory | None
+    prepared: ControllerKnowledge
+    wearer: SimulatedWearer | None
     """Absent where machine and person are real."""
     verification: Verification | None
 
@@ -80,16 +82,17 @@ def run_live_on_drives(
     folder: Path,
     progress: Progress,
     say: Say,
+    wearer: SimulatedWearer | None = None,
 ) -> dict[str, Any]:
     """Learn the arm live and let it float; the result follows the contract of `exograv live`.
 
     Raises:
         As `fly_on_drives`.
     """
-    return fly_on_drives(options, asked, person, calibration, folder, progress, say).figures
+    return fly_on_drives(options, asked, person, calibration, folder, progress, say, wearer).figures
 
 
-def fly_on_drives(
+def fly_on_drives(  # noqa: PLR0913
     options: LiveOptions,
     asked: DrivesAsked,
     person: Person,
@@ -97,6 +100,7 @@ def fly_on_drives(
     folder: Path,
     progress: Progress,
     say: Say,
+    wearer: SimulatedWearer | None = None,
     is_verified: bool = False,
 ) -> FlownOnDrives:
     """Learn the arm live, verify it if that is asked for, and let it float.
@@ -113,8 +117,7 @@ def fly_on_drives(
         )
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
-    laboratory = draw_laboratory(options.rig, options.side, asked.level, asked.seed) if asked.simulate else None
-    told = _told(description, person) if laboratory is None else _told_virtual(laboratory, person)
+    told = _told(description, person) if wearer is None else _told_virtual(wearer, person)
     refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
     with contextlib.ExitStack() as stack:
         worn = replace(asked, simulation=(*asked.simulation, "--worn"), in_real_time=True)
@@ -123,7 +126,7 @@ def fly_on_drives(
         known = take_calibration(calibration, description, serial, datetime.now(UTC)).whole
         key = Key(folder / PASS, description, serial, known.content_sha256)
         assembly, machine = assemble(description, told.body), known.calibration().machine
-        prepared = Prepared(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
+        prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
         progress("Preparing for anybody's arm", 0.0)
         verification = _verification(prepared, options, asked.seed) if is_verified else None
         passes = lesson_passes(assembly, options.identify_s, period_s, verification)
@@ -134,26 +137,26 @@ def fly_on_drives(
             round(1e9 * period_s), lesson, key,
         )  # fmt: skip
         lsl = _streams(options, description, drives, stack)
-        if laboratory is None:
+        if wearer is None:
             _await_enter(say)
         said = {"settings": {"options": asdict(options), "machine": serial}}
         seconds = options.loop_s + passes_s
         flown = fly_plan(plan, seconds, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
     streams = [] if lsl.listening is None else lsl.listening.figures()
-    figures = flown_figures(options.rig, flown) | learned_figures(flown, laboratory, prepared)
+    figures = flown_figures(options.rig, flown) | learned_figures(flown, wearer, prepared)
     figures |= {"machine": serial, "self_test": f"passed: {key.file}", "streams": streams,
                 "ros2": None if lsl.ros2 is None else lsl.ros2.figures()}  # fmt: skip
-    return FlownOnDrives(flown, figures, prepared, laboratory, verification)
+    return FlownOnDrives(flown, figures, prepared, wearer, verification)
 
 
-def _verification(prepared: Prepared, options: LiveOptions, seed: int) -> Verification:
+def _verification(prepared: ControllerKnowledge, options: LiveOptions, seed: int) -> Verification:
     """By the table's arm, because nobody knows this one yet."""
     model = ArmModel(prepared.assembly, prepared.machine)
     seen = identification_motion(prepared.assembly, options.identify_s, SEEN_EVERY_S).q
     return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
 
 
-def _told(description: RigDescription, person: Person) -> Told:
+def _told(description: RigDescription, person: Person) -> WearerForm:
     missing = [
         option
         for option, value in (
@@ -166,14 +169,14 @@ def _told(description: RigDescription, person: Person) -> Told:
     if person.height_m is None or person.mass_kg is None or person.sex is None:
         raise ConfigError(f"{', '.join(missing)} of the person in the machine: not given. Give all of them.")
     lengths = settings_of_lengths(description, person.lengths)
-    return Told(Body(person.height_m, person.mass_kg, person.sex, dict(lengths)), lengths)
+    return WearerForm(Body(person.height_m, person.mass_kg, person.sex, dict(lengths)), lengths)
 
 
-def _told_virtual(laboratory: VirtualLaboratory, person: Person) -> Told:
+def _told_virtual(wearer: SimulatedWearer, person: Person) -> WearerForm:
     """Of the virtual person: what scale, tape and form say of it."""
     if person.lengths or person.height_m is not None or person.mass_kg is not None or person.sex is not None:
         raise ConfigError("--simulate draws its own person: leave out --body-height, --body-mass, --sex and --length.")
-    return Told(laboratory.body, dict(laboratory.wearer.lengths_given))
+    return wearer.form
 
 
 def _streams(

@@ -5,16 +5,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from exograv.cli.machine.live_floating import LiveOptions
 from exograv.errors import RigError
 from exograv.identification.core.arm_model import ArmModel
-from exograv.laboratory.preparation import MOTION_S
-from exograv.laboratory.result_rows import rounded
-from exograv.laboratory.truth_score import Examination
-from exograv.laboratory.verification_command import VerifyOptions, verified_figures
+from exograv.live.live_flight import LiveOptions
+from exograv.live.simulated_wearer import SimulatedWearer
 from exograv.loop.pilot import Progress
 from exograv.model.description import load_rig
+from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.verification.change import changed_since, read_former
+from exograv.procedures.verification.figures import verified_figures
+from exograv.procedures.verification.options import VerifyOptions
 from exograv.procedures.verification.verification import Verified, judged
 
 from .connection import DrivesAsked, Say
@@ -34,7 +34,13 @@ class Files:
 
 
 def run_verification_on_drives(
-    options: VerifyOptions, asked: DrivesAsked, person: Person, files: Files, progress: Progress, say: Say
+    options: VerifyOptions,
+    asked: DrivesAsked,
+    person: Person,
+    files: Files,
+    progress: Progress,
+    say: Say,
+    wearer: SimulatedWearer | None = None,
 ) -> dict[str, Any]:
     """Run it; the result follows the contract of `exograv verify --json`.
 
@@ -46,7 +52,7 @@ def run_verification_on_drives(
     """
     former = None if options.before is None else read_former(options.before, load_rig(options.rig, options.side).name)
     live = LiveOptions(options.rig, options.side, options.level, options.seed, FLOATS_S, identify_s=MOTION_S)
-    run = fly_on_drives(live, asked, person, files.calibration, files.out, progress, say, is_verified=True)
+    run = fly_on_drives(live, asked, person, files.calibration, files.out, progress, say, wearer, is_verified=True)
     at = datetime.now(UTC)
     verified = _judged(run, progress)
     description, learned = run.prepared.assembly.description, run.figures["identified"]
@@ -81,8 +87,6 @@ def _judged(run: FlownOnDrives, progress: Progress) -> Verified:
 
 def _truth(run: FlownOnDrives, verified: Verified) -> list[float] | None:
     """Where machine and person are simulated."""
-    if run.laboratory is None or run.flown.learned is None:
+    if run.wearer is None or run.flown.learned is None:
         return None
-    known = run.prepared
-    examination = Examination(run.laboratory, known.assembly, known.machine, verified.postures)
-    return rounded(examination.score(run.flown.learned.estimate.x).total)
+    return run.wearer.left_over_Nm(run.prepared, run.flown.learned.estimate.x, verified.postures)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.laboratory.virtual_laboratory import limits
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import GAIN_SD_KNOWN
 from exograv.model.description import RigDescription
 from exograv.runtime.control_loop.exchange import ASTRAY, RESET, STOP_PRESSED, TOLD_LEVEL

@@ -10,8 +10,7 @@ from exograv.control.exo_tick import most_damping
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import RigError
 from exograv.identification.calibration.empty_machine import GAIN_SD
-from exograv.laboratory.virtual_laboratory import limits
-from exograv.live.on_drives.hands import Hands
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Moment, Pilot, Progress
 from exograv.model.description import RigDescription, Sweep
 from exograv.model.tree import Tree
@@ -29,6 +28,7 @@ from exograv.signals import JointState
 from exograv.storage.self_test_step import Step, within
 
 from .bench_machine import Line
+from .hands import Hands
 from .unpowered import WATCHDOG_WITHIN_MS, is_released
 
 LOW = 0.5

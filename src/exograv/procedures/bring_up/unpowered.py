@@ -5,12 +5,12 @@ import contextlib
 import numpy as np
 
 from exograv.errors import RigError
-from exograv.live.on_drives.hands import Hands
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import Drives
 from exograv.storage.self_test_step import Step, within
 
 from .bench_machine import Line, all_say, currents, positions
+from .hands import Hands
 
 TURNED = np.deg2rad(5.0)
 """Way of a joint that somebody turns by hand [rad]."""

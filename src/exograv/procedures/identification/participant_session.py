@@ -11,9 +11,9 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError
 from exograv.identification.core.interface import Estimate, Outcome
 from exograv.identification.core.prior import prior
-from exograv.laboratory.result_rows import rounded
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
+from exograv.recording.rounding import rounded
 from exograv.storage.calibration_file import identity_of
 from exograv.storage.participant_file import (
     new_code,

@@ -6,10 +6,10 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Sample
+from exograv.identification.core.noise import Noise
 from exograv.identification.core.prior import disturbance_sd
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.recursive.contradiction import Unexplained, log_odds
-from exograv.identification.recursive.recursive import Noise
 
 from .estimator_session import Belief
 

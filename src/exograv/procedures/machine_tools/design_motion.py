@@ -13,15 +13,14 @@ from exograv.identification.core.left_over import TARGET_NM
 from exograv.identification.excitation import Basis, Designer, fixed_motion, harmonic
 from exograv.identification.excitation.basis import Coefficients
 from exograv.identification.excitation.design import Progress
-from exograv.laboratory.virtual_laboratory import refuse_motorless
+from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import Side, load_rig
 from exograv.model.rig_settings import Excitation
 from exograv.model.support import assemble
 from exograv.motion import Trajectory
-
-from .nominal_machine import nominal_machine
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 
 FORECAST_S = (20.0, 60.0, 120.0)
 DT = 0.02  # s: of the tables that are judged; the filter takes every eighth row

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from exograv.control.exo_tick import most_damping
 from exograv.errors import IdentificationError, RigError
 from exograv.identification.calibration.empty_machine import Calibration
-from exograv.laboratory.virtual_laboratory import limits
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Controller, Moment, Pilot, Progress
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from exograv.live.doctor_loop import loop_test
 from exograv.loop.pilot import Progress
 from exograv.recording import read_recording
 from exograv.recording.disk import refuse_small_disk
@@ -17,6 +16,8 @@ from exograv.recording.encoding import tick_dtype
 from exograv.runtime.clock.fitness import SELF_TEST_S, WOKEN_SHARE_MIN, WOKEN_WITHIN_NS
 from exograv.runtime.recorder.recorder import Recorder
 from exograv.storage.self_test_step import Step, within
+
+from .loop_timing import loop_test
 
 TRIAL_S = 3600.0
 """There must be room for twice of it: a session [s]."""

@@ -84,7 +84,7 @@ def render(recording: Recording) -> str:
     tables = [
         parameter_table(recording), calibration_table(recording), event_table(recording), settings_table(recording)
     ]  # fmt: skip
-    return template("report.html.j2", "exograv.study").render(
+    return template("report.html.j2", "exograv.report.of_recording").render(
         headline=headline(recording),
         facts=run_facts(recording),
         tiles=tiles(recording),

@@ -2,29 +2,28 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from exograv import motion
-from exograv.laboratory.preparation import Prepared
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, limits
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.person_limits_manager import Worn
-from exograv.loop.pilot import Guide, Moment, Pilot, Progress
-from exograv.recording import RecordingWriter
-from exograv.rig.twin import Twin
-from exograv.safety.envelope import Envelope
+from exograv.loop.pilot import Guide, Moment, Pilot
+from exograv.rig import Rig
 
 LOOK_S = 0.02
 """Between two looks at whether something is over."""
 
 
+Machine = TypeVar("Machine", bound=Rig)
+
+
 @dataclass
-class Flown:
+class Flown(Generic[Machine]):
     """One person in one machine, and what control knows of both."""
 
-    twin: Twin
+    rig: Machine
     pilot: Pilot
     controller: ArmController
 
@@ -66,18 +65,6 @@ class Flown:
             "limited_ticks": self.pilot.envelope.clipped_ticks,
             "ticks": len(self.pilot.tick_us),
         }
-
-
-def flown(
-    laboratory: VirtualLaboratory, known: Prepared, seed: int, recording: RecordingWriter | None, progress: Progress
-) -> Flown:
-    """The arm floats from the first tick on; `seed` draws the run's noise."""
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=known.t)
-    envelope = Envelope(limits(laboratory.description), twin.period_s)
-    pilot = Pilot(twin, known.machine.actuators, envelope, recording, progress)
-    pilot.worn = Worn(envelope, known.assembly, known.machine, known.x)
-    pilot.worn.know(known.x)
-    return Flown(twin, pilot, ArmController(known.assembly, known.machine, known.x, twin.period_s))
 
 
 def rms_deg(errors: list[np.ndarray]) -> list[float]:

@@ -2,18 +2,41 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import Drives
-from exograv.rig.twin import Twin
+from exograv.rig.interface import Rig
 from exograv.signals import Command, JointState
 
 from .firmware import Output, SimulatedDrive
 
 COMMAND_LIFE_S = 0.01
 """Longer than a step: the twin's own watchdog stays out of what these drives do."""
+
+
+class SimulatedMachine(Rig, Protocol):
+    """A machine whose motors and people are computed, such as the twin."""
+
+    tau_hand: np.ndarray
+    """Torque that a hand exerts on the machine's joints (joint,) [N·m]."""
+
+    tau_voluntary: np.ndarray
+    """Torque of the wearer's muscles on the own joints (freedom,) [N·m]."""
+
+    def drive_damping(self) -> np.ndarray:
+        """Damping by which the drives brake (joint,) [N·m·s/rad]."""
+        ...
+
+    def turn_motor(self, joint: int, factor: float) -> None:
+        """Let a motor give so many times the torque for its current."""
+        ...
+
+    def hang(self, mount: str, mass_kg: float) -> None:
+        """Hang a known weight on a mount [kg]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -33,7 +56,7 @@ class Plant:
     `now` is the twin's clock: a real-time bus steps it by the wall clock, a lock-step one with each measurement.
     """
 
-    def __init__(self, twin: Twin, drives: Drives, wiring: Mapping[str, Wiring] | None = None):
+    def __init__(self, twin: SimulatedMachine, drives: Drives, wiring: Mapping[str, Wiring] | None = None):
         """All drives are off; the twin stands as it was made."""
         self.twin = twin
         self.each = tuple(SimulatedDrive(one, drives.watchdog_s) for one in drives.each)
@@ -57,7 +80,7 @@ class Plant:
         """The drives' clock: the twin's, which was there at first [s]."""
         return self._ahead_s + self.twin.t
 
-    def change(self, twin: Twin) -> None:
+    def change(self, twin: SimulatedMachine) -> None:
         """Another twin behind the same drives, whose clock goes on, and whose motors are as they were wired."""
         self._ahead_s += self.twin.t - twin.t
         self.twin, self._measured = twin, twin.read()

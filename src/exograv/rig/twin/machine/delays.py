@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from exograv.rig.twin.world.scene import TIMESTEP
+from .machine_bodies import TIMESTEP
 
 
 @dataclass(frozen=True)

@@ -6,17 +6,16 @@ from exograv import motion
 from exograv.control.observer import Observer
 from exograv.control.tick import Mode, Tick
 from exograv.dynamics.parameters import Parameters
+from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import CLOSURE_SLOPE_MAX
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
+from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.machine_tools.nominal_machine import nominal_machine
 from exograv.safety.envelope import Envelope
 from exograv.signals import Reference
-
-from .virtual_laboratory import limits
 
 RIG = "recupera_like"
 BODY = Body(1.75, 75.0, "male")

@@ -134,7 +134,7 @@ def _figures(ns: np.ndarray) -> dict[str, float]:
 def _loop_process(periods: int, place: MutableSequence[int], results: Connection) -> None:
     """The whole life of the loop's process: build, warm up, measure, tell."""
     try:
-        from exograv.laboratory.doctor_tick import MovingTick
+        from .nominal_tick import MovingTick
 
         tick = MovingTick(1e-9 * PERIOD_NS)
         for period in range(WARM_UP_TICKS):

@@ -1,0 +1,175 @@
+"""A flight of the live processes: its options, its plan, and what its recording says of it."""
+
+import contextlib
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.loop.pilot import Progress
+from exograv.loop.replay_log import versions, written_person, written_rig, written_told
+from exograv.model.description import Side
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.estimator_session import Belief
+from exograv.procedures.verification.postures import Verification
+from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
+from exograv.runtime.recorder.recorder import Recorder
+from exograv.runtime.ros2.bridging import Ros2
+from exograv.runtime.ros2.streaming import NO_STREAMING, Streaming
+
+from .live_control import LiveControl, Plan, guarded_rig, notes
+from .live_identification import LessonPlan
+from .live_processes import Flown, Parts, Running, fly
+
+LESSON_S = (10.0, 600.0)
+"""Of motion, at least and at most [s]."""
+
+
+AROUND_LESSON_S = 16.0
+"""Rest, ramp, the way to the motion's beginning, and what the worker takes at its end [s]."""
+
+
+@dataclass(frozen=True)
+class LiveOptions:
+    """What `exograv live` is asked for."""
+
+    rig: str = "recupera_like"
+    side: Side | None = None
+    level: int = 2
+    seed: int = 0
+    seconds: float = 10.0
+    identify_s: float = 0.0
+    """Of motion in which the arm is learned live, before all else; 0 learns it in lock-step before the loop [s]."""
+    gravity_level: float = 0.0
+    self_test: bool = False
+    """Whether the empty twin is tested before; no wearer of it could come to harm without."""
+    lsl: bool = False
+    """Whether joint state, torque and markers are published."""
+    record_streams: tuple[str, ...] = ()
+    """Names or types of streams of other devices that are recorded besides."""
+    ros2: Ros2 | None = None
+    """The bridge to ROS 2, if there is to be one."""
+
+    def __post_init__(self):
+        if not 1.0 <= self.seconds <= 7200.0:
+            raise ConfigError(f"--seconds is {self.seconds:g}; allowed: 1 to 7200.")
+        if self.identify_s and not LESSON_S[0] <= self.identify_s <= LESSON_S[1]:
+            raise ConfigError(
+                f"--identify is {self.identify_s:g}; allowed: {LESSON_S[0]:g} to {LESSON_S[1]:g}, or 0 to identify "
+                "the arm before the live run."
+            )
+        if self.identify_s and self.gravity_level:
+            raise ConfigError(
+                f"--gravity-level is {self.gravity_level:g}; with --identify allowed: 0, because an arm is learned "
+                "while all of its weight is carried. Leave out one of the two."
+            )
+        if not 0.0 <= self.gravity_level <= 1.0:
+            raise ConfigError(
+                f"--gravity-level is {self.gravity_level:g}; allowed: 0 (weightless) to 1 (Earth). Above 1 the arm is "
+                "pushed down: a mode of its own, later."
+            )
+        if not 0 <= self.level <= 4:
+            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
+        if self.seed < 0:
+            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
+        if not sys.platform.startswith("linux"):
+            raise ConfigError(f"exograv live needs Linux, and this is {sys.platform}.")
+
+    @property
+    def loop_s(self) -> float:
+        """How long the loop runs [s]."""
+        return self.seconds + (self.identify_s + AROUND_LESSON_S if self.identify_s else 0.0)
+
+
+def lesson_plan(
+    prepared: ControllerKnowledge,
+    seconds: float,
+    period_s: float,
+    stack: contextlib.ExitStack,
+    verification: Verification | None = None,
+    passes_s: float = 0.0,
+    belief: Belief | None = None,
+) -> LessonPlan:
+    """How an arm is learned by so much motion, and verified by so much [s]; its memory is there as long as `stack`.
+
+    It begins with a belief of another day, if there is one.
+    """
+    moved_s = seconds + AROUND_LESSON_S + passes_s
+    size = WorkerMemory(prepared.assembly.n, len(prepared.x), round(2 * moved_s / period_s))
+    samples = stack.enter_context(contextlib.closing(size.sample_ring()))
+    findings = stack.enter_context(contextlib.closing(size.finding_ring()))
+    memory = replace(size, samples=samples.name, findings=findings.name)
+    return LessonPlan(prepared.assembly, prepared.machine, seconds, period_s, memory, verification, belief)
+
+
+def fly_plan(
+    plan: Plan,
+    seconds: float,
+    folder: Path,
+    said: Mapping[str, Any],
+    progress: Progress,
+    started: Callable[[Running], object],
+    is_tested: bool = False,
+    lsl: Streaming = NO_STREAMING,
+) -> Flown:
+    """Float the arm live, who is known already; as `run_live`."""
+    path, joints = folder / "live.mcap", plan.description.joints
+    settings = settings_of(plan, said)
+    with Recorder(path, joints, settings, seconds, outlets=lsl.outlets, devices=lsl.devices) as recorder:
+        return fly(parts_of(plan, is_tested), seconds, recorder, progress, started, lsl.listening, lsl.ros2)
+
+
+def parts_of(plan: Plan, is_tested: bool) -> Parts:
+    """What the processes of a flight build in themselves."""
+    lesson, period_s = plan.lesson, 1e-9 * plan.period_ns
+    control = partial(
+        LiveControl, plan.prepared, plan.gravity_level, lesson=lesson, period_s=period_s, is_steered=plan.is_steered
+    )
+    return Parts(
+        partial(guarded_rig, plan),
+        control,
+        partial(control, is_first=False),
+        LiveControl.mode_names,
+        notes(is_tested),
+        None if lesson is None else WorkerJob(lesson.worker, lesson.memory),
+        plan.period_ns,
+        plan.is_steered,
+    )
+
+
+def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
+    """What the recording says of the run, for `exograv replay` too."""
+    description, prepared = plan.description, plan.prepared
+    return {
+        **said,
+        "rig": description.name,
+        "title": description.settings.title,
+        "side": description.side,
+        "command": "exograv live",
+        "gravity_level": plan.gravity_level,
+        "hashes": {"rig": description.sha256},
+        "versions": versions(),
+        "settings": {
+            **said.get("settings", {}),
+            "rig_files": written_rig(description),
+            "told": written_told(plan.told.body, plan.told.lengths),
+            "live": {
+                "period_s": 1e-9 * plan.period_ns,
+                "machine": asdict(prepared.machine),
+                "x": prepared.x,
+                "person": written_person(plan.person),
+                **({"is_steered": True} if plan.is_steered else {}),
+                **({} if plan.lesson is None else _written_lesson(plan.lesson)),
+            },
+        },
+    }
+
+
+def _written_lesson(lesson: LessonPlan) -> dict[str, Any]:
+    said: dict[str, Any] = {"identify_s": lesson.seconds}
+    if (asked := lesson.verification) is not None:
+        said["verification"] = {"postures": asked.postures.tolist(), "seed": asked.seed}
+    return said

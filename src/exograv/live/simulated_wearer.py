@@ -1,0 +1,25 @@
+"""What a live run may ask of a simulated wearer: the form, and at the end the score that only a simulation has."""
+
+from typing import Protocol
+
+from jaxtyping import Float
+from numpy import ndarray
+
+from exograv.dynamics.parameters import Parameters
+from exograv.model.wearer_form import WearerForm
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+
+
+class SimulatedWearer(Protocol):
+    """The wearer of a simulated machine. No controller and no estimator is given one."""
+
+    @property
+    def form(self) -> WearerForm:
+        """Body data and lengths, as an operator measures them."""
+        ...
+
+    def left_over_Nm(
+        self, known: ControllerKnowledge, x: Parameters, postures: Float[ndarray, "posture joint"] | None = None
+    ) -> list[float]:
+        """Torque left over with parameters `x`, RMS per joint [N·m]; over held-out postures if none are given."""
+        ...
