@@ -34,7 +34,7 @@ from exograv.console.lease import LEASE_S
 from exograv.console.page_clocks import PageClocks
 from exograv.console.run import plan_of
 from exograv.console.serve import Address, bound, serve
-from exograv.console.trial import Trial
+from exograv.console.trial import ProtocolTrial
 from exograv.experiment.steered.rehearsal import RehearsedFlight
 from exograv.experiment.steered.session_controller import SteeredDesk
 
@@ -83,7 +83,7 @@ def serve_in_process(line: Connection, folder: Path) -> None:
     with bound(Address(port=0)) as (listening, host):
         diary = Diary(folder / "fuzz.jsonl", lambda *_: None)
         plan = plan_of("training")
-        trial = None if plan is None else Trial(plan, clocks, diary)
+        trial = None if plan is None else ProtocolTrial(plan, clocks, diary)
         hub = Hub(desk, trial, clocks, diary, f"http://{host}")
         tokens = [(role.value, hub.keys.token(role)) for role in ROLES for _ in range(2)]
         line.send((hub.origin, tokens))

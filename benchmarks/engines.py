@@ -24,7 +24,7 @@ from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.left_over import LeftOverPrediction
 from exograv.identification.core.prior import prior
 from exograv.kernel.compilation import ENGINE_VARIABLE
-from exograv.laboratory.posterior_torque import doubt
+from exograv.laboratory.posterior_torque import posterior_torque
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
@@ -57,7 +57,7 @@ def tasks() -> dict[str, tuple[Callable[[], object], int]]:
         "torque and derivative by all parameters": (lambda: model.linearise(sample, x), 20),
         "stop rule's prediction (33 postures)": (lambda: LeftOverPrediction(model, mean), 1),
         f"held-out check ({HELD_OUT} postures)": (lambda: resting(postures, arms, z), 1),
-        "uncertainty (512 arms, 33 postures)": (lambda: doubt(resting, assembly, estimate), 1),
+        "uncertainty (512 arms, 33 postures)": (lambda: posterior_torque(resting, assembly, estimate), 1),
     }
 
 

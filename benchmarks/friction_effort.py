@@ -19,12 +19,12 @@ from jaxtyping import Float
 from exograv.control.returned_friction import CERTAINTY, WARMED
 from exograv.dynamics.friction import Friction
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.laboratory.conditions import leave_the_arm
 from exograv.laboratory.effort import Performer, UsedTo
 from exograv.laboratory.movements import pointing
 from exograv.laboratory.preparation import pilot_of, prepare
-from exograv.laboratory.transparency_trial import UNREST, Trial
+from exograv.laboratory.transparency_trial import UNREST, TransparencyTrial
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Controller
 from exograv.model.description import load_rig
@@ -75,11 +75,11 @@ def without_return(machine: CalibratedMachine, viscous: Joints) -> CalibratedMac
     return replace(machine, friction_sd=nothing)
 
 
-def performed(trial: Trial, known: ControllerKnowledge, law: str, condition: str) -> dict[str, object]:
+def performed(trial: TransparencyTrial, known: ControllerKnowledge, law: str, condition: str) -> dict[str, object]:
     """Effort of the pointing movement [N·m·s] and its error [°], by freedom of the arm."""
     laboratory = trial.laboratory(*UNREST)
     description, machine, wearer = laboratory.description, laboratory.machine, laboratory.wearer
-    layout = Layout.of(known.assembly)
+    layout = ParameterLayout.of(known.assembly)
     coulomb, viscous = known.x[layout.coulomb], known.x[layout.viscous]
     believed = known.machine if law == "kept" else without_return(known.machine, viscous)
     twin = Twin(description, machine, wearer, trial.seed, t0=known.t)
@@ -132,7 +132,7 @@ def main() -> None:
     first, _, last = options.seeds.partition("-")
     results: list[dict[str, object]] = []
     for seed in range(int(first), int(last or first) + 1):
-        trial = Trial(load_rig(options.rig), options.level, seed)
+        trial = TransparencyTrial(load_rig(options.rig), options.level, seed)
         known = prepare(trial.laboratory(), seed, lambda _text, _share: None)
         for law in options.laws.split(","):
             of = {condition: performed(trial, known, law, condition) for condition in ("gcm", "dam")}

@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 
 from exograv import motion
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.preparation import pilot_of
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.pilot import Moment, Pilot
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.rig.twin import Twin
 
 POSTURE = np.deg2rad([40.0, 20.0, 15.0, 80.0])
@@ -39,7 +39,7 @@ def let_go(level: int, seed: int) -> tuple[float, float, float]:
     laboratory = replace(laboratory, wearer=replace(laboratory.wearer, arms=arms))
     known = prepared_by_truth(laboratory, 0.0)
     x = known.x.copy()
-    x[Layout.of(known.assembly).phi] *= TOO_HEAVY
+    x[ParameterLayout.of(known.assembly).phi] *= TOO_HEAVY
     twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, start_posture=POSTURE, t0=WARM_S)
     pilot = pilot_of(twin, known.machine.actuators, laboratory, lambda _text, _share: None)
     controller = ArmController(known.assembly, known.machine, x, twin.period_s)
@@ -50,7 +50,7 @@ def let_go(level: int, seed: int) -> tuple[float, float, float]:
         _push(pilot, controller, twin, freedom)
     rows: list[np.ndarray] = []
 
-    def watch(moment: Moment) -> None:
+    def watch(moment: TickSample) -> None:
         rows.append(np.concatenate([twin.truth.q, moment.tau_commanded]))
 
     pilot.run(controller, motion.hold(POSTURE, WATCH_S, twin.period_s), "Nobody holds it", watch)
@@ -68,7 +68,7 @@ def _push(pilot: Pilot, controller: ArmController, twin: Twin, freedom: int) -> 
     """By the wearer's own muscle, there and back."""
     ticks = 0
 
-    def act(_moment: Moment) -> None:
+    def act(_moment: TickSample) -> None:
         nonlocal ticks
         ticks += 1
         twin.tau_voluntary[freedom] = PUSH_Nm * np.sin(2 * np.pi * ticks * twin.period_s / PUSH_S)

@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 
 from exograv.cli.shell.terminal import bars
-from exograv.control.tick import Mode
-from exograv.dynamics.parameters import Layout
+from exograv.control.tick import ControlMode
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import ExogravError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Sample
@@ -117,20 +117,20 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     left: dict[float, np.ndarray] = {}
 
     def note(_t: float, estimate: Estimate, *_judged: object) -> None:
-        left[estimate.t] = rms(examination.at_postures(estimate.x, Mode()))
+        left[estimate.t] = rms(examination.at_postures(estimate.x, ControlMode()))
 
     identifier, kept = Identifier(pilot, controller, machine, "recursive", "current", note), Kept()
     identifier.followers.append(kept)
     found = identify_arm(pilot, controller, identifier, job.seconds)
     tick_us = percentiles(pilot.tick_us)
-    at_postures, arm = examination.at_postures(found.last.x, Mode()), examination.arm_error(found.last.x)
-    possible = examination.doubt(found.last)
+    at_postures, arm = examination.at_postures(found.last.x, ControlMode()), examination.arm_error(found.last.x)
+    possible = examination.posterior_torque(found.last)
     lower, upper = description.workspace
     middle = 0.5 * (lower + upper)
     drift = float_arm(pilot, controller, middle, 0.0, FLOAT_S).drift_deg
     held = weigh(pilot, controller, ArmModel(assembly, machine), found.last, _hanging(twin))
     loaded = found.last.x.copy()
-    loaded[Layout.of(assembly).phi] += held_weight(assembly.arm, held.mass)
+    loaded[ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, held.mass)
     rows = parameter_rows(assembly, found.prior, found.last, wearer)
     intervals = {row["name"]: row["ci95"][0] <= row["truth"] <= row["ci95"][1] for row in rows if row["ci95"]}
     targets = np.array([TARGET_NM[place] for place in description.places])
@@ -139,12 +139,12 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
         "left_over_rms_Nm": rounded(left[found.last.t]), "left_over_max_Nm": rounded(np.abs(at_postures).max(axis=0)),
         "machine_rms_Nm": rounded(rms(at_postures - arm)), "arm_rms_Nm": rounded(rms(arm)),
         "weight_rms_Nm": rounded(examination.score(found.last.x).arm),
-        "by_table_rms_Nm": rounded(rms(examination.at_postures(known.x, Mode()))),
+        "by_table_rms_Nm": rounded(rms(examination.at_postures(known.x, ControlMode()))),
         "possible_p95_Nm": None if possible is None else rounded(possible.p95),
         "intervals_missed": [name for name, holds in intervals.items() if not holds], "intervals": len(intervals),
         "to_target_s": _until({t: bool((one <= targets).all()) for t, one in left.items()}),
         "to_target_shoulder_elbow_s": _until({t: bool((one <= targets)[:LEAST].all()) for t, one in left.items()}),
-        "parameters": Layout.of(assembly).count, "learned": int((np.diag(found.prior_covariance) > 0.0).sum()),
+        "parameters": ParameterLayout.of(assembly).count, "learned": int((np.diag(found.prior_covariance) > 0.0).sum()),
         "tick_us": tick_us, **_learning_times(controller, kept.samples),
         "float_at_deg": rounded(np.rad2deg(middle)), "drift_deg": rounded(drift), "relaxed": found.restless_s is None,
         "weight_kg": held.mass, "weight_ci95_kg": list(held.ci95),

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from exograv.control.tick import Tick
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.prior import prior
@@ -78,7 +78,7 @@ def main() -> None:
             continue
         assembly = assemble(description, BODY)
         instructions, kernel_us, step_us = tick_of(assembly)
-        sizes = f"{assembly.n:7}{assembly.n_freedoms:9}{Layout.of(assembly).count:8}{instructions:8}"
+        sizes = f"{assembly.n:7}{assembly.n_freedoms:9}{ParameterLayout.of(assembly).count:8}{instructions:8}"
         print(f"{name:24}{sizes}{kernel_us:10.2f}{step_us:8.2f}{update_of(assembly):10.2f}", flush=True)
 
 

@@ -27,7 +27,7 @@ from exograv.identification.core.sample_filter import SampleFilter
 from exograv.laboratory.preparation import pilot_of
 from exograv.laboratory.truth_score import Examination
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Moment
+from exograv.loop.pilot import TickSample
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
 from exograv.procedures.identification.estimator_session import build_method, table_guess
@@ -49,7 +49,7 @@ class Listener:
         self._method, self._filter, self._examination = method, sample_filter, examination
         self.left_over: dict[int, list[float]] = {}
 
-    def __call__(self, moment: Moment) -> None:
+    def __call__(self, moment: TickSample) -> None:
         """One tick."""
         sample = self._filter.update(moment.state.q, moment.tau_measured)
         if not self._filter.settled:

@@ -13,11 +13,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from exograv.campaigns.benchmark_identification.cases import by_machine, population
-from exograv.campaigns.benchmark_identification.streams import Recorded, calibrate, record_stream
+from exograv.campaigns.benchmark_identification.streams import RecordedStream, calibrate, record_stream
 from exograv.errors import ExogravError
 
 
-def save(recorded: Recorded, folder: Path) -> Path:
+def save(recorded: RecordedStream, folder: Path) -> Path:
     """Write one stream; the file's name says whose it is."""
     case = recorded.case
     folder.mkdir(parents=True, exist_ok=True)
@@ -26,7 +26,7 @@ def save(recorded: Recorded, folder: Path) -> Path:
     return path
 
 
-def load(folder: Path, pattern: str = "*") -> Iterator[Recorded]:
+def load(folder: Path, pattern: str = "*") -> Iterator[RecordedStream]:
     """Streams of a folder, in the order of their names, one at a time: each takes 15 MB."""
     for path in sorted(folder.glob(f"{pattern}.pickle")):
         yield pickle.loads(path.read_bytes())

@@ -28,12 +28,12 @@ STEPS = {
 def run(rig: str, level: int, seed: int, movement: str) -> dict[str, Any]:
     """Effort of one machine, by condition."""
     from exograv.laboratory.transparency import movement_for
-    from exograv.laboratory.transparency_trial import Trial, run_trial
+    from exograv.laboratory.transparency_trial import TransparencyTrial, run_trial
     from exograv.model.description import load_rig
 
     description = load_rig(rig)
     wanted = movement_for(movement, description)  # pyright: ignore[reportArgumentType] - checked by the parser
-    return dict(run_trial(Trial(description, level, seed), wanted, lambda _text, _share: None))
+    return dict(run_trial(TransparencyTrial(description, level, seed), wanted, lambda _text, _share: None))
 
 
 def merged(rig: str, level: int, seeds: list[int], movement: str, runs: list[dict[str, Any]]) -> dict[str, Any]:

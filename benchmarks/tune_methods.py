@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from streams import load
 
-from exograv.campaigns.benchmark_identification.streams import Recorded
+from exograv.campaigns.benchmark_identification.streams import RecordedStream
 from exograv.errors import ExogravError
 from exograv.identification import methods
 from exograv.identification.baselines.gradient import Gradient
@@ -45,7 +45,7 @@ SETTLES = 1e-3  # s, so that the last mark lies within the motion
 class Wearer:
     """One training stream with its examiner."""
 
-    def __init__(self, recorded: Recorded):
+    def __init__(self, recorded: RecordedStream):
         self._stream = recorded.stream
         self._examination = Examination(recorded.laboratory, self._stream.assembly, self._stream.machine)
         self._model = ArmModel(self._stream.assembly, self._stream.machine)

@@ -5,8 +5,8 @@
 
 Every person is identified and kept on a first day, and moves for 20 s on a second with the right file driving. Then
 that motion is asked for every file (`procedures/identification/person_check.py`). Body data are left out of that: by
-themselves they refuse most wrong files before any motion (`storage/participant_file.py`), and the last lines say how many, and what
-motion says of the rest. Nothing was tuned on the seeds that are reported.
+themselves they refuse most wrong files before any motion (`storage/participant_file.py`), and the last lines say how
+many, and what motion says of the rest. Nothing was tuned on the seeds that are reported.
 """
 
 import argparse
@@ -19,7 +19,7 @@ import numpy as np
 from donning import silent
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import ExogravError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Sample
@@ -34,7 +34,7 @@ from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.person_check import JUDGED_S, PersonCheck
 from exograv.rig.twin import Twin, day_seed
 from exograv.storage.participant_file import other_body
-from exograv.storage.participant_schema import Person
+from exograv.storage.participant_schema import StoredPerson
 
 FIRST_S, SECOND_S = 61.0, JUDGED_S[-1] + 2.0
 KEPT_EVERY_S = 0.004
@@ -65,7 +65,7 @@ def record(rig: str, level: int, seed: int) -> dict[str, Any]:
 
     found, _ = day(0, FIRST_S, None)
     assembly = first.assembly()
-    layout, covariance = Layout.of(assembly), found.covariance
+    layout, covariance = ParameterLayout.of(assembly), found.covariance
     assert covariance is not None, "the recursive method states one"
     kept = kept_part(layout)
     whole: dict[str, Any] = {"mean": found.x[kept], "covariance": covariance[kept, kept]}
@@ -73,7 +73,7 @@ def record(rig: str, level: int, seed: int) -> dict[str, Any]:
     return whole | {"seed": seed, "machine": machine, "samples": samples, "rig": rig, "level": level}
 
 
-def today(whole: dict[str, Any], layout: Layout, table: Belief) -> Belief:
+def today(whole: dict[str, Any], layout: ParameterLayout, table: Belief) -> Belief:
     """A file, a day later."""
     return carried_over(layout, (whole["mean"], whole["covariance"]), table, 1.0)
 
@@ -82,7 +82,7 @@ def asked(person: dict[str, Any], files: list[dict[str, Any]]) -> list[PersonChe
     """One person's second day, asked for each file."""
     machine: CalibratedMachine = person["machine"]
     assembly = draw_laboratory(person["rig"], None, person["level"], person["seed"], donning=1).assembly()
-    model, table, layout = ArmModel(assembly, machine), prior(assembly, machine), Layout.of(assembly)
+    model, table, layout = ArmModel(assembly, machine), prior(assembly, machine), ParameterLayout.of(assembly)
     checks = [PersonCheck(model.again(), machine, today(file, layout, table), table) for file in files]
     for check in checks:
         for sample in person["samples"]:
@@ -97,7 +97,7 @@ def is_alike(person: dict[str, Any], file: dict[str, Any]) -> bool:
         draw_laboratory(one["rig"], None, one["level"], one["seed"], donning=day).body
         for one, day in ((file, 0), (person, 1))
     )
-    return other_body(Person.of("P-0", stored), told) is None
+    return other_body(StoredPerson.of("P-0", stored), told) is None
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ import pinocchio  # pyright: ignore[reportMissingImports] - found through a path
 import pytest
 
 from exograv.dynamics.loop_torque import GRAVITY
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.dynamics.rnea import rnea
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.prior import prior
@@ -44,14 +44,14 @@ def worn(either_assembly: Assembly) -> tuple[Assembly, np.ndarray]:
     machine = nominal_machine(either_assembly.description, either_assembly.exo.phi)
     x, _ = prior(either_assembly, machine)
     x = x.copy()
-    x[Layout.of(either_assembly).fit] = [WORN_FIT.get(name, 0.0) for name in FIT]
+    x[ParameterLayout.of(either_assembly).fit] = [WORN_FIT.get(name, 0.0) for name in FIT]
     return either_assembly, x
 
 
 @pytest.fixture(scope="module")
 def person(worn: tuple[Assembly, np.ndarray]) -> Personal:
     assembly, x = worn
-    layout = Layout.of(assembly)
+    layout = ParameterLayout.of(assembly)
     return personal(assembly, assembly.exo.phi, x[layout.phi], x[layout.fit])
 
 
@@ -88,7 +88,7 @@ def loaded(worn: tuple[Assembly, np.ndarray], person: Personal, rotor: float = 0
     assembly, x = worn
     shifts = {assembly.arm.tree.joints[limb.shift].name: 0.0 for limb in assembly.arm.limbs}
     description = assembly.description
-    z, fit = ca.SX(ca.DM(description.arm_donning_posture)), ca.SX(ca.DM(x[Layout.of(assembly).fit]))
+    z, fit = ca.SX(ca.DM(description.arm_donning_posture)), ca.SX(ca.DM(x[ParameterLayout.of(assembly).fit]))
     arm = np.array(ca.evalf(arm_positions(assembly.arm, z, fit))).ravel()
     positions = dict(zip(description.joints, description.donning_posture.tolist(), strict=True))
     positions |= dict(zip(assembly.arm.tree.joint_names, arm.tolist(), strict=True))

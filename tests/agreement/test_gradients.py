@@ -15,7 +15,7 @@ STEP = 1e-4  # of each parameter's own unit
 TOLERANCE = 2e-6  # N·m per unit: fourth-order differences of torques of 30 N·m, whose closure is exact to 1e-10
 STIFFER = 1e5  # times the cuffs of rig.toml: the arm hardly sags, and only the sag bends the line
 SAG_Nm = 1e-3  # what it still does to torques of 30 N·m: about (10 N·m)² over 50 N·m/rad · STIFFER
-LAYOUT = parameters.Layout(segments=2, freedoms=4, arms=1, joints=4)
+LAYOUT = parameters.ParameterLayout(segments=2, freedoms=4, arms=1, joints=4)
 
 
 @pytest.fixture(scope="module")

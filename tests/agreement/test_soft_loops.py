@@ -165,7 +165,7 @@ def left_over_of_truth(seed: int) -> np.ndarray:
     tick = Tick(assembly, exact_machine(description, machine.drives.gain, assembly.exo.phi))
     truth = parameter_truth(wearer)
     x = np.array([truth.get(name, 0.0) for name, _ in parameters.names_and_units(assembly)])
-    x[parameters.Layout.of(assembly).fit][FIT.index("upper_arm_lengthening")] = (
+    x[parameters.ParameterLayout.of(assembly).fit][FIT.index("upper_arm_lengthening")] = (
         wearer.arms[0].skeleton.lengths["upper_arm"] - wearer.lengths_given["upper_arm"]
     )
     still = np.zeros(4)

@@ -7,7 +7,7 @@ from playwright.sync_api import TimeoutError as PlaywrightTimeout
 from tests.console.serving import Served
 
 from exograv.console.keys import Role
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol
 from exograv.task.screen import ScreenCalibration
 
@@ -15,7 +15,7 @@ TABLET = {"width": 1280, "height": 800}
 RETURN_S = 0.35
 
 
-def quick_plan(screen: ScreenCalibration | None = None) -> Plan:
+def quick_plan(screen: ScreenCalibration | None = None) -> TaskPlan:
     """Two windows of 8 s, the first after 2.5 s; the arrow changes within a second."""
     loaded = load_protocol("training")
     settings = loaded.settings
@@ -33,7 +33,7 @@ def quick_plan(screen: ScreenCalibration | None = None) -> Plan:
             "pointing": settings.pointing.model_copy(update={"return_after_s": RETURN_S}),
         }
     )
-    return Plan(replace(loaded, settings=settings), settings.exo, screen)
+    return TaskPlan(replace(loaded, settings=settings), settings.exo, screen)
 
 
 class Visitor:

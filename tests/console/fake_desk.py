@@ -13,10 +13,10 @@ from exograv.experiment.steered.view_models import (
     Lateness,
     LearnedParameter,
     Learning,
-    Recorded,
+    PlotTrace,
+    RecordingStatus,
     Shown,
-    Skeleton,
-    Trace,
+    SkeletonLines,
 )
 from exograv.model.rig_settings import Side
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
@@ -87,12 +87,12 @@ class FakeDesk:
             lateness=None if mode is Mode.OFF else Lateness(p50_us=38.0, p99_us=131.0, max_us=412.0),
             recorded=None
             if mode is Mode.OFF
-            else Recorded(path="out/live.mcap", samples=int(1e3 * (t - self.began)), lost=0, is_ok=True, why=""),
+            else RecordingStatus(path="out/live.mcap", samples=int(1e3 * (t - self.began)), lost=0, is_ok=True, why=""),
             learning=self._learning(t),
             alarms=tuple(alarm for alarm in self.alarms if alarm.acknowledged_by is None or not alarm.is_over),
         )
 
-    def trace(self, since: int) -> Trace:
+    def trace(self, since: int) -> PlotTrace:
         newest = int((self.now() - self.began) * RATE_Hz)
         first = max(since, newest - 500, 0)
         times = [self.began + number / RATE_Hz for number in range(first, newest)]
@@ -100,7 +100,7 @@ class FakeDesk:
         desired = tuple(tuple(4.0 * value for value in row) for row in q)
         commanded = tuple(tuple(3.8 * value for value in row) for row in q)
         measured = tuple(tuple(3.8 * v + 0.1 * math.sin(40 * t) for v in row) for t, row in zip(times, q, strict=True))
-        return Trace(
+        return PlotTrace(
             first=first,
             next=max(newest, first),
             t=tuple(times),
@@ -110,14 +110,14 @@ class FakeDesk:
             tau_measured_Nm=measured,
         )
 
-    def skeleton(self) -> Skeleton:
+    def skeleton(self) -> SkeletonLines:
         q = self._q(self.now())
         shoulder = (0.0, -0.2, 0.4)
         up = (0.28 * math.sin(q[2]), -0.2 - 0.05 * math.cos(q[0]), 0.4 - 0.28 * math.cos(q[2]))
         hand = (up[0] + 0.3 * math.sin(q[2] + q[3]), up[1], up[2] - 0.3 * math.cos(q[2] + q[3]))
         beside = tuple((x, y - 0.06, z) for x, y, z in (shoulder, up, hand))
         base = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.5), (0.0, -0.26, 0.4))
-        return Skeleton(exo=(base, beside), arm=((shoulder, up, hand),))
+        return SkeletonLines(exo=(base, beside), arm=((shoulder, up, hand),))
 
     def act(self, act: Act, by: Who) -> Answer:
         if act.id in self.answers:

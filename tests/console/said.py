@@ -7,8 +7,8 @@ from collections.abc import Coroutine
 from typing import Any
 
 from exograv.console.handlers import hear
-from exograv.console.hub import Hub, Line
-from exograv.console.keys import Role, Session
+from exograv.console.hub import Hub, PageLine
+from exograv.console.keys import PageSession, Role
 
 from .of_clock import SetClock
 
@@ -16,9 +16,9 @@ _NUMBERS = itertools.count(1)
 PAGE = "page-of-a-test"
 
 
-def page(hub: Hub, role: Role, clock: SetClock | None = None) -> Line:
+def page(hub: Hub, role: Role, clock: SetClock | None = None) -> PageLine:
     """Somebody who is in, and whose clock is known; it shows a hundred seconds less than the desk's."""
-    line = hub.open(Session(role, next(_NUMBERS)), f"{PAGE}-{next(_NUMBERS)}")
+    line = hub.open(PageSession(role, next(_NUMBERS)), f"{PAGE}-{next(_NUMBERS)}")
     if clock is not None:
         told(hub, line, {"kind": "ping", "asked": clock.t - 100.0})
         told(hub, line, {"kind": "ping", "asked": clock.t - 100.0, "previous": pinged(clock)})
@@ -29,7 +29,7 @@ def pinged(clock: SetClock) -> dict[str, float]:
     return {"asked": clock.t - 100.0, "back": clock.t - 100.0}
 
 
-def told(hub: Hub, line: Line, *messages: dict[str, Any] | str) -> list[dict[str, Any]]:
+def told(hub: Hub, line: PageLine, *messages: dict[str, Any] | str) -> list[dict[str, Any]]:
     """Say something, and hear what comes back."""
 
     async def say() -> None:

@@ -16,18 +16,18 @@ from exograv.console.keys import Role
 from exograv.console.limits import Close
 from exograv.console.page_clocks import PageClocks
 from exograv.console.serve import Address, bound, settings_of
-from exograv.console.trial import Trial
-from exograv.task.plan import Plan
+from exograv.console.trial import ProtocolTrial
+from exograv.task.plan import TaskPlan
 
 from .fake_desk import FakeDesk
 
 
 @contextmanager
-def hub_on(desk: FakeDesk, folder: Path, plan: Plan | None, origin: str = "http://127.0.0.1:8088") -> Iterator[Hub]:
+def hub_on(desk: FakeDesk, folder: Path, plan: TaskPlan | None, origin: str = "http://127.0.0.1:8088") -> Iterator[Hub]:
     """Everything but the server."""
     clocks = PageClocks()
     diary = Diary(folder / "console.jsonl", desk.write)
-    hub = Hub(desk, None if plan is None else Trial(plan, clocks, diary), clocks, diary, origin)
+    hub = Hub(desk, None if plan is None else ProtocolTrial(plan, clocks, diary), clocks, diary, origin)
     try:
         yield hub
     finally:
@@ -62,7 +62,7 @@ class Served:
 
 @contextmanager
 def served(
-    folder: Path, plan: Plan | None, desk: FakeDesk | None = None, address: Address | None = None
+    folder: Path, plan: TaskPlan | None, desk: FakeDesk | None = None, address: Address | None = None
 ) -> Iterator[Served]:
     """A server in a thread; ended at the end."""
     desk, address = desk or FakeDesk(), address or Address(port=0)

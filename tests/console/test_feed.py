@@ -20,7 +20,7 @@ from exograv.errors import ConfigError
 from exograv.experiment.aircraft import AircraftReceiver, Emulation, emulate
 from exograv.task.events import Start, Tick
 from exograv.task.flight_profile import FlightProfile, Network
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 
 from .fake_desk import FakeDesk
 from .of_clock import SetClock
@@ -32,14 +32,14 @@ FLIGHT = FlightProfile(parabolas=2, before_s=0.5, ramp_s=0.3, hyper_s=0.5, windo
 SILENT_S = 0.4
 
 
-def flight_plan() -> Plan:
+def flight_plan() -> TaskPlan:
     """Two windows of two seconds; silence is noticed soon."""
     plan = short_plan("flight", screen=None, windows=2)
     settings = plan.loaded.settings
     windows = settings.windows.model_copy(update={"duration_s": 2.0})
     aircraft = settings.aircraft.model_copy(update={"silent_s": SILENT_S})
     settings = settings.model_copy(update={"windows": windows, "aircraft": aircraft})
-    return Plan(type(plan.loaded)(settings, plan.loaded.path, plan.loaded.sha256), plan.exo)
+    return TaskPlan(type(plan.loaded)(settings, plan.loaded.path, plan.loaded.sha256), plan.exo)
 
 
 @pytest.fixture

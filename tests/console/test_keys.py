@@ -12,8 +12,8 @@ from exograv.console.keys import (
     TICKET_S,
     Entry,
     Keys,
+    PageSession,
     Role,
-    Session,
 )
 
 from .of_clock import SetClock
@@ -21,7 +21,7 @@ from .of_clock import SetClock
 HOME = "127.0.0.1"
 
 
-def entered(keys: Keys, role: Role = Role.OPERATOR) -> tuple[str, Session]:
+def entered(keys: Keys, role: Role = Role.OPERATOR) -> tuple[str, PageSession]:
     """Cookie and session of somebody who came in."""
     outcome = keys.enter(keys.token(role), HOME)
     assert not isinstance(outcome, Entry)

@@ -13,13 +13,13 @@ from tests.task.of_run import SCREEN, short_plan, touch
 from exograv.console.event_log import Diary
 from exograv.console.page_clocks import PageClocks
 from exograv.console.run_checkpoint import kept_run
-from exograv.console.trial import Trial
+from exograv.console.trial import ProtocolTrial
 from exograv.errors import ConfigError
 from exograv.task.events import Start, Stop, Tick
 
 from .of_process import Page, console, short_file
 
-Begun = Callable[..., Trial]
+Begun = Callable[..., ProtocolTrial]
 
 
 def kept(folder: Path, resumes: bool = False, session: int = 1, participant: str | None = "P-07"):
@@ -31,17 +31,17 @@ def trial() -> Iterator[Begun]:
     """Makes one as a console does; closed at the end."""
     with ExitStack() as stack:
 
-        def begun(folder: Path, number: int, resumes: bool = False) -> Trial:
+        def begun(folder: Path, number: int, resumes: bool = False) -> ProtocolTrial:
             diary = stack.enter_context(closing(Diary(folder / f"{number}.jsonl", lambda *_: None)))
             file = kept(folder, resumes)
             assert file is not None
             stack.callback(file.close)
-            return Trial(short_plan(screen=SCREEN), PageClocks(), diary, file)
+            return ProtocolTrial(short_plan(screen=SCREEN), PageClocks(), diary, file)
 
         yield begun
 
 
-def closed(trial: Trial) -> None:
+def closed(trial: ProtocolTrial) -> None:
     assert trial._kept is not None
     trial._kept.close()
 

@@ -13,8 +13,8 @@ from exograv.runtime.control_loop import steering
 from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
 
-IN_CONSOLE = ("handlers", "hub", "news", "trial", "feed", "line")
-IN_SESSION = ("reception", "desk", "live_flight", "keeping", "rehearsed")
+IN_CONSOLE = ("handlers", "hub", "broadcaster", "trial", "feed", "line")
+IN_SESSION = ("request_validation", "session_controller", "live_session", "participant_keeping", "rehearsal")
 """Modules that talk to pages."""
 
 

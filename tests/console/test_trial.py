@@ -7,7 +7,7 @@ import pytest
 
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
-from exograv.console.trial import Trial
+from exograv.console.trial import ProtocolTrial
 from exograv.safety.modes import Event
 
 from .fake_desk import FakeDesk
@@ -18,7 +18,7 @@ from .test_handlers import floating
 OPENS_S = 35.0
 
 
-def trial_of(house: Hub) -> Trial:
+def trial_of(house: Hub) -> ProtocolTrial:
     assert house.trial is not None
     return house.trial
 

@@ -32,7 +32,7 @@ def machine(assembly) -> CalibratedMachine:
 def wearer(assembly) -> np.ndarray:
     """Parameters of an arm with springs, off the machine's axes."""
     x = parameters.table_parameters(assembly.arm, np.full(4, 0.2), np.full(4, 2.0), np.full(4, 1.0))
-    layout = parameters.Layout.of(assembly)
+    layout = parameters.ParameterLayout.of(assembly)
     x[layout.stiffness], x[layout.spring_offset], x[layout.damping] = 1.5, 0.8, 0.4
     x[layout.fit] = [0.02, -0.015, 0.01, 0.02, 0.006, 0.2, -0.3]
     return x

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exograv.control.tick import Mode, Tick
-from exograv.dynamics.parameters import Layout
+from exograv.control.tick import ControlMode, Tick
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.arm import held_weight
 from exograv.signals import Reference
 
@@ -25,19 +25,19 @@ def held(assembly) -> np.ndarray:
 
 
 def at_rest(tick: Tick, x: np.ndarray, level: float, payload: np.ndarray | float = 0.0) -> np.ndarray:
-    tick.mode = Mode(gravity_level=level)
+    tick.mode = ControlMode(gravity_level=level)
     tick.payload[:] = payload
     return tick.at_rest(Q, x, Q)[0]
 
 
 def with_phi(assembly, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
     x = x.copy()
-    x[Layout.of(assembly).phi] = phi
+    x[ParameterLayout.of(assembly).phi] = phi
     return x
 
 
 def test_without_gravity_a_weight_beside_the_arm_is_as_good_as_one_in_it(assembly, tick, wearer, held):
-    in_it = with_phi(assembly, wearer, wearer[Layout.of(assembly).phi] + held)
+    in_it = with_phi(assembly, wearer, wearer[ParameterLayout.of(assembly).phi] + held)
     np.testing.assert_allclose(at_rest(tick, wearer, 0.0, held), at_rest(tick, in_it, 0.0), atol=PARITY)
 
 
@@ -53,12 +53,12 @@ def test_a_weight_taken_out_is_gone_to_the_last_bit(tick, wearer, held):
 
 
 def test_a_driven_arm_gets_what_moves_the_weight_too(assembly, tick, wearer, held):
-    in_it = with_phi(assembly, wearer, wearer[Layout.of(assembly).phi] + held)
+    in_it = with_phi(assembly, wearer, wearer[ParameterLayout.of(assembly).phi] + held)
     v, a = np.full(4, 0.4), np.full(4, 1.5)
     asked = []
     for x, payload in ((wearer, held), (in_it, 0.0 * held)):
         at_rest(tick, x, 0.0, payload)
-        tick.mode = Mode(drive=1.0)
+        tick.mode = ControlMode(drive=1.0)
         for _ in range(10):
             tick.step(Q, v, Reference(Q, v, a), x)
         asked.append(tick.tau_desired.copy())

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.control.tick import Mode, Tick
+from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics import parameters
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.friction import Friction
@@ -33,7 +33,7 @@ def two_arms() -> tuple[Tick, np.ndarray]:
     gain = ActuatorGain(assembly.description.nominal_gain, none)
     machine = CalibratedMachine(gain, friction, known, assembly.exo.phi, GRAVITY, 0.2 * one, none, none)
     x = parameters.table_parameters(assembly.arm, 0.2 * one, 2.0 * one, one)
-    layout = parameters.Layout.of(assembly)
+    layout = parameters.ParameterLayout.of(assembly)
     x[layout.stiffness], x[layout.spring_offset], x[layout.damping] = 1.5, 0.8, 0.4
     return Tick(assembly, machine), x
 
@@ -41,7 +41,7 @@ def two_arms() -> tuple[Tick, np.ndarray]:
 def torque(two_arms: tuple[Tick, np.ndarray], drive: float, led: list[float]) -> np.ndarray:
     """Desired torque after some ticks on the way, beside a reference that is elsewhere."""
     tick, x = two_arms[0].again(), two_arms[1]
-    tick.mode, tick.led[:] = Mode(drive), led
+    tick.mode, tick.led[:] = ControlMode(drive), led
     for k in range(WAYS):
         tick.step(Q + k * 1e-3 * V, V, Reference(Q + 0.2, 0.5 * V, 2.0 * V), x)
     return tick.tau_desired.copy()

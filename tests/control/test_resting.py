@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.control.resting import RestingTorque
-from exograv.control.tick import Mode, Tick
+from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics import parameters
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
@@ -16,7 +16,7 @@ from exograv.procedures.identification.estimator_session import table_guess
 PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
 POSTURES = 31
 FAR = 1.0  # rad: arm and machine differ by 0.8 at most in a true rest
-LAYOUT = parameters.Layout(segments=2, freedoms=4, arms=1, joints=4)
+LAYOUT = parameters.ParameterLayout(segments=2, freedoms=4, arms=1, joints=4)
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +29,8 @@ def postures(assembly) -> np.ndarray:
     return sample_postures(assembly.description, 32)[:POSTURES]
 
 
-@pytest.mark.parametrize("mode", [Mode(), Mode(gravity_level=0.378), Mode(arm_share=0.0)])
-def test_it_asks_for_what_the_tick_asks_for(resting, postures, assembly, machine, wearer, mode: Mode):
+@pytest.mark.parametrize("mode", [ControlMode(), ControlMode(gravity_level=0.378), ControlMode(arm_share=0.0)])
+def test_it_asks_for_what_the_tick_asks_for(resting, postures, assembly, machine, wearer, mode: ControlMode):
     z_start = resting.cold_start(postures, wearer)
     got = resting(postures, np.tile(wearer, (POSTURES, 1)), z_start, mode)
     tick = Tick(assembly, machine)
@@ -94,11 +94,11 @@ def test_an_arm_of_seven_freedoms_is_found_from_where_one_lies_whose_shoulder_is
     resting, x = RestingTorque(assembly, machine), table_guess(assembly, machine)
     q = sample_postures(description, 32)
     elsewhere = x.copy()
-    elsewhere[parameters.Layout.of(assembly).fit][:4] = -0.016, -0.013, -0.006, 0.014
+    elsewhere[parameters.ParameterLayout.of(assembly).fit][:4] = -0.016, -0.013, -0.006, 0.014
     before, arms = np.tile(elsewhere, (len(q), 1)), np.tile(x, (len(q), 1))
     there = resting(q, before, resting.cold_start(q, elsewhere))
     led, from_cold = resting(q, arms, there.z, x_start=before), resting(q, arms, resting.cold_start(q, x))
     assert there.is_closed.all()
-    assert resting._settled(q, arms, there.z, Mode()).is_closed.mean() < 0.8
+    assert resting._settled(q, arms, there.z, ControlMode()).is_closed.mean() < 0.8
     assert led.is_closed.all()
     np.testing.assert_allclose(led.tau_desired, from_cold.tau_desired, atol=PARITY)

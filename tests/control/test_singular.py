@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.control.tick import Mode, Tick
+from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics import parameters
 from exograv.model.loops import NEAR_SINGULAR, SINGULAR
 from exograv.signals import Reference
@@ -37,9 +37,9 @@ def path_through(generator: np.random.Generator) -> np.ndarray:
 def test_no_torque_jumps_on_a_random_path_through_a_singular_posture(tick: Tick, wearer, seed: int, drive: float):
     generator = np.random.default_rng(seed)
     path, x = path_through(generator), wearer.copy()
-    x[parameters.Layout.of(tick.assembly).fit][:3] = generator.uniform(-0.03, 0.03, 3) * (seed > 0)
+    x[parameters.ParameterLayout.of(tick.assembly).fit][:3] = generator.uniform(-0.03, 0.03, 3) * (seed > 0)
     flown = tick.again()
-    flown.mode = Mode(drive=drive)
+    flown.mode = ControlMode(drive=drive)
     v = np.asarray(np.gradient(path, DT, axis=0))
     still, torques, clearances = np.zeros(4), [], []
     for q, v_now in zip(path, v, strict=True):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exograv.control.returned_friction import SHARE, TRAVEL
-from exograv.control.tick import Mode, Tick
+from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics import parameters
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Sample
@@ -16,7 +16,7 @@ PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
 Q = np.array([0.8, 0.3, -0.2, 1.3])
 STILL = np.zeros(4)
 DT = 1e-3
-LAYOUT = parameters.Layout(segments=2, freedoms=4, arms=1, joints=4)
+LAYOUT = parameters.ParameterLayout(segments=2, freedoms=4, arms=1, joints=4)
 SETTLED_Nm = 1e-4  # one tick after the drive has ended; friction would be 1.5
 SETTLING = 12  # ticks; the sag under the arm's weight settles by a factor of ten a tick
 SAG_Nm = 0.1  # the arm hangs up to 2° deeper in its cuffs under 1.8 times its weight, which changes its levers
@@ -29,7 +29,7 @@ def tick(assembly, machine) -> Tick:
     return Tick(assembly, machine)
 
 
-def at_rest(tick: Tick, x: np.ndarray, mode: Mode, q: np.ndarray = Q, v: np.ndarray = STILL) -> np.ndarray:
+def at_rest(tick: Tick, x: np.ndarray, mode: ControlMode, q: np.ndarray = Q, v: np.ndarray = STILL) -> np.ndarray:
     """Desired torque after the loops have closed."""
     tick.mode = mode
     tick.close(q, x)
@@ -45,8 +45,8 @@ def changed(x: np.ndarray, block: slice, value: float) -> np.ndarray:
 
 
 def test_level_one_leaves_the_arm_its_own_weight(tick, wearer):
-    weightless, earth = (at_rest(tick, wearer, Mode(gravity_level=level)) for level in (0.0, 1.0))
-    without_arm = at_rest(tick, changed(wearer, LAYOUT.phi, 0.0), Mode())
+    weightless, earth = (at_rest(tick, wearer, ControlMode(gravity_level=level)) for level in (0.0, 1.0))
+    without_arm = at_rest(tick, changed(wearer, LAYOUT.phi, 0.0), ControlMode())
     # On Earth the motors carry what they carry for an arm without mass: the machine and the strained cuffs.
     np.testing.assert_allclose(earth, without_arm, atol=PARITY)
     assert np.abs(weightless - earth).max() > 2.0
@@ -54,14 +54,14 @@ def test_level_one_leaves_the_arm_its_own_weight(tick, wearer):
 
 @pytest.mark.parametrize("level", [0.165, 0.378, 1.0, 1.8])
 def test_torque_is_linear_in_the_gravity_level(tick, wearer, level: float):
-    weightless, earth, felt = (at_rest(tick, wearer, Mode(gravity_level=g)) for g in (0.0, 1.0, level))
+    weightless, earth, felt = (at_rest(tick, wearer, ControlMode(gravity_level=g)) for g in (0.0, 1.0, level))
     np.testing.assert_allclose(felt, weightless + level * (earth - weightless), atol=SAG_Nm)
 
 
 def test_the_strain_is_the_same_at_every_gravity_level(tick, wearer):
     massless, aligned = changed(wearer, LAYOUT.phi, 0.0), changed(wearer, LAYOUT.phi, 0.0)
     aligned[LAYOUT.fit] = 0.0
-    modes = [Mode(gravity_level=level) for level in (0.0, 1.0, 1.8)]
+    modes = [ControlMode(gravity_level=level) for level in (0.0, 1.0, 1.8)]
     strains = [at_rest(tick, massless, mode) - at_rest(tick, aligned, mode) for mode in modes]
     assert np.abs(strains[0]).max() > 0.02
     for strain in strains[1:]:
@@ -73,30 +73,30 @@ def test_the_strain_is_the_same_at_every_gravity_level(tick, wearer):
 def test_the_elasticity_of_the_wearers_joints_is_never_compensated(tick, wearer, block: slice, level: float):
     v = np.array([0.5, -0.4, 0.3, 1.0])
     with_springs, without = (
-        at_rest(tick, x, Mode(gravity_level=level), v=v) for x in (wearer, changed(wearer, block, 0.0))
+        at_rest(tick, x, ControlMode(gravity_level=level), v=v) for x in (wearer, changed(wearer, block, 0.0))
     )
     np.testing.assert_array_equal(with_springs, without)
 
 
 def test_no_inertia_is_compensated_while_floating(tick, wearer):
-    light, heavy = (at_rest(tick, changed(wearer, LAYOUT.rotor, r), Mode()) for r in (0.0, 5.0))
+    light, heavy = (at_rest(tick, changed(wearer, LAYOUT.rotor, r), ControlMode()) for r in (0.0, 5.0))
     np.testing.assert_array_equal(light, heavy)
     tick.step(Q, STILL, Reference(Q + 0.3, STILL + 2.0, STILL + 9.0), wearer)
-    np.testing.assert_allclose(tick.tau_desired, at_rest(tick, wearer, Mode()), atol=PARITY)
+    np.testing.assert_allclose(tick.tau_desired, at_rest(tick, wearer, ControlMode()), atol=PARITY)
 
 
 def test_without_a_known_arm_the_machine_alone_is_carried(tick, assembly, wearer):
-    machine_alone = at_rest(tick, wearer, Mode(arm_share=0.0))
+    machine_alone = at_rest(tick, wearer, ControlMode(arm_share=0.0))
     massless = changed(changed(wearer, LAYOUT.phi, 0.0), LAYOUT.fit, 0.0)
-    np.testing.assert_allclose(machine_alone, at_rest(tick, massless, Mode()), atol=PARITY)
+    np.testing.assert_allclose(machine_alone, at_rest(tick, massless, ControlMode()), atol=PARITY)
 
 
 def test_the_arms_share_enters_linearly(tick, wearer):
-    none, half, all_of_it = (at_rest(tick, wearer, Mode(arm_share=share)) for share in (0.0, 0.5, 1.0))
+    none, half, all_of_it = (at_rest(tick, wearer, ControlMode(arm_share=share)) for share in (0.0, 0.5, 1.0))
     np.testing.assert_allclose(half, 0.5 * (none + all_of_it), atol=SAG_Nm)
 
 
-def moved(tick: Tick, x: np.ndarray, mode: Mode, ways: list[np.ndarray], v: np.ndarray = STILL) -> np.ndarray:
+def moved(tick: Tick, x: np.ndarray, mode: ControlMode, ways: list[np.ndarray], v: np.ndarray = STILL) -> np.ndarray:
     """Desired torque after small ways one after another, beside that of a machine that was always there."""
     q = Q.copy()
     at_rest(tick, x, mode)
@@ -108,9 +108,9 @@ def moved(tick: Tick, x: np.ndarray, mode: Mode, ways: list[np.ndarray], v: np.n
 
 
 def test_floating_returns_friction_along_the_way_and_none_before_the_first(tick, wearer):
-    assert np.abs(moved(tick, wearer, Mode(), [STILL] * SETTLING)).max() < PARITY
+    assert np.abs(moved(tick, wearer, ControlMode(), [STILL] * SETTLING)).max() < PARITY
     forward, backward = (
-        moved(tick, wearer, Mode(), [sign * np.full(4, TRAVEL / 2)] * SETTLING) for sign in (1.0, -1.0)
+        moved(tick, wearer, ControlMode(), [sign * np.full(4, TRAVEL / 2)] * SETTLING) for sign in (1.0, -1.0)
     )
     assert forward.min() > 0.6 * SHARE * 2.0
     assert backward.max() < -0.6 * SHARE * 2.0
@@ -118,28 +118,28 @@ def test_floating_returns_friction_along_the_way_and_none_before_the_first(tick,
 
 def test_floating_never_returns_more_than_the_share_of_friction(tick, machine, wearer):
     ways, v = [np.full(4, TRAVEL)] * SETTLING, np.full(4, 0.5)
-    returned = moved(tick, wearer, Mode(), ways, v)
-    carried = at_rest(tick, wearer, Mode())
+    returned = moved(tick, wearer, ControlMode(), ways, v)
+    carried = at_rest(tick, wearer, ControlMode())
     friction = machine.friction
     assert (returned < SHARE * (friction.coulomb + friction.asymmetry + 0.06 * np.abs(carried) + 1.0 * v)).all()
     assert SHARE <= 0.8
 
 
 def test_an_arm_that_is_let_go_after_a_drive_gets_no_friction_of_the_way_there(tick, wearer):
-    tick.mode = Mode(drive=1.0)
+    tick.mode = ControlMode(drive=1.0)
     tick.close(Q, wearer)
     q = Q.copy()
     for _ in range(SETTLING):
         q = q + TRAVEL
         tick.step(q, STILL, Reference(q, STILL, STILL), wearer)
     tick.step(q, STILL, Reference(q, STILL, STILL), wearer)
-    tick.mode = Mode()
+    tick.mode = ControlMode()
     let_go = tick.step(q, STILL, Reference(q, STILL, STILL), wearer).copy()
-    np.testing.assert_allclose(let_go, at_rest(tick, wearer, Mode(), q), atol=SETTLED_Nm)
+    np.testing.assert_allclose(let_go, at_rest(tick, wearer, ControlMode(), q), atol=SETTLED_Nm)
 
 
 def test_driving_adds_a_weak_pull_towards_the_reference(tick, assembly, wearer):
-    tick.mode = Mode(drive=1.0)
+    tick.mode = ControlMode(drive=1.0)
     tick.close(Q, wearer)
     ahead, reference = Reference(Q + 0.01, STILL, STILL), Reference(Q, STILL, STILL)
     for _ in range(SETTLING):
@@ -153,7 +153,7 @@ def test_driving_adds_a_weak_pull_towards_the_reference(tick, assembly, wearer):
 
 def test_feed_forward_is_the_torque_that_identification_expects(tick, assembly, machine, wearer):
     v, a = np.array([0.7, -0.5, 0.9, 1.1]), np.array([-1.0, 2.0, 0.5, -2.0])
-    tick.mode = Mode(drive=1.0)
+    tick.mode = ControlMode(drive=1.0)
     model = ArmModel(assembly, machine)
     tick.close(Q, wearer)
     for _ in range(SETTLING):
@@ -179,17 +179,17 @@ def test_the_loops_stay_closed_at_three_radians_per_second(tick, assembly, weare
 
 
 def test_a_jump_is_seen_in_the_slope_and_closing_from_cold_mends_it(tick, wearer):
-    at_rest(tick, wearer, Mode())
+    at_rest(tick, wearer, ControlMode())
     far = Q + 0.5
     tick.step(far, STILL, Reference(far, STILL, STILL), wearer)
     assert not tick.is_closed
-    at_rest(tick, wearer, Mode(), q=far)
+    at_rest(tick, wearer, ControlMode(), q=far)
     assert tick.is_closed
 
 
 @pytest.mark.parametrize("which", ["q", "v", "x"])
 def test_a_broken_signal_reaches_the_guard_as_no_number(tick, wearer, which: str):
-    at_rest(tick, wearer, Mode())
+    at_rest(tick, wearer, ControlMode())
     q, v, x = Q.copy(), STILL.copy(), wearer.copy()
     {"q": q, "v": v, "x": x}[which][2] = np.nan
     assert np.isnan(tick.step(q, v, Reference(q, STILL, STILL), x)).any()
@@ -197,12 +197,12 @@ def test_a_broken_signal_reaches_the_guard_as_no_number(tick, wearer, which: str
 
 
 def test_the_same_state_gives_the_same_torque_to_the_last_bit(assembly, machine, wearer):
-    one, other = (at_rest(Tick(assembly, machine), wearer, Mode()) for _ in range(2))
+    one, other = (at_rest(Tick(assembly, machine), wearer, ControlMode()) for _ in range(2))
     np.testing.assert_array_equal(one, other)
 
 
 def test_a_position_that_is_no_number_shows_in_the_slope(tick, wearer):
-    at_rest(tick, wearer, Mode())
+    at_rest(tick, wearer, ControlMode())
     assert tick.is_closed
     lost = Q.copy()
     lost[2] = np.nan
@@ -212,9 +212,9 @@ def test_a_position_that_is_no_number_shows_in_the_slope(tick, wearer):
 
 
 def test_another_tick_has_a_posture_and_a_mode_of_its_own(tick, wearer):
-    expected = at_rest(tick, wearer, Mode())
+    expected = at_rest(tick, wearer, ControlMode())
     other = tick.again()
-    at_rest(other, wearer, Mode(gravity_level=1.0), Q + 0.2)
+    at_rest(other, wearer, ControlMode(gravity_level=1.0), Q + 0.2)
     assert tick.mode.gravity_level == 0.0
     np.testing.assert_array_equal(tick.tau_desired, expected)
     tick.step(Q, STILL, Reference(Q, STILL, STILL), wearer)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.control.tick import HELD_COSINE, Mode, Tick
+from exograv.control.tick import HELD_COSINE, ControlMode, Tick
 from exograv.dynamics import parameters
 from exograv.model.loops import TWIST_COSINE_MIN
 from exograv.signals import Reference
@@ -28,7 +28,7 @@ def straightened(seconds: float = 0.7) -> np.ndarray:
 @pytest.fixture
 def restless(tick: Tick, wearer) -> np.ndarray:
     """As once identified of a wearer who did not relax: his muscles were taken for springs and soft cuffs."""
-    x, layout = wearer.copy(), parameters.Layout.of(tick.assembly)
+    x, layout = wearer.copy(), parameters.ParameterLayout.of(tick.assembly)
     x[layout.stiffness], x[layout.spring_offset] = [2.9, 2.55, 3.0, 1.2], [2.3, 1.9, -1.2, 2.0]
     x[layout.fit] = [-0.022, -0.019, -0.009, 0.021, -0.0065, 0.047, -0.57]
     return x
@@ -36,7 +36,7 @@ def restless(tick: Tick, wearer) -> np.ndarray:
 
 def flown(tick: Tick, x: np.ndarray) -> dict[str, np.ndarray]:
     path, driven = straightened(), tick.again()
-    driven.mode = Mode(drive=1.0)
+    driven.mode = ControlMode(drive=1.0)
     speeds, found = np.asarray(np.gradient(path, DT, axis=0)), dict[str, list[np.ndarray]]()
     for q, v in zip(path, speeds, strict=True):
         driven.step(q, v, Reference(q, v, STILL), x)

@@ -9,18 +9,18 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig, rig_names
 from exograv.model.support import assemble
 
-LAYOUT = parameters.Layout(segments=2, freedoms=4, arms=1, joints=4)
+LAYOUT = parameters.ParameterLayout(segments=2, freedoms=4, arms=1, joints=4)
 
 
 @pytest.mark.parametrize("rig", rig_names())
 def test_every_entry_has_one_name_and_every_name_one_entry(rig: str):
     some = assemble(load_rig(rig), Body(1.75, 75.0, "male"))
     names = [name for name, _ in parameters.names_and_units(some)]
-    assert len(names) == parameters.Layout.of(some).count == len(set(names))
+    assert len(names) == parameters.ParameterLayout.of(some).count == len(set(names))
 
 
 def test_the_blocks_stand_where_their_names_say(assembly):
-    assert parameters.Layout.of(assembly) == LAYOUT
+    assert parameters.ParameterLayout.of(assembly) == LAYOUT
     names = np.array([name for name, _ in parameters.names_and_units(assembly)])
     assert names[LAYOUT.phi][0] == "upper_arm.mass"
     assert names[LAYOUT.phi][10] == "forearm.mass"

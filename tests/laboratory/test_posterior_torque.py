@@ -10,7 +10,7 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate
 from exograv.identification.core.left_over import LeftOverPrediction
 from exograv.identification.core.prior import prior
-from exograv.laboratory.posterior_torque import Doubt, doubt
+from exograv.laboratory.posterior_torque import PosteriorTorque, posterior_torque
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
@@ -31,10 +31,10 @@ def laboratory():
     return assembly, machine, RestingTorque(assembly, machine), *prior(assembly, machine)
 
 
-def doubt_of(laboratory, share: float) -> Doubt:
+def doubt_of(laboratory, share: float) -> PosteriorTorque:
     """With this share of the prior's covariance."""
     assembly, _, resting, mean, covariance = laboratory
-    found = doubt(resting, assembly, Estimate(0.0, mean, share * covariance, 0.0, 1.0))
+    found = posterior_torque(resting, assembly, Estimate(0.0, mean, share * covariance, 0.0, 1.0))
     assert found is not None
     return found
 
@@ -81,4 +81,4 @@ def test_arms_that_are_not_closed_do_not_count(laboratory, monkeypatch: pytest.M
 
 def test_a_method_without_covariance_states_no_doubt(laboratory):
     assembly, _, resting, mean, _ = laboratory
-    assert doubt(resting, assembly, Estimate(0.0, mean, None, 0.0, 1.0)) is None
+    assert posterior_torque(resting, assembly, Estimate(0.0, mean, None, 0.0, 1.0)) is None

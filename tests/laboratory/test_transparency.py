@@ -15,7 +15,7 @@ from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.movements import pointing
 from exograv.laboratory.transparency import TransparencyOptions, movement_for
 from exograv.laboratory.transparency_summary import profile, rig_result
-from exograv.laboratory.transparency_trial import CONDITIONS, Trial, _effort
+from exograv.laboratory.transparency_trial import CONDITIONS, TransparencyTrial, _effort
 from exograv.model.description import load_rig
 from exograv.rig.twin.twin import PERIOD
 from exograv.signals import Reference
@@ -123,13 +123,13 @@ def test_only_the_two_that_need_a_yardstick_build_controllers_from_the_truth():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.ImportFrom) and node.module and node.module.endswith("ideal_from_truth")
     }
-    assert users == {"session/transparency_trial.py", "session/virtual_study/stage.py"}
+    assert users == {"laboratory/transparency_trial.py", "campaigns/virtual_study/stage.py"}
 
 
 def test_the_ideal_controller_leaves_nothing_over_but_what_its_model_has_not():
     from exograv.laboratory.truth_score import Examination
 
-    laboratory = Trial(load_rig("recupera_like"), 0, 1).laboratory()
+    laboratory = TransparencyTrial(load_rig("recupera_like"), 0, 1).laboratory()
     known = prepared_by_truth(laboratory, 0.0)
     score = Examination(laboratory, known.assembly, known.machine).score(known.x)
     assert score.total.max() < 0.02
@@ -138,7 +138,7 @@ def test_the_ideal_controller_leaves_nothing_over_but_what_its_model_has_not():
 @pytest.mark.slow
 def test_the_weight_of_the_arm_costs_more_than_the_machine_that_carries_it():
     rig = load_rig("recupera_like_qdd")
-    trial, movement = Trial(rig, 1, 1000), replace(pointing(4, PERIOD), repeats=1, practice=(6, 6))
+    trial, movement = TransparencyTrial(rig, 1, 1000), replace(pointing(4, PERIOD), repeats=1, practice=(6, 6))
     known = prepared_by_truth(trial.laboratory(), 0.0)
     zero_g, dam_ideal, gcm = (
         float(_effort(trial, name, known, movement, lambda _share: None).absolute.sum())

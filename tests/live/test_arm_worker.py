@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.prior import prior
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.live.arm_worker import BRIDGED_TICKS, ArmWorker, Learned
+from exograv.live.arm_worker import BRIDGED_TICKS, ArmWorker, LearnedArm
 from exograv.motion import Trajectory
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.identify import identification_motion
@@ -52,7 +52,7 @@ def test_a_worker_learns_on_over_samples_that_are_missing(prepared: ControllerKn
     worker, path = ArmWorker(prepared.assembly, prepared.machine, PERIOD_S), path_of(prepared)
     model = moved(worker, prepared, path, range(6000, 6000 + gap))
     x, learned = worker.finish()
-    assert isinstance(learned, Learned)
+    assert isinstance(learned, LearnedArm)
     at_rest = [np.abs(model.at_rest(q, x)[0] - model.at_rest(q, prepared.x)[0]).max() for q in path.q[::500]]
     assert max(at_rest) < 0.05
     # Where the gap is not bridged, it and the filter's transient after it are no motion.
@@ -67,7 +67,7 @@ def test_a_worker_begins_with_the_file_and_says_when_it_is_of_a_heavier_arm(
     prepared: ControllerKnowledge, times: float, is_other: bool
 ):
     mean = prepared.x.copy()
-    mean[Layout.of(prepared.assembly).phi] *= times
+    mean[ParameterLayout.of(prepared.assembly).phi] *= times
     belief = mean, KEPT * prior(prepared.assembly, prepared.machine)[1]
     worker = ArmWorker(prepared.assembly, prepared.machine, PERIOD_S, belief=belief)
     moved(worker, prepared, path_of(prepared))

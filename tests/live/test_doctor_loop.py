@@ -20,7 +20,7 @@ from exograv.procedures.self_test import loop_timing as doctor_loop
 from exograv.procedures.self_test.loop_timing import HALVES, measure, refuse_unusable
 from exograv.procedures.self_test.nominal_tick import MovingTick
 from exograv.runtime.clock.host import Host
-from exograv.runtime.clock.timing import PERIOD_NS, Outcome, Timing
+from exograv.runtime.clock.timing import PERIOD_NS, LoopOutcome, Timing
 
 HOST = Host("Linux 6.12", False, True, (), (0, 1), ("performance",), "tsc")
 VIRTUAL = Host("Linux 6.12", True, False, (), (0, 1), (), "tsc")
@@ -32,7 +32,7 @@ def punctual(work: Callable[[int], object], periods: int) -> Timing:
     """A loop that takes no time."""
     work(0)
     zeros = np.zeros(periods, dtype=np.int64)
-    return Timing(np.arange(periods), zeros, zeros + 40_000, periods, PERIOD_NS, Outcome.COMPLETE)
+    return Timing(np.arange(periods), zeros, zeros + 40_000, periods, PERIOD_NS, LoopOutcome.COMPLETE)
 
 
 def figures(host: Host = HOST, periods: int = 30_000) -> dict[str, Any]:

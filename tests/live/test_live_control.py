@@ -8,7 +8,15 @@ import pytest
 from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.live.live_control import OPERATOR, REST_BEFORE_RAMP_S, SKIPPED_TEXT, LiveControl, Plan, guarded_rig, notes
+from exograv.live.live_control import (
+    OPERATOR,
+    REST_BEFORE_RAMP_S,
+    SKIPPED_TEXT,
+    LiveControl,
+    LivePlan,
+    guarded_rig,
+    notes,
+)
 from exograv.loop.person_limits import person_limits
 from exograv.rig.twin import Twin
 from exograv.runtime.control_loop.exchange import answer_dtype, state_dtype
@@ -36,7 +44,7 @@ def flown(seconds: float, holds: bool = True, stop_at_s: float | None = None) ->
     laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
     prepared = prepared_by_truth(laboratory, 0.0)
     person = person_limits(prepared.assembly, prepared.machine, prepared.x)
-    plan = Plan(
+    plan = LivePlan(
         laboratory.description, laboratory.form, prepared, person, 0.0, held_machine(laboratory, SEED, prepared.t)
     )
     made, control, joints = guarded_rig(plan), LiveControl(prepared, 0.0), prepared.assembly.n

@@ -5,7 +5,7 @@ import pytest
 
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.live.live_identification import Lesson
+from exograv.live.live_identification import LiveIdentification
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.identify import TRAVEL, V_MOTION, identification_motion
@@ -27,7 +27,9 @@ class Told:
     def __init__(self, assembly: Assembly):
         self.rows: list[np.ndarray] = []
         self.newest: tuple[int, np.void] | None = None
-        self.lesson = Lesson(assembly, SECONDS, PERIOD_S, lambda row: self.rows.append(row.copy()), lambda: self.newest)
+        self.lesson = LiveIdentification(
+            assembly, SECONDS, PERIOD_S, lambda row: self.rows.append(row.copy()), lambda: self.newest
+        )
 
     def find(self, number: int, now: float, value: float) -> None:
         row = np.zeros(1, finding_dtype(1))
@@ -95,7 +97,9 @@ def test_who_is_known_is_led_past_every_posture_and_the_end_is_told_once_more(pr
     q = assembly.description.donning_posture
     end = identification_motion(assembly, SECONDS, PERIOD_S).q[-1]
     passes = all_passes(np.array([end + 0.1, end - 0.1]), SEED, end, PERIOD_S)
-    lesson = Lesson(assembly, SECONDS, PERIOD_S, lambda row: told.rows.append(row.copy()), lambda: None, passes)
+    lesson = LiveIdentification(
+        assembly, SECONDS, PERIOD_S, lambda row: told.rows.append(row.copy()), lambda: None, passes
+    )
     told.lesson = lesson
     assert lesson.words == 2
     moved(told, q)

@@ -21,7 +21,7 @@ from exograv.runtime.ros2.keys import topic_key
 from exograv.runtime.ros2.messages import FLOAT64, float64
 from exograv.safety.envelope import Envelope, Limits
 from exograv.safety.guard import Guard
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 from exograv.signals import Command, JointState, TorqueSource
 
@@ -70,7 +70,7 @@ def guarded() -> GuardedRig:
     nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
     table = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
     envelope = Envelope(Limits(np.array([30.0]), np.array([10.0])), PERIOD_S)
-    envelope.person = Person(PersonLimits(table, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
+    envelope.person = GuardedPerson(PersonLimits(table, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
     rig: Rig = StandingRig()
     return GuardedRig(rig, Guard.of_machine(envelope, PERIOD_S), np.ones(1), 1.0)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from exograv.identification.core.interface import Estimate, Outcome
-from exograv.live.arm_worker import Learned, Passed
+from exograv.live.arm_worker import LearnedArm, PassesResult
 from exograv.live.worker_supervisor import WorkerKeeper
 from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
 from exograv.safety.person import PersonLimits
@@ -16,8 +16,8 @@ from exograv.safety.plausible import Chain, PlausibleTable
 
 NOTHING, WIDE, FREE = np.zeros((1, 3)), np.full(1, 30.0), np.full(1, 3.0)
 PERSON = PersonLimits(PlausibleTable((Chain((0,), 1, NOTHING, NOTHING),), WIDE, WIDE, WIDE), WIDE, -FREE, FREE)
-LEARNED = Learned(1.0, Estimate(1.0, np.zeros(1), None, 0.0, 1.0), Outcome.TIME_IS_UP, "", None, None, PERSON)
-PASSED = Passed(2.0, (), 1.0, PERSON)
+LEARNED = LearnedArm(1.0, Estimate(1.0, np.zeros(1), None, 0.0, 1.0), Outcome.TIME_IS_UP, "", None, None, PERSON)
+PASSED = PassesResult(2.0, (), 1.0, PERSON)
 
 
 class Process:

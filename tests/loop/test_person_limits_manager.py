@@ -5,12 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.prior import prior
 from exograv.loop import plausible_table
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
-from exograv.loop.person_limits_manager import HEAVIEST_KG, V_MORE_RAD_S, Worn
+from exograv.loop.person_limits_manager import HEAVIEST_KG, V_MORE_RAD_S, PersonLimitsManager
 from exograv.model.anthropometry import Body
 from exograv.model.arm import held_weight
 from exograv.model.description import load_rig
@@ -32,10 +32,10 @@ class Dressed:
         machine = nominal_machine(description, self.assembly.exo.phi)
         self.mean, self.covariance = prior(self.assembly, machine)
         self.envelope = Envelope(limits(description), DT)
-        self.worn = Worn(self.envelope, self.assembly, machine, self.mean)
+        self.worn = PersonLimitsManager(self.envelope, self.assembly, machine, self.mean)
         self.controller = ArmController(self.assembly, machine, self.mean, DT)
         self.postures = sample_postures(description, 16)[1:8]
-        self.phi = Layout.of(self.assembly).phi
+        self.phi = ParameterLayout.of(self.assembly).phi
 
     def kept_back(self, x: np.ndarray, weight_kg: float = 0.0) -> np.ndarray:
         """The most that is kept back of what carries this arm and a weight in the hand, joint by joint [N·m]."""

@@ -9,7 +9,7 @@ import pytest
 
 from exograv import motion
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.loop.pilot import Moment, Pilot
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.recording import RecordingWriter, read_recording
 from exograv.safety.envelope import Envelope, Limits
 from exograv.safety.guard import SafeState
@@ -61,7 +61,7 @@ def test_a_measurement_that_is_not_believed_reaches_no_listener_and_moves_no_tor
     limits = Limits(np.array([30.0, 20.0]), np.array([10.0, 4.0]))
     gain = ActuatorGain(np.ones(2), np.full(2, 0.001))
 
-    def listen(moment: Moment) -> None:
+    def listen(moment: TickSample) -> None:
         heard.append(moment.state.sequence)
         assert np.isfinite(moment.state.q).all()
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exograv.control.resting import RestingTorque
-from exograv.control.tick import Mode
+from exograv.control.tick import ControlMode
 from exograv.errors import ModelError
 from exograv.identification.core.prior import prior
 from exograv.loop import plausible_table as room
@@ -53,7 +53,7 @@ def test_at_other_postures_it_is_off_by_no_more_than_it_says(worn, table, gravit
     lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
     q = np.random.default_rng(7).uniform(lower, upper, (300, assembly.n))
     start = resting.cold_start(q, x)
-    found = resting(q, np.tile(x, (len(q), 1)), start, Mode(gravity_level=gravity_level))
+    found = resting(q, np.tile(x, (len(q), 1)), start, ControlMode(gravity_level=gravity_level))
     usable = found.is_closed
     off = np.abs([table.torque(one, gravity_level) for one in q[usable]] - found.tau_desired[usable])
     assert usable.mean() > 0.5

@@ -9,7 +9,7 @@ import numpy as np
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.safety.guard import Guard, SafeState, Submitted
 from exograv.safety.ingress import Ingress
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 from exograv.signals import JointState, TorqueSource
 
@@ -209,7 +209,7 @@ def first_envelope(m: Machines, k: int) -> Envelope:
         angles = {"wall_rad": float(m.wall[k]), "trip_rad": float(m.trip[k])}
         angles |= {"v_trip_rad_s": float(m.own_trip[k]), "path_W": float(m.path[k])}
         tank = {"tank_start_J": float(m.tank_start[k]), "tank_max_J": float(m.tank_max[k])}
-        envelope.person = Person(PersonLimits(table, m.active[k], m.lower[k], m.upper[k], **angles, **tank))
+        envelope.person = GuardedPerson(PersonLimits(table, m.active[k], m.lower[k], m.upper[k], **angles, **tank))
     return envelope
 
 

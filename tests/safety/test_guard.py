@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.safety.guard import GRAVITY_LEVEL_S, IN_SECOND_MAX, IN_WINDOW_MAX_MS, Guard, Guarded, SafeState, Submitted
 from exograv.safety.ingress import FROZEN_MS, Ingress
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 from exograv.signals import JointState, TorqueSource
 
@@ -329,11 +329,13 @@ def test_encoders_of_a_calibrated_machine_are_doubted_and_those_of_one_that_nobo
     assert (bench.guard.envelope.stop is StopReason.ENCODER_JUMPED) == is_known
 
 
-def worn(level: float) -> tuple[Bench, Person]:
+def worn(level: float) -> tuple[Bench, GuardedPerson]:
     """A bench with somebody in it, of whom anything is plausible."""
     bench, nothing, wide = Bench(), np.zeros((2, 9)), np.full(2, 60.0)
     table = PlausibleTable((Chain((0, 1), 2, nothing, nothing),), wide, wide, wide)
-    person = bench.guard.envelope.person = Person(PersonLimits(table, wide, np.full(2, -3.0), np.full(2, 3.0)), level)
+    person = bench.guard.envelope.person = GuardedPerson(
+        PersonLimits(table, wide, np.full(2, -3.0), np.full(2, 3.0)), level
+    )
     return bench, person
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
 from exograv.safety.envelope import StopReason
-from exograv.safety.ingress import AGE_MAX_S, FROZEN_MS, JUMPS_MAX, Ingress, Seen
+from exograv.safety.ingress import AGE_MAX_S, FROZEN_MS, JUMPS_MAX, Ingress, IngressResult
 from exograv.signals import JointState, TorqueSource
 
 DT = 1e-3
@@ -25,7 +25,7 @@ def state(k: int, q: list[float], current: float = 1.0, source: TorqueSource = T
     return JointState(k * DT, k, np.array(q), *both, source)
 
 
-def seen(positions: list[list[float]], count: float = FINE) -> list[Seen]:
+def seen(positions: list[list[float]], count: float = FINE) -> list[IngressResult]:
     ingress = Ingress([count] * len(positions[0]), DT, V_TRIP)
     return [ingress.see(state(k, q), k * DT) for k, q in enumerate(positions)]
 
@@ -35,7 +35,7 @@ def test_what_a_machine_measures_in_good_order_is_all_believed(source: TorqueSou
     ingress = Ingress([FINE, FINE], DT, V_TRIP)
     for k in range(100):
         one = state(k, [0.004 * k, -0.001 * k], source=source)
-        assert ingress.see(one, k * DT + 0.002) == Seen(one)
+        assert ingress.see(one, k * DT + 0.002) == IngressResult(one)
 
 
 @given(st.lists(st.floats(-4.9, 4.9), min_size=60, max_size=60), st.sampled_from([FINE, COUNT, 8 * COUNT]))
@@ -57,19 +57,19 @@ def test_an_arm_at_rest_on_a_coarse_encoder_is_not_taken_for_a_dead_one():
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_a_number_that_is_none_is_not_used_and_its_joint_is_named(bad: float):
     ingress = Ingress([FINE, FINE], DT, V_TRIP)
-    assert ingress.see(state(0, [0.0, bad]), 0.0) == Seen(None, broken=frozenset({1}))
-    assert ingress.see(state(1, [0.0, 0.0], current=bad), DT) == Seen(None, broken=frozenset({0, 1}))
+    assert ingress.see(state(0, [0.0, bad]), 0.0) == IngressResult(None, broken=frozenset({1}))
+    assert ingress.see(state(1, [0.0, 0.0], current=bad), DT) == IngressResult(None, broken=frozenset({0, 1}))
     assert ingress.see(state(2, [0.0, 0.0]), 2 * DT).state is not None
 
 
 def test_one_spike_is_passed_over_and_three_in_a_row_are_a_fault_of_their_joint():
     ingress = Ingress([FINE, FINE], DT, V_TRIP)
     ingress.see(state(0, [0.0, 0.0]), 0.0)
-    assert ingress.see(state(1, [0.0, 0.5]), DT) == Seen(None)
+    assert ingress.see(state(1, [0.0, 0.5]), DT) == IngressResult(None)
     assert ingress.see(state(2, [0.0, 0.0]), 2 * DT).state is not None
     found = [ingress.see(state(k, [0.0, 0.5]), k * DT) for k in range(3, 3 + JUMPS_MAX)]
-    assert found[-2] == Seen(None)
-    assert found[-1] == Seen(None, ((StopReason.ENCODER_JUMPED, 1),))
+    assert found[-2] == IngressResult(None)
+    assert found[-1] == IngressResult(None, ((StopReason.ENCODER_JUMPED, 1),))
 
 
 def test_a_position_just_within_reach_is_no_jump_and_one_just_beyond_it_is():
@@ -91,16 +91,16 @@ def test_after_a_jump_a_joint_is_believed_again_as_far_as_the_fastest_may_have_c
 def test_after_lost_ticks_a_joint_may_be_farther_away():
     ingress = Ingress([FINE], DT, V_TRIP)
     ingress.see(state(0, [0.0]), 0.0)
-    assert ingress.see(None, DT) == Seen(None)
+    assert ingress.see(None, DT) == IngressResult(None)
     assert ingress.see(state(2, [1.9 * JUMP]), 2 * DT).state is not None
 
 
 def test_what_is_too_old_is_not_used_as_fresh():
     ingress = Ingress([FINE], DT, V_TRIP)
-    assert ingress.see(state(1, [0.0]), DT + 1.001 * AGE_MAX_S) == Seen(None)
+    assert ingress.see(state(1, [0.0]), DT + 1.001 * AGE_MAX_S) == IngressResult(None)
     assert ingress.see(state(2, [0.0]), 2 * DT + 0.999 * AGE_MAX_S).state is not None
     nameless = JointState(np.nan, 3, np.zeros(1), np.zeros(1), np.full(1, np.nan), TorqueSource.CURRENT)
-    assert ingress.see(nameless, 3 * DT) == Seen(None)
+    assert ingress.see(nameless, 3 * DT) == IngressResult(None)
 
 
 @given(st.permutations(range(12)), st.lists(st.integers(0, 11), max_size=5))
@@ -143,8 +143,8 @@ def test_a_time_to_come_is_not_used_and_excuses_no_jump(ahead: float):
     ingress = Ingress([FINE], DT, V_TRIP)
     ingress.see(state(0, [0.0]), 0.0)
     future = JointState(DT + ahead, 1, np.array([0.5]), np.zeros(1), np.full(1, np.nan), TorqueSource.CURRENT)
-    assert ingress.see(future, DT) == Seen(None)
-    assert ingress.see(state(2, [0.5]), 2 * DT) == Seen(None)
+    assert ingress.see(future, DT) == IngressResult(None)
+    assert ingress.see(state(2, [0.5]), 2 * DT) == IngressResult(None)
 
 
 @pytest.mark.parametrize("says_anything", [True, False])
@@ -155,7 +155,7 @@ def test_a_joint_that_is_believed_again_has_no_past(says_anything: bool):
     ingress.see(state(50, [0.9]) if says_anything else None, 50 * DT, {0})
     for k in range(51, 51 + 2 * FROZEN_MS):
         one = state(k, [1.0])
-        assert ingress.see(one, k * DT) == Seen(one)
+        assert ingress.see(one, k * DT) == IngressResult(one)
 
 
 BINARY = 2.0**-8

@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from exograv.errors import ConfigError
 from exograv.safety.envelope import V_CREDIBLE_RAD_S, Envelope, Limits, StopReason
-from exograv.safety.person import MARGIN_NM, SHARE_MAX, WALL_AHEAD_S, Person, PersonLimits
+from exograv.safety.person import MARGIN_NM, SHARE_MAX, WALL_AHEAD_S, GuardedPerson, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 
 DT = 1e-3
@@ -38,7 +38,7 @@ LIMITS = PersonLimits(TABLE, ACTIVE, np.full(2, -2.0), np.full(2, 2.0))
 
 def worn(gravity_level: float = 0.0, limits: PersonLimits = LIMITS, machine: Limits = MACHINE) -> Envelope:
     envelope = Envelope(machine, DT)
-    envelope.person = Person(limits, gravity_level)
+    envelope.person = GuardedPerson(limits, gravity_level)
     return envelope
 
 
@@ -67,7 +67,7 @@ levels = st.floats(0.0, 1.8)
 
 
 def test_a_person_of_whom_nothing_else_is_said_is_weightless_free_and_in_no_wall():
-    person = Person(LIMITS)
+    person = GuardedPerson(LIMITS)
     assert (person.gravity_level, person.is_driven, person.energy_J) == (0.0, False, LIMITS.tank_start_J)
     person.look([0.0, 0.0], [0.0, 0.0])
     assert not person.is_in_a_wall
@@ -86,7 +86,7 @@ WALLS = np.array([LIMITS.q_lower + LIMITS.wall_rad, LIMITS.q_upper - LIMITS.wall
 def test_whoever_is_before_a_stop_or_will_be_in_a_tenth_of_a_second_is_in_a_wall_and_nobody_else(
     q: np.ndarray, v: np.ndarray
 ):
-    person = Person(LIMITS)
+    person = GuardedPerson(LIMITS)
     person.look(q.tolist(), v.tolist())
     near = [(at < WALLS[0]) | (at > WALLS[1]) for at in (q, q + 0.1 * v)]
     assert person.is_in_a_wall == bool(np.any(near))
@@ -247,7 +247,7 @@ def test_a_speed_that_nobody_has_lifts_no_bound_and_empties_no_tank():
 
 def test_just_at_the_trip_a_joint_is_not_past_its_stop():
     limits = replace(LIMITS, trip_rad=0.25)
-    person = Person(limits)
+    person = GuardedPerson(limits)
     for q, is_past in (([2.25, -2.25], False), ([2.25 + 1e-9, 0.0], True), ([0.0, -2.25 - 1e-9], True)):
         person.look(q, [0.0, 0.0])
         assert person.is_past_a_stop == is_past
@@ -255,7 +255,7 @@ def test_just_at_the_trip_a_joint_is_not_past_its_stop():
 
 def test_limits_that_just_make_sense_are_taken():
     limits = replace(LIMITS, tank_start_J=1.0, tank_max_J=1.0, trip_rad=0.0)
-    assert Person(limits).energy_J == 1.0
+    assert GuardedPerson(limits).energy_J == 1.0
 
 
 @pytest.mark.parametrize(
@@ -350,11 +350,11 @@ def test_a_joint_that_is_thrown_at_a_stop_is_caught_before_the_trip_even_while_c
 
 
 def test_before_the_first_tick_a_person_is_bounded_as_at_zero_and_at_rest():
-    at_zero = Person(LIMITS)
+    at_zero = GuardedPerson(LIMITS)
     at_zero.look([0.0, 0.0], [0.0, 0.0])
-    assert Person(LIMITS).bounded([60.0, -60.0]) == at_zero.bounded([60.0, -60.0])
-    assert not Person(LIMITS).is_past_a_stop
-    assert not Person(LIMITS).is_driven
+    assert GuardedPerson(LIMITS).bounded([60.0, -60.0]) == at_zero.bounded([60.0, -60.0])
+    assert not GuardedPerson(LIMITS).is_past_a_stop
+    assert not GuardedPerson(LIMITS).is_driven
 
 
 def test_the_friction_of_a_joint_counts_up_to_the_greatest_credible_speed_and_not_beyond_it():

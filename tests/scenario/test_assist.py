@@ -8,7 +8,7 @@ import pytest
 from exograv.console.words import said_in
 from exograv.laboratory.assist.assist_command import assist_file, run_assist
 from exograv.laboratory.assist.options import AssistOptions
-from exograv.procedures.rehabilitation.assist.participant_record import Block, Session, read_assist
+from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession, read_assist
 from exograv.procedures.rehabilitation.assist.words import Words
 from exograv.recording import read_recording
 from exograv.safety.guard import GRAVITY_LEVEL_S
@@ -33,7 +33,7 @@ def quiet(_text: str, _share: float) -> None:
     pass
 
 
-def leave(_session: Session, _block: Block) -> None:
+def leave(_session: AssistSession, _block: AssistBlock) -> None:
     raise KeyboardInterrupt
 
 

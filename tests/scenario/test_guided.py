@@ -14,14 +14,14 @@ from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.motion import Trajectory
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.rehabilitation.guided.floating_arm import LOOK_S, Flown
-from exograv.procedures.rehabilitation.guided.grip import DROP_S, Led
+from exograv.procedures.rehabilitation.guided.floating_arm import LOOK_S, FloatingArm
+from exograv.procedures.rehabilitation.guided.grip import DROP_S, GripOutcome
 from exograv.procedures.rehabilitation.guided.mirror import mirror
 from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.path_guide import PathGuide
 from exograv.procedures.rehabilitation.guided.path_shaping import PERIOD_S, driven
-from exograv.procedures.rehabilitation.guided.pull import Strength
+from exograv.procedures.rehabilitation.guided.pull import PullStrength
 from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S, repeat
 from exograv.procedures.rehabilitation.guided.teach import teach
 from exograv.rig.twin import Twin
@@ -43,7 +43,7 @@ AT_ANY_TIME_S = [1.0, 3.5, 5.0, 7.0, 11.5]
 """The arm floats, control takes over, takes hold, leads it to the path, and along it."""
 
 Known = tuple[VirtualLaboratory, ControllerKnowledge]
-Path = tuple[Flown, Trajectory]
+Path = tuple[FloatingArm, Trajectory]
 
 
 def _known(rig: str) -> Known:
@@ -51,7 +51,7 @@ def _known(rig: str) -> Known:
     return laboratory, prepare(laboratory, SEED, lambda _text, _share: None)
 
 
-def _flown(known: Known) -> Flown[Twin]:
+def _flown(known: Known) -> FloatingArm[Twin]:
     return flown(*known, SEED, None, lambda _text, _share: None)
 
 
@@ -80,7 +80,7 @@ def led(one_arm: Known, path: Trajectory) -> Path:
     return _flown(one_arm), path
 
 
-def _feedback(arm: Flown[Twin], run: Callable[[], object], from_s: float = 0.0) -> np.ndarray:
+def _feedback(arm: FloatingArm[Twin], run: Callable[[], object], from_s: float = 0.0) -> np.ndarray:
     """Largest torque beyond the model's own that control asked for meanwhile, from a time on (joint,) [N·m]."""
     controller, most = arm.controller, np.zeros(len(arm.pilot.q))
     step = controller.step
@@ -96,13 +96,15 @@ def _feedback(arm: Flown[Twin], run: Callable[[], object], from_s: float = 0.0) 
     return most
 
 
-def _after(arm: Flown[Twin], seconds: float) -> Callable[[], bool]:
+def _after(arm: FloatingArm[Twin], seconds: float) -> Callable[[], bool]:
     """Whether so much time has passed: somebody asks to be let go."""
     until = arm.rig.t + seconds
     return lambda: arm.rig.t > until
 
 
-def _stopped_after(arm: Flown[Twin], seconds: float, act: Callable[[], object] = lambda: None) -> Callable[[], bool]:
+def _stopped_after(
+    arm: FloatingArm[Twin], seconds: float, act: Callable[[], object] = lambda: None
+) -> Callable[[], bool]:
     """Somebody acts, and somebody presses Stop."""
     is_over = _after(arm, seconds)
 
@@ -118,7 +120,7 @@ def _stopped_after(arm: Flown[Twin], seconds: float, act: Callable[[], object] =
 class Leaving:
     """A person who has other plans: from a time on the arm goes elsewhere, by its own muscles."""
 
-    def __init__(self, arm: Flown[Twin], after_s: float, way: float):
+    def __init__(self, arm: FloatingArm[Twin], after_s: float, way: float):
         self._twin, self._begins, self._way = arm.rig, _after(arm, after_s), way
         self._goes: Trajectory | None = None
         self._tick = 0
@@ -141,11 +143,11 @@ def test_a_led_path_is_repeated_where_it_was_led(led: Path):
     errors: list[np.ndarray] = []
 
     def watch(guide: PathGuide) -> None:
-        if guide.state is Led.LED:
+        if guide.state is GripOutcome.LED:
             errors.append(guide.target - arm.rig.truth.q)
 
     done = repeat(arm, path, 1.0, 2, watch=watch)
-    assert (done.repetitions, done.state) == (2, Led.ARRIVED)
+    assert (done.repetitions, done.state) == (2, GripOutcome.ARRIVED)
     assert np.rad2deg(np.sqrt(np.mean(np.square(errors), axis=0))).max() < REPEAT_RMS_DEG
     assert arm.pilot.envelope.stop is None
 
@@ -156,8 +158,8 @@ def test_who_holds_the_arm_feels_no_more_than_the_bound_and_floats_again(led: Pa
     holding = Holding(arm.rig, begins, np.inf)
     results = []
     most = _feedback(arm, lambda: results.append(repeat(arm, path, 1.0, 1, lambda: bool(holding.act()))))
-    assert results[0].state is Led.OVERRULED
-    assert (most <= Strength.of(arm.controller.assembly.description).bound + ROUNDING_NM).all()
+    assert results[0].state is GripOutcome.OVERRULED
+    assert (most <= PullStrength.of(arm.controller.assembly.description).bound + ROUNDING_NM).all()
     assert most.max() > 1.5
     assert arm.controller.mode.drive == 0.0
     assert arm.pilot.envelope.stop is None
@@ -177,7 +179,7 @@ def test_who_asks_at_any_time_is_let_go_within_the_ramp(led: Path, after_s: floa
     asks, until = _after(arm, after_s), arm.rig.t + after_s + DROP_S + 2.0 * LOOK_S
     results = []
     left = _feedback(arm, lambda: results.append(repeat(arm, path, 1.0, 1, asks)), until)
-    assert results[0].state is Led.RELEASED
+    assert results[0].state is GripOutcome.RELEASED
     assert left.max() < ROUNDING_NM
     assert arm.controller.mode.drive == 0.0
     assert arm.pilot.envelope.stop is None
@@ -197,24 +199,24 @@ def test_who_holds_before_the_path_has_begun_is_let_go_too(led: Path, after_s: f
     holding = Holding(arm.rig, arm.rig.t + after_s, np.inf)
     results = []
     most = _feedback(arm, lambda: results.append(repeat(arm, path, 1.0, 1, lambda: bool(holding.act()))))
-    assert results[0].state is Led.OVERRULED
-    assert (most <= Strength.of(arm.controller.assembly.description).bound + ROUNDING_NM).all()
+    assert results[0].state is GripOutcome.OVERRULED
+    assert (most <= PullStrength.of(arm.controller.assembly.description).bound + ROUNDING_NM).all()
 
 
 @pytest.mark.parametrize("way", [-0.6, 0.6])
 def test_who_goes_elsewhere_is_let_go(led: Path, way: float):
     arm, path = led
     done = repeat(arm, path, 1.0, 1, Leaving(arm, 6.0, way))
-    assert done.state is Led.OVERRULED
+    assert done.state is GripOutcome.OVERRULED
     assert arm.pilot.envelope.stop is None
 
 
 def test_a_pull_of_the_wrong_sign_ends_by_itself(led: Path, monkeypatch: pytest.MonkeyPatch):
     arm, path = led
-    right = Strength.torque
-    monkeypatch.setattr(Strength, "torque", lambda *asked: -right(*asked))
+    right = PullStrength.torque
+    monkeypatch.setattr(PullStrength, "torque", lambda *asked: -right(*asked))
     with contextlib.suppress(RigError):
-        assert repeat(arm, path, 1.0, 1).state is Led.OVERRULED
+        assert repeat(arm, path, 1.0, 1).state is GripOutcome.OVERRULED
     assert arm.controller.mode.drive == 0.0 or arm.pilot.envelope.stop is not None
 
 
@@ -237,7 +239,7 @@ def test_a_therapist_who_leads_outside_is_told_where(one_arm: Known):
         teach(arm, movement.seconds + 1.0, Therapist(arm.rig, movement).act)
 
 
-def _mirrored(two_arms: Known, holds: bool) -> tuple[Flown, Led, np.ndarray, np.ndarray]:
+def _mirrored(two_arms: Known, holds: bool) -> tuple[FloatingArm, GripOutcome, np.ndarray, np.ndarray]:
     """One arm leads; what came of it, errors in the mirror (tick, joint) [rad], and the most that was asked for."""
     arms, description = _flown(two_arms), two_arms[0].description
     twin = arms.rig
@@ -269,9 +271,9 @@ def _mirrored(two_arms: Known, holds: bool) -> tuple[Flown, Led, np.ndarray, np.
 
 def test_one_arm_follows_the_other_in_the_mirror(two_arms: Known):
     arms, state, errors, most = _mirrored(two_arms, holds=False)
-    assert state is Led.ENDED
+    assert state is GripOutcome.ENDED
     assert np.rad2deg(np.sqrt(np.mean(errors**2, axis=0))).max() < MIRROR_RMS_DEG
-    assert (most <= Strength.of(arms.controller.assembly.description).bound + ROUNDING_NM).all()
+    assert (most <= PullStrength.of(arms.controller.assembly.description).bound + ROUNDING_NM).all()
     assert arms.pilot.envelope.stop is None
 
 
@@ -281,7 +283,7 @@ def test_who_asks_in_the_mirror_is_let_go_within_the_ramp(two_arms: Known, after
     asks, until = _after(arms, after_s), arms.rig.t + after_s + DROP_S + 2.0 * LOOK_S
     states = []
     left = _feedback(arms, lambda: states.append(mirror(arms, "right", 5.0, asks).state), until)
-    assert states == [Led.RELEASED]
+    assert states == [GripOutcome.RELEASED]
     assert left.max() < ROUNDING_NM
     assert arms.controller.mode.drive == 0.0
 
@@ -295,7 +297,7 @@ def test_stop_in_the_mirror_lets_both_arms_down_softly(two_arms: Known):
 
 def test_who_holds_the_following_arm_is_let_go_and_never_pulled_hard(two_arms: Known):
     arms, state, _errors, most = _mirrored(two_arms, holds=True)
-    assert state in (Led.OVERRULED, Led.LOST)
-    assert (most <= Strength.of(arms.controller.assembly.description).bound + ROUNDING_NM).all()
+    assert state in (GripOutcome.OVERRULED, GripOutcome.LOST)
+    assert (most <= PullStrength.of(arms.controller.assembly.description).bound + ROUNDING_NM).all()
     assert arms.controller.mode.drive == 0.0
     assert arms.pilot.envelope.stop is None

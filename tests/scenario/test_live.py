@@ -15,7 +15,7 @@ from exograv.live.live_figures import stall_ms
 from exograv.live.live_flight import LiveOptions
 from exograv.live.live_processes import Running
 from exograv.recording import read_recording
-from exograv.runtime.clock.timing import Outcome, Timing
+from exograv.runtime.clock.timing import LoopOutcome, Timing
 from exograv.safety.envelope import StopReason
 
 SECONDS = 8.0
@@ -72,7 +72,9 @@ def test_when_the_recorder_is_killed_nothing_is_lost_and_the_arm_floats_on(tmp_p
 
 def timing(periods: list[int], command_us: list[float]) -> Timing:
     lateness = np.array([round(1e3 * us) for us in command_us])
-    return Timing(np.array(periods), lateness, np.zeros_like(lateness), periods[-1] + 1, 1_000_000, Outcome.COMPLETE)
+    return Timing(
+        np.array(periods), lateness, np.zeros_like(lateness), periods[-1] + 1, 1_000_000, LoopOutcome.COMPLETE
+    )
 
 
 def test_a_latch_is_put_down_to_the_longest_gap_just_before_it():

@@ -3,11 +3,11 @@
 import pytest
 
 from exograv import motion
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import RigError
 from exograv.identification.core.prior import prior
 from exograv.loop.mode_ramp import fade
-from exograv.loop.person_limits_manager import Worn
+from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.procedures.identification.identify import V_MOTION
 from exograv.safety.envelope import StopReason
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 def test_a_weight_typed_ten_times_too_high_stays_slow_and_comes_down(put_on, monkeypatch, is_known: bool):
     worn = put_on(2)
     pilot, controller, twin = worn.pilot, worn.controller, worn.twin
-    guarded = Worn(pilot.envelope, controller.assembly, worn.machine, worn.table)
+    guarded = PersonLimitsManager(pilot.envelope, controller.assembly, worn.machine, worn.table)
     guarded.expect(*prior(controller.assembly, worn.machine), V_MOTION)
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
     if is_known:
@@ -32,7 +32,7 @@ def test_a_weight_typed_ten_times_too_high_stays_slow_and_comes_down(put_on, mon
         controller.mode.drive = 1.0
         fade(pilot, controller, "drive", 0.0, pilot.q.copy())
     tenfold = worn.table.copy()
-    tenfold[Layout.of(controller.assembly).phi] *= 10.0
+    tenfold[ParameterLayout.of(controller.assembly).phi] *= 10.0
     controller.put_in_force(tenfold)
     hand, write = [], twin.write
 
@@ -50,7 +50,7 @@ def test_a_weight_typed_ten_times_too_high_stays_slow_and_comes_down(put_on, mon
 def test_the_guard_hears_of_the_gravity_level_that_is_faded_to(put_on):
     worn = put_on(0)
     pilot, controller = worn.pilot, worn.controller
-    Worn(pilot.envelope, controller.assembly, worn.machine, worn.table).know(worn.table)
+    PersonLimitsManager(pilot.envelope, controller.assembly, worn.machine, worn.table).know(worn.table)
     fade(pilot, controller, "gravity_level", 0.4, pilot.q.copy())
     assert pilot.envelope.person is not None
     assert pilot.envelope.person.gravity_level == controller.mode.gravity_level == 0.4

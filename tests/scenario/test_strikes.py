@@ -5,7 +5,7 @@ import pytest
 from exograv.campaigns.faults.persons import make_known, subject
 from exograv.campaigns.faults.process_faults import strike
 from exograv.campaigns.faults.strikes import KINDS
-from exograv.cli.machine.live_floating import Plan
+from exograv.cli.machine.live_floating import LivePlan
 from exograv.laboratory.cooperative_wearer import held_machine
 
 
@@ -13,7 +13,7 @@ from exograv.laboratory.cooperative_wearer import held_machine
 def test_no_strike_takes_an_acknowledged_sample_or_lets_a_torque_out_of_the_envelope(tmp_path):
     known = subject(make_known(7, 0, 2, tmp_path))
     found = strike(
-        Plan(
+        LivePlan(
             known.laboratory.description,
             known.laboratory.form,
             known.prepared,

@@ -10,9 +10,9 @@ from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
-from exograv.live.arm_worker import ArmWorker, Learned, Passed
-from exograv.live.live_control import LiveControl, Plan, guarded_rig
-from exograv.live.live_identification import Lesson, lesson_passes, unknown_person
+from exograv.live.arm_worker import ArmWorker, LearnedArm, PassesResult
+from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
+from exograv.live.live_identification import LiveIdentification, lesson_passes, unknown_person
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
@@ -21,7 +21,7 @@ from exograv.procedures.verification.verification import judged
 from exograv.runtime.control_loop.exchange import answer_dtype, finding_dtype, state_dtype
 from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
 from exograv.safety.modes import Mode
-from exograv.safety.person import Person
+from exograv.safety.person import GuardedPerson
 from exograv.signals import Command
 
 SEED, LEVEL = 1004, 1
@@ -36,7 +36,7 @@ class Course:
     """Guard, control and worker in one process, on the twin's clock."""
 
     modes: list[Mode] = field(default_factory=list)
-    words: list[Learned | Passed] = field(default_factory=list)
+    words: list[LearnedArm | PassesResult] = field(default_factory=list)
     driven: list[bool] = field(default_factory=list)
     stops: list[str] = field(default_factory=list)
 
@@ -53,7 +53,7 @@ def known_machine(laboratory: VirtualLaboratory) -> ControllerKnowledge:
 def flown(laboratory: VirtualLaboratory, prepared: ControllerKnowledge, asked: Verification) -> Course:
     assembly, machine, course = prepared.assembly, prepared.machine, Course()
     made = guarded_rig(
-        Plan(
+        LivePlan(
             laboratory.description,
             laboratory.form,
             prepared,
@@ -73,14 +73,14 @@ def flown(laboratory: VirtualLaboratory, prepared: ControllerKnowledge, asked: V
         if sample["is_last"]:
             x, word = worker.finish()
             course.words.append(word)
-            person = Person(word.person, 0.0)
+            person = GuardedPerson(word.person, 0.0)
             person.drive(word.is_led)
             guard.envelope.person, persons = person, persons + 1
         if x is not None:
             found, newest["now"], newest["x"] = found + 1, sample["now"], x
 
     passes = lesson_passes(assembly, MOTION_S, PERIOD_S, asked)
-    lesson = Lesson(assembly, MOTION_S, PERIOD_S, tell, lambda: (found, newest) if found else None, passes)
+    lesson = LiveIdentification(assembly, MOTION_S, PERIOD_S, tell, lambda: (found, newest) if found else None, passes)
     assert guard.envelope.person is not None
     guard.envelope.person.drive(True)
     control = LiveControl(prepared, 0.0, lesson=lesson, period_s=PERIOD_S)
@@ -113,8 +113,8 @@ def test_who_is_learned_is_led_past_every_posture_and_what_is_left_over_holds_th
     course = flown(laboratory, prepared, asked)
     assert not course.stops
     learned, passed = course.words
-    assert isinstance(learned, Learned)
-    assert isinstance(passed, Passed)
+    assert isinstance(learned, LearnedArm)
+    assert isinstance(passed, PassesResult)
     assert {one.posture for one in passed.heard} == set(range(POSTURES))
     assert course.modes[-1] is Mode.FLOATING
     assert not course.driven[-1]

@@ -12,7 +12,7 @@ from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import drives_of, written
 from exograv.procedures.bring_up.unpowered import wiring
 from exograv.rig.drives.settings import Drives, load_drives
-from exograv.storage.bring_up_sheet import Sheet, write_sheet
+from exograv.storage.bring_up_sheet import BringUpSheet, write_sheet
 from exograv.storage.sealed_file import read_sealed
 from exograv.storage.self_test_step import Step
 
@@ -25,7 +25,7 @@ def drives(tmp_path: Path) -> Drives:
     return load_drives(written(tmp_path, RIG), RIG)
 
 
-def sheet_of(tmp_path: Path, drives: Drives, *steps: Step) -> Sheet:
+def sheet_of(tmp_path: Path, drives: Drives, *steps: Step) -> BringUpSheet:
     return write_sheet(tmp_path / "sheet.toml", RIG, drives, list(steps), "ab", NOW, simulated=True)
 
 
@@ -39,10 +39,10 @@ def test_a_sheet_passes_only_where_every_step_was_tried_and_passed(tmp_path: Pat
 def test_a_changed_sheet_is_refused(tmp_path: Path, drives: Drives):
     sheet_of(tmp_path, drives, Step("nudge", False, 31.0, 30.0, "N·m"))
     path = tmp_path / "sheet.toml"
-    assert read_sealed(path, Sheet, "", "").steps[0].value == "31"
+    assert read_sealed(path, BringUpSheet, "", "").steps[0].value == "31"
     path.write_text(path.read_text(encoding="utf-8").replace("31", "29"), encoding="utf-8")
     with pytest.raises(ConfigError, match="sheet"):
-        read_sealed(path, Sheet, "Repeat it.", "Repeat it.")
+        read_sealed(path, BringUpSheet, "Repeat it.", "Repeat it.")
 
 
 def test_every_machine_with_motors_gets_simulated_drives_that_fit_it(tmp_path: Path):

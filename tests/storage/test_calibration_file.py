@@ -22,7 +22,7 @@ from exograv.storage.calibration_file import (
     take_calibration,
     write_calibration,
 )
-from exograv.storage.calibration_schema import DIGITS, Measured, StoredCalibration, stored
+from exograv.storage.calibration_schema import DIGITS, MeasurementConditions, StoredCalibration, stored
 
 NOW = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
 MACHINE = "serial 7"
@@ -49,7 +49,9 @@ def keep(rig: RigDescription, calibration: Calibration, tmp_path: Path) -> Calla
     """Writes the calibration as if it were measured some time ago."""
 
     def write(ago: timedelta = timedelta(), machine: str = MACHINE, **changes: object) -> Path:
-        measured = Measured(at_utc=NOW - ago, friction_at_utc=NOW - ago, running_s=300.0, lengths_m={"upper_arm": 0.3})
+        measured = MeasurementConditions(
+            at_utc=NOW - ago, friction_at_utc=NOW - ago, running_s=300.0, lengths_m={"upper_arm": 0.3}
+        )
         whole = stored(calibration, identity_of(rig, machine), measured, rig.joints)
         if changes:
             changed = whole.model_copy(update={"identity": whole.identity.model_copy(update=changes)})

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import ConfigError
 from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
@@ -25,7 +25,14 @@ from exograv.storage.participant_file import (
     refuse_other_body,
     write_participant,
 )
-from exograv.storage.participant_schema import DIGITS, Identified, Person, StoredParticipant, parameter_rows, prior_hash
+from exograv.storage.participant_schema import (
+    DIGITS,
+    Identified,
+    StoredParticipant,
+    StoredPerson,
+    parameter_rows,
+    prior_hash,
+)
 from exograv.storage.sealed_file import sealed
 
 NOW = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
@@ -68,7 +75,7 @@ def keep(assembly: Assembly, belief: tuple[np.ndarray, np.ndarray], tmp_path: Pa
         identity = identity_of(assembly.description, machine).model_copy(update={"side": side})
         whole = StoredParticipant(
             schema_version=1,
-            person=Person.of("P-07", BODY),
+            person=StoredPerson.of("P-07", BODY),
             machine=identity,
             identified=identified,
             parameters=parameter_rows(assembly, *belief),
@@ -91,7 +98,7 @@ def test_writing_what_was_read_changes_no_bit(keep: Callable[..., Path], tmp_pat
 def test_what_is_the_persons_comes_back_and_what_is_the_machines_is_not_in_it(
     keep: Callable[..., Path], assembly: Assembly, belief: tuple[np.ndarray, np.ndarray]
 ):
-    whole, kept = read_participant(keep()), slice(0, Layout.of(assembly).fit.stop)
+    whole, kept = read_participant(keep()), slice(0, ParameterLayout.of(assembly).fit.stop)
     np.testing.assert_allclose(whole.mean, belief[0][kept], rtol=10.0 ** (1 - DIGITS))
     np.testing.assert_allclose(whole.covariance, belief[1][kept, kept], rtol=10.0 ** (1 - DIGITS))
     text = keep().read_text()

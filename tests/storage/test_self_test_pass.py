@@ -13,14 +13,14 @@ from exograv.cli.machine.self_testing import keep
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError, RigError
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Moment, Pilot
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.model.description import load_rig
 from exograv.motion import hold
-from exograv.procedures.calibration.breakaway_test import Push
+from exograv.procedures.calibration.breakaway_test import BreakawayPush
 from exograv.rig import may_be_worn
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.signals import Command, JointState, TorqueSource
-from exograv.storage.self_test_pass import NOT_NEEDED, Key, unlock, withdraw_pass, write_pass
+from exograv.storage.self_test_pass import NOT_NEEDED, MachineKey, unlock, withdraw_pass, write_pass
 from exograv.storage.self_test_step import Step
 
 NOON = datetime(2026, 11, 22, 12, 0, tzinfo=UTC)
@@ -57,11 +57,11 @@ class Computed(Metal):
 
 
 @pytest.fixture
-def key(tmp_path: Path) -> Key:
-    return Key(tmp_path / "self_test.toml", load_rig("recupera_like"), "serial 7", SEAL, "laboratory")
+def key(tmp_path: Path) -> MachineKey:
+    return MachineKey(tmp_path / "self_test.toml", load_rig("recupera_like"), "serial 7", SEAL, "laboratory")
 
 
-def pilot(key: Key | None) -> Pilot:
+def pilot(key: MachineKey | None) -> Pilot:
     envelope = Envelope(Limits(np.array([10.0]), np.array([4.0]), descent_s=0.1), 0.001)
     return Pilot(Metal(), ActuatorGain(np.ones(1), np.zeros(1)), envelope, key=key)
 
@@ -75,13 +75,13 @@ def test_nobody_asks_for_a_self_test_of_a_twin():
     assert unlock(Computed(), None) == NOT_NEEDED
 
 
-def test_without_a_self_test_a_real_machine_is_locked(key: Key):
+def test_without_a_self_test_a_real_machine_is_locked(key: MachineKey):
     for missing in (None, key):
         with pytest.raises(RigError, match=r"locked: no self-test has passed here\. Run `exograv self-test`"):
             unlock(Metal(), missing)
 
 
-def test_a_self_test_of_today_unlocks_until_midnight(key: Key):
+def test_a_self_test_of_today_unlocks_until_midnight(key: MachineKey):
     write_pass(key, NOON)
     assert unlock(Metal(), key, NOON).startswith("passed at 2026-11-22T12:00:00")
     assert unlock(Metal(), key, NOON + timedelta(hours=11, minutes=59))
@@ -89,14 +89,14 @@ def test_a_self_test_of_today_unlocks_until_midnight(key: Key):
         unlock(Metal(), key, NOON + timedelta(hours=12))
 
 
-def test_the_day_is_that_of_the_clock_on_the_wall(key: Key):
+def test_the_day_is_that_of_the_clock_on_the_wall(key: MachineKey):
     write_pass(key, NOON)
     tokyo = NOON.astimezone(datetime.fromisoformat("2026-11-22T00:00:00+09:00").tzinfo)
     with pytest.raises(RigError, match="today is 2026-11-23"):
         unlock(Metal(), key, tokyo + timedelta(hours=4))
 
 
-OTHERS: dict[str, tuple[Callable[[Key], Key], type[Exception], str]] = {
+OTHERS: dict[str, tuple[Callable[[MachineKey], MachineKey], type[Exception], str]] = {
     "computer": (lambda key: replace(key, host="office"), RigError, "passed on the computer 'laboratory'"),
     "calibration": (lambda key: replace(key, calibration_sha256="b" * 64), RigError, "calibrated again after"),
     "serial number": (lambda key: replace(key, machine="serial 8"), ConfigError, "of another machine"),
@@ -106,20 +106,20 @@ OTHERS: dict[str, tuple[Callable[[Key], Key], type[Exception], str]] = {
 
 
 @pytest.mark.parametrize("what", OTHERS)
-def test_another_machine_or_calibration_stays_locked(key: Key, what: str):
+def test_another_machine_or_calibration_stays_locked(key: MachineKey, what: str):
     change, kind, sentence = OTHERS[what]
     write_pass(key, NOON)
     with pytest.raises(kind, match=sentence):
         unlock(Metal(), change(key), NOON)
 
 
-def test_a_self_test_of_tomorrow_s_clock_does_not_unlock(key: Key):
+def test_a_self_test_of_tomorrow_s_clock_does_not_unlock(key: MachineKey):
     write_pass(key, NOON)
     with pytest.raises(RigError, match="from the future"):
         unlock(Metal(), key, NOON - timedelta(minutes=1))
 
 
-def test_an_edited_file_does_not_unlock(key: Key):
+def test_an_edited_file_does_not_unlock(key: MachineKey):
     write_pass(key, NOON)
     text = key.file.read_text(encoding="utf-8")
     key.file.write_text(text.replace("2026-11-22", "2026-11-23"), encoding="utf-8")
@@ -127,7 +127,7 @@ def test_an_edited_file_does_not_unlock(key: Key):
         unlock(Metal(), key, NOON + timedelta(days=1))
 
 
-def test_a_fault_locks_until_the_next_self_test(key: Key):
+def test_a_fault_locks_until_the_next_self_test(key: MachineKey):
     write_pass(key, NOON)
     withdraw_pass(key.file, "A drive reports a fault.")
     with pytest.raises(RigError, match=r"a fault has stopped it \(A drive reports a fault\.\)"):
@@ -136,7 +136,7 @@ def test_a_fault_locks_until_the_next_self_test(key: Key):
     assert unlock(Metal(), key, NOON)
 
 
-def test_a_self_test_that_fails_withdraws_the_one_that_passed(key: Key):
+def test_a_self_test_that_fails_withdraws_the_one_that_passed(key: MachineKey):
     good, bad, slow = Step("clock", True), Step("Stop is heard", False), Step("ticks", False, locks_only=True)
     assert keep(key, [good], False, NOON).startswith("passed")
     assert unlock(Metal(), key, NOON)
@@ -147,7 +147,7 @@ def test_a_self_test_that_fails_withdraws_the_one_that_passed(key: Key):
             unlock(Metal(), key, NOON)
 
 
-def test_no_pilot_carries_an_arm_on_a_machine_that_is_locked(key: Key):
+def test_no_pilot_carries_an_arm_on_a_machine_that_is_locked(key: MachineKey):
     arm = ArmController.__new__(ArmController)  # refused before anything of it moves
     arm._tick = SimpleNamespace(tau_feedforward=np.zeros(1), closure_slope=0.0, clearance=1.0)  # pyright: ignore[reportAttributeAccessIssue]
     with pytest.raises(RigError, match="locked"):
@@ -155,18 +155,18 @@ def test_no_pilot_carries_an_arm_on_a_machine_that_is_locked(key: Key):
 
 
 def test_an_empty_machine_needs_no_key():
-    pilot(None).run(Push(np.zeros(1)), hold(np.zeros(1), 0.01, 0.001), "")
+    pilot(None).run(BreakawayPush(np.zeros(1)), hold(np.zeros(1), 0.01, 0.001), "")
 
 
-def test_a_stop_in_flight_locks_the_machine(key: Key):
+def test_a_stop_in_flight_locks_the_machine(key: MachineKey):
     write_pass(key, datetime.now().astimezone())
     flying = pilot(key)
     assert unlock(flying.rig, key)
 
-    def trip(_moment: Moment) -> None:
+    def trip(_moment: TickSample) -> None:
         flying.envelope.trip(StopReason.ENCODERS_PART)
 
     with pytest.raises(RigError, match="was stopped"):
-        flying.run(Push(np.zeros(1)), hold(np.zeros(1), 0.01, 0.001), "", trip)
+        flying.run(BreakawayPush(np.zeros(1)), hold(np.zeros(1), 0.01, 0.001), "", trip)
     with pytest.raises(RigError, match="a fault has stopped it"):
         unlock(flying.rig, key)

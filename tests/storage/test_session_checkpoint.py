@@ -10,7 +10,7 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.loop.replay_log import read_machine
 from exograv.model.description import load_rig
 from exograv.procedures.calibration.nominal_machine import nominal_machine
-from exograv.storage.session_checkpoint import KeptSession, Person, read_kept, refuse_kept, write_kept
+from exograv.storage.session_checkpoint import KeptSession, KnownPerson, read_kept, refuse_kept, write_kept
 
 OPTIONS = {"protocol": "training", "participant": "P-01", "seed": 1014, "windows": None}
 
@@ -33,7 +33,7 @@ def test_the_person_comes_back_to_the_last_bit(tmp_path: Path):
     machine = nominal_machine(description, np.linspace(0.1, 1.0, 40).reshape(4, 10) / 3.0)
     x, covariance = np.random.default_rng(1).standard_normal(7) / 3.0, np.eye(7) / 3.0
     path = tmp_path / "run.json"
-    write_kept(path, kept(person=Person.of(machine, x, covariance)))
+    write_kept(path, kept(person=KnownPerson.of(machine, x, covariance)))
     person = read_kept(path, OPTIONS).person
     assert person is not None
     np.testing.assert_array_equal(np.array(person.x), x)

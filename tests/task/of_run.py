@@ -4,16 +4,18 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from exograv.task.events import Event, Touch
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol
 from exograv.task.records import Record, TouchJudged
-from exograv.task.run import Run
+from exograv.task.run import TaskRun
 from exograv.task.screen import ScreenCalibration
 
 SCREEN = ScreenCalibration(pitch_x_mm=0.3, pitch_y_mm=0.3, method="card", anisotropy=0.0, relative_error=0.004)
 
 
-def short_plan(name: str = "training", screen: ScreenCalibration | None = SCREEN, windows: int = 3, **pointing) -> Plan:
+def short_plan(
+    name: str = "training", screen: ScreenCalibration | None = SCREEN, windows: int = 3, **pointing
+) -> TaskPlan:
     """Few windows with rests of 20 s; the first opens at 35 s of the schedule (familiarisation and training)."""
     loaded = load_protocol(name)
     settings = loaded.settings
@@ -26,7 +28,7 @@ def short_plan(name: str = "training", screen: ScreenCalibration | None = SCREEN
             "pointing": settings.pointing.model_copy(update=pointing),
         }
     )
-    return Plan(replace(loaded, settings=settings), settings.exo, screen)
+    return TaskPlan(replace(loaded, settings=settings), settings.exo, screen)
 
 
 def touch(t: float, sequence: int, late_s: float = 0.01, **changes) -> Touch:
@@ -35,7 +37,7 @@ def touch(t: float, sequence: int, late_s: float = 0.01, **changes) -> Touch:
     return Touch.model_validate({"t": t, "received": t + late_s, "sequence": sequence, **usual, **changes})
 
 
-def fed(run: Run, events: Iterable[Event]) -> list[Record]:
+def fed(run: TaskRun, events: Iterable[Event]) -> list[Record]:
     """All that it says."""
     return [record for event in events for record in run.feed(event)]
 

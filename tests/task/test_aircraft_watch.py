@@ -5,14 +5,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.task.aircraft_line import DAY_MS, AircraftSample, parse_line
-from exograv.task.aircraft_watch import Watch
+from exograv.task.aircraft_watch import AircraftWatch
 from exograv.task.events import CloseWindow, FeedBack, FeedLost, OpenWindow, Start, Tick
 from exograv.task.flight_profile import FlightProfile, Network, datagrams, samples
 from exograv.task.levels import EARTH, LEVELS
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol
 from exograv.task.records import AlarmRaised, PhaseBegan, WindowClosed, WindowOpened
-from exograv.task.run import Run
+from exograv.task.run import TaskRun
 from exograv.task.task_settings import AircraftSettings
 
 SETTINGS = AircraftSettings()
@@ -23,7 +23,7 @@ LATE_S = 1.5
 
 def watched(profile: FlightProfile, network: Network, seed: int, settings: AircraftSettings = SETTINGS) -> list:
     """All that a watch says of a flight."""
-    watch, said = Watch(settings, profile.level), []
+    watch, said = AircraftWatch(settings, profile.level), []
     for t, datagram in datagrams(profile, network, seed):
         sample = parse_line(datagram)
         assert isinstance(sample, AircraftSample)
@@ -99,7 +99,7 @@ def test_an_announcement_confirms_a_window_or_not_and_never_opens_it(meanings: d
 
 
 def test_a_single_sample_within_the_limits_opens_nothing():
-    watch, said = Watch(SETTINGS, 0.0), []
+    watch, said = AircraftWatch(SETTINGS, 0.0), []
     for k in range(30):
         sample = parsed_level(0.0, 100 * k) if k % 4 == 0 else parsed_level(EARTH, 100 * k)
         watch, events = watch.with_sample(sample, 0.1 * k)
@@ -112,17 +112,17 @@ def parsed_level(level: float, ms: int) -> AircraftSample:
 
 
 def test_a_sender_whose_clock_was_set_back_is_believed_after_two_seconds():
-    watch = Watch(SETTINGS, 0.0)
+    watch = AircraftWatch(SETTINGS, 0.0)
     for k in range(60):
         watch, _ = watch.with_sample(parsed_level(EARTH, 5_000_000 + 100 * k if k < 10 else 100 * k), 0.1 * k)
     assert watch.last is not None
     assert watch.last.since_midnight_ms == 5900
 
 
-def flown(network: Network, seed: int = 1000, until_s: float = 193.0) -> tuple[Run, list]:
+def flown(network: Network, seed: int = 1000, until_s: float = 193.0) -> tuple[TaskRun, list]:
     """A run of the shipped flight beside the emulated one."""
     loaded = load_protocol("flight")
-    run, watch = Run(Plan(loaded, "passive")), Watch(loaded.settings.aircraft, 0.0)
+    run, watch = TaskRun(TaskPlan(loaded, "passive")), AircraftWatch(loaded.settings.aircraft, 0.0)
     records = list(run.feed(Start(t=0.0)))
     arrivals = iter(datagrams(SHORT, network, seed))
     coming = next(arrivals, None)
@@ -183,7 +183,7 @@ def test_silence_is_told_once_and_its_end_too():
 
 
 def test_a_dwell_is_not_counted_across_a_gap_in_which_anything_may_have_been():
-    watch, said = Watch(SETTINGS, 0.0), []
+    watch, said = AircraftWatch(SETTINGS, 0.0), []
     for ms in (0, 700, 1400):
         watch, events = watch.with_sample(parsed_level(0.0, ms), 1e-3 * ms)
         said += events

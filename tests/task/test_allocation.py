@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
-from exograv.task.allocation import AllocationList, Group, Place, draw_list, exo_for, group_of, sizes
+from exograv.task.allocation import AllocatedPlace, AllocationList, Group, draw_list, exo_for, group_of, sizes
 from exograv.task.protocol import load_protocol
 
 GROUPS = [Group(name="carried", exo="active"), Group(name="sham", exo="sham")]
@@ -49,7 +49,7 @@ def test_who_is_not_on_the_list_and_whose_seal_was_changed_is_refused():
     drawn = draw_list("study", CODES, GROUPS, 1000)
     with pytest.raises(ConfigError, match="'Q99' has no place"):
         group_of(drawn, "Q99")
-    forged = drawn.model_copy(update={"places": [Place(code="P00", seal=drawn.places[1].seal)]})
+    forged = drawn.model_copy(update={"places": [AllocatedPlace(code="P00", seal=drawn.places[1].seal)]})
     with pytest.raises(ConfigError, match="was edited"):
         group_of(forged, "P00")
 

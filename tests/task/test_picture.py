@@ -6,16 +6,16 @@ from hypothesis import strategies as st
 
 from exograv.task.events import Pause, Start, Tick
 from exograv.task.picture import ParticipantPicture, operator_picture, participant_picture
-from exograv.task.plan import Plan
-from exograv.task.run import Run
+from exograv.task.plan import TaskPlan
+from exograv.task.run import TaskRun
 
 from .of_run import fed, short_plan, touch
 
 PLAN = short_plan()
 
 
-def seen(t: float, *events, plan: Plan = PLAN) -> ParticipantPicture:
-    run = Run(plan)
+def seen(t: float, *events, plan: TaskPlan = PLAN) -> ParticipantPicture:
+    run = TaskRun(plan)
     fed(run, [Start(t=0.0), *events, Tick(t=t)])
     return participant_picture(plan, run.state, t)
 
@@ -50,15 +50,15 @@ def test_an_accepted_touch_begins_the_arrow_anew():
 def test_a_pause_and_the_end_are_shown():
     assert seen(45.0, Pause(t=40.0)).screen == "paused"
     assert seen(500.0).screen == "end"
-    assert participant_picture(PLAN, Run(PLAN).state, 0.0).screen == "welcome"
+    assert participant_picture(PLAN, TaskRun(PLAN).state, 0.0).screen == "welcome"
 
 
 @given(t=st.floats(0.0, 200.0))
 def test_a_sham_looks_the_same_to_participant_and_operator(t: float):
-    sham = Plan(PLAN.loaded, "sham", PLAN.screen)
+    sham = TaskPlan(PLAN.loaded, "sham", PLAN.screen)
     pictures = []
     for plan in (PLAN, sham):
-        run = Run(plan)
+        run = TaskRun(plan)
         fed(run, [Start(t=0.0), touch(38.0, 0), Tick(t=t)])
         at = run.state.t
         pictures.append((participant_picture(plan, run.state, at), operator_picture(plan, run.state, at)))
@@ -66,7 +66,7 @@ def test_a_sham_looks_the_same_to_participant_and_operator(t: float):
 
 
 def test_the_operator_sees_deviations_per_window_and_what_is_left():
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     fed(run, [Start(t=0.0), touch(38.0, 0), touch(38.1, 1), touch(80.0, 2), Tick(t=90.0)])
     picture = operator_picture(PLAN, run.state, 90.0)
     assert [(one.number, one.touches, one.accepted) for one in picture.windows] == [(1, 2, 1), (2, 1, 1)]

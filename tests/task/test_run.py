@@ -21,7 +21,7 @@ from exograv.task.events import (
     Tick,
 )
 from exograv.task.levels import RATE_MAX_PER_S
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol
 from exograv.task.records import (
     RECORD,
@@ -34,7 +34,7 @@ from exograv.task.records import (
     WindowOpened,
     marker,
 )
-from exograv.task.run import Run
+from exograv.task.run import TaskRun
 
 from .of_run import fed, judged, short_plan, touch
 
@@ -71,12 +71,12 @@ def histories(draw) -> list:
 
 @given(history=histories())
 def test_a_run_that_is_kept_and_restored_at_every_step_says_what_an_uninterrupted_one_says(history: list):
-    whole = Run(PLAN)
+    whole = TaskRun(PLAN)
     expected = fed(whole, history)
-    restored, said = Run(PLAN), []
+    restored, said = TaskRun(PLAN), []
     for event in history:
         said += restored.feed(EVENT.validate_json(event.model_dump_json()))
-        restored = Run.from_kept(PLAN, restored.kept())
+        restored = TaskRun.from_kept(PLAN, restored.kept())
     assert said == expected
     assert restored.state == whole.state
 
@@ -84,7 +84,7 @@ def test_a_run_that_is_kept_and_restored_at_every_step_says_what_an_uninterrupte
 @settings(max_examples=50)
 @given(history=histories(), period_s=st.floats(0.3, 5.0))
 def test_how_often_it_is_asked_changes_nothing(history: list, period_s: float):
-    seldom, often = Run(PLAN), Run(PLAN)
+    seldom, often = TaskRun(PLAN), TaskRun(PLAN)
     expected, said, t = fed(seldom, history), [], 0.0
     for event in history:
         at = getattr(event, "received", event.t)
@@ -98,7 +98,7 @@ def test_how_often_it_is_asked_changes_nothing(history: list, period_s: float):
 @settings(max_examples=50)
 @given(history=histories(), before_s=st.floats(1.0, 8.0))
 def test_the_level_that_the_machine_is_asked_for_never_jumps(history: list, before_s: float):
-    run, asked = Run(PLAN), [(0.0, 1.0)]
+    run, asked = TaskRun(PLAN), [(0.0, 1.0)]
     for event in history:
         at = getattr(event, "received", event.t)
         while (t := asked[-1][0] + before_s) < at:
@@ -113,7 +113,7 @@ def test_the_level_that_the_machine_is_asked_for_never_jumps(history: list, befo
 
 @given(history=histories())
 def test_a_record_is_the_same_again_from_its_marker(history: list):
-    for record in fed(Run(PLAN), history):
+    for record in fed(TaskRun(PLAN), history):
         text = marker(record)
         assert "\n" not in text
         assert RECORD.validate_json(text) == record
@@ -121,7 +121,7 @@ def test_a_record_is_the_same_again_from_its_marker(history: list):
 
 @given(gap_s=st.floats(0.9, 30.0))
 def test_the_arrow_is_told_by_the_time_since_the_last_touch_alone(gap_s: float):
-    records = fed(Run(PLAN), [Start(t=0.0), touch(36.0, 0, late_s=0.0), Tick(t=min(36.0 + gap_s, 56.9))])
+    records = fed(TaskRun(PLAN), [Start(t=0.0), touch(36.0, 0, late_s=0.0), Tick(t=min(36.0 + gap_s, 56.9))])
     changes = of_kind(records, PaceChanged)
     told = [(round(one.t - 36.0, 9), one.pace.value) for one in changes if one.t > 36.0]
     expected = [(2.25, "right"), (3.25, "too_long")]
@@ -129,7 +129,7 @@ def test_the_arrow_is_told_by_the_time_since_the_last_touch_alone(gap_s: float):
 
 
 def test_a_touch_in_every_2_75_seconds_makes_8_in_every_window():
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     records = fed(run, [Start(t=0.0)])
     for number in range(3):
         opened = 35.0 + 42.0 * number
@@ -145,13 +145,13 @@ def test_a_touch_in_every_2_75_seconds_makes_8_in_every_window():
 
 
 def test_windows_open_and_close_by_the_clock_at_their_own_times_however_late_it_is_asked():
-    records = fed(Run(PLAN), [Start(t=100.0), Tick(t=500.0)])
+    records = fed(TaskRun(PLAN), [Start(t=100.0), Tick(t=500.0)])
     assert [record.t for record in of_kind(records, WindowOpened)] == [135.0, 177.0, 219.0]
     assert [record.t for record in of_kind(records, WindowClosed)] == [157.0, 199.0, 241.0]
 
 
 def test_a_window_that_is_broken_off_is_run_again_after_a_notice():
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     records = fed(run, [Start(t=0.0), touch(38.0, 0), Pause(t=40.0, why="a question"), Resume(t=60.0), Tick(t=1000.0)])
     opened = [(record.window, record.attempt) for record in of_kind(records, WindowOpened)]
     assert opened == [(1, 1), (1, 2), (2, 1), (3, 1)]
@@ -161,9 +161,9 @@ def test_a_window_that_is_broken_off_is_run_again_after_a_notice():
 
 
 def test_a_run_whose_program_was_away_goes_on_at_the_window_with_another_clock():
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     fed(run, [Start(t=5000.0), touch(5038.0, 0), Tick(t=5040.0)])
-    again = Run.from_kept(PLAN, run.kept())
+    again = TaskRun.from_kept(PLAN, run.kept())
     records = fed(again, [Interrupted(t=3.0), touch(2.9, 1, page="new"), Resume(t=4.0), Tick(t=500.0)])
     assert of_kind(records, WindowClosed)[0].by == "interruption"
     assert of_kind(records, WindowClosed)[0].t == 5040.0
@@ -174,7 +174,7 @@ def test_a_run_whose_program_was_away_goes_on_at_the_window_with_another_clock()
 
 
 def test_after_a_stop_nothing_opens_and_the_level_goes_home():
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     records = fed(run, [Start(t=0.0), Stop(t=40.0, why="tired"), Tick(t=500.0)])
     assert run.state.status == "stopped"
     assert of_kind(records, RunEnded)[0].why == "tired"
@@ -192,7 +192,7 @@ def test_after_a_stop_nothing_opens_and_the_level_goes_home():
     ],
 )
 def test_what_cannot_be_now_is_refused_with_the_reason_and_changes_nothing(events: list, why: str):
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     records = fed(run, events[:-1])
     before = run.state
     (refusal,) = of_kind(run.feed(events[-1]), Refused)
@@ -203,14 +203,14 @@ def test_what_cannot_be_now_is_refused_with_the_reason_and_changes_nothing(event
 
 def test_a_passive_protocol_is_not_run_on_an_active_machine():
     with pytest.raises(ConfigError, match="has a passive machine"):
-        Plan(load_protocol("flight"), "active")
+        TaskPlan(load_protocol("flight"), "active")
 
 
 def test_a_sham_run_says_what_an_active_one_says():
-    sham = Plan(PLAN.loaded, "sham", PLAN.screen)
+    sham = TaskPlan(PLAN.loaded, "sham", PLAN.screen)
     history = [Start(t=0.0), touch(38.0, 0), Tick(t=300.0)]
-    assert fed(Run(sham), history) == fed(Run(PLAN), history)
-    run = Run(sham)
+    assert fed(TaskRun(sham), history) == fed(TaskRun(PLAN), history)
+    run = TaskRun(sham)
     fed(run, history[:2])
     assert run.made_level(38.0) == 1.0
 
@@ -218,40 +218,40 @@ def test_a_sham_run_says_what_an_active_one_says():
 @pytest.mark.parametrize("text", ["", "{}x", '{"status": "flying"}', '{"phase": 500}', '{"t": NaN}', "\x00\xff"])
 def test_a_kept_state_that_is_none_is_refused(text: str):
     with pytest.raises(ConfigError, match=r"Begin a new run|begun with"):
-        Run.from_kept(PLAN, text)
+        TaskRun.from_kept(PLAN, text)
 
 
 def test_a_state_of_another_protocol_is_refused():
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     run.feed(Start(t=0.0))
     with pytest.raises(ConfigError, match="of another protocol than 'flight'"):
-        Run.from_kept(Plan(load_protocol("flight"), "passive"), run.kept())
+        TaskRun.from_kept(TaskPlan(load_protocol("flight"), "passive"), run.kept())
 
 
 FLIGHT = short_plan("flight", windows=2)
 
 
 def test_a_hand_opens_the_windows_of_a_flight_and_the_clock_closes_them():
-    records = fed(Run(FLIGHT), [Start(t=0.0), OpenWindow(t=50.0, by="hand"), Tick(t=90.0)])
+    records = fed(TaskRun(FLIGHT), [Start(t=0.0), OpenWindow(t=50.0, by="hand"), Tick(t=90.0)])
     (closed,) = of_kind(records, WindowClosed)
     assert (closed.t, closed.by, closed.is_complete, closed.marks) == (72.0, "clock", True, ())
 
 
 def test_a_window_that_the_aircraft_never_closes_ends_after_some_overtime_and_says_so():
-    records = fed(Run(FLIGHT), [Start(t=0.0), OpenWindow(t=50.0, by="aircraft"), Tick(t=90.0)])
+    records = fed(TaskRun(FLIGHT), [Start(t=0.0), OpenWindow(t=50.0, by="aircraft"), Tick(t=90.0)])
     (closed,) = of_kind(records, WindowClosed)
     assert (closed.t, closed.marks) == (77.0, ("overtime",))
 
 
 def test_a_window_that_is_closed_early_is_marked_as_short():
     events = [Start(t=0.0), OpenWindow(t=50.0, by="hand"), CloseWindow(t=60.0, by="hand")]
-    (closed,) = of_kind(fed(Run(FLIGHT), events), WindowClosed)
+    (closed,) = of_kind(fed(TaskRun(FLIGHT), events), WindowClosed)
     assert closed.marks == ("short",)
 
 
 def test_the_operator_names_the_window_that_is_flown_next():
     events = [Start(t=0.0), Pause(t=1.0), Resume(t=2.0, window=2), OpenWindow(t=50.0, by="hand"), Tick(t=80.0)]
-    run = Run(FLIGHT)
+    run = TaskRun(FLIGHT)
     records = fed(run, [*events, OpenWindow(t=90.0, by="aircraft"), CloseWindow(t=112.0, by="aircraft")])
     assert [record.window for record in of_kind(records, WindowOpened)] == [2, 1]
     assert run.state.status == "finished"
@@ -265,15 +265,15 @@ def test_the_operator_names_the_window_that_is_flown_next():
         (FLIGHT, CloseWindow(t=40.0, by="hand"), "no window is open"),
     ],
 )
-def test_who_opens_and_closes_windows_is_the_protocols_to_say(plan: Plan, event, why: str):
-    run = Run(plan)
+def test_who_opens_and_closes_windows_is_the_protocols_to_say(plan: TaskPlan, event, why: str):
+    run = TaskRun(plan)
     fed(run, [Start(t=0.0), Tick(t=40.0)])
     (refusal,) = of_kind(run.feed(event), Refused)
     assert why in refusal.why
 
 
 def test_an_announcement_that_contradicts_g_is_an_alarm_until_it_is_acknowledged():
-    run = Run(FLIGHT)
+    run = TaskRun(FLIGHT)
     records = fed(run, [Start(t=0.0), OpenWindow(t=50.0, by="aircraft", confirmed=False)])
     (alarm,) = of_kind(records, AlarmRaised)
     assert [one.is_acknowledged for one in run.state.alarms] == [False]
@@ -283,13 +283,13 @@ def test_an_announcement_that_contradicts_g_is_an_alarm_until_it_is_acknowledged
 
 
 def test_a_resumed_run_waits_until_the_level_has_come_home():
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     (resumed,) = of_kind(fed(run, [Start(t=0.0), Pause(t=40.0), Resume(t=40.0)]), Resumed)
     assert resumed.approach_t == 45.0
 
 
 def test_a_touch_is_not_counted_in_a_window_of_another_clock():
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     fed(run, [Start(t=0.0), Tick(t=50.0), Interrupted(t=40.0)])
     (one,) = judged(run.feed(touch(39.0, 0)))
     assert one.window is None

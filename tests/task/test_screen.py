@@ -6,14 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
-from exograv.task.screen import CARD_MM, Span, calibrate_with_card, calibrate_with_ruler
+from exograv.task.screen import CARD_MM, ScreenSpan, calibrate_with_card, calibrate_with_ruler
 
 PITCH = st.floats(0.05, 0.6)
 
 
-def span(pitch_x: float, pitch_y: float, dx: float, dy: float) -> Span:
+def span(pitch_x: float, pitch_y: float, dx: float, dy: float) -> ScreenSpan:
     """As a ruler without error has it."""
-    return Span(dx_px=dx, dy_px=dy, distance_mm=float(np.hypot(pitch_x * dx, pitch_y * dy)))
+    return ScreenSpan(dx_px=dx, dy_px=dy, distance_mm=float(np.hypot(pitch_x * dx, pitch_y * dy)))
 
 
 @given(pitch=PITCH, stretch=st.floats(0.98, 1.02))
@@ -42,7 +42,7 @@ def test_one_length_says_nothing_of_the_other_direction():
 )
 def test_panels_of_1920_pixels_have_the_pitches_of_the_table(inches: float, pitch: float):
     width_mm = 25.4 * inches * 16 / np.hypot(16, 9)
-    found = calibrate_with_ruler([Span(dx_px=1920.0, dy_px=0.0, distance_mm=width_mm)])
+    found = calibrate_with_ruler([ScreenSpan(dx_px=1920.0, dy_px=0.0, distance_mm=width_mm)])
     assert found.pitch_x_mm == pytest.approx(pitch, abs=0.0005)
     assert found.to_mm(50.0, 0.0)[0] == pytest.approx(50.0 * found.pitch_x_mm)
 
@@ -60,9 +60,9 @@ def test_a_longer_length_is_known_better():
         (lambda: calibrate_with_card(float("nan"), 200.0), "width_px is nan"),
         (lambda: calibrate_with_card(10.0, 6.0), "a pixel has a width of 8.56 mm"),
         (lambda: calibrate_with_ruler([]), "No length"),
-        (lambda: calibrate_with_ruler([Span(dx_px=0.0, dy_px=0.0, distance_mm=100.0)]), "one point"),
-        (lambda: calibrate_with_ruler([Span(dx_px=900.0, dy_px=0.0, distance_mm=25.0)]), "30 mm or more"),
-        (lambda: calibrate_with_ruler([Span(dx_px=9000.0, dy_px=0.0, distance_mm=100.0)]), "Check the unit"),
+        (lambda: calibrate_with_ruler([ScreenSpan(dx_px=0.0, dy_px=0.0, distance_mm=100.0)]), "one point"),
+        (lambda: calibrate_with_ruler([ScreenSpan(dx_px=900.0, dy_px=0.0, distance_mm=25.0)]), "30 mm or more"),
+        (lambda: calibrate_with_ruler([ScreenSpan(dx_px=9000.0, dy_px=0.0, distance_mm=100.0)]), "Check the unit"),
     ],
 )
 def test_what_no_panel_has_is_refused_with_the_next_step(measure, says: str):

@@ -11,7 +11,7 @@ from exograv.task.events import Distance, Return, Start, Tick
 from exograv.task.pace import Pace
 from exograv.task.pointing import SENTENCES, Reason
 from exograv.task.records import TouchJudged
-from exograv.task.run import Run
+from exograv.task.run import TaskRun
 
 from .of_run import SCREEN, fed, judged, short_plan, touch
 
@@ -22,7 +22,7 @@ CLOSES = OPENS + 22.0
 
 def in_window(*events, plan=PLAN) -> list[TouchJudged]:
     """Touches of a run whose first window opens at 35 and closes at 57."""
-    return judged(fed(Run(plan), [Start(t=0.0), *events]))
+    return judged(fed(TaskRun(plan), [Start(t=0.0), *events]))
 
 
 def test_a_touch_is_scored_in_pixels_and_millimetres():
@@ -122,7 +122,7 @@ def test_a_return_after_a_late_touch_does_not_excuse_it():
 )
 def test_every_touch_is_counted_exactly_once_and_accepted_ones_lie_in_windows_apart(sent):
     touches = [touch(0.1 * t, k, late_s=late, is_primary=fine) for t, k, late, fine in sent]
-    run = Run(PLAN)
+    run = TaskRun(PLAN)
     arrived = sorted(touches, key=lambda one: one.received)
     records = judged(fed(run, [Start(t=0.0), *arrived]))
     assert len(records) == len(touches)

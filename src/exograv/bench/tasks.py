@@ -9,7 +9,7 @@ from exograv import kernel
 from exograv.control.tick import SLOPE_MAX, tick_function
 from exograv.dynamics.closure import PIVOT_MIN
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.assembly import Assembly
 from exograv.model.loops import LoopSolver
 from exograv.model.tree import Tree
@@ -80,10 +80,10 @@ def general_tick_task(n: int) -> Task:
     machine, assembly = machine_and_assembly(n)
     function = tick_function(assembly, machine)
     x = table_guess(assembly, machine)
-    x[Layout.of(assembly).fit] = FIT_SD * np.random.default_rng(SEED).choice([-1.0, 1.0], len(FIT_SD))
+    x[ParameterLayout.of(assembly).fit] = FIT_SD * np.random.default_rng(SEED).choice([-1.0, 1.0], len(FIT_SD))
     closing = _Closing(kernel.compile(function), LoopSolver(assembly))
     # Empty hands, cuffs that hold the arm, and nothing that it leads; the same program carries a weight.
-    one, payload = np.ones(1), np.zeros(Layout.of(assembly).phi.stop)
+    one, payload = np.ones(1), np.zeros(ParameterLayout.of(assembly).phi.stop)
     constants = {"x": x, "payload": payload, "held_before": one, "led": one}
     states = _draw(lambda generator: closing.closed({**_moment(generator, assembly), **constants}, generator))
     compared = (*TICK_RESULTS, "z", "G", "pivot")

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Method, Sample
 from exograv.identification.core.prior import prior
@@ -64,7 +64,7 @@ def _method(name: MethodName, engine: str | None) -> Method:
 def _samples(seconds: float) -> list[Sample]:
     """Of the machine's own excitation, as far apart as the filter uses them, with noise."""
     machine, assembly = machine_and_assembly(4)
-    layout, (x, _) = Layout.of(assembly), prior(assembly, machine)
+    layout, (x, _) = ParameterLayout.of(assembly), prior(assembly, machine)
     x[layout.phi] *= HEAVIER
     x[layout.fit] += OFFSET
     model, noise = ArmModel(assembly, machine), np.random.default_rng(SEED)

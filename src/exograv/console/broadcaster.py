@@ -14,7 +14,7 @@ from .hub import UNMANNED, Hub
 from .keys import Role
 from .lease import ALARM_AFTER_S
 from .sentences import say, spoken
-from .trial import Trial
+from .trial import ProtocolTrial
 
 TICK_S = 0.015
 PLOTS_EVERY = 2
@@ -181,7 +181,7 @@ def _shown(hub: Hub) -> dict[str, Any]:
     }
 
 
-def _run(trial: Trial, t: float) -> dict[str, Any]:
+def _run(trial: ProtocolTrial, t: float) -> dict[str, Any]:
     picture = trial.operator(t)
     return picture.model_dump(mode="json") | {"alarms": [_alarm(alarm) for alarm in picture.alarms]}
 

@@ -5,16 +5,16 @@ from typing import Any
 from exograv.errors import ConfigError
 from exograv.experiment.aircraft import AircraftReceiver
 from exograv.task.aircraft_line import AircraftSample
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 
 from .event_log import Diary
 from .sentences import say
-from .trial import Trial
+from .trial import ProtocolTrial
 
 TOPIC = "/aircraft"
 
 
-def receiver_of(plan: Plan | None, port: int, sender: str | None) -> AircraftReceiver:
+def receiver_of(plan: TaskPlan | None, port: int, sender: str | None) -> AircraftReceiver:
     """Of the aircraft that flies this protocol; nothing is heard before `with`.
 
     Raises:
@@ -34,7 +34,7 @@ def receiver_of(plan: Plan | None, port: int, sender: str | None) -> AircraftRec
 class Feed:
     """Between receiver and trial."""
 
-    def __init__(self, receiver: AircraftReceiver, trial: Trial, diary: Diary):
+    def __init__(self, receiver: AircraftReceiver, trial: ProtocolTrial, diary: Diary):
         """Listens; `receiver` is open."""
         self._receiver, self._trial = receiver, trial
         self._heard_at: float | None = None

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from exograv.errors import ConfigError
 from exograv.experiment.steered.requests import ACT, LATE_S, Answer
 
-from .hub import NOT_STEERING, Hub, Line
+from .hub import NOT_STEERING, Hub, PageLine
 from .keys import Role
 from .limits import Close
 from .messages import (
@@ -35,7 +35,7 @@ MOTORS = ("make_ready", "take_arm", "identify")
 """Acts that switch motors on. In flight none is: a motor that carries what weighs nothing would throw it."""
 
 
-async def hear(hub: Hub, line: Line, text: str | bytes) -> None:
+async def hear(hub: Hub, line: PageLine, text: str | bytes) -> None:
     """One message of a page; a line that has to end for it says so in `end`."""
     t = hub.desk.now()
     message = Close.POLICY if not line.rate.allows(t) else read_message(text)
@@ -51,11 +51,11 @@ async def hear(hub: Hub, line: Line, text: str | bytes) -> None:
     elif word(message) not in WITHOUT_LEASE and not hub.steers(line):
         _answer(line, message, NOT_STEERING)
     else:
-        handle: Callable[[Hub, Line, Any, float], Awaitable[None]] = HANDLERS[type(message)]
+        handle: Callable[[Hub, PageLine, Any, float], Awaitable[None]] = HANDLERS[type(message)]
         await handle(hub, line, message, t)
 
 
-def _answer(line: Line, message: Message, why: str, taken: bool = False, **fields: Any) -> None:
+def _answer(line: PageLine, message: Message, why: str, taken: bool = False, **fields: Any) -> None:
     name = getattr(message, "id", None)
     if name is not None:
         line.say("answer", answer=said(Answer(id=name, taken=taken, why=why)), **fields)
@@ -66,25 +66,25 @@ def said(answer: Answer) -> dict[str, Any]:
     return {"id": answer.id, "taken": answer.taken, "why": spoken(answer.why) if answer.why else None}
 
 
-async def _ping(hub: Hub, line: Line, ping: Ping, t: float) -> None:
+async def _ping(hub: Hub, line: PageLine, ping: Ping, t: float) -> None:
     answered = hub.desk.now()
     hub.clocks.ping(line.page, ping, t, answered)
     line.say("pong", asked=ping.asked, heard=t, answered=answered)
 
 
-async def _beat(hub: Hub, line: Line, beat: Beat, t: float) -> None:
+async def _beat(hub: Hub, line: PageLine, beat: Beat, t: float) -> None:
     if hub.lease.beat(line.number, t):
         window = None if hub.trial is None or hub.trial.run.state.window is None else hub.trial.operator(t)
         hub.desk.keep(None if window is None else window.countdown_s)
 
 
-async def _steer(hub: Hub, line: Line, steer: Steer, t: float) -> None:
+async def _steer(hub: Hub, line: PageLine, steer: Steer, t: float) -> None:
     taken = hub.lease.ask(line.number, t)
     hub.note("asked to steer", line, taken=taken)
     _answer(line, steer, "" if taken else say("console.other_steers"), taken)
 
 
-async def _do(hub: Hub, line: Line, do: Do, t: float) -> None:
+async def _do(hub: Hub, line: PageLine, do: Do, t: float) -> None:
     if do.act["kind"] == "set_level" and hub.trial is not None and hub.trial.level(t) is not None:
         _answer(line, do, say("console.level_is_set"))
         return
@@ -112,7 +112,7 @@ async def _do(hub: Hub, line: Line, do: Do, t: float) -> None:
     line.say("answer", answer=said(answer))
 
 
-async def _run(hub: Hub, line: Line, asked: RunWord, t: float) -> None:
+async def _run(hub: Hub, line: PageLine, asked: RunWord, t: float) -> None:
     if hub.trial is None:
         _answer(line, asked, say("console.no_protocol"))
         return
@@ -124,7 +124,7 @@ async def _run(hub: Hub, line: Line, asked: RunWord, t: float) -> None:
     _answer(line, asked, why, taken=not why)
 
 
-async def _seen(hub: Hub, line: Line, seen: Seen, t: float) -> None:
+async def _seen(hub: Hub, line: PageLine, seen: Seen, t: float) -> None:
     if seen.of == "console":
         why = "" if hub.alarms.acknowledge(seen.alarm) else say("console.no_alarm")
     else:
@@ -133,24 +133,24 @@ async def _seen(hub: Hub, line: Line, seen: Seen, t: float) -> None:
     _answer(line, seen, why, taken=not why)
 
 
-async def _invite(hub: Hub, line: Line, invite: Invite, t: float) -> None:
+async def _invite(hub: Hub, line: PageLine, invite: Invite, t: float) -> None:
     link = f"{hub.origin}/#{hub.keys.token(Role(invite.role))}"
     hub.note("link made", line, invited=invite.role)
     _answer(line, invite, "", taken=True, link=link)
 
 
-async def _touches(hub: Hub, line: Line, touches: Touches, t: float) -> None:
+async def _touches(hub: Hub, line: PageLine, touches: Touches, t: float) -> None:
     for raw in touches.touches:
         judged = None if hub.trial is None else hub.trial.touch(raw, t)
         verdict = None if judged is None else judged.is_accepted
         line.say("touched", page=raw.page, sequence=raw.sequence, accepted=verdict)
 
 
-async def _trail(hub: Hub, line: Line, trail: Trail, t: float) -> None:
+async def _trail(hub: Hub, line: PageLine, trail: Trail, t: float) -> None:
     hub.diary.write("/console/trail", t, trail.model_dump(mode="json"))
 
 
-async def _calibrate(hub: Hub, line: Line, measured: Calibrate, t: float) -> None:
+async def _calibrate(hub: Hub, line: PageLine, measured: Calibrate, t: float) -> None:
     if hub.trial is None:
         _answer(line, measured, say("console.no_protocol"))
         return
@@ -163,12 +163,12 @@ async def _calibrate(hub: Hub, line: Line, measured: Calibrate, t: float) -> Non
         _answer(line, measured, "", taken=True, screen=None if screen is None else screen.model_dump(mode="json"))
 
 
-async def _latency(hub: Hub, line: Line, latency: Latency, t: float) -> None:
+async def _latency(hub: Hub, line: PageLine, latency: Latency, t: float) -> None:
     hub.diary.write("/console/latency", t, latency.model_dump(mode="json"))
     _answer(line, latency, "", taken=True)
 
 
-HANDLERS: dict[type, Callable[[Hub, Line, Any, float], Awaitable[None]]] = {
+HANDLERS: dict[type, Callable[[Hub, PageLine, Any, float], Awaitable[None]]] = {
     Ping: _ping,
     Beat: _beat,
     Steer: _steer,

@@ -12,13 +12,13 @@ from exograv.experiment.steered.requests import Act, Answer, Desk
 from .alarms import Alarms
 from .event_log import Diary
 from .feed import Feed
-from .keys import Keys, Role, Session
+from .keys import Keys, PageSession, Role
 from .lease import Lease
 from .limits import Close, Rate
 from .outbox import Outbox
 from .page_clocks import PageClocks
 from .sentences import say
-from .trial import Trial
+from .trial import ProtocolTrial
 
 Result = TypeVar("Result")
 UNMANNED = ("off", "starting")
@@ -29,13 +29,13 @@ ACTS_WAITING_MAX = 8
 
 
 @dataclass
-class Line:
+class PageLine:
     """An open line to one page."""
 
     number: int
     """Never used twice."""
 
-    session: Session
+    session: PageSession
     page: str
     outbox: Outbox = field(default_factory=Outbox)
     rate: Rate = field(default_factory=Rate)
@@ -55,7 +55,7 @@ class Line:
 class Hub:
     """Handlers, news and lines meet here, all of them in one event loop."""
 
-    def __init__(self, desk: Desk, trial: Trial | None, clocks: PageClocks, diary: Diary, origin: str):
+    def __init__(self, desk: Desk, trial: ProtocolTrial | None, clocks: PageClocks, diary: Diary, origin: str):
         """Nobody is there yet.
 
         Args:
@@ -73,7 +73,7 @@ class Hub:
         """The latest; asking the desk may wait for an act that it is deciding about."""
 
         self.keys, self.lease, self.alarms = Keys(desk.now), Lease(), Alarms()
-        self.lines = dict[int, Line]()
+        self.lines = dict[int, PageLine]()
         self.counts = dict[str, int]()
         """Lines that were ended, by the reason."""
 
@@ -94,17 +94,17 @@ class Hub:
         self._stops = ThreadPoolExecutor(2, "stop")
         self._looks = ThreadPoolExecutor(3, "look")
 
-    def open(self, session: Session, page: str) -> Line:
+    def open(self, session: PageSession, page: str) -> PageLine:
         """Somebody is there; an operator steers if nobody does."""
         self._opened += 1
-        line = Line(self._opened, session, page)
+        line = PageLine(self._opened, session, page)
         self.lines[line.number] = line
         self.note("line opened", line)
         if line.role in (Role.OPERATOR, Role.THERAPIST):
             self.lease.ask(line.number, self.desk.now())
         return line
 
-    def close(self, line: Line) -> None:
+    def close(self, line: PageLine) -> None:
         """Nobody is there any more."""
         del self.lines[line.number]
         if line.end is not None:
@@ -114,7 +114,7 @@ class Hub:
         self.lease.give_up(line.number)
         self.note("line closed", line)
 
-    def note(self, what: str, line: Line, **fields: Any) -> None:
+    def note(self, what: str, line: PageLine, **fields: Any) -> None:
         """Keep that somebody did something."""
         who = {"line": line.number, "role": line.role.value, "session": line.session.number}
         self.diary.write("/console/event", self.desk.now(), {"what": what, **who, **fields})
@@ -123,11 +123,11 @@ class Hub:
         """One more line that was ended for this."""
         self.counts[why.name] = self.counts.get(why.name, 0) + 1
 
-    def steers(self, line: Line) -> bool:
+    def steers(self, line: PageLine) -> bool:
         """Whether this is the one page whose words are taken."""
         return self.lease.held_by(self.desk.now()) == line.number
 
-    async def act(self, act: Act, line: Line) -> Answer:
+    async def act(self, act: Act, line: PageLine) -> Answer:
         """Have the desk decide. One act after the other, but for Stop, which goes at once."""
         loop = asyncio.get_running_loop()
         if act.kind == "stop":

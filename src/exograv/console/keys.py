@@ -42,7 +42,7 @@ class Role(enum.Enum):
 
 
 @dataclass(frozen=True)
-class Session:
+class PageSession:
     """Somebody who came in."""
 
     role: Role
@@ -101,8 +101,8 @@ class Keys:
         """Times are by this clock, which never goes back [s]."""
         self._clock = clock
         self._tokens = Vault[Role](clock)
-        self._cookies = Vault[Session](clock)
-        self._tickets = Vault[Session](clock)
+        self._cookies = Vault[PageSession](clock)
+        self._tickets = Vault[PageSession](clock)
         self._failures = dict[str, deque[float]]()
         self._sessions = 0
 
@@ -119,18 +119,18 @@ class Keys:
             self.note_failure(address)
             return Entry.REFUSED
         self._sessions += 1
-        return role, self._cookies.issue(Session(role, self._sessions), SESSION_S)
+        return role, self._cookies.issue(PageSession(role, self._sessions), SESSION_S)
 
-    def session(self, role: Role, cookie: str | None) -> Session | None:
+    def session(self, role: Role, cookie: str | None) -> PageSession | None:
         """Whose cookie it is, if it is one of this role."""
         session = None if cookie is None else self._cookies.find(cookie)
         return session if session is not None and session.role is role else None
 
-    def ticket(self, session: Session) -> str:
+    def ticket(self, session: PageSession) -> str:
         """Opens one line, soon."""
         return self._tickets.issue(session, TICKET_S)
 
-    def redeem(self, session: Session, ticket: str) -> bool:
+    def redeem(self, session: PageSession, ticket: str) -> bool:
         """Whether it opens a line of this session; it never does again."""
         return self._tickets.take(ticket) == session
 

@@ -6,8 +6,8 @@ import contextlib
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from .handlers import hear
-from .hub import Hub, Line
-from .keys import Role, Session
+from .hub import Hub, PageLine
+from .keys import PageSession, Role
 from .limits import CLIENTS_MAX, HELLO_S, Close
 from .messages import Hello, read_message
 
@@ -42,7 +42,7 @@ async def serve_line(hub: Hub, socket: WebSocket, role: Role, cookie: str | None
         await _close(socket, line.end or Close.GOING_AWAY)
 
 
-async def _hello(hub: Hub, socket: WebSocket, session: Session, address: str) -> Hello | None:
+async def _hello(hub: Hub, socket: WebSocket, session: PageSession, address: str) -> Hello | None:
     """Its first words, if they come in time and hold a ticket; whoever says something else may be guessing."""
     try:
         message = read_message(await asyncio.wait_for(_receive(socket), HELLO_S))
@@ -62,7 +62,7 @@ async def _receive(socket: WebSocket) -> str | bytes:
     return event["bytes"] if text is None else text
 
 
-async def _until_it_ends(hub: Hub, socket: WebSocket, line: Line) -> None:
+async def _until_it_ends(hub: Hub, socket: WebSocket, line: PageLine) -> None:
     tasks = {asyncio.create_task(_hear_all(hub, socket, line)), asyncio.create_task(_tell_all(socket, line))}
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -74,7 +74,7 @@ async def _until_it_ends(hub: Hub, socket: WebSocket, line: Line) -> None:
         task.result()
 
 
-async def _hear_all(hub: Hub, socket: WebSocket, line: Line) -> None:
+async def _hear_all(hub: Hub, socket: WebSocket, line: PageLine) -> None:
     answering = set[asyncio.Task[None]]()
     with contextlib.suppress(WebSocketDisconnect):
         while line.end is None and not line.outbox.is_full:
@@ -93,7 +93,7 @@ async def _hear_all(hub: Hub, socket: WebSocket, line: Line) -> None:
         await asyncio.wait(answering)
 
 
-async def _tell_all(socket: WebSocket, line: Line) -> None:
+async def _tell_all(socket: WebSocket, line: PageLine) -> None:
     # A runtime error: the server below has closed by itself, for a frame that was too long.
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):
         while line.end is None and not line.outbox.is_full:

@@ -10,7 +10,7 @@ from exograv.experiment.aircraft import AircraftReceiver
 from exograv.experiment.steered.requests import Desk
 from exograv.task.events import Interrupted
 from exograv.task.levels import EARTH
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol, refuse_levels
 
 from .event_log import Diary
@@ -19,7 +19,7 @@ from .hub import Hub
 from .page_clocks import PageClocks
 from .run_checkpoint import KeptRun
 from .serve import Address, Say, bound, serve
-from .trial import Trial
+from .trial import ProtocolTrial
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class ConsoleOptions:
     opens_browser: bool = True
 
 
-def plan_of(protocol: str | None) -> Plan | None:
+def plan_of(protocol: str | None) -> TaskPlan | None:
     """What is to be run: a protocol by its name or the path of a file; without one the machine is only steered.
 
     Raises:
@@ -43,13 +43,13 @@ def plan_of(protocol: str | None) -> Plan | None:
         return None
     loaded = load_protocol(protocol)
     refuse_levels(loaded.settings, EARTH)
-    return Plan(loaded, loaded.settings.exo)
+    return TaskPlan(loaded, loaded.settings.exo)
 
 
 def run_console(
     options: ConsoleOptions,
     desk: Desk,
-    plan: Plan | None,
+    plan: TaskPlan | None,
     say: Say,
     kept: KeptRun | None = None,
     receiver: AircraftReceiver | None = None,
@@ -67,7 +67,7 @@ def run_console(
         stack.callback(diary.close)
         if kept is not None:
             stack.callback(kept.close)
-        trial = None if plan is None else Trial(plan, clocks, diary, kept)
+        trial = None if plan is None else ProtocolTrial(plan, clocks, diary, kept)
         hub = Hub(desk, trial, clocks, diary, f"{options.address.scheme}://{host}")
         if receiver is not None and trial is not None:
             hub.feed = Feed(stack.enter_context(receiver), trial, diary)

@@ -18,7 +18,7 @@ from exograv.model.rig_settings import Settings
 from .broadcaster import News
 from .http_guard import Door
 from .hub import Hub
-from .keys import SESSION_S, Entry, Role, Session
+from .keys import SESSION_S, Entry, PageSession, Role
 from .limits import BODY_MAX_BYTES
 from .line import serve_line
 from .sentences import say
@@ -150,7 +150,7 @@ class _House:
         """Cookies know no ports: two consoles on one computer must not share one."""
         return f"exograv-{role.value}-{self._port}"
 
-    def _session(self, request: Request, role: Role) -> Session | None:
+    def _session(self, request: Request, role: Role) -> PageSession | None:
         return self._hub.keys.session(role, request.cookies.get(self._cookie(role)))
 
 

@@ -9,10 +9,10 @@ from exograv.storage.session_checkpoint import AFRESH
 from exograv.task.events import Acknowledge as AcknowledgeAlarm
 from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.records import Record, Refused, TouchJudged
-from exograv.task.run import Run
-from exograv.task.screen import Span, calibrate_with_card, calibrate_with_ruler
+from exograv.task.run import TaskRun
+from exograv.task.screen import ScreenSpan, calibrate_with_card, calibrate_with_ruler
 
 from .event_log import Diary
 from .messages import Calibrate, PageTouch, RunWord
@@ -27,19 +27,19 @@ TOPIC = "/task"
 RAW = "/console/touch"
 
 
-class Trial:
+class ProtocolTrial:
     """One run. It never moves anything: what it wants the machine to do is asked of it."""
 
-    def __init__(self, plan: Plan, clocks: PageClocks, diary: Diary, kept: KeptRun | None = None):
+    def __init__(self, plan: TaskPlan, clocks: PageClocks, diary: Diary, kept: KeptRun | None = None):
         """Ready to start, or to go on where another console was ended.
 
         Raises:
             ConfigError: What was kept is of another protocol, or over.
         """
         self.clocks, self._diary, self._kept, self._kept_at = clocks, diary, kept, -1e12
-        self.run = Run(plan)
+        self.run = TaskRun(plan)
         if kept is not None and kept.before is not None:
-            self.run = Run.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
+            self.run = TaskRun.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
             if self.run.state.status in ("stopped", "finished"):
                 raise ConfigError(f"The run in {kept.path} is over; there is nothing to go on with. {AFRESH}")
         self.side: Side | None = None if kept is None else kept.circumstances.side
@@ -49,7 +49,7 @@ class Trial:
         """Records that pages have not been shown; whoever shows them empties it."""
 
     @property
-    def plan(self) -> Plan:
+    def plan(self) -> TaskPlan:
         """What it is made from."""
         return self.run.plan
 
@@ -157,10 +157,10 @@ class Trial:
         if measured.card_px is not None:
             screen = calibrate_with_card(*measured.card_px)
         else:
-            spans = [Span.model_validate(span.model_dump()) for span in measured.spans]
+            spans = [ScreenSpan.model_validate(span.model_dump()) for span in measured.spans]
             screen = calibrate_with_ruler(spans)
         self._diary.write("/console/screen", t, {**measured.model_dump(mode="json"), **screen.model_dump(mode="json")})
-        self.run = Run(replace(self.plan, screen=screen), self.run.state)
+        self.run = TaskRun(replace(self.plan, screen=screen), self.run.state)
 
     def participant(self, t: float) -> ParticipantPicture:
         """What the page in front of the arm shows."""

@@ -9,11 +9,11 @@ from jaxtyping import Bool, Float
 from exograv import kernel
 from exograv.dynamics.closure import PIVOT_MIN
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout, Parameters
+from exograv.dynamics.parameters import ParameterLayout, Parameters
 from exograv.model.assembly import Assembly
 from exograv.model.loops import TWIST_COSINE_MIN, LoopSolver
 
-from .tick import NEWTON_STEPS, SETTLED_SLOPE, SLOPE_MAX, Mode, tick_function
+from .tick import NEWTON_STEPS, SETTLED_SLOPE, SLOPE_MAX, ControlMode, tick_function
 
 Postures = Float[np.ndarray, "state joint"]
 Arms = Float[np.ndarray, "state parameter"]
@@ -47,11 +47,11 @@ class RestingTorque:
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, threads: int = 1):
         self._n, self._threads = assembly.n, threads
         self._batch = kernel.compile(_resting_function(assembly, machine), lanes=0, shared=("mode",))
-        self._solver, self._layout, self._arm = LoopSolver(assembly), Layout.of(assembly), assembly.arm
+        self._solver, self._layout, self._arm = LoopSolver(assembly), ParameterLayout.of(assembly), assembly.arm
         self._bound: dict[int, kernel.BoundBatch] = {}
 
     def __call__(
-        self, q: Postures, x: Arms, z_start: Freedoms, mode: Mode | None = None, x_start: Arms | None = None
+        self, q: Postures, x: Arms, z_start: Freedoms, mode: ControlMode | None = None, x_start: Arms | None = None
     ) -> Resting:
         """Torques at rest.
 
@@ -62,7 +62,7 @@ class RestingTorque:
             mode: Gravity level and share of the arm; as while floating if none is given.
             x_start: Of the arms whose closed postures `z_start` are; `x` without weight, as in `cold_start`, if absent.
         """
-        mode = mode or Mode()
+        mode = mode or ControlMode()
         found = self._settled(q, x, z_start, mode)
         begin = self.weightless(x) if x_start is None else x_start
         for stages in STAGES:
@@ -83,7 +83,7 @@ class RestingTorque:
         light[:, self._layout.phi] = 0.0
         return light
 
-    def _settled(self, q: Postures, x: Arms, z_start: Freedoms, mode: Mode) -> Resting:
+    def _settled(self, q: Postures, x: Arms, z_start: Freedoms, mode: ControlMode) -> Resting:
         """By Newton's method straight from `z_start`."""
         bound = self._memory(len(q))
         inputs, outputs = bound.inputs, bound.outputs
@@ -114,10 +114,14 @@ class RestingTorque:
 def _resting_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
     """The tick with everything that moves set to zero, so that what it costs falls away."""
     n, freedoms = assembly.n, assembly.n_freedoms
-    q, x, z_before = ca.SX.sym("q", n), ca.SX.sym("x", Layout.of(assembly).count), ca.SX.sym("z_before", freedoms)
+    q, x, z_before = (
+        ca.SX.sym("q", n),
+        ca.SX.sym("x", ParameterLayout.of(assembly).count),
+        ca.SX.sym("z_before", freedoms),
+    )
     mode, still = ca.SX.sym("mode", 2), ca.SX.zeros(n)
     all_of_mode = ca.vertcat(0, mode)
-    no_payload = ca.SX.zeros(Layout.of(assembly).phi.stop)
+    no_payload = ca.SX.zeros(ParameterLayout.of(assembly).phi.stop)
     tick = tick_function(assembly, machine)
     no_motion = [q, still, q, still, still, x, all_of_mode, q, z_before, ca.SX.zeros(freedoms, n), still, 1]
     arguments = [*no_motion, no_payload, ca.SX.ones(len(assembly.arm.limbs))]

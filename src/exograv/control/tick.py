@@ -12,7 +12,7 @@ from exograv.dynamics.closure import PIVOT_MIN, closure, cuff_energy, newton_ste
 from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, LoopTorque, arm_load, exo_torque, static_load
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout, Parameters
+from exograv.dynamics.parameters import ParameterLayout, Parameters
 from exograv.model.assembly import Assembly
 from exograv.model.loops import TWIST_COSINE_MIN, LoopSolver, away_from_singular, clearance
 from exograv.signals import Reference
@@ -40,7 +40,7 @@ HELD_TICKS = 20
 
 
 @dataclass
-class Mode:
+class ControlMode:
     """What the tick is for; changed between ticks."""
 
     drive: float = 0.0
@@ -60,7 +60,7 @@ class Tick:
         self.assembly = assembly
         # The posture of this tick is where the next one starts from.
         carry = {"q_before": "q", "z_before": "z", "G_before": "G", "spring_before": "spring", "held_before": "held"}
-        self._solver, self._layout = LoopSolver(assembly), Layout.of(assembly)
+        self._solver, self._layout = LoopSolver(assembly), ParameterLayout.of(assembly)
         self._start(kernel.compile(tick_function(assembly, machine), carry=carry))
         self.n_instructions = self._kernel.n_instructions
 
@@ -71,7 +71,7 @@ class Tick:
         return other
 
     def _start(self, compiled: kernel.Kernel) -> None:
-        self.mode = Mode()
+        self.mode = ControlMode()
         self.payload = np.zeros(self._layout.phi.stop)
         """What the arm carries besides itself, as a change of its inertial parameters (phi,); written between ticks.
         It is carried in full at every gravity level."""
@@ -188,7 +188,7 @@ class Tick:
 
 def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
     """The control law as one CasADi function."""
-    n, freedoms, layout = assembly.n, assembly.n_freedoms, Layout.of(assembly)
+    n, freedoms, layout = assembly.n, assembly.n_freedoms, ParameterLayout.of(assembly)
     q, v, q_before = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("q_before", n)
     z_before, G_before = ca.SX.sym("z_before", freedoms), ca.SX.sym("G_before", freedoms, n)
     q_reference, v_reference, a_reference = (ca.SX.sym(s, n) for s in ("q_reference", "v_reference", "a_reference"))

@@ -22,7 +22,7 @@ PHI_UNITS = ("kg", "kg·m", "kg·m", "kg·m", *["kg·m²"] * 6)
 
 
 @dataclass(frozen=True)
-class Layout:
+class ParameterLayout:
     """Where everything stands in `x`, for arms of this size in a machine of this size."""
 
     segments: int
@@ -32,7 +32,7 @@ class Layout:
     """Of the machine."""
 
     @classmethod
-    def of(cls, assembly: Assembly) -> "Layout":
+    def of(cls, assembly: Assembly) -> "ParameterLayout":
         """For these arms in this machine."""
         arm = assembly.arm
         return cls(len(arm.segments), len(arm.freedoms), len(arm.limbs), assembly.n)

@@ -10,7 +10,7 @@ from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.task.aircraft_line import PORT, SIZE_MAX_BYTES, AircraftSample, parse_line
-from exograv.task.aircraft_watch import AircraftEvent, Watch
+from exograv.task.aircraft_watch import AircraftEvent, AircraftWatch
 from exograv.task.events import FeedBack, FeedLost, OpenWindow
 from exograv.task.flight_profile import FlightProfile, Network, datagrams
 from exograv.task.task_settings import AircraftSettings
@@ -45,7 +45,7 @@ class AircraftReceiver:
                     f"--sender is '{sender}'; give the IPv4 address from which the aircraft's data come, such as "
                     "192.168.1.20, or leave it out."
                 ) from error
-        self._watch, self._port, self._sender = Watch(settings, level), port, sender
+        self._watch, self._port, self._sender = AircraftWatch(settings, level), port, sender
         self._socket: socket.socket | None = None
         self.heard = self.refused = self.foreign = 0
         self.why_refused = ""

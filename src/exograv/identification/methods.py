@@ -44,7 +44,7 @@ BUILDERS: Mapping[str, Builder] = MappingProxyType(
         "rls": forgetting.Forgetting,
         "ekf": ekf.LogCholeskyFilter,
         "least-squares": least_squares.LeastSquares,
-        "oracle": oracle.Oracle,
+        "oracle": oracle.OracleMethod,
     }
 )
 """From a setting, and where one is tuned the method's own setting, to the method."""

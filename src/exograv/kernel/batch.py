@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from . import virtual_machine
-from .emission import Layout
+from .emission import MemoryLayout
 from .native import MachineCode, machine_code
 from .object_code import processor
 from .pool import Job, runner, threads_can_wait
@@ -117,7 +117,7 @@ def compile_batch(function: ca.Function, lanes: int, shared: Iterable[str], dtyp
         return _on_the_virtual_machine(function, program, shared, np.dtype(dtype))
     lanes = lanes or processor().lanes * (1 if element == "double" else 2)
     order = [name in shared for name in program.arguments]
-    made = machine_code(program, Layout(lanes, element, frozenset(i for i, same in enumerate(order) if same)))
+    made = machine_code(program, MemoryLayout(lanes, element, frozenset(i for i, same in enumerate(order) if same)))
     native = _NativeBatch(program, made, lanes, np.dtype(dtype), shared)
     return Batch(
         program.name, "native", lanes, np.dtype(dtype), len(program.instructions),

@@ -22,7 +22,7 @@ WORK_BYTES_MAX = 1_000_000
 
 
 @dataclass(frozen=True)
-class Layout:
+class MemoryLayout:
     """How arguments and results lie in memory."""
 
     lanes: int = 1
@@ -50,7 +50,7 @@ class _Piece:
 class Emission:
     """The functions `@piece.0`, `@piece.1` …, to be called in order, and what else they need."""
 
-    def __init__(self, program: Program, layout: Layout):
+    def __init__(self, program: Program, layout: MemoryLayout):
         self._program, self._layout = program, layout
         self._operations = Operations(layout.lanes, layout.element)
         self._T, self._n_arguments = self._operations.T, len(program.arguments)

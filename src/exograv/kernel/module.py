@@ -1,6 +1,6 @@
 """A whole LLVM module: the pieces of a program, and the one function that runs them for one state or for a batch."""
 
-from .emission import Emission, Layout
+from .emission import Emission, MemoryLayout
 from .program import Program
 from .trigonometry import reduction, sincos
 
@@ -9,7 +9,7 @@ from .trigonometry import reduction, sincos
 ATTRIBUTES = '"probe-stack"="inline-asm" "min-legal-vector-width"="512" "prefer-vector-width"="512"'
 
 
-def module_text(program: Program, layout: Layout) -> str:
+def module_text(program: Program, layout: MemoryLayout) -> str:
     """IR of `run`, and for a single state of `call`, which Python calls without a wrapper.
 
     Raises:
@@ -30,7 +30,7 @@ def module_text(program: Program, layout: Layout) -> str:
     return "\n".join([*parts, *sorted(declared), *pieces, run])
 
 
-def _run_single(emission: Emission, layout: Layout, calls: str) -> str:
+def _run_single(emission: Emission, layout: MemoryLayout, calls: str) -> str:
     """`run(args)`; args points at all memories: arguments, results, constants."""
     copies = []
     for source, target, count in layout.carried:
@@ -67,7 +67,7 @@ define ptr @call(ptr %self, ptr %nothing) #0 {{
 """
 
 
-def _run_batch(emission: Emission, layout: Layout, calls: str, n_memories: int) -> str:
+def _run_batch(emission: Emission, layout: MemoryLayout, calls: str, n_memories: int) -> str:
     """`run(args, begin, end)`: states begin to end, in steps of the lanes; the last of args is a row's length."""
     return f"""define void @run(ptr %args, i64 %begin, i64 %end) #0 {{
 entry:

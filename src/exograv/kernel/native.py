@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from . import cache
-from .emission import Layout
+from .emission import MemoryLayout
 from .interface import Kernel
 from .memory import bound_memory, carried_memory
 from .module import module_text
@@ -28,7 +28,7 @@ def compile(
         ValueError: As `kernel.compile`.
     """
     program = straight_line(function)
-    return _bound(program, machine_code(program, Layout(carried=carried_memory(program, carry))), bindings)
+    return _bound(program, machine_code(program, MemoryLayout(carried=carried_memory(program, carry))), bindings)
 
 
 def _bound(program: Program, made: "MachineCode", bindings: Mapping[str, np.ndarray] | None = None) -> Kernel:
@@ -61,7 +61,7 @@ class MachineCode:
     from_cache: bool
 
 
-def machine_code(program: Program, layout: Layout) -> MachineCode:
+def machine_code(program: Program, layout: MemoryLayout) -> MachineCode:
     """Compile a program, or find it compiled.
 
     Raises:

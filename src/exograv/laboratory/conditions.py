@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Controller, Moment
+from exograv.loop.pilot import Controller, TickSample
 from exograv.signals import Reference
 
 from .effort import Performer
@@ -61,7 +61,7 @@ def leave_the_arm(performer: Performer, controller: ArmController, dt: float) ->
     """Let the arm's weight go, the person taking it over; the machine's own weight stays carried."""
     step = dt / HAND_OVER_S
 
-    def fade(_moment: Moment) -> None:
+    def fade(_moment: TickSample) -> None:
         controller.mode.arm_share = max(0.0, controller.mode.arm_share - step)
 
     performer.wait(controller, HAND_OVER_S, fade)
@@ -73,7 +73,7 @@ def switch_off(performer: Performer, controller: ArmController, dt: float) -> Co
     """Let everything go; what flies the machine from then on is nothing."""
     fading, step = Fading(controller), dt / HAND_OVER_S
 
-    def fade(_moment: Moment) -> None:
+    def fade(_moment: TickSample) -> None:
         fading.share = max(0.0, fading.share - step)
 
     performer.wait(fading, HAND_OVER_S, fade)

@@ -100,7 +100,7 @@ class OverTwin:
         """Nothing to let go of."""
 
 
-class Held(OverTwin):
+class CooperativeWearer(OverTwin):
     """A `Rig`: the twin, with a wearer who does for the arm what the machine does not do yet.
 
     The person is told when the machine begins and how long it takes, and gives the weight over along the same curve.
@@ -123,13 +123,13 @@ class Held(OverTwin):
         self._grip.act()
 
 
-def held_machine(laboratory: VirtualLaboratory, seed: int, t: float) -> Callable[[], Held]:
+def held_machine(laboratory: VirtualLaboratory, seed: int, t: float) -> Callable[[], CooperativeWearer]:
     """A function that makes the twin in the process that owns it, its wearer holding the own arm."""
     return partial(held_twin, laboratory, seed, t)
 
 
-def held_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> Held:
+def held_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> CooperativeWearer:
     """The twin, its wearer holding the own arm in the donning posture, at the time `t` of its clock [s]."""
     twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
     own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
-    return Held(twin, own, REST_BEFORE_RAMP_S, RAMP_IN_S)
+    return CooperativeWearer(twin, own, REST_BEFORE_RAMP_S, RAMP_IN_S)

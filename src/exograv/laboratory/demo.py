@@ -27,7 +27,7 @@ from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.recording import RecordingWriter
 from exograv.recording.rounding import percentiles, rounded
 from exograv.rig.twin import Twin, WearerModel
-from exograv.runtime.clock.pace import Pace
+from exograv.runtime.clock.pace import RealTimePace
 from exograv.safety.envelope import Envelope
 from exograv.storage.calibration_file import TakenCalibration, take_calibration, twin_identity
 from exograv.study.targets import TARGET_NM
@@ -59,7 +59,7 @@ class _Run:
 
     def pilot(self, twin: Twin, actuators: ActuatorGain) -> Pilot:
         envelope = Envelope(limits(self.laboratory.description), twin.period_s)
-        pace = Pace(twin.period_s) if self.options.realtime else None
+        pace = RealTimePace(twin.period_s) if self.options.realtime else None
         return Pilot(twin, actuators, envelope, self.recording, self.progress, pace)
 
 
@@ -219,7 +219,7 @@ def _record_identification(
     stop = "The motion ran its full time."
     if found.stop_s is not None:
         stop = f"The stop rule would have ended the motion after {found.stop_s:.0f} s."
-    doubted = examination.doubt(found.last)
+    doubted = examination.posterior_torque(found.last)
     run.result["identification"] = {
         **({"rest_s": round(found.method.rest_s, 3)} if isinstance(found.method, RestingMethod) else {}),
         "motion_s": round(found.last.t, 3),
@@ -287,7 +287,7 @@ def _float_and_weigh(
     weighing: Weighing = weigh(pilot, controller, model, found.last, hang)
     with_weight = found.last.x.copy()
     assembly = controller.assembly
-    with_weight[parameters.Layout.of(assembly).phi] += held_weight(assembly.arm, weighing.mass)
+    with_weight[parameters.ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, weighing.mass)
     run.result["known_weight"] = {
         "true_kg": round(mass, 4),
         "estimated_kg": round(weighing.mass, 4),

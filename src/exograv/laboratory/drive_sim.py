@@ -18,7 +18,7 @@ from exograv.model.description import RigDescription, Side, load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.rig.drives.settings import Drives, load_drives
-from exograv.rig.drives.simulated.bench import Bench, FrontEnd
+from exograv.rig.drives.simulated.bench import FrontEnd, SimulatedBench
 from exograv.rig.drives.simulated.plant import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.rig.twin.behaviour.own_arm import OwnArm
@@ -96,7 +96,7 @@ def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
     make = front_end(options.bus, drives)
     plant = _plant(options, description, drives, wiring)
     device: Device = make(plant, drives, lock_step=options.lock_step, say=say)
-    bench = Bench(drives.joints, plant, device, say)
+    bench = SimulatedBench(drives.joints, plant, device, say)
     bench.listen(sys.stdin)
     say(_greeting(options, drives, device, file))
     with device, _punctual(options.lock_step):

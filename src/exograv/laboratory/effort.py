@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import motion
-from exograv.loop.pilot import Controller, Moment, Pilot
+from exograv.loop.pilot import Controller, Pilot, TickSample
 from exograv.motion import Trajectory
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.acting import ActingWearer, usual_physiology
@@ -89,11 +89,11 @@ class Performer:
         self.wait(controller, go.seconds + SETTLE_S)
 
     def wait(
-        self, controller: Controller, seconds: float, listener: Callable[[Moment], None] = lambda _moment: None
+        self, controller: Controller, seconds: float, listener: Callable[[TickSample], None] = lambda _moment: None
     ) -> None:
         """Keep what is wanted for a while."""
 
-        def act(moment: Moment) -> None:
+        def act(moment: TickSample) -> None:
             self._act()
             listener(moment)
 
@@ -148,7 +148,7 @@ class Performer:
         path, tick = self._movement.path, 0
         self._person.want(path, practice.anticipated, self._twin.t)
 
-        def act(_moment: Moment) -> None:
+        def act(_moment: TickSample) -> None:
             nonlocal tick
             self._act()
             self._errors[tick], self._torques[tick] = self._person.error, self._twin.tau_voluntary
@@ -162,7 +162,7 @@ class Performer:
         truth = self._twin.truth
         self._twin.tau_voluntary[:] = self._person.step(self._twin.t, truth.q_arm, truth.v_arm)
 
-    def _run(self, controller: Controller, seconds: float, listener: Callable[[Moment], None]) -> None:
+    def _run(self, controller: Controller, seconds: float, listener: Callable[[TickSample], None]) -> None:
         # Nothing drives the machine to a reference here: it only has to be there.
         still: Trajectory = motion.hold(self._pilot.q.copy(), seconds, self._twin.period_s)
         self._pilot.run(controller, still, "", listener)

@@ -85,7 +85,7 @@ def _true_cuffs(laboratory: VirtualLaboratory) -> Assembly:
 def _true_parameters(
     laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedMachine
 ) -> parameters.Parameters:
-    wearer, layout = laboratory.wearer, parameters.Layout.of(assembly)
+    wearer, layout = laboratory.wearer, parameters.ParameterLayout.of(assembly)
     truth = parameter_truth(wearer)
     for limb, arm in zip(assembly.arm.limbs, wearer.arms, strict=True):
         longer = arm.skeleton.lengths["upper_arm"] - assembly.arm.lengths["upper_arm"]

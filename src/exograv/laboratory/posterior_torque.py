@@ -22,7 +22,7 @@ SEED = 20_260_103
 
 
 @dataclass(frozen=True)
-class Doubt:
+class PosteriorTorque:
     """RMS over postures of the torque that may be left over because the arm is not known better [N·m]."""
 
     median: Joints
@@ -33,7 +33,7 @@ class Doubt:
     """Arms that could be put into the machine [-]."""
 
 
-def doubt(resting: RestingTorque, assembly: Assembly, estimate: Estimate) -> Doubt | None:
+def posterior_torque(resting: RestingTorque, assembly: Assembly, estimate: Estimate) -> PosteriorTorque | None:
     """Monte-Carlo of an estimate's covariance, with the full closed-loop model; None where a method states none."""
     if estimate.covariance is None:
         return None
@@ -57,4 +57,4 @@ def doubt(resting: RestingTorque, assembly: Assembly, estimate: Estimate) -> Dou
         return None
     rms = np.sqrt(np.mean(error[usable] ** 2, axis=1))
     median, p95 = np.percentile(rms, [50, 95], axis=0)
-    return Doubt(median, p95, int(usable.sum()))
+    return PosteriorTorque(median, p95, int(usable.sum()))

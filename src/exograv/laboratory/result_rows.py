@@ -23,7 +23,7 @@ def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, we
     """Name, unit, truth, prior, estimate and 95 % interval of everything about the arm that slow motion can show."""
     truth = parameter_truth(wearer)
     rows = []
-    layout, arm = parameters.Layout.of(assembly), assembly.arm
+    layout, arm = parameters.ParameterLayout.of(assembly), assembly.arm
     for i, (name, unit) in enumerate(parameters.names_and_units(assembly)):
         # Moments of inertia stay the table's: slow motion does not show them.
         if name not in truth or ".I" in name:
@@ -35,7 +35,12 @@ def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, we
 
 
 def _mass_row(
-    limb: Limb, layout: parameters.Layout, arm: Arm, truth: Mapping[str, float], prior: np.ndarray, estimate: Estimate
+    limb: Limb,
+    layout: parameters.ParameterLayout,
+    arm: Arm,
+    truth: Mapping[str, float],
+    prior: np.ndarray,
+    estimate: Estimate,
 ) -> dict[str, Any]:
     """Of a whole arm."""
     segments = [limb.prefix + name for name in limb.bodies]

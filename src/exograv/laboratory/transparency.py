@@ -17,7 +17,7 @@ from exograv.storage.self_test_pass import NOT_NEEDED
 from .effort import Effort
 from .movements import WantedMovement, pointing, recorded
 from .transparency_summary import rig_result
-from .transparency_trial import CONDITIONS, Trial, run_trial
+from .transparency_trial import CONDITIONS, TransparencyTrial, run_trial
 
 MovementName = Literal["pointing", "recorded"]
 
@@ -117,7 +117,7 @@ def _run_rig(
             note(f"{description.name}, machine {k + 1} of {len(seeds)}: {text}", (k + share) / len(seeds))
 
         try:
-            of_machine = run_trial(Trial(description, options.level, seed), movement, tell)
+            of_machine = run_trial(TransparencyTrial(description, options.level, seed), movement, tell)
         except ExogravError as error:
             raise type(error)(f"{description.name}, seed {seed}: {error}") from error
         for condition, effort in of_machine.items():

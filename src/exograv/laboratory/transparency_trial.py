@@ -37,7 +37,7 @@ FRICTION = ("coulomb", "viscous", "load_friction", "friction_ripple")
 
 
 @dataclass(frozen=True)
-class Trial:
+class TransparencyTrial:
     """Which machine, which wearer, at which disturbance level."""
 
     description: RigDescription
@@ -55,7 +55,7 @@ class Trial:
         )
 
 
-def run_trial(trial: Trial, movement: WantedMovement, progress: Progress) -> dict[str, Effort]:
+def run_trial(trial: TransparencyTrial, movement: WantedMovement, progress: Progress) -> dict[str, Effort]:
     """Effort by condition.
 
     Raises:
@@ -73,7 +73,9 @@ def run_trial(trial: Trial, movement: WantedMovement, progress: Progress) -> dic
     return efforts
 
 
-def _effort(trial: Trial, condition: str, known: ControllerKnowledge, movement: WantedMovement, note: Note) -> Effort:
+def _effort(
+    trial: TransparencyTrial, condition: str, known: ControllerKnowledge, movement: WantedMovement, note: Note
+) -> Effort:
     if condition == "zero_g":
         return _effort_alone(trial, movement, known.t, note)
     laboratory = trial.laboratory(*UNREST, *(FRICTION if condition == "dam_ideal_no_friction" else ()))
@@ -94,7 +96,7 @@ def _effort(trial: Trial, condition: str, known: ControllerKnowledge, movement: 
     return performer.perform(controller, 0.0 if condition.startswith("dam") else 1.0)
 
 
-def _effort_alone(trial: Trial, movement: WantedMovement, t: float, note: Note) -> Effort:
+def _effort_alone(trial: TransparencyTrial, movement: WantedMovement, t: float, note: Note) -> Effort:
     """As in the aircraft: nothing weighs, and the machine is not worn."""
     laboratory = trial.laboratory(*UNREST)
     description, machine, wearer = laboratory.description, laboratory.machine, laboratory.wearer

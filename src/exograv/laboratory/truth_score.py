@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.control.resting import Resting, RestingTorque
-from exograv.control.tick import Mode
+from exograv.control.tick import ControlMode
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
 from exograv.identification.core.interface import Estimate
@@ -18,7 +18,7 @@ from exograv.recording.rounding import rounded
 from exograv.rig.twin import Examiner
 from exograv.rig.twin.examiner import rms
 
-from .posterior_torque import Doubt, doubt
+from .posterior_torque import PosteriorTorque, posterior_torque
 from .virtual_laboratory import VirtualLaboratory
 
 Joints = Float[np.ndarray, " joint"]
@@ -72,7 +72,7 @@ class Examination:
         asked: list[Resting] = []
 
         def all_currents(q: Postures) -> Postures:
-            asked.append(self._at_rest(q, x, Mode()))
+            asked.append(self._at_rest(q, x, ControlMode()))
             return self._actuators.current(asked[0].tau_desired)
 
         total = self._examiner.left_over(all_currents, payload_kg)
@@ -85,27 +85,27 @@ class Examination:
 
         The machine's own error is not in it: no estimate of the arm answers for that.
         """
-        total, empty = self.at_postures(x, Mode()), Mode(arm_share=0.0)
+        total, empty = self.at_postures(x, ControlMode()), ControlMode(arm_share=0.0)
         alone = self._empty.left_over(lambda q: self._actuators.current(self._at_rest(q, x, empty).tau_desired))
         return total - alone
 
     def exo_only(self, x: Parameters) -> Joints:
         """What is left over when only the exoskeleton is carried, RMS per joint [N·m]."""
-        return self.left_over(x, Mode(arm_share=0.0))
+        return self.left_over(x, ControlMode(arm_share=0.0))
 
-    def left_over(self, x: Parameters, mode: Mode) -> Joints:
+    def left_over(self, x: Parameters, mode: ControlMode) -> Joints:
         """What is left over in this mode, RMS per joint [N·m]."""
         return rms(self.at_postures(x, mode))
 
-    def at_postures(self, x: Parameters, mode: Mode) -> Postures:
+    def at_postures(self, x: Parameters, mode: ControlMode) -> Postures:
         """The same, posture by posture."""
         return self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, mode).tau_desired))
 
-    def doubt(self, estimate: Estimate) -> Doubt | None:
+    def posterior_torque(self, estimate: Estimate) -> PosteriorTorque | None:
         """What the estimate's own uncertainty would leave over; no truth is asked."""
-        return doubt(self._resting, self._assembly, estimate)
+        return posterior_torque(self._resting, self._assembly, estimate)
 
-    def _at_rest(self, q: Postures, x: Parameters, mode: Mode) -> Resting:
+    def _at_rest(self, q: Postures, x: Parameters, mode: ControlMode) -> Resting:
         arms = np.tile(x, (len(q), 1))
         if self._last is not None:
             before, z = self._last

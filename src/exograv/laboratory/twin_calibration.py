@@ -12,7 +12,7 @@ from exograv.model.tree import Tree
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
 from exograv.procedures.calibration.operator import ComputedOperator
-from exograv.procedures.self_test.bench import Subject
+from exograv.procedures.self_test.bench import TestedMachine
 from exograv.rig.twin import Machine, Twin
 from exograv.safety.guard import Guard
 
@@ -55,11 +55,11 @@ class EmptyTwin:
 
 def virtual_subject(
     description: RigDescription, machine: Machine, calibration: Calibration, lengths: Mapping[str, float], seed: int
-) -> Subject:
+) -> TestedMachine:
     """The empty machine of the twin, hanging, and somebody who presses Stop when it is time."""
     tree = adjusted(read_exoskeleton(description), description, lengths)
     twin = Twin(description, machine, None, seed, starting_posture(tree), lengths=lengths)
-    return Subject(description, tree, calibration, twin, press_software_stop)
+    return TestedMachine(description, tree, calibration, twin, press_software_stop)
 
 
 def press_software_stop(guard: Guard) -> None:

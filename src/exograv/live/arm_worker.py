@@ -10,10 +10,10 @@ from exograv.identification.core.interface import Estimate, Outcome, Sample
 from exograv.identification.core.prior import prior
 from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.model.assembly import Assembly
-from exograv.procedures.identification.estimator_session import Belief, Learner, table_guess
+from exograv.procedures.identification.estimator_session import Belief, EstimatorSession, table_guess
 from exograv.procedures.identification.person_check import PersonCheck
 from exograv.procedures.verification.postures import NONE
-from exograv.procedures.verification.slow_passes import Heard, PassListener
+from exograv.procedures.verification.slow_passes import PassListener, PassSample
 from exograv.safety.person import PersonLimits
 
 BRIDGED_TICKS = 20
@@ -40,7 +40,7 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Learned:
+class LearnedArm:
     """What a worker tells in the end."""
 
     t: float
@@ -58,12 +58,12 @@ class Learned:
 
 
 @dataclass(frozen=True)
-class Passed:
+class PassesResult:
     """What a worker tells after the passes of a verification."""
 
     t: float
     """The rig's clock at the last sample [s]."""
-    heard: tuple[Heard, ...]
+    heard: tuple[PassSample, ...]
     seconds: float
     """That they took [s]."""
     person: PersonLimits
@@ -87,7 +87,7 @@ class ArmWorker:
         self._period_s, self._before = period_s, -np.inf
         self._is_verified, self._learned, self._is_passed = is_verified, None, False
         self._listener, self._begun_at = PassListener(assembly.n, period_s), np.inf
-        self._learner = Learner(assembly, machine, "recursive", period_s, belief)
+        self._learner = EstimatorSession(assembly, machine, "recursive", period_s, belief)
         self._limits = LimitsMaker(assembly, machine, table_guess(assembly, machine))
         self._check: PersonCheck | None = None
         if belief is not None:
@@ -141,12 +141,12 @@ class ArmWorker:
         """Whether nothing follows."""
         return self._is_passed or not self._is_verified
 
-    def finish(self) -> tuple[np.ndarray, Learned | Passed]:
+    def finish(self) -> tuple[np.ndarray, LearnedArm | PassesResult]:
         """Parameters, and what the parent is to know."""
         if self._learned is not None:
             self._is_passed = True
             heard, seconds = tuple(self._listener.heard), self._before - self._begun_at
-            return self._learned.estimate.x, Passed(self._before, heard, seconds, self._learned.person)
+            return self._learned.estimate.x, PassesResult(self._before, heard, seconds, self._learned.person)
         self._learned = self._arm()
         return self._learned.estimate.x, self._learned
 
@@ -156,10 +156,10 @@ class ArmWorker:
             is_other = self._check is not None and self._check.is_contradicted
             self._news.append(Judged(estimate.t, estimate.x, estimate.sd, left_over, *self._learner.before, is_other))
 
-    def _arm(self) -> Learned:
+    def _arm(self) -> LearnedArm:
         estimate = self._learner.last()
         self._judge(estimate)
         found = self._learner.close()
         person = self._limits.known(estimate.x)
         why = (found.outcome, found.why, found.stop_s, found.restless_s)
-        return Learned(self._before, estimate, *why, person, self._is_verified)
+        return LearnedArm(self._before, estimate, *why, person, self._is_verified)

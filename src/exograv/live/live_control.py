@@ -22,11 +22,11 @@ from exograv.runtime.control_loop.steering import ASKABLE
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
 from exograv.safety.modes import REST_BEFORE_RAMP_S, WORN, Event, Mode, ModeMachine
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.signals import Reference
-from exograv.storage.self_test_pass import Key, unlock
+from exograv.storage.self_test_pass import MachineKey, unlock
 
-from .live_identification import Lesson, LessonPlan
+from .live_identification import LiveIdentification, LiveIdentificationPlan
 
 SKIPPED = "skipped: twin"
 SKIPPED_TEXT = "The self-test is skipped: this is the twin, and nobody is in it."
@@ -55,7 +55,7 @@ class Hearer(Protocol):
 
 
 @dataclass(frozen=True)
-class Plan:
+class LivePlan:
     """What each process builds its part from."""
 
     description: RigDescription
@@ -69,17 +69,17 @@ class Plan:
     period_ns: int = PERIOD_NS
     """Of the machine [ns]."""
 
-    lesson: LessonPlan | None = None
+    lesson: LiveIdentificationPlan | None = None
     """How the arm is learned live; absent where it is known."""
 
-    key: Key | None = None
+    key: MachineKey | None = None
     """What unlocks a real machine."""
 
     is_steered: bool = False
     """Whether somebody at a page asks for each step."""
 
 
-def guarded_rig(plan: Plan) -> GuardedRig:
+def guarded_rig(plan: LivePlan) -> GuardedRig:
     """The machine, and the guard in front of it.
 
     Raises:
@@ -88,7 +88,7 @@ def guarded_rig(plan: Plan) -> GuardedRig:
     rig, gain = plan.machine(), plan.prepared.machine.actuators
     unlock(rig, plan.key)
     envelope = Envelope(limits(plan.description), rig.period_s)
-    envelope.person = Person(plan.person, plan.gravity_level)
+    envelope.person = GuardedPerson(plan.person, plan.gravity_level)
     envelope.person.drive(plan.lesson is not None)
     guard = Guard.of_machine(envelope, rig.period_s, gain.gain.tolist())
     announce = rig.hear if isinstance(rig, Hearer) else lambda _mode: None
@@ -105,7 +105,7 @@ class LiveControl:
         prepared: ControllerKnowledge,
         gravity_level: float,
         is_first: bool = True,
-        lesson: Lesson | LessonPlan | None = None,
+        lesson: LiveIdentification | LiveIdentificationPlan | None = None,
         period_s: float = 1e-9 * PERIOD_NS,
         is_steered: bool = False,
     ):
@@ -117,7 +117,7 @@ class LiveControl:
         self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
         self._modes = ModeMachine() if is_first else ModeMachine(Mode.SAFE)
         self._rested_s, self._has_begun = 0.0, not is_first
-        self._lesson = lesson.lesson() if isinstance(lesson, LessonPlan) else lesson
+        self._lesson = lesson.lesson() if isinstance(lesson, LiveIdentificationPlan) else lesson
         self._actuators = prepared.machine.actuators
         self._q_ramp = self._still
         # The first step finds the loops' posture from cold, which takes longer than a tick.

@@ -7,14 +7,14 @@ import numpy as np
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.runtime.clock.timing import Timing
 
-from .live_processes import Flown
+from .live_processes import LiveResult
 from .simulated_wearer import SimulatedWearer
 
 STALL_BEFORE_S = 0.05
 """A latch is put down to the longest gap so long before it."""
 
 
-def flown_figures(rig: str, flown: Flown) -> dict[str, Any]:
+def flown_figures(rig: str, flown: LiveResult) -> dict[str, Any]:
     """Timing, recording and stops."""
     report, recording, timing = flown.report, flown.recording, flown.report.timing
     p50, p99, p999 = (1e-3 * np.percentile(timing.lateness_ns, [50, 99, 99.9])).round(1).tolist()
@@ -47,7 +47,7 @@ def flown_figures(rig: str, flown: Flown) -> dict[str, Any]:
     }
 
 
-def learned_figures(flown: Flown, wearer: SimulatedWearer | None, prepared: ControllerKnowledge) -> dict[str, Any]:
+def learned_figures(flown: LiveResult, wearer: SimulatedWearer | None, prepared: ControllerKnowledge) -> dict[str, Any]:
     """What became of an arm that was to be learned live; with the truth beside it where there is one."""
     learned = flown.learned
     figures: dict[str, Any] = {"findings": flown.findings, "worker_restarts": flown.worker_restarts}

@@ -20,9 +20,9 @@ from exograv.runtime.recorder.recorder import Recorder
 from exograv.runtime.ros2.bridging import Ros2
 from exograv.runtime.ros2.streaming import NO_STREAMING, Streaming
 
-from .live_control import LiveControl, Plan, guarded_rig, notes
-from .live_identification import LessonPlan
-from .live_processes import Flown, Parts, Running, fly
+from .live_control import LiveControl, LivePlan, guarded_rig, notes
+from .live_identification import LiveIdentificationPlan
+from .live_processes import LiveResult, Parts, Running, fly
 
 LESSON_S = (10.0, 600.0)
 """Of motion, at least and at most [s]."""
@@ -92,7 +92,7 @@ def lesson_plan(
     verification: Verification | None = None,
     passes_s: float = 0.0,
     belief: Belief | None = None,
-) -> LessonPlan:
+) -> LiveIdentificationPlan:
     """How an arm is learned by so much motion, and verified by so much [s]; its memory is there as long as `stack`.
 
     It begins with a belief of another day, if there is one.
@@ -102,11 +102,11 @@ def lesson_plan(
     samples = stack.enter_context(contextlib.closing(size.sample_ring()))
     findings = stack.enter_context(contextlib.closing(size.finding_ring()))
     memory = replace(size, samples=samples.name, findings=findings.name)
-    return LessonPlan(prepared.assembly, prepared.machine, seconds, period_s, memory, verification, belief)
+    return LiveIdentificationPlan(prepared.assembly, prepared.machine, seconds, period_s, memory, verification, belief)
 
 
 def fly_plan(
-    plan: Plan,
+    plan: LivePlan,
     seconds: float,
     folder: Path,
     said: Mapping[str, Any],
@@ -114,7 +114,7 @@ def fly_plan(
     started: Callable[[Running], object],
     is_tested: bool = False,
     lsl: Streaming = NO_STREAMING,
-) -> Flown:
+) -> LiveResult:
     """Float the arm live, who is known already; as `run_live`."""
     path, joints = folder / "live.mcap", plan.description.joints
     settings = settings_of(plan, said)
@@ -122,7 +122,7 @@ def fly_plan(
         return fly(parts_of(plan, is_tested), seconds, recorder, progress, started, lsl.listening, lsl.ros2)
 
 
-def parts_of(plan: Plan, is_tested: bool) -> Parts:
+def parts_of(plan: LivePlan, is_tested: bool) -> Parts:
     """What the processes of a flight build in themselves."""
     lesson, period_s = plan.lesson, 1e-9 * plan.period_ns
     control = partial(
@@ -140,7 +140,7 @@ def parts_of(plan: Plan, is_tested: bool) -> Parts:
     )
 
 
-def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
+def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> dict[str, Any]:
     """What the recording says of the run, for `exograv replay` too."""
     description, prepared = plan.description, plan.prepared
     return {
@@ -168,7 +168,7 @@ def settings_of(plan: Plan, said: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _written_lesson(lesson: LessonPlan) -> dict[str, Any]:
+def _written_lesson(lesson: LiveIdentificationPlan) -> dict[str, Any]:
     said: dict[str, Any] = {"identify_s": lesson.seconds}
     if (asked := lesson.verification) is not None:
         said["verification"] = {"postures": asked.postures.tolist(), "seed": asked.seed}

@@ -28,7 +28,7 @@ SETTLE_S = 0.5
 Joints = np.ndarray
 
 
-class Lesson:
+class LiveIdentification:
     """Control's part: the motion that is asked for, and what goes to the worker and comes from it."""
 
     def __init__(
@@ -131,7 +131,7 @@ class Lesson:
 
 
 @dataclass(frozen=True)
-class LessonPlan:
+class LiveIdentificationPlan:
     """What control and worker need to know of it; goes from process to process."""
 
     assembly: Assembly
@@ -144,11 +144,11 @@ class LessonPlan:
     belief: Belief | None = None
     """Of another day, from the person's file; the table's person if absent."""
 
-    def lesson(self) -> Lesson:
+    def lesson(self) -> LiveIdentification:
         """Control's part, on the memory that its parent has made."""
         samples, findings = self.memory.sample_ring(), self.memory.finding_ring()
         passes = lesson_passes(self.assembly, self.seconds, self.period_s, self.verification)
-        return Lesson(self.assembly, self.seconds, self.period_s, samples.put, findings.newest, passes)
+        return LiveIdentification(self.assembly, self.seconds, self.period_s, samples.put, findings.newest, passes)
 
     def worker(self) -> "ArmWorker":
         """The worker's part."""

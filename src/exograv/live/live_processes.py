@@ -16,17 +16,17 @@ from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import written_person
 from exograv.runtime.clock.timing import PERIOD_NS
 from exograv.runtime.control_loop.answering import Answering
-from exograv.runtime.control_loop.exchange import Channels, Led, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_commands import BELL, ENDS, Line
+from exograv.runtime.control_loop.exchange import Channels, LedPerson, answer_dtype, state_dtype
+from exograv.runtime.control_loop.guard_commands import BELL, ENDS, GuardLine
 from exograv.runtime.control_loop.guard_process import GuardedRig, GuardJob, GuardReport, guard_process
 from exograv.runtime.control_loop.worker import WorkerJob
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.processes.spawn import spawned
-from exograv.runtime.recorder.recorder import Recorder, Report, timing_message
+from exograv.runtime.recorder.recorder import Recorder, RecorderReport, timing_message
 from exograv.runtime.ros2.bridging import Bridging
 
-from .arm_worker import Learned, Passed
+from .arm_worker import LearnedArm, PassesResult
 from .control_supervisor import ControlKeeper, await_word
 from .footprint import Footprint
 from .worker_supervisor import WorkerKeeper
@@ -60,11 +60,11 @@ class Parts:
 
 
 @dataclass(frozen=True)
-class Flown:
+class LiveResult:
     """What is left of a live run."""
 
     report: GuardReport
-    recording: Report
+    recording: RecorderReport
     path: Path
     wall_s: float
     control_restarts: int
@@ -72,8 +72,8 @@ class Flown:
     """As `Footprint.figures`."""
     worker_restarts: int = 0
     findings: int = 0
-    learned: Learned | None = None
-    passed: Passed | None = None
+    learned: LearnedArm | None = None
+    passed: PassesResult | None = None
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Running:
     answers: Mailbox
     """What control answers: among it how much of the arm is carried."""
 
-    line: Line
+    line: GuardLine
     """To the guard."""
 
     worker: WorkerKeeper | None = None
@@ -108,7 +108,7 @@ def fly(
     listening: Listening | None = None,
     ros2: Bridging | None = None,
     hears: Callable[[object], object] = lambda _: None,
-) -> Flown:
+) -> LiveResult:
     """Guard and control in processes of their own beside the recorder, which is completed.
 
     Streams of other devices, if there are some, are recorded from when guard and control are ready. What the guard
@@ -126,7 +126,7 @@ def fly(
         )  # fmt: skip
         guard, to_guard = spawned("guard", guard_process, job)
         stack.callback(_end, guard)
-        line = Line(to_guard, bell)
+        line = GuardLine(to_guard, bell)
         control = ControlKeeper(parts.control, parts.control_again, channels, states, answers)
         stack.callback(control.close)
         worker = None if parts.worker is None else _worker(parts.worker, recorder, line, stack)
@@ -153,16 +153,16 @@ def fly(
         if listening is not None:
             listening.finish()
         recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
-        flown = Flown(report, recording, recorder.path, wall_s, control.restarts, footprint.figures())
+        flown = LiveResult(report, recording, recorder.path, wall_s, control.restarts, footprint.figures())
         return flown if worker is None else replace(flown, **worker.figures())
 
 
-def _worker(job: WorkerJob, recorder: Recorder, line: Line, stack: contextlib.ExitStack) -> WorkerKeeper:
+def _worker(job: WorkerJob, recorder: Recorder, line: GuardLine, stack: contextlib.ExitStack) -> WorkerKeeper:
     findings = job.memory.finding_ring()
     stack.callback(findings.close)
 
-    def accept(word: Learned | Passed) -> None:
-        line.send(Led(word.person) if word.is_led else word.person)
+    def accept(word: LearnedArm | PassesResult) -> None:
+        line.send(LedPerson(word.person) if word.is_led else word.person)
         message = {"person": written_person(word.person), "gravity_level": 0.0, "is_driven": word.is_led}
         recorder.write("/control", word.t, {"act": "wear", **message})
 
@@ -203,7 +203,7 @@ class Watched(Protocol):
 def _watched(
     guard: BaseProcess,
     connection: Connection,
-    line: Line,
+    line: GuardLine,
     others: Sequence[Watched | None],
     progress: Progress,
     seconds: float,

@@ -12,7 +12,7 @@ from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import CLOSURE_SLOPE_MAX, Progress
 from exograv.loop.replay.columns import Again, Columns, each_tick
 from exograv.loop.replay.guard_replay import SETTLED_S, Guarding
-from exograv.loop.replay.recorded_run import Recorded, readable
+from exograv.loop.replay.recorded_run import RecordedRun, readable
 from exograv.loop.replay.what_if import Instead
 from exograv.loop.replay_log import read_machine, read_person
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -22,7 +22,7 @@ from exograv.safety.modes import Mode
 from exograv.signals import JointState
 
 from .live_control import MODES, LiveControl
-from .live_identification import Lesson, lesson_passes
+from .live_identification import LiveIdentification, lesson_passes
 
 REACH = 32
 """Measurements back to which `seen` in a tick tells whether control has answered."""
@@ -31,7 +31,7 @@ REACH = 32
 class LiveAgain:
     """Flies the ticks of one recording."""
 
-    def __init__(self, recorded: Recorded, instead: Instead):
+    def __init__(self, recorded: RecordedRun, instead: Instead):
         """Guard and control as they began.
 
         Raises:
@@ -70,7 +70,9 @@ class LiveAgain:
         self._found, self._persons, lesson = 0, 0, None
         if seconds := live.get("identify_s"):
             passes = lesson_passes(recorded.assembly, seconds, live["period_s"], _verification(live))
-            lesson = Lesson(recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest, passes)
+            lesson = LiveIdentification(
+                recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest, passes
+            )
             self._guarding.feel(level, is_driven=True)
         prepared = ControllerKnowledge(recorded.assembly, machine, x, 0.0)
         is_steered = bool(live.get("is_steered"))

@@ -1,6 +1,6 @@
 """What a live run may ask of a simulated wearer: the form, and at the end the score that only a simulation has."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from jaxtyping import Float
 from numpy import ndarray
@@ -10,6 +10,7 @@ from exograv.model.wearer_form import WearerForm
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 
 
+@runtime_checkable
 class SimulatedWearer(Protocol):
     """The wearer of a simulated machine. No controller and no estimator is given one."""
 

@@ -10,7 +10,7 @@ from exograv.runtime.control_loop.worker import WorkerJob, worker_process
 from exograv.runtime.processes.shared_memory import Ring
 from exograv.runtime.processes.spawn import spawned
 
-from .arm_worker import Judged, Learned, Passed
+from .arm_worker import Judged, LearnedArm, PassesResult
 
 RESTARTS_MAX = 3
 """Workers that are replaced; what ends so many would end the next one too."""
@@ -21,7 +21,9 @@ Record = Callable[[str, float, Mapping[str, Any]], object]
 class WorkerKeeper:
     """One worker after another, until the arm is learned."""
 
-    def __init__(self, job: WorkerJob, findings: Ring, record: Record, accept: Callable[[Learned | Passed], object]):
+    def __init__(
+        self, job: WorkerJob, findings: Ring, record: Record, accept: Callable[[LearnedArm | PassesResult], object]
+    ):
         """Start the first.
 
         Args:
@@ -32,8 +34,8 @@ class WorkerKeeper:
         """
         self._job, self._findings, self._record, self._accept = job, findings, record, accept
         self.restarts = 0
-        self.learned: Learned | None = None
-        self.passed: Passed | None = None
+        self.learned: LearnedArm | None = None
+        self.passed: PassesResult | None = None
         self.judged: Judged | None = None
         """How far it is."""
         self._start()
@@ -87,10 +89,10 @@ class WorkerKeeper:
         # One that follows on another learns all anew; the guard knows the person already.
         if isinstance(word, Judged):
             self.judged = word
-        elif isinstance(word, Learned) and self.learned is None:
+        elif isinstance(word, LearnedArm) and self.learned is None:
             self.learned = word
             self._accept(word)
-        elif isinstance(word, Passed) and self.passed is None:
+        elif isinstance(word, PassesResult) and self.passed is None:
             self.passed = word
             self._accept(word)
 

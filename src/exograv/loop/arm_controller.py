@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from exograv import kernel
 from exograv.control.handover import Handover
-from exograv.control.tick import Mode, Tick
+from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.model.arm import WeightPlace, held_weight
@@ -37,11 +37,11 @@ class ArmController:
         self._trial = self._tick.again()
         self._dt = dt
         self._handover = Handover(x, dt)
-        self._no_payload = np.zeros(parameters.Layout.of(assembly).phi.stop)
+        self._no_payload = np.zeros(parameters.ParameterLayout.of(assembly).phi.stop)
         self._payloads = Handover(self._no_payload, dt)
         self._weights: dict[WeightPlace, float] = {}
-        self._fit = parameters.Layout.of(assembly).fit
-        self._bodies = parameters.Layout.of(assembly).bodies
+        self._fit = parameters.ParameterLayout.of(assembly).fit
+        self._bodies = parameters.ParameterLayout.of(assembly).bodies
         self._skeleton = kernel.compile(skeleton_function(assembly))
 
     def again(self, x: parameters.Parameters) -> "ArmController":
@@ -57,7 +57,7 @@ class ArmController:
         return {"kind": "arm", "machine": asdict(self.machine), "x": self.x.copy()}
 
     @property
-    def mode(self) -> Mode:
+    def mode(self) -> ControlMode:
         """What the tick is for."""
         return self._tick.mode
 
@@ -155,7 +155,7 @@ class ArmController:
 
         With the payload in force, or another one.
         """
-        self._trial.mode = Mode(0.0, self.mode.gravity_level, self.mode.arm_share)
+        self._trial.mode = ControlMode(0.0, self.mode.gravity_level, self.mode.arm_share)
         self._trial.payload[:] = self._payloads.x if payload is None else payload
         return self._trial.at_rest(q, x, self._tick.z)[0]
 
@@ -167,7 +167,7 @@ class ArmController:
 
 def skeleton_function(assembly: Assembly) -> ca.Function:
     """Points (3, point) to draw of machine and arm by `q`, the arm's freedoms and what fits the arm's place [m]."""
-    layout = parameters.Layout.of(assembly)
+    layout = parameters.ParameterLayout.of(assembly)
     q, z = ca.SX.sym("q", assembly.n), ca.SX.sym("z", layout.freedoms)
     fit = ca.SX.sym("fit", layout.fit.stop - layout.fit.start)
     exo = body_poses(assembly.exo, q)

@@ -10,7 +10,7 @@ from exograv import motion
 from exograv.safety.guard import GRAVITY_LEVEL_S
 
 from .arm_controller import ArmController
-from .pilot import Guide, Moment, Pilot
+from .pilot import Guide, Pilot, TickSample
 
 SECONDS = {
     "drive": 1.0,  # feedback, inertial feed-forward and the wearer's passive torque
@@ -27,7 +27,7 @@ class _Fade:
         self._step = (goal - getattr(self._mode, field)) / ticks
         self._left = ticks
 
-    def __call__(self, _moment: Moment) -> None:
+    def __call__(self, _moment: TickSample) -> None:
         self._left -= 1
         value = self._goal if self._left <= 0 else getattr(self._mode, self._field) + self._step
         setattr(self._mode, self._field, value)
@@ -45,7 +45,7 @@ def fade(
     goal: float,
     posture: Float[np.ndarray, " joint"],
     guide: Guide | None = None,
-    listener: Callable[[Moment], None] = lambda _moment: None,
+    listener: Callable[[TickSample], None] = lambda _moment: None,
 ) -> None:
     """Bring a field of the controller's mode to `goal` while `posture` [rad] is held, or what a guide says.
 
@@ -60,7 +60,7 @@ def fade(
     change = _Fade(pilot, controller, field, goal, round(SECONDS[field] / dt))
     text = "Letting go" if goal == 0.0 else "Taking over"
 
-    def listen(moment: Moment) -> None:
+    def listen(moment: TickSample) -> None:
         change(moment)
         listener(moment)
 

@@ -6,12 +6,12 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout, Parameters
+from exograv.dynamics.parameters import ParameterLayout, Parameters
 from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.assembly import Assembly
 from exograv.model.support import sample_postures
 from exograv.safety.envelope import Envelope
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 
 from .person_limits import limits_of_table
 from .plausible_table import TableMaker
@@ -49,7 +49,7 @@ class LimitsMaker:
         """
         self._assembly, self._maker = assembly, TableMaker(assembly, machine, x)
         self._workspace = sample_postures(assembly.description, POSTURES)
-        self._layout = Layout.of(assembly)
+        self._layout = ParameterLayout.of(assembly)
 
     def expected(self, x: Parameters, covariance: Covariance, v_motion: float) -> PersonLimits:
         """Of somebody who may be anyone that is believed possible; moved by up to `v_motion` [rad/s]."""
@@ -95,7 +95,7 @@ def _driven(limits: PersonLimits) -> PersonLimits:
     return replace(limits, driven_W=PATH_W, driven_J=UNKNOWN_J)
 
 
-class Worn:
+class PersonLimitsManager:
     """Tells an envelope, phase by phase, who is in the machine."""
 
     def __init__(self, envelope: Envelope, assembly: Assembly, machine: CalibratedMachine, x: Parameters):
@@ -116,6 +116,6 @@ class Worn:
 
     def _put_in(self, limits: PersonLimits, is_driven: bool = False) -> None:
         before = self._envelope.person
-        person = Person(limits, before.gravity_level if before else 0.0)
+        person = GuardedPerson(limits, before.gravity_level if before else 0.0)
         person.drive(is_driven or (before is not None and before.is_driven))
         self._envelope.person = person

@@ -15,17 +15,17 @@ from exograv.model.loops import NEAR_SINGULAR
 from exograv.motion import Trajectory
 from exograv.recording import RecordingWriter
 from exograv.rig import Powered, Rig, may_be_worn
-from exograv.runtime.clock.pace import Pace
+from exograv.runtime.clock.pace import RealTimePace
 from exograv.runtime.control_loop.exchange import ASTRAY
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Submitted
 from exograv.signals import Command, JointState, Reference
-from exograv.storage.self_test_pass import Key, unlock, withdraw_pass
+from exograv.storage.self_test_pass import MachineKey, unlock, withdraw_pass
 
 from .arm_controller import ArmController
 from .interrupt import HeldInterrupt
-from .person_limits_manager import Worn
-from .replay_log import Account, mode_fields
+from .person_limits_manager import PersonLimitsManager
+from .replay_log import ReplayLog, mode_fields
 from .stop_message import stopped_text
 
 Joints = Float[np.ndarray, " joint"]
@@ -68,7 +68,7 @@ class Controller(Protocol):
 
 
 @dataclass
-class Moment:
+class TickSample:
     """One tick, for whoever listens; arrays are overwritten by the next."""
 
     state: JointState
@@ -95,10 +95,10 @@ class Pilot:
     envelope: Envelope
     recording: RecordingWriter | None = None
     progress: Progress = lambda _text, _share: None
-    pace: Pace | None = None
-    worn: Worn | None = None
+    pace: RealTimePace | None = None
+    worn: PersonLimitsManager | None = None
     """Tells the guard who is in the machine; nobody is if absent."""
-    key: Key | None = None
+    key: MachineKey | None = None
     """What unlocks a real machine for an arm."""
     tick_us: list[float] = field(default_factory=list)
     """Time that each decision took, guard included [µs]."""
@@ -111,7 +111,7 @@ class Pilot:
         is_known = bool((self.actuators.gain_sd <= GAIN_SD_KNOWN * np.abs(self.actuators.gain)).all())
         self.guard = Guard.of_machine(self.envelope, period_s, self.actuators.gain.tolist(), is_known)
         self._near_singular = False
-        self._account = None if self.recording is None else Account(self.recording, self.actuators, period_s)
+        self._account = None if self.recording is None else ReplayLog(self.recording, self.actuators, period_s)
         self._stop_known = self.envelope.stop
         self.q = self.rig.read().q.copy()
         """Where the joints were at the last tick [rad]."""
@@ -126,7 +126,7 @@ class Pilot:
         controller: Controller,
         trajectory: Trajectory,
         text: str,
-        listener: Callable[[Moment], None] | None = None,
+        listener: Callable[[TickSample], None] | None = None,
         guide: Guide | None = None,
     ) -> None:
         """Follow a trajectory to its end; or, for as long as it lasts, what a `guide` says.
@@ -168,7 +168,7 @@ class Pilot:
             self._tick(controller, Reference(self.q, still, still))
         return False
 
-    def _tick(self, controller: Controller, reference: Reference, guide: Guide | None = None) -> Moment | None:
+    def _tick(self, controller: Controller, reference: Reference, guide: Guide | None = None) -> TickSample | None:
         """One tick; None where nothing was measured that may be believed: nobody is to learn from it."""
         state, now = self.rig.read(), self.rig.t
         if self._account is not None:
@@ -225,7 +225,7 @@ class Pilot:
             self.pace.wait()
         if believed is None:
             return None
-        return Moment(believed, q, v, tau_measured, tau_commanded, controller.tau_feedforward, reference)
+        return TickSample(believed, q, v, tau_measured, tau_commanded, controller.tau_feedforward, reference)
 
     def _watch_posture(self, clearance: float, t: float) -> None:
         """Note when the arm comes near a singular posture, once each time."""

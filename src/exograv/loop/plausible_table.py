@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from exograv.control.resting import RestingTorque
-from exograv.control.tick import Mode
+from exograv.control.tick import ControlMode
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout, Parameters
+from exograv.dynamics.parameters import ParameterLayout, Parameters
 from exograv.errors import ModelError
 from exograv.model.assembly import Assembly
 from exograv.safety.plausible import GRAVITY_LEVEL_MAX, Chain, Features, PlausibleTable
@@ -72,7 +72,7 @@ class TableMaker:
         carried, closed = _torques(self.resting, self._postures, z, x)
         if payload is not None:
             loaded = x.copy()
-            loaded[Layout.of(self._assembly).phi] += payload
+            loaded[ParameterLayout.of(self._assembly).phi] += payload
             found = self.resting(self._postures, self._same(loaded), z)
             carried = {level: tau + (found.tau_desired - carried[0.0]) for level, tau in carried.items()}
             closed = closed & found.is_closed
@@ -120,7 +120,7 @@ class TableMaker:
         fitted = slice(0, checked.start)
         exo, arm = carried[1.0], carried[0.0] - carried[1.0]
         chains = tuple(_chain(joints, postures[fitted], exo[fitted], arm[fitted]) for joints in _chains(assembly))
-        dry, viscous = _dry(assembly, self._machine, x, carried[0.0]), x[Layout.of(assembly).viscous]
+        dry, viscous = _dry(assembly, self._machine, x, carried[0.0]), x[ParameterLayout.of(assembly).viscous]
         table = PlausibleTable(chains, np.zeros(assembly.n), dry, viscous)
         off = [
             np.abs([table.torque(q, level) for q in postures[checked]] - tau[checked]) for level, tau in carried.items()
@@ -135,7 +135,7 @@ def _torques(
     arms = np.tile(x, (len(postures), 1))
     carried, closed = dict[float, Postures](), np.ones(len(postures), dtype=bool)
     for level in (0.0, 1.0, GRAVITY_LEVEL_MAX):
-        found = resting(postures, arms, z, Mode(gravity_level=level))
+        found = resting(postures, arms, z, ControlMode(gravity_level=level))
         carried[level], closed = found.tau_desired, closed & found.is_closed
     return carried, closed
 
@@ -169,6 +169,6 @@ def _dry(
     assembly: Assembly, machine: CalibratedMachine, x: Parameters, carried: Postures
 ) -> Float[np.ndarray, " joint"]:
     """The most that the calibrated friction can take breaking away under the heaviest load [N·m]."""
-    friction, coulomb = machine.friction, x[Layout.of(assembly).coulomb]
+    friction, coulomb = machine.friction, x[ParameterLayout.of(assembly).coulomb]
     loaded = np.asarray(friction.load_share) * np.abs(carried).max(axis=0)
     return coulomb * np.maximum(np.asarray(friction.breakaway), 1.0) + loaded + np.abs(np.asarray(friction.asymmetry))

@@ -12,7 +12,7 @@ import numpy as np
 
 import exograv
 from exograv import kernel
-from exograv.control.tick import Mode
+from exograv.control.tick import ControlMode
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.friction import Friction
 from exograv.dynamics.machine import CalibratedMachine
@@ -20,7 +20,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription
 from exograv.recording import RecordingWriter
 from exograv.recording.code import code_sha256
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 
 PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
@@ -38,7 +38,7 @@ class Accountable(Protocol):
         ...
 
 
-class Account:
+class ReplayLog:
     """Writes what a pilot's controllers are given, before the tick in which it is in force."""
 
     def __init__(self, recording: RecordingWriter, actuators: ActuatorGain, period_s: float):
@@ -46,10 +46,10 @@ class Account:
         self._known: list[object] = []
         self._flying: object = None
         self._accountable: Accountable | None = None
-        self._person: Person | None = None
+        self._person: GuardedPerson | None = None
         self._felt = (0.0, False)
 
-    def note(self, t: float, controller: object, person: Person | None) -> None:
+    def note(self, t: float, controller: object, person: GuardedPerson | None) -> None:
         """Before the tick of the time `t` [s]: who flies it, who is in it, and what was told since the last one."""
         if controller is not self._flying:
             self._take_over(t, controller)
@@ -63,7 +63,7 @@ class Account:
                 self._recording.write("/control", t, act)
             self._accountable.acts.clear()
 
-    def _wear(self, t: float, person: Person | None) -> None:
+    def _wear(self, t: float, person: GuardedPerson | None) -> None:
         self._person = person
         limits = None if person is None else written_person(person.limits)
         self._felt = (0.0, False) if person is None else (person.gravity_level, person.is_driven)
@@ -87,14 +87,14 @@ class Account:
         self._recording.write("/control", t, {"act": "fly", "controller": number, **new})
 
 
-def _felt(person: Person) -> dict[str, Any]:
+def _felt(person: GuardedPerson) -> dict[str, Any]:
     return {"gravity_level": person.gravity_level, "is_driven": person.is_driven}
 
 
 def mode_fields(controller: object) -> dict[str, float]:
     """What a tick says of the mode it is flown in; nothing where no arm is carried."""
     mode = getattr(controller, "mode", None)
-    if not isinstance(mode, Mode):
+    if not isinstance(mode, ControlMode):
         return {}
     return {"drive": mode.drive, "gravity_level": mode.gravity_level, "arm_share": mode.arm_share}
 

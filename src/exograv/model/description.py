@@ -17,13 +17,13 @@ from exograv.errors import ConfigError
 from .questions import open_questions
 from .rig_settings import Actuator as Actuator
 from .rig_settings import ArmSide as ArmSide
-from .rig_settings import Calibration as Calibration
+from .rig_settings import CalibrationSettings as CalibrationSettings
 from .rig_settings import Cuff as Cuff
 from .rig_settings import Excitation as Excitation
+from .rig_settings import JointSweep as JointSweep
 from .rig_settings import Place as Place
 from .rig_settings import RigSettings as RigSettings
 from .rig_settings import Side as Side
-from .rig_settings import Sweep as Sweep
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class RigDescription:
         return tuple(actuator.joint for actuator in self.settings.actuators if actuator.drive == "passive")
 
     @property
-    def calibration(self) -> Calibration:
+    def calibration(self) -> CalibrationSettings:
         """How the empty machine is calibrated.
 
         Raises:

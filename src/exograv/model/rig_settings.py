@@ -41,7 +41,7 @@ class Urdf(Settings):
         return tuple(side for side in sides if getattr(self, side) is not None)
 
 
-class Wearer(Settings):
+class WearerSettings(Settings):
     """Where the wearer's shoulder is, as far as the machine knows, and which of the arm's joints it moves."""
 
     shoulder_centre: str | dict[ArmSide, str]
@@ -157,7 +157,7 @@ class TaskWorkspace(Settings):
     upper_deg: Degrees
 
 
-class Sweep(Settings):
+class JointSweep(Settings):
     """One joint moved to and fro while the others stay, with nothing and with each known weight on the mount."""
 
     joint: str
@@ -169,12 +169,12 @@ class Sweep(Settings):
     """Where the weights hang in this sweep; the calibration's own mount if none is named."""
 
 
-class Calibration(Settings):
+class CalibrationSettings(Settings):
     """Where and which known weights hang while the empty machine is calibrated, and how it moves."""
 
     mount: str
     weights_kg: Annotated[list[PositiveFloat], Field(min_length=2)]
-    sweeps: Annotated[list[Sweep], Field(min_length=1)]
+    sweeps: Annotated[list[JointSweep], Field(min_length=1)]
 
     @property
     def mounts(self) -> tuple[str, ...]:
@@ -197,13 +197,13 @@ class RigSettings(Settings):
     name: str
     title: str
     urdf: Urdf
-    wearer: Wearer
+    wearer: WearerSettings
     adjustments: list[Adjustment] = []
     cuffs: Annotated[list[Cuff], Field(min_length=1)]
     donning: Donning
     actuators: Annotated[list[Actuator], Field(min_length=1)]
     task_workspace: TaskWorkspace
-    calibration: Calibration | None = None
+    calibration: CalibrationSettings | None = None
     """None in a machine without any motor: nothing moves it, and nothing needs to be known of its drives."""
     excitation: Excitation | None = None
     """None in a machine without any motor."""
@@ -246,7 +246,7 @@ class RigSettings(Settings):
         return self
 
     @property
-    def sweeps(self) -> list[Sweep]:
+    def sweeps(self) -> list[JointSweep]:
         """Of the calibration; none where nothing moves the machine."""
         return [] if self.calibration is None else self.calibration.sweeps
 

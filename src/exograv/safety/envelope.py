@@ -13,7 +13,7 @@ import numpy as np
 from exograv.signals import Joints
 
 from .limits import Limits
-from .person import Numbers, Person, within
+from .person import GuardedPerson, Numbers, within
 from .stops import StopReason
 
 V_CREDIBLE_RAD_S = 1e3
@@ -30,7 +30,7 @@ class Envelope:
         self.limits = limits
         self.stop: StopReason | None = None
         """Set once, by the first fault."""
-        self.person: Person | None = None
+        self.person: GuardedPerson | None = None
         """Who is in the machine; the drives' own limits alone while nobody is."""
         self.clipped_ticks = 0
         """How often torque or torque rate was limited."""

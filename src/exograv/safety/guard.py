@@ -14,7 +14,7 @@ import numpy as np
 from exograv.signals import Joints, JointState
 
 from .envelope import Envelope
-from .ingress import COARSEST_COUNT_RAD, Ingress, Seen
+from .ingress import COARSEST_COUNT_RAD, Ingress, IngressResult
 from .monitors import Monitors
 from .period import ticks_of
 from .stops import StopReason
@@ -108,7 +108,7 @@ class Guard:
         self.envelope = envelope
         self._ingress, self._period_s = ingress, period_s
         self._monitors, self._compares = Monitors(len(self._everywhere), period_s, gain), compares
-        self._seen = Seen(None)
+        self._seen = IngressResult(None)
         self._level_wanted: tuple[float, float] | None = None
         """The level that was asked for, and the step of a tick towards it."""
         self._q = self._v = [0.0] * len(self._everywhere)

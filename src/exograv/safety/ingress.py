@@ -39,7 +39,7 @@ COARSEST_COUNT_RAD = 2.0 * math.pi / 2**13
 """Of the encoders of machines that we know of: what a machine that does not say is taken to have [rad]."""
 
 
-class Seen(NamedTuple):
+class IngressResult(NamedTuple):
     """What one tick brought."""
 
     state: JointState | None
@@ -52,7 +52,7 @@ class Seen(NamedTuple):
     """Joints that said what is no number."""
 
 
-NOTHING = Seen(None)
+NOTHING = IngressResult(None)
 _BY_CURRENT = TorqueSource.CURRENT  # to look up a member of an enum takes as long as to judge a joint
 
 
@@ -93,7 +93,7 @@ class Ingress:
         self.dropped = 0
         """Measurements that came twice or after a newer one: counted, and never used."""
 
-    def see(self, state: JointState | None, now: float, ignored: Collection[int] = ()) -> Seen:
+    def see(self, state: JointState | None, now: float, ignored: Collection[int] = ()) -> IngressResult:
         """One tick.
 
         Args:
@@ -118,15 +118,15 @@ class Ingress:
             believed = [j for j in self._joints if j not in ignored]
             broken = frozenset(j for j in believed if not (math.isfinite(q[j]) and math.isfinite(other[j])))
             if broken:
-                return Seen(None, broken=broken)
+                return IngressResult(None, broken=broken)
         if ignored:
             q = [math.nan if j in ignored else at for j, at in enumerate(q)]
         if self._are_far(q, max(round((state.t - self._t) / self._period_s), 1)):
             jumped = [j for j, ticks in enumerate(self._jumped) if ticks >= JUMPS_MAX]
-            return Seen(None, tuple((StopReason.ENCODER_JUMPED, j) for j in jumped))
+            return IngressResult(None, tuple((StopReason.ENCODER_JUMPED, j) for j in jumped))
         self._used.append(q)
         self._t = state.t
-        return Seen(state, self._dead(q))
+        return IngressResult(state, self._dead(q))
 
     def _are_far(self, q: list[float], ticks: int) -> bool:
         """Whether any joint is farther from where it was so many ticks ago than it can be."""

@@ -31,7 +31,7 @@ def within(value: float, low: float, high: float) -> float:
 
 
 @dataclass
-class Person:
+class GuardedPerson:
     """Who is in the machine now."""
 
     limits: PersonLimits

@@ -23,7 +23,7 @@ HEAD = """\
 """
 
 
-class Line(Settings):
+class SheetLine(Settings):
     """One step."""
 
     name: str
@@ -42,19 +42,19 @@ class Done(Settings):
     is_simulated: bool
 
 
-class Sheet(Sealed):
+class BringUpSheet(Sealed):
     """The whole file."""
 
     VERSION: ClassVar[int] = 1
     schema_version: Literal[1]
     identity: Identity
     done: Done
-    steps: list[Line]
+    steps: list[SheetLine]
 
 
 def write_sheet(
     path: Path, description: RigDescription, drives: Drives, steps: list[Step], by: str, at: datetime, simulated: bool
-) -> Sheet:
+) -> BringUpSheet:
     """Write it, passed or not.
 
     Raises:
@@ -62,13 +62,17 @@ def write_sheet(
     """
     tried = [step for step in steps if step.passed is not None]
     lines = [
-        Line(name=one.name, passed=bool(one.passed), value=_text(one.measured), limit=f"{_text(one.limit)} {one.unit}")
+        SheetLine(
+            name=one.name, passed=bool(one.passed), value=_text(one.measured), limit=f"{_text(one.limit)} {one.unit}"
+        )
         for one in tried
     ]
     passed = len(tried) == len(steps) and all(step.passed or step.locks_only for step in steps)
     done = Done(at=at.replace(microsecond=0), by=by, drives_sha256=drives.sha256, passed=passed, is_simulated=simulated)
     whole = sealed(
-        Sheet(schema_version=1, identity=identity_of(description, drives.settings.serial), done=done, steps=lines)
+        BringUpSheet(
+            schema_version=1, identity=identity_of(description, drives.settings.serial), done=done, steps=lines
+        )
     )
     write_sealed(path, whole, HEAD, "--out")
     return whole
@@ -83,7 +87,7 @@ def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drive
     again = "Bring the machine up first: `exograv rig-test` with these drives, in the same --out."
     if not path.is_file():
         raise ConfigError(f"{path} is missing: no bring-up of this machine has passed. {again}")
-    whole = read_sealed(path, Sheet, again, again)
+    whole = read_sealed(path, BringUpSheet, again, again)
     refuse_other_machine(path, whole.identity, identity_of(description, drives.settings.serial), again)
     why = ""
     if whole.done.is_simulated:

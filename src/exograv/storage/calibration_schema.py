@@ -40,7 +40,7 @@ class Identity(Settings):
     """Of its `rig.toml` and URDF."""
 
 
-class Measured(Settings):
+class MeasurementConditions(Settings):
     """When and how."""
 
     at_utc: AwareDatetime
@@ -95,7 +95,7 @@ class StoredCalibration(Sealed):
     VERSION: ClassVar[int] = SCHEMA_VERSION
     schema_version: Literal[1]
     identity: Identity
-    measured: Measured
+    measured: MeasurementConditions
     base: Base
     joints: Annotated[list[JointRow], Field(min_length=1)]
 
@@ -125,7 +125,7 @@ class StoredCalibration(Sealed):
 
 
 def stored(
-    calibration: Calibration, identity: Identity, measured: Measured, joints: tuple[str, ...]
+    calibration: Calibration, identity: Identity, measured: MeasurementConditions, joints: tuple[str, ...]
 ) -> StoredCalibration:
     """As it goes into the file."""
     machine = calibration.machine

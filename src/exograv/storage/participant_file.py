@@ -9,7 +9,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 
 from .calibration_file import CLOCK_ERROR, identity_of, refuse_other_machine
-from .participant_schema import CODE, Person, StoredParticipant, is_code, parameter_names
+from .participant_schema import CODE, StoredParticipant, StoredPerson, is_code, parameter_names
 from .sealed_file import read_sealed, write_sealed
 
 AGAIN = "Identify the person again: `exograv identify --keep FILE`."
@@ -95,7 +95,7 @@ def refuse_other_body(path: Path, whole: StoredParticipant, told: Body) -> None:
         raise ConfigError(f"{path} is of somebody else: {differs}. Give this person's own file, or none.")
 
 
-def other_body(person: Person, told: Body) -> str | None:
+def other_body(person: StoredPerson, told: Body) -> str | None:
     """What of a person's measures is not what is told now; None where a tape and a scale could differ as much."""
     lengths = told.lengths_m or {}
     pairs = [

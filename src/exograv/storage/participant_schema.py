@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import AfterValidator, AwareDatetime, Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
-from exograv.dynamics.parameters import Layout, names_and_units
+from exograv.dynamics.parameters import ParameterLayout, names_and_units
 from exograv.identification.recursive.carried_over import kept_part
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
@@ -38,7 +38,7 @@ def _checked_code(code: str) -> str:
     return code
 
 
-class Person(Settings):
+class StoredPerson(Settings):
     """Who, by a code, and what somebody with a scale and a tape has told."""
 
     code: Annotated[str, AfterValidator(_checked_code)]
@@ -48,7 +48,7 @@ class Person(Settings):
     lengths_m: dict[str, PositiveFloat]
 
     @classmethod
-    def of(cls, code: str, body: Body) -> "Person":
+    def of(cls, code: str, body: Body) -> "StoredPerson":
         """This code for a person of these measures; lengths to a tenth of a millimetre."""
         lengths = {name: round(length, 4) for name, length in (body.lengths_m or {}).items()}
         return cls(
@@ -97,7 +97,7 @@ class StoredParticipant(Sealed):
 
     VERSION: ClassVar[int] = SCHEMA_VERSION
     schema_version: Literal[1]
-    person: Person
+    person: StoredPerson
     machine: Identity
     identified: Identified
     parameters: Annotated[list[ParameterRow], Field(min_length=1)]
@@ -118,14 +118,14 @@ class StoredParticipant(Sealed):
 
 def parameter_names(assembly: Assembly) -> list[str]:
     """Of the rows of a file for this arm in this machine."""
-    return [name for name, _ in names_and_units(assembly)][kept_part(Layout.of(assembly))]
+    return [name for name, _ in names_and_units(assembly)][kept_part(ParameterLayout.of(assembly))]
 
 
 def parameter_rows(
     assembly: Assembly, mean: Float[np.ndarray, " parameter"], covariance: Float[np.ndarray, "parameter parameter"]
 ) -> list[ParameterRow]:
     """As they go into the file: what is the person's of all that was learned."""
-    kept = kept_part(Layout.of(assembly))
+    kept = kept_part(ParameterLayout.of(assembly))
     units = list(names_and_units(assembly))[kept]
     return [
         ParameterRow(name=name, unit=unit, mean=_short(mean[i]), covariance=_shortened(covariance[i, : i + 1]))
@@ -137,7 +137,7 @@ def prior_hash(
     assembly: Assembly, table: tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]
 ) -> str:
     """SHA-256 of what the table believes of the person, to six digits."""
-    kept = kept_part(Layout.of(assembly))
+    kept = kept_part(ParameterLayout.of(assembly))
     numbers = [*table[0][kept], *table[1][kept, kept].ravel()]
     return hashlib.sha256(" ".join(f"{number:.6g}" for number in numbers).encode()).hexdigest()
 

@@ -55,7 +55,7 @@ class SelfTestPass(Sealed):
 
 
 @dataclass(frozen=True)
-class Key:
+class MachineKey:
     """Which machine somebody wants to unlock, and where its passed self-test should be."""
 
     file: Path
@@ -69,7 +69,7 @@ class Key:
     host: str = platform.node()
 
 
-def write_pass(key: Key, now: datetime, arm_weighed: bool = False) -> None:
+def write_pass(key: MachineKey, now: datetime, arm_weighed: bool = False) -> None:
     """Keep that the self-test has passed; `now` is aware of its zone.
 
     Raises:
@@ -99,7 +99,7 @@ def withdraw_pass(file: Path, cause: str) -> None:
     write_sealed(file, sealed(changed), HEAD, "--out")
 
 
-def unlock(rig: Rig, key: Key | None, now: datetime | None = None) -> str:
+def unlock(rig: Rig, key: MachineKey | None, now: datetime | None = None) -> str:
     """Ask before an arm is carried; what to note in the figures.
 
     Args:
@@ -121,7 +121,7 @@ def unlock(rig: Rig, key: Key | None, now: datetime | None = None) -> str:
     return f"passed at {whole.passing.at.isoformat()}"
 
 
-def _refuse_old(whole: SelfTestPass, key: Key, now: datetime) -> None:
+def _refuse_old(whole: SelfTestPass, key: MachineKey, now: datetime) -> None:
     passing, why = whole.passing, ""
     if whole.withdrawn.cause:
         why = f"since its self-test a fault has stopped it ({whole.withdrawn.cause})"

@@ -21,7 +21,7 @@ Share = Annotated[float, Field(ge=-100.0, le=100.0)]
 AFRESH = "Begin a new session with another --session number."
 
 
-class Person(Settings):
+class KnownPerson(Settings):
     """What control knew of machine and arm, to the last bit."""
 
     machine: dict[str, Any]
@@ -29,13 +29,13 @@ class Person(Settings):
     covariance: list[list[float]]
 
     @classmethod
-    def of(cls, machine: CalibratedMachine, x: np.ndarray, covariance: np.ndarray) -> "Person":
+    def of(cls, machine: CalibratedMachine, x: np.ndarray, covariance: np.ndarray) -> "KnownPerson":
         """As JSON."""
         plain = json.loads(json.dumps(asdict(machine), default=np.ndarray.tolist))
         return cls(machine=plain, x=x.tolist(), covariance=covariance.tolist())
 
 
-class Learned(Settings):
+class LearnedState(Settings):
     """What a virtual participant takes along."""
 
     slow: tuple[Share, ...]
@@ -56,13 +56,13 @@ class KeptSession(Settings):
     run: str
     """`Run.kept()`."""
 
-    person: Person | None
+    person: KnownPerson | None
     """None of a machine that only records."""
 
     before: dict[str, Any]
     """Figures of what came before the windows."""
 
-    learned: Learned | None = None
+    learned: LearnedState | None = None
     """By the virtual participant, until then."""
 
 

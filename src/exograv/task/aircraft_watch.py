@@ -16,7 +16,7 @@ AircraftEvent = OpenWindow | CloseWindow | FeedLost | FeedBack
 
 
 @dataclass(frozen=True)
-class Watch:
+class AircraftWatch:
     """What has been seen of the aircraft; immutable. Times without unit in their name are the server's [s]."""
 
     settings: AircraftSettings
@@ -42,7 +42,7 @@ class Watch:
     refused: int = 0
     """Samples that were doubled, or overtaken by newer ones."""
 
-    def with_sample(self, sample: AircraftSample, t: float) -> tuple["Watch", tuple[AircraftEvent, ...]]:
+    def with_sample(self, sample: AircraftSample, t: float) -> tuple["AircraftWatch", tuple[AircraftEvent, ...]]:
         """After a sample that came at `t`."""
         watch, before = self.at(t)
         gap_ms = None if watch.last is None else newer_by_ms(sample.since_midnight_ms, watch.last.since_midnight_ms)
@@ -60,14 +60,14 @@ class Watch:
         watch, more = replace(watch, **fresh)._judged(sample, t)
         return watch, (*events, *more)
 
-    def at(self, t: float) -> tuple["Watch", tuple[AircraftEvent, ...]]:
+    def at(self, t: float) -> tuple["AircraftWatch", tuple[AircraftEvent, ...]]:
         """At `t`, when nothing has come: the feed is lost after a while."""
         if self.heard is None or self.is_lost or t - self.heard < self.settings.silent_s:
             return self, ()
         lost = FeedLost(t=self.heard + self.settings.silent_s)
         return replace(self, is_lost=True, since_ms=None), (lost,)
 
-    def _with_older(self, sample: AircraftSample) -> "Watch":
+    def _with_older(self, sample: AircraftSample) -> "AircraftWatch":
         """Doubled or overtaken; many that rise among themselves come from a clock that was set."""
         ms = sample.since_midnight_ms
         rises = self.old_ms is None or newer_by_ms(ms, self.old_ms) > 0
@@ -75,7 +75,7 @@ class Watch:
         row = self.older_in_row if is_double else (self.older_in_row + 1 if rises else 1)
         return replace(self, refused=self.refused + 1, older_in_row=row, old_ms=self.old_ms if is_double else ms)
 
-    def _judged(self, sample: AircraftSample, t: float) -> tuple["Watch", tuple[AircraftEvent, ...]]:
+    def _judged(self, sample: AircraftSample, t: float) -> tuple["AircraftWatch", tuple[AircraftEvent, ...]]:
         off = abs(sample.norm_g - self.level)
         says_otherwise = off > self.settings.close_beyond_g if self.is_window else off < self.settings.open_within_g
         if not says_otherwise:

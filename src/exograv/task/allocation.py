@@ -23,7 +23,7 @@ class Group(Settings):
     exo: ExoMode
 
 
-class Place(Settings):
+class AllocatedPlace(Settings):
     """One participant, and the group under a seal."""
 
     code: Code
@@ -36,7 +36,7 @@ class AllocationList(Settings):
     study: Annotated[str, Field(min_length=1, max_length=60)]
     salt: Hex
     groups: Annotated[list[Group], Field(min_length=1, max_length=10)]
-    places: Annotated[list[Place], Field(min_length=1, max_length=1000)]
+    places: Annotated[list[AllocatedPlace], Field(min_length=1, max_length=1000)]
 
     @model_validator(mode="after")
     def _each_once(self) -> "AllocationList":
@@ -59,7 +59,9 @@ def draw_list(study: str, codes: Sequence[str], groups: Sequence[Group], seed: i
     chance = random.Random(seed)
     salt = hashlib.sha256(f"{study}:{chance.getrandbits(256)}".encode()).hexdigest()
     drawn = [group for _ in range(len(codes) // len(groups)) for group in chance.sample(list(groups), len(groups))]
-    places = [Place(code=code, seal=_seal(salt, code, group.name)) for code, group in zip(codes, drawn, strict=True)]
+    places = [
+        AllocatedPlace(code=code, seal=_seal(salt, code, group.name)) for code, group in zip(codes, drawn, strict=True)
+    ]
     return AllocationList(study=study, salt=salt, groups=list(groups), places=places)
 
 

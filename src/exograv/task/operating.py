@@ -5,9 +5,9 @@ from typing import Any
 
 from .events import CloseWindow, FeedBack, FeedLost, Interrupted, OpenWindow, Pause, Resume, Start, Stop
 from .levels import EARTH, slewing_s
-from .plan import Plan
+from .plan import TaskPlan
 from .records import AlarmRaised, Paused, Record, Resumed, RunBegan, WindowOpened
-from .state import Alarm, State
+from .state import Alarm, RunState
 from .timed_transitions import Step, close_window, end, made_level, open_window
 
 RESUME_NOTICE_S = 3.0
@@ -22,7 +22,7 @@ Outcome = Step | str
 """What has become of it, or why it cannot be."""
 
 
-def start(plan: Plan, state: State, event: Start) -> Outcome:
+def start(plan: TaskPlan, state: RunState, event: Start) -> Outcome:
     """Begin with the first rest; its phase is due at once."""
     if state.status != "ready":
         return f"the run is {state.status}; a run starts once"
@@ -33,7 +33,7 @@ def start(plan: Plan, state: State, event: Start) -> Outcome:
     return state.model_copy(update=begun), (record,)
 
 
-def open_next(plan: Plan, state: State, event: OpenWindow) -> Outcome:
+def open_next(plan: TaskPlan, state: RunState, event: OpenWindow) -> Outcome:
     """The next window begins now."""
     if state.status != "running":
         return f"the run is {state.status}; a window opens while it is running"
@@ -62,7 +62,7 @@ def open_next(plan: Plan, state: State, event: OpenWindow) -> Outcome:
     return state, records
 
 
-def close_open(plan: Plan, state: State, event: CloseWindow) -> Outcome:
+def close_open(plan: TaskPlan, state: RunState, event: CloseWindow) -> Outcome:
     """The open window ends now; one that the clock has closed before is not closed twice."""
     if plan.is_clocked:
         return "the clock closes the windows of this protocol; pause the run instead"
@@ -71,7 +71,7 @@ def close_open(plan: Plan, state: State, event: CloseWindow) -> Outcome:
     return close_window(plan, state, event.t, event.by)
 
 
-def lose_feed(plan: Plan, state: State, event: FeedLost) -> Outcome:
+def lose_feed(plan: TaskPlan, state: RunState, event: FeedLost) -> Outcome:
     """An open window goes on by the clock, to its nominal end."""
     if state.is_feed_lost:
         return state, ()
@@ -84,12 +84,12 @@ def lose_feed(plan: Plan, state: State, event: FeedLost) -> Outcome:
     return raise_alarm(state, text)
 
 
-def hear_feed(plan: Plan, state: State, event: FeedBack) -> Outcome:
+def hear_feed(plan: TaskPlan, state: RunState, event: FeedBack) -> Outcome:
     """It counts again."""
     return state.model_copy(update={"is_feed_lost": False}), ()
 
 
-def pause(plan: Plan, state: State, event: Pause) -> Outcome:
+def pause(plan: TaskPlan, state: RunState, event: Pause) -> Outcome:
     """Break off; the level goes to 1."""
     if state.status != "running":
         return f"the run is {state.status}; only a running one can be paused"
@@ -98,7 +98,7 @@ def pause(plan: Plan, state: State, event: Pause) -> Outcome:
     return state.model_copy(update={"status": "paused", **left}), (*records, Paused(t=event.t, why=event.why))
 
 
-def interrupt(plan: Plan, state: State, event: Interrupted) -> Outcome:
+def interrupt(plan: TaskPlan, state: RunState, event: Interrupted) -> Outcome:
     """The time between is unknown: the open window ends where we were, and the machine carries nothing now."""
     state, records = close_window(plan, state, state.t, "interruption")
     new = {"t": event.t, "epoch": state.epoch + 1, "left_at": event.t, "left_level": EARTH, "is_feed_lost": False}
@@ -109,7 +109,7 @@ def interrupt(plan: Plan, state: State, event: Interrupted) -> Outcome:
     return state.model_copy(update={"status": "paused"}), (*records, paused)
 
 
-def resume(plan: Plan, state: State, event: Resume) -> Outcome:
+def resume(plan: TaskPlan, state: RunState, event: Resume) -> Outcome:
     """Go on with a window, after a notice, and not before the level has arrived at 1."""
     if state.status != "paused":
         return f"the run is {state.status}; only a paused one can be resumed"
@@ -130,7 +130,7 @@ def resume(plan: Plan, state: State, event: Resume) -> Outcome:
     return state.model_copy(update=changes), (Resumed(t=event.t, window=window, approach_t=approach),)
 
 
-def stop(plan: Plan, state: State, event: Stop) -> Outcome:
+def stop(plan: TaskPlan, state: RunState, event: Stop) -> Outcome:
     """End it; the level goes to 1."""
     if state.status in ("stopped", "finished"):
         return state, ()
@@ -139,7 +139,7 @@ def stop(plan: Plan, state: State, event: Stop) -> Outcome:
     return state, (*records, *more)
 
 
-def raise_alarm(state: State, text: str) -> Step:
+def raise_alarm(state: RunState, text: str) -> Step:
     """The operator has to know."""
     number = len(state.alarms)
     alarm = Alarm(number=number, t=state.t, text=text)
@@ -147,7 +147,7 @@ def raise_alarm(state: State, text: str) -> Step:
     return state.model_copy(update={"alarms": (*state.alarms, alarm)}), (record,)
 
 
-OPERATING: dict[type, Callable[[Plan, State, Any], Outcome]] = {
+OPERATING: dict[type, Callable[[TaskPlan, RunState, Any], Outcome]] = {
     Start: start,
     OpenWindow: open_next,
     CloseWindow: close_open,

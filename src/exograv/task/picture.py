@@ -5,9 +5,9 @@ from typing import Literal
 from exograv.model.rig_settings import Settings
 
 from .pace import arrow, pace
-from .plan import Plan
+from .plan import TaskPlan
 from .schedule import Phase, PhaseKind
-from .state import Alarm, State, Status, WindowState
+from .state import Alarm, RunState, Status, WindowState
 from .task_settings import Sign, TargetSettings
 from .totals import Quartiles, Totals, quartiles, totals
 
@@ -65,7 +65,7 @@ class OperatorPicture(Settings):
     is_feed_lost: bool
 
 
-def participant_picture(plan: Plan, state: State, t: float) -> ParticipantPicture:
+def participant_picture(plan: TaskPlan, state: RunState, t: float) -> ParticipantPicture:
     """At a time not before the last event, and before the clock's next one."""
     screens: dict[Status, Literal["welcome", "rest", "paused", "end"]] = {
         "ready": "welcome",
@@ -92,7 +92,7 @@ def participant_picture(plan: Plan, state: State, t: float) -> ParticipantPictur
     )
 
 
-def operator_picture(plan: Plan, state: State, t: float) -> OperatorPicture:
+def operator_picture(plan: TaskPlan, state: RunState, t: float) -> OperatorPicture:
     """At a time not before the last event, and before the clock's next one."""
     counts = state.status == "running" and plan.is_clocked
     phase = _phase(plan, state, t)
@@ -111,13 +111,13 @@ def operator_picture(plan: Plan, state: State, t: float) -> OperatorPicture:
     )
 
 
-def _phase(plan: Plan, state: State, t: float) -> Phase | None:
+def _phase(plan: TaskPlan, state: RunState, t: float) -> Phase | None:
     """Of the schedule, while it counts."""
     counts = state.status == "running" and plan.is_clocked and t >= state.approach and state.phase >= 0
     return plan.timeline.phases[state.phase] if counts else None
 
 
-def _window(plan: Plan, state: State) -> int | None:
+def _window(plan: TaskPlan, state: RunState) -> int | None:
     if state.window is not None:
         return state.window.number
     if state.status == "running" and plan.is_clocked:
@@ -126,7 +126,7 @@ def _window(plan: Plan, state: State) -> int | None:
     return state.next_window(plan.protocol.windows.numbers)
 
 
-def _countdown_s(plan: Plan, state: State, t: float) -> float | None:
+def _countdown_s(plan: TaskPlan, state: RunState, t: float) -> float | None:
     if state.status != "running":
         return None
     number = _window(plan, state)

@@ -12,7 +12,7 @@ from .screen import ScreenCalibration
 
 
 @dataclass(frozen=True)
-class Plan:
+class TaskPlan:
     """A protocol on this machine and this screen."""
 
     loaded: LoadedProtocol

@@ -52,7 +52,7 @@ SENTENCES = {
 }
 
 
-class Cycle(Settings):
+class PointingCycle(Settings):
     """Where the hand is in its cycle, in one window; it begins at rest."""
 
     last_touch: float | None = None
@@ -102,7 +102,7 @@ def unfit(protocol: Protocol, screen: ScreenCalibration | None, touch: Touch) ->
     return Reason.OFF_TARGET if deviation(touch, screen).norm_px > rules.area_radius_px else None
 
 
-def too_soon(protocol: Protocol, cycle: Cycle, t: float) -> Reason | None:
+def too_soon(protocol: Protocol, cycle: PointingCycle, t: float) -> Reason | None:
     """Why a touch at this time is not the next one; None if it is."""
     if cycle.last_touch is None:
         return None
@@ -114,12 +114,12 @@ def too_soon(protocol: Protocol, cycle: Cycle, t: float) -> Reason | None:
     return None if any(cycle.last_touch < back <= t for back in cycle.returns) else Reason.NO_RETURN
 
 
-def touched(cycle: Cycle, t: float) -> Cycle:
+def touched(cycle: PointingCycle, t: float) -> PointingCycle:
     """After a touch that counts."""
-    return Cycle(last_touch=t, returns=tuple(back for back in cycle.returns if back > t))
+    return PointingCycle(last_touch=t, returns=tuple(back for back in cycle.returns if back > t))
 
 
-def returned(protocol: Protocol, cycle: Cycle, event: Return | Distance) -> Cycle:
+def returned(protocol: Protocol, cycle: PointingCycle, event: Return | Distance) -> PointingCycle:
     """After a word from sensor or machine; the same cycle if it does not say that the hand is back."""
     rules = protocol.pointing
     if isinstance(event, Return):

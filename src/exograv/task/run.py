@@ -10,21 +10,21 @@ from exograv.model.description import validation_sentences
 
 from .events import Acknowledge, Distance, Event, Return, Touch
 from .operating import OPERATING
-from .plan import Plan
+from .plan import TaskPlan
 from .pointing import returned
 from .records import AlarmAcknowledged, Record, Refused
-from .state import State
+from .state import RunState
 from .timed_transitions import Step, advanced, made_level
 from .totals import Totals, totals
 from .touching import judge
 
 
-class Run:
+class TaskRun:
     """One session of one person; its state can be kept, and a run made again from it."""
 
-    def __init__(self, plan: Plan, state: State | None = None):
+    def __init__(self, plan: TaskPlan, state: RunState | None = None):
         """Begin, or go on where a state was kept (tell it `Interrupted` if the program was away)."""
-        self.plan, self.state = plan, state or State()
+        self.plan, self.state = plan, state or RunState()
 
     def feed(self, event: Event) -> tuple[Record, ...]:
         """Tell it something, and hear what has happened until then."""
@@ -44,14 +44,14 @@ class Run:
         return self.state.model_dump_json()
 
     @classmethod
-    def from_kept(cls, plan: Plan, text: str) -> "Run":
+    def from_kept(cls, plan: TaskPlan, text: str) -> "TaskRun":
         """Go on from a kept state.
 
         Raises:
             ConfigError: It is none, or of another protocol.
         """
         try:
-            state = State.model_validate_json(text)
+            state = RunState.model_validate_json(text)
         except ValidationError as error:
             raise ConfigError(
                 f"The kept state of the run cannot be used: {validation_sentences(error)} Begin a new run."
@@ -64,9 +64,9 @@ class Run:
         return cls(plan, state)
 
 
-def step(plan: Plan, state: State, event: Event) -> Step:
+def step(plan: TaskPlan, state: RunState, event: Event) -> Step:
     """The run after an event; what the clock did until then comes first."""
-    operating: Callable[[Plan, State, Any], Step | str] | None = OPERATING.get(type(event))
+    operating: Callable[[TaskPlan, RunState, Any], Step | str] | None = OPERATING.get(type(event))
     # A program that was away knows nothing of the time between, and its clock may be another.
     if event.kind == "interrupted" and operating is not None:
         return _taken(operating(plan, state, event), state, event)
@@ -80,7 +80,7 @@ def step(plan: Plan, state: State, event: Event) -> Step:
 
 
 def _respond(
-    plan: Plan, state: State, event: Event, operating: Callable[[Plan, State, Any], Step | str] | None
+    plan: TaskPlan, state: RunState, event: Event, operating: Callable[[TaskPlan, RunState, Any], Step | str] | None
 ) -> Step:
     if isinstance(event, Touch):
         return judge(plan, state, event)
@@ -91,21 +91,21 @@ def _respond(
     return (state, ()) if operating is None else _taken(operating(plan, state, event), state, event)
 
 
-def _taken(outcome: Step | str, state: State, event: Event) -> Step:
+def _taken(outcome: Step | str, state: RunState, event: Event) -> Step:
     """What has become of it; a sentence is a refusal."""
     if isinstance(outcome, str):
         return state, (Refused(t=state.t, event=event.kind, why=outcome),)
     return outcome
 
 
-def _note_return(plan: Plan, state: State, event: Return | Distance) -> Step:
+def _note_return(plan: TaskPlan, state: RunState, event: Return | Distance) -> Step:
     index = state.window_at(event.t)
     if index is None:
         return state, ()
     return state.with_window(index, cycle=returned(plan.protocol, state.windows[index].cycle, event)), ()
 
 
-def _acknowledge(state: State, event: Acknowledge) -> Step:
+def _acknowledge(state: RunState, event: Acknowledge) -> Step:
     open_ones = [alarm.number for alarm in state.alarms if not alarm.is_acknowledged]
     if event.alarm not in open_ones:
         return _taken(f"no alarm {event.alarm} waits to be acknowledged", state, event)

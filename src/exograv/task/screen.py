@@ -27,7 +27,7 @@ READING_PX, READING_MM = 1.0, 0.5
 Positive = Annotated[float, Field(gt=0.0, le=1e5)]
 
 
-class Span(Settings):
+class ScreenSpan(Settings):
     """Two points on the screen and their distance."""
 
     dx_px: Annotated[float, Field(ge=-1e5, le=1e5)]
@@ -68,7 +68,7 @@ def calibrate_with_card(width_px: float, height_px: float) -> ScreenCalibration:
     return _checked(*pitches, "card", pitches[1] / pitches[0] - 1.0, error)
 
 
-def calibrate_with_ruler(spans: Sequence[Span]) -> ScreenCalibration:
+def calibrate_with_ruler(spans: Sequence[ScreenSpan]) -> ScreenCalibration:
     """From one length, or from more in different directions, which then also tell whether pixels are square.
 
     Raises:

@@ -8,7 +8,7 @@ from exograv.model.rig_settings import Settings
 
 from .events import Touch
 from .pace import Pace
-from .pointing import Cycle, Reason
+from .pointing import PointingCycle, Reason
 from .records import ClosedBy, Mark
 
 Status = Literal["ready", "running", "paused", "stopped", "finished"]
@@ -28,7 +28,7 @@ class WindowState(Settings):
     closed_by: ClosedBy | None = None
     is_complete: bool = False
     marks: tuple[Mark, ...] = ()
-    cycle: Cycle = Cycle()
+    cycle: PointingCycle = PointingCycle()
     touches: int = 0
     deviations_px: tuple[float, ...] = ()
     deviations_mm: tuple[float | None, ...] = ()
@@ -48,7 +48,7 @@ class Alarm(Settings):
     is_acknowledged: bool = False
 
 
-class State(Settings):
+class RunState(Settings):
     """Of a run; times are by the clock of its events."""
 
     status: Status = "ready"
@@ -114,7 +114,7 @@ class State(Settings):
                 return index
         return None
 
-    def with_window(self, index: int, **changes: object) -> "State":
+    def with_window(self, index: int, **changes: object) -> "RunState":
         """The same with one window changed."""
         windows = list(self.windows)
         windows[index] = windows[index].model_copy(update=changes)
@@ -124,7 +124,7 @@ class State(Settings):
         """Whether it came before."""
         return any(low <= touch.sequence <= high for low, high in self.seen.get(touch.page, ()))
 
-    def seeing(self, touch: Touch) -> "State":
+    def seeing(self, touch: Touch) -> "RunState":
         """The same when it has come."""
         runs = joined_runs((*self.seen.get(touch.page, ()), (touch.sequence, touch.sequence)))
         return self.model_copy(update={"seen": {**self.seen, touch.page: runs}})

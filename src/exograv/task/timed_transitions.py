@@ -5,15 +5,15 @@ from typing import Literal, NamedTuple
 
 from .levels import EARTH, slewed
 from .pace import Pace, arrow, pace_changes_s
-from .plan import Plan
+from .plan import TaskPlan
 from .records import ClosedBy, Mark, PaceChanged, PhaseBegan, Record, RunEnded, WindowClosed, WindowOpened
 from .schedule import Phase, PhaseKind
-from .state import State, WindowState
+from .state import RunState, WindowState
 
 SHORT_SHARE = 0.8
 """Of a window's duration: what is closed sooner is marked."""
 
-Step = tuple[State, tuple[Record, ...]]
+Step = tuple[RunState, tuple[Record, ...]]
 
 
 class Due(NamedTuple):
@@ -24,7 +24,7 @@ class Due(NamedTuple):
     pace: Pace | None = None
 
 
-def advanced(plan: Plan, state: State, t: float) -> Step:
+def advanced(plan: TaskPlan, state: RunState, t: float) -> Step:
     """The run at time `t`, and what has happened on the way, each at its own time."""
     records = list[Record]()
     while (due := next_due(plan, state)) is not None and due.t <= t:
@@ -33,12 +33,12 @@ def advanced(plan: Plan, state: State, t: float) -> Step:
     return state.model_copy(update={"t": max(t, state.t)}), tuple(records)
 
 
-def next_due(plan: Plan, state: State) -> Due | None:
+def next_due(plan: TaskPlan, state: RunState) -> Due | None:
     """What the clock does next; None if it does nothing any more."""
     return min(_dues(plan, state), key=lambda due: due.t, default=None)
 
 
-def _dues(plan: Plan, state: State) -> Iterator[Due]:
+def _dues(plan: TaskPlan, state: RunState) -> Iterator[Due]:
     # Of two at the same time the first counts: a window closes before its pace changes.
     if state.status != "running":
         return
@@ -58,12 +58,12 @@ def _dues(plan: Plan, state: State) -> Iterator[Due]:
                 yield Due(max(since + after_s, state.t), "pace", told)
 
 
-def _overtime_s(plan: Plan, state: State, window: WindowState) -> float:
+def _overtime_s(plan: TaskPlan, state: RunState, window: WindowState) -> float:
     """An aircraft that is heard ends its own windows; without it the clock does."""
     return plan.protocol.aircraft.overtime_s if window.by == "aircraft" and not state.is_feed_lost else 0.0
 
 
-def _happen(plan: Plan, state: State, due: Due) -> Step:
+def _happen(plan: TaskPlan, state: RunState, due: Due) -> Step:
     if due.what == "phase":
         return _next_phase(plan, state, due.t)
     if due.what == "pace" and due.pace is not None:
@@ -71,7 +71,7 @@ def _happen(plan: Plan, state: State, due: Due) -> Step:
     return close_window(plan, state, due.t, "clock")
 
 
-def _next_phase(plan: Plan, state: State, t: float) -> Step:
+def _next_phase(plan: TaskPlan, state: RunState, t: float) -> Step:
     records: tuple[Record, ...] = ()
     if state.window is not None:
         state, records = close_window(plan, state, t, "clock")
@@ -102,7 +102,7 @@ def phase_record(phase: Phase, t: float) -> PhaseBegan:
     )
 
 
-def open_window(plan: Plan, state: State, opened: WindowOpened) -> Step:
+def open_window(plan: TaskPlan, state: RunState, opened: WindowOpened) -> Step:
     """The participant may move; the pace counts from here."""
     window = WindowState(
         number=opened.window,
@@ -117,7 +117,7 @@ def open_window(plan: Plan, state: State, opened: WindowOpened) -> Step:
     return state, (opened, *told)
 
 
-def close_window(plan: Plan, state: State, t: float, by: ClosedBy) -> Step:
+def close_window(plan: TaskPlan, state: RunState, t: float, by: ClosedBy) -> Step:
     """The open window ends; broken off, it has to be run again."""
     window = state.window
     if window is None:
@@ -145,7 +145,7 @@ def close_window(plan: Plan, state: State, t: float, by: ClosedBy) -> Step:
     return state, (record,)
 
 
-def tell_pace(plan: Plan, state: State, t: float, told: Pace) -> Step:
+def tell_pace(plan: TaskPlan, state: RunState, t: float, told: Pace) -> Step:
     """What the arrow says from now on."""
     window = state.window
     if window is None:
@@ -155,7 +155,7 @@ def tell_pace(plan: Plan, state: State, t: float, told: Pace) -> Step:
     return state.model_copy(update={"pace": told}), (record,)
 
 
-def end(plan: Plan, state: State, t: float, why: str) -> Step:
+def end(plan: TaskPlan, state: RunState, t: float, why: str) -> Step:
     """Complete if all windows are; the level goes to 1 from where it is."""
     is_complete = state.complete >= set(plan.protocol.windows.numbers)
     left = {"left_at": t, "left_level": made_level(plan, state, t), "t": max(t, state.t)}
@@ -163,7 +163,7 @@ def end(plan: Plan, state: State, t: float, why: str) -> Step:
     return state.model_copy(update={"status": status, **left}), (RunEnded(t=t, is_complete=is_complete, why=why),)
 
 
-def made_level(plan: Plan, state: State, t: float) -> float:
+def made_level(plan: TaskPlan, state: RunState, t: float) -> float:
     """Gravity level that the machine is asked for [-]; it never jumps, whatever happens to the run."""
     if state.status == "running" and plan.is_clocked and t >= state.approach:
         return plan.timeline.made_level_at(t - state.origin, plan.exo)

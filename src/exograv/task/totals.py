@@ -4,7 +4,7 @@ import numpy as np
 
 from exograv.model.rig_settings import Settings
 
-from .state import State
+from .state import RunState
 
 
 class Quartiles(Settings):
@@ -44,7 +44,7 @@ class Totals(Settings):
         }
 
 
-def totals(state: State) -> Totals:
+def totals(state: RunState) -> Totals:
     """Of all touches so far."""
     px = [value for window in state.windows for value in window.deviations_px]
     mm = [value for window in state.windows for value in window.deviations_mm if value is not None]

@@ -2,14 +2,14 @@
 
 from .events import Touch
 from .pace import Pace, pace
-from .plan import Plan
+from .plan import TaskPlan
 from .pointing import AHEAD_MAX_S, Reason, deviation, too_soon, touched, unfit
 from .records import Record, TouchJudged
-from .state import State
+from .state import RunState
 from .timed_transitions import Step, tell_pace
 
 
-def judge(plan: Plan, state: State, touch: Touch) -> Step:
+def judge(plan: TaskPlan, state: RunState, touch: Touch) -> Step:
     """The run after a touch has arrived."""
     index = state.window_at(touch.t)
     reason = _reason(plan, state, touch, index)
@@ -35,7 +35,7 @@ def judge(plan: Plan, state: State, touch: Touch) -> Step:
     return state, records
 
 
-def _reason(plan: Plan, state: State, touch: Touch, index: int | None) -> Reason | None:
+def _reason(plan: TaskPlan, state: RunState, touch: Touch, index: int | None) -> Reason | None:
     if state.has_seen(touch):
         return Reason.REPEATED
     if touch.t > touch.received + AHEAD_MAX_S:
@@ -45,12 +45,12 @@ def _reason(plan: Plan, state: State, touch: Touch, index: int | None) -> Reason
     return unfit(plan.protocol, plan.screen, touch) or too_soon(plan.protocol, state.windows[index].cycle, touch.t)
 
 
-def _counted_from(state: State, index: int) -> float:
+def _counted_from(state: RunState, index: int) -> float:
     window = state.windows[index]
     return window.opened if window.cycle.last_touch is None else window.cycle.last_touch
 
 
-def _rejected(state: State, index: int | None, reason: Reason) -> State:
+def _rejected(state: RunState, index: int | None, reason: Reason) -> RunState:
     if index is not None:
         state = state.with_window(index, touches=state.windows[index].touches + 1)
     rejected = {**state.rejected, reason: state.rejected.get(reason, 0) + 1}
@@ -58,7 +58,7 @@ def _rejected(state: State, index: int | None, reason: Reason) -> State:
 
 
 def _record(
-    plan: Plan, state: State, touch: Touch, index: int | None, reason: Reason | None, interval_s: float | None
+    plan: TaskPlan, state: RunState, touch: Touch, index: int | None, reason: Reason | None, interval_s: float | None
 ) -> TouchJudged:
     window = None if index is None else state.windows[index]
     off = deviation(touch, plan.screen)

@@ -14,7 +14,7 @@ from exograv.campaigns.benchmark_identification.benchmark import summary
 from exograv.campaigns.benchmark_identification.cases import Case
 from exograv.campaigns.benchmark_identification.comparison import paired, ratios, winner
 from exograv.campaigns.benchmark_identification.measures import left_over, row, time_to
-from exograv.campaigns.benchmark_identification.runs import Intervals, Run
+from exograv.campaigns.benchmark_identification.runs import Intervals, MethodRun
 
 PLACES = ["shoulder", "shoulder", "shoulder", "elbow"]
 CASE = Case("harmonic", 2, wearer_seed=0, machine_seed=0)
@@ -22,14 +22,16 @@ NEVER = 9.0
 """Left over that meets no target [N·m]."""
 
 
-def run(method: str, seed: int, shoulder: Sequence[float], **more) -> Run:
+def run(method: str, seed: int, shoulder: Sequence[float], **more) -> MethodRun:
     """A run whose worst shoulder axis is left over as said, one estimate a second; the elbow half of it."""
     rows: list[list[float | None]] = [[0.0, value, 0.0, 0.5 * value] for value in shoulder]
     case = replace(CASE, wearer_seed=seed)
-    return Run("open_loop", method, case, PLACES, t=[k + 1.0 for k in range(len(rows))], left_over_Nm=rows, **more)
+    return MethodRun(
+        "open_loop", method, case, PLACES, t=[k + 1.0 for k in range(len(rows))], left_over_Nm=rows, **more
+    )
 
 
-def reached_at(method: str, seed: int, t: int, **more) -> Run:
+def reached_at(method: str, seed: int, t: int, **more) -> MethodRun:
     """A run of two minutes that reaches the target after `t` seconds."""
     return run(method, seed, [NEVER] * (t - 1) + [0.1] * (121 - t), **more)
 
@@ -46,7 +48,7 @@ def test_a_target_that_is_left_again_counts_from_the_return():
 
 
 def test_a_failed_run_is_counted_and_never_reaches():
-    failed = Run("open_loop", "recursive", CASE, PLACES, failed="It fell.")
+    failed = MethodRun("open_loop", "recursive", CASE, PLACES, failed="It fell.")
     figures = row([reached_at("recursive", 1, 5), failed, failed])
     assert (figures["wearers"], figures["failed"]) == (3, 2)
     assert figures["reached_share"] == pytest.approx(1 / 3, abs=1e-4)
@@ -127,7 +129,7 @@ def test_a_summary_holds_no_number_that_json_lacks():
     runs = [
         reached_at("recursive", 0, 5),
         run("gradient", 0, [NEVER] * 3),
-        Run("open_loop", "rls", CASE, PLACES, "No."),
+        MethodRun("open_loop", "rls", CASE, PLACES, "No."),
     ]
     json.dumps(summary(runs), allow_nan=False)
 

@@ -11,20 +11,20 @@ from exograv.campaigns.benchmark_identification.benchmark import run_benchmark
 from exograv.campaigns.benchmark_identification.cases import Case
 from exograv.campaigns.benchmark_identification.options import BenchmarkOptions
 from exograv.campaigns.benchmark_identification.process_pool import run_all
-from exograv.campaigns.benchmark_identification.runs import Intervals, Run, RunFile
+from exograv.campaigns.benchmark_identification.runs import Intervals, MethodRun, RunFile
 from exograv.campaigns.benchmark_identification.stream_replay import replay
 from exograv.campaigns.benchmark_identification.streams import Samples
-from exograv.campaigns.benchmark_identification.work import Task
+from exograv.campaigns.benchmark_identification.work import WearerTask
 from exograv.errors import RecordingError
 from exograv.identification.core.interface import Estimate, Sample
 
 CASE = Case("harmonic", 2, wearer_seed=0, machine_seed=0)
 
 
-def done(method: str, seed: int, **more) -> Run:
+def done(method: str, seed: int, **more) -> MethodRun:
     """A run of one second."""
     case, places = replace(CASE, wearer_seed=seed), ["shoulder", "elbow"]
-    return Run("open_loop", method, case, places, t=[1.0], left_over_Nm=[[0.1, 0.1]], **more)
+    return MethodRun("open_loop", method, case, places, t=[1.0], left_over_Nm=[[0.1, 0.1]], **more)
 
 
 class Counting:
@@ -106,7 +106,7 @@ def test_the_keyboard_stops_it_and_what_is_done_is_kept(tmp_path: Path, monkeypa
 
 def test_several_processes_bring_the_same_runs_as_one():
     # A level that does not exist: refused in every process, in a moment, and counted.
-    tasks = [[Task(replace(CASE, level=9, wearer_seed=k), ("recursive", "ekf"), ())] for k in range(2)]
+    tasks = [[WearerTask(replace(CASE, level=9, wearer_seed=k), ("recursive", "ekf"), ())] for k in range(2)]
     alone, together = (list(run_all(tasks, 1.0, processes, lambda _text: None)) for processes in (1, 2))
     assert all("level 9 does not exist" in (one.failed or "") for one in alone)
     assert sorted(alone, key=repr) == sorted(together, key=repr)

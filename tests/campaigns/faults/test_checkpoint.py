@@ -6,8 +6,8 @@ import pytest
 
 from exograv.campaigns.faults.checkpoint import FILE, KeptVerdicts
 from exograv.campaigns.faults.figures import figures_of
-from exograv.campaigns.faults.scenario import Scenario, Verdict
-from exograv.campaigns.faults.scenario_log import Course
+from exograv.campaigns.faults.scenario import Scenario, ScenarioVerdict
+from exograv.campaigns.faults.scenario_log import ScenarioLog
 from exograv.errors import RecordingError
 from exograv.safety.guard import SafeState
 from exograv.safety.stops import StopReason
@@ -15,8 +15,8 @@ from exograv.safety.stops import StopReason
 CAMPAIGN = {"seed": 3, "level": 2}
 
 
-def verdicts() -> list[Verdict]:
-    stopped = Course(
+def verdicts() -> list[ScenarioVerdict]:
+    stopped = ScenarioLog(
         ticks=1800,
         violations=["tick 3: a step"],
         violated_ticks=1,
@@ -25,9 +25,9 @@ def verdicts() -> list[Verdict]:
         since={SafeState.DESCENT: 420, SafeState.ISOLATION: 424},
         hand_m_s=0.3,
     )
-    one = Verdict(Scenario(3, 0, ("F01",)), stopped, False, {"F01": 3.0}, ("F01",), 0.4, True)
-    pair = Verdict(
-        Scenario(3, 1, ("F02", "F29"), " --level 3"), Course(crashed="no"), True, {"F02": None}, (), 0.3, False
+    one = ScenarioVerdict(Scenario(3, 0, ("F01",)), stopped, False, {"F01": 3.0}, ("F01",), 0.4, True)
+    pair = ScenarioVerdict(
+        Scenario(3, 1, ("F02", "F29"), " --level 3"), ScenarioLog(crashed="no"), True, {"F02": None}, (), 0.3, False
     )
     return [one, pair]
 

@@ -16,7 +16,7 @@ from exograv.campaigns.faults.fault_table import FAULTS
 from exograv.campaigns.faults.injector import Injector
 from exograv.campaigns.faults.oracle import Judgement
 from exograv.campaigns.faults.scenario import Scenario, _verdict, fly, is_bad
-from exograv.campaigns.faults.scenario_log import Course, Watch
+from exograv.campaigns.faults.scenario_log import ScenarioLog, TruthWatch
 from exograv.campaigns.faults.through_driver import DrivenStand, by_tick, driven_ground
 from exograv.errors import ConfigError, RigError
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
@@ -69,7 +69,7 @@ def test_the_twin_has_no_bench():
 @pytest.mark.parametrize(("tick", "found", "missed"), [(101, 2.0, ()), (102, 4.0, ("F12",))])
 def test_budgets_are_milliseconds_whatever_the_period_is(tick: int, found: float, missed: tuple[str, ...]):
     since = {state: tick for state in SafeState if state > SafeState.NONE}
-    course = Course(ticks=1000, period_ms=2, stopped_tick=tick, reason=StopReason.DRIVE_FAULT, since=since)
+    course = ScenarioLog(ticks=1000, period_ms=2, stopped_tick=tick, reason=StopReason.DRIVE_FAULT, since=since)
     verdict = _verdict(Scenario(0, 0, ("F12",)), course, {"F12": 100}, {"F12": 100.0}, True)
     assert (verdict.found["F12"], verdict.missed) == (found, missed)
     assert verdict.quiet_s == pytest.approx(0.2)
@@ -85,7 +85,7 @@ def test_the_hand_of_a_tick_is_the_fastest_of_the_steps_in_it_and_the_rest_is_of
 
 
 def test_drives_that_brake_count_from_the_moment_after_the_onset():
-    watch = Watch(2)
+    watch = TruthWatch(2)
     still = np.zeros(2)
     braking = [Sight(still, still, 0.0, k != 3) for k in range(6)]
     for tick in range(6):
@@ -98,7 +98,7 @@ def test_drives_that_brake_count_from_the_moment_after_the_onset():
 def test_a_process_that_has_ended_is_an_error_in_one_line():
     ours, theirs = driven.get_context("spawn").Pipe()
     theirs.close()
-    line = driven.Line(ours)
+    line = driven.DriverLine(ours)
     with pytest.raises(RigError, match="has ended"):
         line.answer()
 

@@ -9,7 +9,7 @@ import pytest
 from exograv.campaigns.faults import machine_faults as of_machine
 from exograv.campaigns.faults.campaign import Campaign, run_campaign
 from exograv.campaigns.faults.fault_table import FAULTS
-from exograv.campaigns.faults.oracle import Oracle, carrying
+from exograv.campaigns.faults.oracle import EnvelopeOracle, carrying
 from exograv.campaigns.faults.scenario import Scenario
 from exograv.errors import ConfigError
 from exograv.safety.envelope import Limits
@@ -34,7 +34,7 @@ def person() -> PersonLimits:
 
 
 def judged(torques: list[list[float]]) -> list[str | None]:
-    oracle = Oracle(LIMITS, person(), DT)
+    oracle = EnvelopeOracle(LIMITS, person(), DT)
     for tau in torques:
         oracle.note(np.array(tau), np.zeros(2), frozenset(), 0.0)
     wrong = oracle.judge().wrong
@@ -85,14 +85,14 @@ def heavy_at_zero() -> PersonLimits:
 
 def test_a_joint_that_is_not_believed_any_more_stays_where_it_was_for_the_oracle():
     for isolated, is_wrong in ((frozenset({0}), False), (frozenset[int](), True)):
-        oracle = Oracle(LIMITS, heavy_at_zero(), DT)
+        oracle = EnvelopeOracle(LIMITS, heavy_at_zero(), DT)
         for q in (0.0, 1.5, 1.5):
             oracle.note(np.array([20.0, 0.0]), np.array([q, 0.0]), isolated, 0.0)
         assert bool(oracle.judge().wrong) == is_wrong
 
 
 def test_a_joint_that_says_no_number_any_more_leaves_the_others_where_they_are_for_the_oracle():
-    oracle = Oracle(LIMITS, heavy_at_zero(), DT)
+    oracle = EnvelopeOracle(LIMITS, heavy_at_zero(), DT)
     oracle.note(np.array([20.0, 0.0]), np.zeros(2), frozenset(), 0.0)
     for _ in range(2):
         oracle.note(np.array([20.0, 0.0]), np.array([1.5, np.nan]), frozenset({1}), 0.0)

@@ -7,9 +7,9 @@ from exograv.campaigns.faults.fault_plant import Sight
 from exograv.campaigns.faults.fault_table import FAULTS
 from exograv.campaigns.faults.machine_faults import WeakMotor
 from exograv.campaigns.faults.oracle import Judgement
-from exograv.campaigns.faults.person_faults import Push
+from exograv.campaigns.faults.person_faults import PersonPush
 from exograv.campaigns.faults.scenario import Scenario, _begin, _verdict
-from exograv.campaigns.faults.scenario_log import RELEASE_MS, Course, Watch
+from exograv.campaigns.faults.scenario_log import RELEASE_MS, ScenarioLog, TruthWatch
 from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
 
@@ -17,9 +17,9 @@ ONSET = 100
 NOISE_NM = np.full(2, 0.4)
 
 
-def stopped(tick: int | None, reason: StopReason, state: SafeState = SafeState.ISOLATION) -> Course:
+def stopped(tick: int | None, reason: StopReason, state: SafeState = SafeState.ISOLATION) -> ScenarioLog:
     since = {} if tick is None else {each: tick for each in SafeState if SafeState.NONE < each <= state}
-    return Course(ticks=1000, stopped_tick=tick, reason=None if tick is None else reason, since=since)
+    return ScenarioLog(ticks=1000, stopped_tick=tick, reason=None if tick is None else reason, since=since)
 
 
 def weak_motor() -> WeakMotor:
@@ -34,7 +34,7 @@ def told(*stretches: tuple[int, float]) -> np.ndarray:
     return np.stack([np.full_like(column, 20.0), column], axis=1)
 
 
-def weak_begin(course: Course, torque: np.ndarray) -> float:
+def weak_begin(course: ScenarioLog, torque: np.ndarray) -> float:
     fault = weak_motor()
     return _begin(course, FAULTS["F11"], fault.shows(torque, NOISE_NM))
 
@@ -71,7 +71,7 @@ def test_the_time_runs_to_the_right_state_and_not_to_the_first_one():
 
 @pytest.mark.parametrize(("braked", "missed"), [(ONSET + 25, ()), (ONSET + 31, ("F17",)), (None, ("F17",))])
 def test_without_a_guard_it_counts_when_the_drives_brake(braked: int | None, missed: tuple[str, ...]):
-    course = Course(ticks=1000, braked_tick=braked)
+    course = ScenarioLog(ticks=1000, braked_tick=braked)
     assert _verdict(Scenario(0, 0, ("F17",)), course, {"F17": ONSET}, {"F17": float(ONSET)}, True).missed == missed
 
 
@@ -94,7 +94,7 @@ def test_two_faults_of_which_none_has_to_be_found_are_never_missed():
 
 
 def test_the_hand_of_one_who_pushes_is_told_apart():
-    watch, still = Watch(0), np.zeros(2)
+    watch, still = TruthWatch(0), np.zeros(2)
     for tick, is_pushed in enumerate([False, True, *[False] * (RELEASE_MS + 1)]):
         watch.pushed(is_pushed)
         watch.commanded(tick, still, SafeState.DESCENT, StopReason.STOP_PRESSED)
@@ -105,9 +105,9 @@ def test_the_hand_of_one_who_pushes_is_told_apart():
     assert (course.hand_m_s, course.pushed_hand_m_s) == (0.4, 3.0)
 
 
-def flown(speeds: list[float]) -> Watch:
+def flown(speeds: list[float]) -> TruthWatch:
     """A joint's speed in each tick, beside one that stands still; the first fault is there from the first tick on."""
-    watch = Watch(0)
+    watch = TruthWatch(0)
     for tick in range(len(speeds)):
         watch.pushed(False)
         watch.commanded(tick, np.zeros(2), SafeState.NONE, None)
@@ -131,7 +131,7 @@ def test_what_shows_in_motion_is_not_asked_for_where_the_joint_has_come_to_rest_
 
 
 def test_a_push_ends():
-    push = Push(np.random.default_rng(0), 2, ONSET)
+    push = PersonPush(np.random.default_rng(0), 2, ONSET)
     assert [push.pushes(tick) for tick in (ONSET - 1, ONSET, ONSET + push.lasts - 1, ONSET + push.lasts)] == [
         False,
         True,

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from exograv.campaigns.virtual_study.flight import FAMILIARISED, Flight, FlownTouch, Group
+from exograv.campaigns.virtual_study.flight import FAMILIARISED, FlownTouch, Group, VirtualFlight
 
 PITCH_MM = 0.277
 ERRORS_MM = {1: 24.0, 2: 31.0, 3: 40.0, 4: 28.0, 5: 35.0, 6: 22.0}
@@ -26,14 +26,14 @@ def flight(
     friction_Nm: float | None = None,
     sessions: int = 4,
     windows: tuple[int, ...] = (1, 2, 3),
-) -> Flight:
+) -> VirtualFlight:
     """Five touches a window, `share` of the person's error high in the first and half as much in each that follows."""
     error = share * (ERRORS_MM[person] if error_mm is None else error_mm)
     touches = tuple(touch(w, k, error * 0.5 ** (w - 1)) for w in windows for k in range(1, 6))
-    return Flight(person, condition, group, sessions, left_over_Nm, friction_Nm, touches)
+    return VirtualFlight(person, condition, group, sessions, left_over_Nm, friction_Nm, touches)
 
 
-def comparison(shares: Mapping[str, float], people: int = 4, **other) -> list[Flight]:
+def comparison(shares: Mapping[str, float], people: int = 4, **other) -> list[VirtualFlight]:
     """Everybody familiarised, and after each of these trainings with this share of the error left."""
     return [
         flight(person, name, share, **other)
@@ -42,7 +42,7 @@ def comparison(shares: Mapping[str, float], people: int = 4, **other) -> list[Fl
     ]
 
 
-def main_study(people: int = 3, share: float = 0.4) -> list[Flight]:
+def main_study(people: int = 3, share: float = 0.4) -> list[VirtualFlight]:
     """Trained people 1, 2 … and untrained ones after them."""
     trained = [flight(k, "dam", share, "trained", sessions=16) for k in range(1, people + 1)]
     return trained + [flight(k + people, FAMILIARISED, 1.0, "untrained") for k in range(1, people + 1)]

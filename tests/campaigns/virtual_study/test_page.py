@@ -12,7 +12,7 @@ from exograv.campaigns.virtual_study import figure_sensitivity as sensitivity
 from exograv.campaigns.virtual_study.ablation import MECHANISMS, ablated_rows
 from exograv.campaigns.virtual_study.figure_sensitivity import Swept, spans
 from exograv.campaigns.virtual_study.figure_windows import by_window
-from exograv.campaigns.virtual_study.flight import FAMILIARISED, Flight
+from exograv.campaigns.virtual_study.flight import FAMILIARISED, VirtualFlight
 from exograv.campaigns.virtual_study.outcome import NO_EVIDENCE, outcome_of
 from exograv.campaigns.virtual_study.page import Content, drawn, render, write_virtual_page
 from exograv.campaigns.virtual_study.sentences import headline, sentences
@@ -27,7 +27,7 @@ SWEPT = (
 )
 
 
-def flights() -> list[Flight]:
+def flights() -> list[VirtualFlight]:
     found = main_study()
     for k in range(1, 7):
         found.append(flight(k, FAMILIARISED))
@@ -38,7 +38,7 @@ def flights() -> list[Flight]:
     return found
 
 
-def content(swept: tuple[Swept, ...] = SWEPT, of: list[Flight] | None = None) -> Content:
+def content(swept: tuple[Swept, ...] = SWEPT, of: list[VirtualFlight] | None = None) -> Content:
     of = flights() if of is None else of
     links = {"report of the study": "report/report.html"}
     return Content(outcome_of(of, "dam"), of, {"seed": "1000", "people": "<3>"}, swept, 0.5, links)
@@ -130,7 +130,7 @@ def test_the_most_telling_constant_is_on_top_and_goes_from_low_to_high():
 
 
 @pytest.mark.parametrize("few", [[flight(1, "dam")], [flight(1, "dam", windows=())], main_study(people=1)])
-def test_a_study_that_lacks_something_has_a_page_without_nan(few: list[Flight]):
+def test_a_study_that_lacks_something_has_a_page_without_nan(few: list[VirtualFlight]):
     said = content((), few)
     assert "nan" not in re.sub(r"<[^>]*>", " ", render(said, [])).lower().split()
     list(drawn(said))

@@ -19,7 +19,7 @@ from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, Submitted
 from exograv.signals import Command
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.protocol import first_windows, load_protocol
 
 SEED = 1004
@@ -38,7 +38,7 @@ def sitting_on(stage: Stage, protocol: str, windows: int, day: int = 1) -> Sitti
         ACT_TICKS * stage.twin.period_s, Habits(),
     )  # fmt: skip
     person.begin_day(day)
-    return Sitting(stage, Plan(loaded, stage.exo, room.calibration), room, person, day)
+    return Sitting(stage, TaskPlan(loaded, stage.exo, room.calibration), room, person, day)
 
 
 def flown(day: int) -> tuple[FlownTouch, ...]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from tests.campaigns.virtual_study.made_up_flights import flight
 
-from exograv.campaigns.virtual_study.checkpoint import Job, lived_of, read_lived
+from exograv.campaigns.virtual_study.checkpoint import CareerJob, lived_of, read_lived
 from exograv.campaigns.virtual_study.options import StudyOptions, careers
 from exograv.campaigns.virtual_study.out_folder import CAREERS, SETTINGS, out_folder, settings_of_study
 from exograv.campaigns.virtual_study.participants import Lived
@@ -65,7 +65,7 @@ def test_nothing_is_flown_that_is_kept(tmp_path: Path):
     for file in files:
         file.write_text(json.dumps(asdict(one)), encoding="utf-8")
     everybody = careers(StudyOptions((1, 0), conditions=("ideal",)), ("V",))
-    jobs = [Job(career, StudyOptions(), file) for career, file in zip(everybody, files, strict=False)]
+    jobs = [CareerJob(career, StudyOptions(), file) for career, file in zip(everybody, files, strict=False)]
     # Either would take minutes, and need a folder that is not there.
     assert lived_of(jobs, tmp_path / "nowhere", 1, lambda _share: None) == [one, one]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.identification.baselines.oracle import Oracle
+from exograv.identification.baselines.oracle import OracleMethod
 from exograv.identification.core.interface import Sample
 from exograv.identification.methods import built
 from exograv.model.tree import is_physical
@@ -23,7 +23,7 @@ def after(name: str, setting, samples: list[Sample]) -> np.ndarray:
 def test_no_other_method_has_a_lower_cost(linear_setting, linear_stream, off: float):
     setting = linear_setting()
     samples = linear_stream(setting, off * np.eye(11)[4] + 0.5, noise_seed=2)
-    oracle = Oracle(setting)
+    oracle = OracleMethod(setting)
     for sample in samples:
         oracle.update(sample)
     x = oracle.estimate().x
@@ -35,7 +35,7 @@ def test_no_other_method_has_a_lower_cost(linear_setting, linear_stream, off: fl
 
 def test_its_covariance_is_no_larger_than_the_priors(linear_setting, linear_stream):
     setting = linear_setting()
-    oracle = Oracle(setting)
+    oracle = OracleMethod(setting)
     for sample in linear_stream(setting, np.zeros(11), noise_seed=3):
         oracle.update(sample)
     assert (oracle.estimate().sd <= np.sqrt(np.diag(setting.covariance)) + 1e-12).all()

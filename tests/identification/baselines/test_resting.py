@@ -11,7 +11,7 @@ from exograv.identification.baselines.average import average
 from exograv.identification.baselines.equilibrium import equilibrium
 from exograv.identification.baselines.full import full
 from exograv.identification.baselines.rest_statics import RestStatics
-from exograv.identification.baselines.resting import MASS_MIN, Resting, table_arm
+from exograv.identification.baselines.resting import MASS_MIN, RestingCorrection, table_arm
 from exograv.identification.core.interface import Method, Rest, RestingMethod, Sample
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
@@ -57,7 +57,7 @@ def perfect_rest(statics: RestStatics, q: np.ndarray, phi: np.ndarray, pull: np.
     return Rest(q, np.zeros(n), wrenches.reshape(cuffs, 6), 10.0)
 
 
-def learned(method: Resting, worn: Worn, phi: np.ndarray, pull: np.ndarray | float = 0.0) -> np.ndarray:
+def learned(method: RestingCorrection, worn: Worn, phi: np.ndarray, pull: np.ndarray | float = 0.0) -> np.ndarray:
     """Inertial parameters after perfect rests."""
     statics = RestStatics(*worn)
     method.take_rests([perfect_rest(statics, q, phi, pull) for q in method.postures])

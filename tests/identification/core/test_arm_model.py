@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import SINGULAR_SD, ArmModel
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.prior import prior
@@ -38,7 +38,7 @@ def expected(model) -> np.ndarray:
 def of_lead(assembly, expected) -> np.ndarray:
     """The same of an arm of half a tonne."""
     x = expected.copy()
-    x[Layout.of(assembly).phi] *= 150.0
+    x[ParameterLayout.of(assembly).phi] *= 150.0
     return x
 
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from exograv.identification.core.coordinates import THETA_SD_MAX, Coordinates
-from exograv.identification.core.sample_pace import Pace
+from exograv.identification.core.sample_pace import SamplePace
 from exograv.identification.core.whitened import square_root
 from exograv.model.tree import inertial_parameters, is_physical
 
@@ -58,7 +58,7 @@ def test_a_square_root_of_a_covariance_squares_to_it_whatever_its_units():
 
 
 def test_a_pace_takes_the_first_sample_and_then_one_in_each_period():
-    pace = Pace(0.02)
+    pace = SamplePace(0.02)
     taken = [k for k in range(100) if pace.takes(0.001 * k)]
     assert taken[0] == 0
     # A twentieth early is early enough.

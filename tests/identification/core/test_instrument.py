@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exograv.identification.core.instrument import FAR_RAD, Instrumented
-from exograv.identification.core.interface import Asked, Sample, TorqueModel
+from exograv.identification.core.interface import RequestedMotion, Sample, TorqueModel
 from exograv.identification.core.noise import Noise
 from exograv.identification.recursive.recursive import Recursive
 
@@ -45,7 +45,9 @@ def restless(seed: int, seconds: float = 40.0, dt: float = 0.02) -> list[Sample]
         expected = TRUTH @ np.ravel(asked[::-1])
         tau = expected + STIFFNESS * (asked[0][0] - q) + DAMPING * (asked[1][0] - v)
         a = (tau + own - TRUTH[1] * v - TRUTH[2] * q) / TRUTH[0]
-        samples.append(Sample(float(t), np.array([q]), np.array([v]), np.array([a]), np.array([tau]), Asked(*asked)))
+        samples.append(
+            Sample(float(t), np.array([q]), np.array([v]), np.array([a]), np.array([tau]), RequestedMotion(*asked))
+        )
         v += a * dt
         q += v * dt
     return samples
@@ -80,12 +82,12 @@ def test_along_the_motion_asked_for_the_damping_is_right_and_its_interval_holds(
     assert abs(z.mean()) < 3.0 / np.sqrt(len(z))
 
 
-def sample(q: float, v: float, asked: Asked | None) -> Sample:
+def sample(q: float, v: float, asked: RequestedMotion | None) -> Sample:
     return Sample(0.0, np.array([q]), np.array([v]), np.zeros(1), np.zeros(1), asked)
 
 
 def test_where_nothing_was_asked_or_the_arm_is_far_off_the_rows_are_of_the_measured_motion():
-    far = Asked(np.array([0.2 + 1.1 * FAR_RAD]), np.ones(1), np.ones(1))
+    far = RequestedMotion(np.array([0.2 + 1.1 * FAR_RAD]), np.ones(1), np.ones(1))
     for asked in (None, far):
         both = Instrumented(Joint(), Joint()).linearise(sample(0.2, 0.3, asked), TRUTH)
         alone = Joint().linearise(sample(0.2, 0.3, None), TRUTH)
@@ -95,7 +97,7 @@ def test_where_nothing_was_asked_or_the_arm_is_far_off_the_rows_are_of_the_measu
 
 def test_the_expected_torque_is_that_of_the_measured_motion_and_the_rows_are_of_the_asked_one():
     model = Instrumented(Joint(), Joint())
-    tau, derivative = model.linearise(sample(0.2, 0.3, Asked(np.array([0.3]), np.ones(1), np.ones(1))), TRUTH)
+    tau, derivative = model.linearise(sample(0.2, 0.3, RequestedMotion(np.array([0.3]), np.ones(1), np.ones(1))), TRUTH)
     np.testing.assert_allclose(tau, TRUTH @ [0.0, 0.3, 0.2])
     np.testing.assert_allclose(derivative, [[1.0, 1.0, 0.3]])
 
@@ -103,5 +105,5 @@ def test_the_expected_torque_is_that_of_the_measured_motion_and_the_rows_are_of_
 @pytest.mark.parametrize(("v", "v_asked"), [(0.0, 0.5), (0.5, 0.0)])
 def test_a_turn_of_either_motion_leaves_the_direction_of_friction_open(v: float, v_asked: float):
     model = Instrumented(Joint(), Joint())
-    model.linearise(sample(0.2, v, Asked(np.array([0.2]), np.array([v_asked]), np.zeros(1))), TRUTH)
+    model.linearise(sample(0.2, v, RequestedMotion(np.array([0.2]), np.array([v_asked]), np.zeros(1))), TRUTH)
     assert model.direction_uncertainty(np.array([v]))[0] > 10.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.prior import prior
@@ -98,7 +98,7 @@ def test_the_model_at_the_filtered_motion_gives_the_filtered_torque_of_the_whole
     machine = nominal_machine(assembly.description, assembly.exo.phi)
     x, _ = prior(assembly, machine)
     # Where dry friction turns around, its direction is uncertain to either way; the estimator says so.
-    x[Layout.of(assembly).coulomb] = 0.0
+    x[ParameterLayout.of(assembly).coulomb] = 0.0
     true, one = ArmModel(assembly, machine), SampleFilter(assembly.n, DT)
     filtered = true.again()
     path = identification_motion(assembly, 12.0, DT)

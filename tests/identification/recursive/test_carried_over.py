@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.recursive.carried_over import ARM_NEW, carried_over, kept_part
 
-LAYOUT = Layout(segments=2, freedoms=4, arms=1, joints=4)
+LAYOUT = ParameterLayout(segments=2, freedoms=4, arms=1, joints=4)
 
 
 @pytest.fixture(scope="module")

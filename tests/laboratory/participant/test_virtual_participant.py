@@ -8,7 +8,7 @@ from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import Doing, PointingPerson
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.rig.twin.behaviour.own_arm import OwnArm
-from exograv.storage.session_checkpoint import Learned
+from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.picture import ParticipantPicture
 from exograv.task.protocol import load_protocol
 from exograv.task.task_settings import Sign
@@ -163,7 +163,7 @@ def test_what_was_learned_is_there_after_an_interruption(person: PointingPerson,
     person.touched(t, np.array([0.01, 0.03]))
     own, around = world
     again = PointingPerson(own, 0.1 * np.eye(4), around, person._target, "down", 1015, DT, person.habits)
-    again.remember(Learned.model_validate_json(person.learned.model_dump_json()))
+    again.remember(LearnedState.model_validate_json(person.learned.model_dump_json()))
     assert again.learned == person.learned
 
 

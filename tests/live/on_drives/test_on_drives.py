@@ -9,7 +9,7 @@ from exograv.errors import ConfigError
 from exograv.live.live_flight import LiveOptions
 from exograv.live.on_drives.calibration import settings_of_lengths
 from exograv.live.on_drives.connection import DrivesAsked, drives_with_hands
-from exograv.live.on_drives.float_command import Person, run_live_on_drives
+from exograv.live.on_drives.float_command import PersonForm, run_live_on_drives
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.settings import Drives, load_drives
@@ -80,7 +80,7 @@ def test_a_real_machine_needs_somebody_at_the_keyboard(drives: Drives, tmp_path:
 
 
 def test_live_on_drives_asks_for_a_motion_and_for_everything_about_the_person(tmp_path: Path):
-    def refusal(identify_s: float, person: Person) -> str:
+    def refusal(identify_s: float, person: PersonForm) -> str:
         options, asked = LiveOptions(identify_s=identify_s), DrivesAsked(tmp_path / "drives.toml")
         with pytest.raises(ConfigError) as error:
             run_live_on_drives(
@@ -88,5 +88,5 @@ def test_live_on_drives_asks_for_a_motion_and_for_everything_about_the_person(tm
             )  # fmt: skip
         return str(error.value)
 
-    assert "--identify" in refusal(0.0, Person(1.7, 60.0, "female"))
-    assert "--body-mass, --sex" in refusal(20.0, Person(1.7))
+    assert "--identify" in refusal(0.0, PersonForm(1.7, 60.0, "female"))
+    assert "--body-mass, --sex" in refusal(20.0, PersonForm(1.7))

@@ -17,9 +17,9 @@ from exograv.laboratory.provenance import provenance
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Moment, Pilot
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.model.assembly import Assembly, adjusted, read_exoskeleton
-from exograv.procedures.calibration.breakaway_test import Push, starting_posture
+from exograv.procedures.calibration.breakaway_test import BreakawayPush, starting_posture
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import RecordingWriter
@@ -87,10 +87,10 @@ def fly_empty(laboratory: VirtualLaboratory, machine: CalibratedMachine, recordi
     twin = Twin(description, laboratory.machine, None, SEED, start, lengths=lengths)
     pilot = Pilot(twin, machine.actuators, Envelope(limits(description), twin.period_s), recording)
     pilot.begin("calibrate")
-    pilot.run(Push(np.zeros(4)), motion.hold(start, 0.1, twin.period_s), "")
+    pilot.run(BreakawayPush(np.zeros(4)), motion.hold(start, 0.1, twin.period_s), "")
     tick, ticks = ExoTick(description, tree), 0
 
-    def load(_: Moment) -> None:
+    def load(_: TickSample) -> None:
         nonlocal ticks
         ticks += 1
         if ticks % 50 == 0:
@@ -109,7 +109,7 @@ def fly_worn(laboratory: VirtualLaboratory, arm: ArmController, recording: Recor
     arm.mode.drive, rng = 1.0, np.random.default_rng(SEED)
     start, ticks = pilot.q.copy(), 0
 
-    def learn(moment: Moment) -> None:
+    def learn(moment: TickSample) -> None:
         nonlocal ticks
         ticks += 1
         if ticks % 100 == 0:

@@ -12,7 +12,7 @@ from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
-from exograv.live.live_control import LiveControl, Plan, guarded_rig
+from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
 from exograv.live.live_flight import settings_of
 from exograv.loop.replay.recorded_run import gaps
 from exograv.loop.replay.what_if import Instead
@@ -67,11 +67,11 @@ class Forgetful(live._Guarding):
 
 
 @pytest.fixture(scope="module")
-def plan(laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedMachine) -> Plan:
+def plan(laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedMachine) -> LivePlan:
     """The guard's table is a wide one: what it holds a person to is not looked at here."""
     x = table_guess(assembly, machine)
     prepared = ControllerKnowledge(assembly, machine, x, 400.0)
-    return Plan(
+    return LivePlan(
         laboratory.description,
         laboratory.form,
         prepared,
@@ -88,7 +88,7 @@ def wide_limits() -> PersonLimits:
 
 
 @pytest.fixture(scope="module")
-def lived(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def lived(plan: LivePlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Guard and control as in their processes, but in turn."""
     joints = plan.description.joints
     n, path = len(joints), tmp_path_factory.mktemp("lived") / "live.mcap"

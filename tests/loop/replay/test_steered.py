@@ -12,7 +12,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.experiment.steered.listening_wearer import attentive_twin
 from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
-from exograv.live.live_control import LiveControl, Plan, guarded_rig
+from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
 from exograv.live.live_flight import settings_of
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -22,7 +22,7 @@ from exograv.recording.encoding import tick_dtype
 from exograv.runtime.control_loop import guard_process as live
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, Channels, FeltLevel, answer_dtype, state_dtype
 from exograv.runtime.control_loop.guard_process import GuardJob
-from exograv.runtime.control_loop.steering import ASKABLE, Asked, Leased, Pressed
+from exograv.runtime.control_loop.steering import ASKABLE, GuardRequest, Leased, Pressed
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.guard import COMMAND_LIFE_S
@@ -36,13 +36,13 @@ pytestmark = pytest.mark.slow
 
 LEVEL_AT, LEVEL_TOLD, RAMP_S = 600, 0.3, 8.0
 WORDS = {
-    20: Asked(1, Event.TEST),
-    40: Asked(2, Event.TAKE_ARM),
+    20: GuardRequest(1, Event.TEST),
+    40: GuardRequest(2, Event.TAKE_ARM),
     LEVEL_AT: FeltLevel(LEVEL_TOLD, RAMP_S, 3),
-    800: Asked(4, Event.GIVE_BACK),
+    800: GuardRequest(4, Event.GIVE_BACK),
     1500: Pressed(5),
-    5200: Asked(6, Event.RESET),
-    5250: Asked(7, Event.TEST),
+    5200: GuardRequest(6, Event.RESET),
+    5250: GuardRequest(7, Event.TEST),
 }
 TICKS = 5300
 
@@ -80,7 +80,7 @@ def steered(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Path:
     prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 400.0)
-    plan = Plan(
+    plan = LivePlan(
         laboratory.description,
         laboratory.form,
         prepared,

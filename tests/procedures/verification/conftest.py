@@ -13,7 +13,7 @@ from exograv.model.description import load_rig
 from exograv.model.support import assemble
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.verification.postures import ROUNDS, SPEED_RAD_S, both_ways, unseen_postures
-from exograv.procedures.verification.slow_passes import SAMPLE_S, SLIDING, Heard
+from exograv.procedures.verification.slow_passes import SAMPLE_S, SLIDING, PassSample
 
 PERSON = Body(1.75, 75.0, "male")
 DT = 0.01
@@ -43,10 +43,10 @@ def postures(model, arm) -> np.ndarray:
 
 
 @pytest.fixture(scope="session")
-def heard(model, postures) -> Callable[..., list[Heard]]:
+def heard(model, postures) -> Callable[..., list[PassSample]]:
     """What the passes of an arm `x` sound like, with a wearer's slow torque and friction that is `turning` off."""
 
-    def samples(x: np.ndarray, seed: int, restless: float = 1.0, turning: float = 0.0) -> list[Heard]:
+    def samples(x: np.ndarray, seed: int, restless: float = 1.0, turning: float = 0.0) -> list[PassSample]:
         random = np.random.default_rng(seed)
         sd, keep = restless * disturbance_sd(model.assembly.description.places), np.exp(-SAMPLE_S / CORRELATION_S)
         slow, found, t = sd * random.standard_normal(4), [], 0.0
@@ -65,7 +65,7 @@ def heard(model, postures) -> Callable[..., list[Heard]]:
                 sample = Sample(t, path.q[i], path.v[i], np.zeros(4), np.zeros(4))
                 tau, _ = true.linearise(sample, x)
                 sample.tau = tau + slow + turning * np.sign(sample.v) + 0.02 * random.standard_normal(4)
-                found.append(Heard(k, sample))
+                found.append(PassSample(k, sample))
         return found
 
     return samples

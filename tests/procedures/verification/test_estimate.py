@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.left_over import RESTLESS
 from exograv.model.arm import held_weight
 from exograv.procedures.verification.estimate import LeftOverEstimator
@@ -21,7 +21,7 @@ def estimator(model, arm, postures) -> LeftOverEstimator:
 def heavier(model, arm) -> np.ndarray:
     """The arm as it is: somebody has a bottle in the hand that nobody knows of."""
     x = arm.x.copy()
-    x[Layout.of(model.assembly).phi] += held_weight(model.assembly.arm, HIDDEN_KG, at="hand")
+    x[ParameterLayout.of(model.assembly).phi] += held_weight(model.assembly.arm, HIDDEN_KG, at="hand")
     return x
 
 

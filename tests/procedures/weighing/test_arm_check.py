@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.support import sample_postures
 from exograv.procedures.weighing.arm_check import POUNDS_PER_KG, SURE, ArmCheck, ArmJudge
 from exograv.procedures.weighing.weighing_path import telling_way
@@ -20,7 +20,7 @@ RESTLESS = 2.7  # an ordinary day: 0.8 N·m at the shoulder
 def samples(model, believed_arm, heard):
     x, _ = believed_arm
     postures = sample_postures(model.assembly.description, 16)[1:]
-    way = telling_way(model, x, x[Layout.of(model.assembly).phi], 0.35, postures)
+    way = telling_way(model, x, x[ParameterLayout.of(model.assembly).phi], 0.35, postures)
     return heard(way.trajectory(18.0, PATH_DT), x, 1000, RESTLESS)
 
 
@@ -35,7 +35,7 @@ def judged(model, samples, factor: float) -> ArmCheck:
 
 def test_the_right_form_is_believed_and_the_interval_holds_the_arm(model, believed_arm, samples):
     check = judged(model, samples, 1.0)
-    mass = sum(believed_arm[0][body.start] for body in Layout.of(model.assembly).bodies)
+    mass = sum(believed_arm[0][body.start] for body in ParameterLayout.of(model.assembly).bodies)
     assert not check.refused
     assert check.ci95[0] < mass < check.ci95[1]
 

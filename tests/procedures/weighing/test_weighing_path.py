@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.arm import held_weight
 from exograv.model.support import sample_postures
 from exograv.procedures.weighing.weighing_path import Way, telling_way
@@ -34,7 +34,7 @@ def test_it_is_gone_once_at_least_and_reaches_its_other_end(way):
 
 def test_no_other_two_postures_change_the_torque_much_more(model, believed_arm):
     x, _ = believed_arm
-    held, phi = held_weight(model.assembly.arm, 1.0), Layout.of(model.assembly).phi
+    held, phi = held_weight(model.assembly.arm, 1.0), ParameterLayout.of(model.assembly).phi
     postures = sample_postures(model.assembly.description, 16)[1:]
     way = telling_way(model, x, held, 0.7, postures)
     asked = {tuple(q): model.at_rest(q, x)[1][:, phi] @ held for q in postures}

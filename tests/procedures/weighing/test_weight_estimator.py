@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.support import sample_postures
 from exograv.procedures.weighing.weighing_path import telling_way
-from exograv.procedures.weighing.weight_estimator import Passes, WeightEstimator
+from exograv.procedures.weighing.weight_estimator import WeightEstimator, WeightPasses
 
 PATH_DT = 0.02
 SHORT_PASS_KG = 0.12  # two standard deviations at the forearm, from half as long as is usual
@@ -24,8 +24,10 @@ def weighed(model, believed_arm, heard):
         # Identification has made the arm ten times better known than the table, and not quite right.
         truth = x + 0.1 * np.sqrt(np.diag(covariance)) * np.random.default_rng(1001).standard_normal(len(x))
         loaded = truth.copy()
-        loaded[Layout.of(model.assembly).phi] += held_weight(model.assembly.arm, kg, at=place, farther_m=farther_m)
-        passes = Passes(heard(path, truth, 1002), heard(path, loaded, 1003))
+        loaded[ParameterLayout.of(model.assembly).phi] += held_weight(
+            model.assembly.arm, kg, at=place, farther_m=farther_m
+        )
+        passes = WeightPasses(heard(path, truth, 1002), heard(path, loaded, 1003))
         return WeightEstimator(model, x, 0.01 * covariance, place).weigh(passes)
 
     return at

@@ -17,7 +17,7 @@ from exograv.report.study_report.report import compared, reason_not_to_compare
 from exograv.report.study_report.results import family_of, in_words, measures_table, number
 from exograv.study.measures.catalogue import MEASURES
 from exograv.study.measures.study_data import StudyData
-from exograv.study.statistics.findings import Findings
+from exograv.study.statistics.findings import StudyFindings
 
 GROUND = {"trained": {"training": 1}, "untrained": {"familiarisation": 1}}
 
@@ -27,19 +27,19 @@ def study(**options) -> StudyData:
 
 
 @cache
-def found_by_all() -> Findings:
+def found_by_all() -> StudyFindings:
     """Of `study()`: comparing takes a second, and millimetres, names and who is simulated change nothing in it."""
     return compared(study())
 
 
-def content(data: StudyData, found: Findings | None = None) -> Content:
+def content(data: StudyData, found: StudyFindings | None = None) -> Content:
     why_not = reason_not_to_compare(data)
     if found is None and not why_not:
         found = compared(data)
     return Content(data, found, why_not, issues(data, Told()), {"training": ["target"]})
 
 
-def page(data: StudyData, found: Findings | None = None) -> str:
+def page(data: StudyData, found: StudyFindings | None = None) -> str:
     return render(content(data, found), [])
 
 

@@ -8,7 +8,7 @@ import pytest
 from exograv.runtime.clock.fitness import PERIODS_FOR_GOAL, judge
 from exograv.runtime.clock.host import Host
 from exograv.runtime.clock.realtime import Rights
-from exograv.runtime.clock.timing import PERIOD_NS, Outcome, Timing
+from exograv.runtime.clock.timing import PERIOD_NS, LoopOutcome, Timing
 
 GOOD_HOST = Host("Linux 6.12", False, True, (3,), (0, 1, 2), ("performance",), "tsc")
 GOOD_RIGHTS = Rights(is_fifo=True, is_locked=True)
@@ -19,7 +19,7 @@ def timing(periods: int = 30_000, late: int = 0, lateness_us: int = 300, compute
     lateness = np.zeros(periods, dtype=np.int64)
     lateness[:late] = 1000 * lateness_us
     compute = np.full(periods, 1000 * compute_us)
-    return Timing(np.arange(periods), lateness, compute, periods, PERIOD_NS, Outcome.COMPLETE)
+    return Timing(np.arange(periods), lateness, compute, periods, PERIOD_NS, LoopOutcome.COMPLETE)
 
 
 def test_a_prepared_and_punctual_computer_may():
@@ -51,7 +51,7 @@ AGAINST = {
     "a tick in five hundred late": (timing(late=60), GOOD_RIGHTS, GOOD_HOST, "99.8 % of the ticks started within 200"),
     "one late by a period": (timing(late=1, lateness_us=1001), GOOD_RIGHTS, GOOD_HOST, "1 of 30000 periods ended"),
     "a tick that is too long": (timing(compute_us=1001), GOOD_RIGHTS, GOOD_HOST, "30000 of 30000"),
-    "a loop broken off": (replace(timing(), outcome=Outcome.NO_REST), GOOD_RIGHTS, GOOD_HOST, "broken off"),
+    "a loop broken off": (replace(timing(), outcome=LoopOutcome.NO_REST), GOOD_RIGHTS, GOOD_HOST, "broken off"),
 }
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from exograv.runtime.clock import pace
-from exograv.runtime.clock.pace import Pace
+from exograv.runtime.clock.pace import RealTimePace
 
 PERIOD_S = 0.001
 
@@ -31,7 +31,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 
 
 def test_each_tick_ends_at_its_own_time(clock: Clock):
-    one = Pace(PERIOD_S)
+    one = RealTimePace(PERIOD_S)
     for tick in range(1, 6):
         clock.now += 0.0003  # work
         one.wait()
@@ -39,7 +39,7 @@ def test_each_tick_ends_at_its_own_time(clock: Clock):
 
 
 def test_a_late_tick_does_not_wait_and_the_next_ones_catch_up(clock: Clock):
-    one = Pace(PERIOD_S)
+    one = RealTimePace(PERIOD_S)
     clock.now += 0.0025
     one.wait()
     one.wait()

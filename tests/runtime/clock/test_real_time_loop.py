@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exograv.runtime.clock.real_time_loop import REST_AT_LEAST_EVERY, SPIN_NS, run_loop
-from exograv.runtime.clock.timing import Outcome, Timing
+from exograv.runtime.clock.timing import LoopOutcome, Timing
 
 PERIOD_NS = 1_000_000
 READ_NS = 500
@@ -49,7 +49,7 @@ def test_deadlines_do_not_drift_however_long_the_ticks_are(clock: Clock):
     assert clock.periods == list(range(1000))
     assert timing.lateness_ns.max() <= READ_NS
     assert timing.effective_rate_Hz == pytest.approx(1000.0)
-    assert timing.outcome is Outcome.COMPLETE
+    assert timing.outcome is LoopOutcome.COMPLETE
 
 
 def test_what_a_tick_took_is_told_apart_from_how_late_it_was(clock: Clock):
@@ -80,13 +80,13 @@ def test_a_stall_at_the_end_counts_all_the_periods_it_took(clock: Clock):
 
 def test_a_tick_that_never_leaves_time_to_sleep_ends_the_loop(clock: Clock):
     timing = clock.run(100_000, lambda _period: PERIOD_NS + 1)
-    assert timing.outcome is Outcome.NO_REST
+    assert timing.outcome is LoopOutcome.NO_REST
     assert len(clock.periods) <= REST_AT_LEAST_EVERY + 1
 
 
 def test_a_tick_that_leaves_a_little_time_to_sleep_goes_on(clock: Clock):
     timing = clock.run(1000, lambda _period: PERIOD_NS - SPIN_NS - 20_000)
-    assert timing.outcome is Outcome.COMPLETE
+    assert timing.outcome is LoopOutcome.COMPLETE
     assert timing.missed == 0
 
 
@@ -117,4 +117,4 @@ def test_a_tick_that_says_that_it_was_the_last_ends_the_loop_in_good_order(clock
     timing = run_loop(work, 100, PERIOD_NS, clock.now_ns, clock.sleep)
     assert clock.periods == [0, 1, 2, 3, 4]
     assert timing.periods == 5
-    assert timing.outcome is Outcome.COMPLETE
+    assert timing.outcome is LoopOutcome.COMPLETE

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exograv.runtime.clock.timing import EDGES_US, LATE_NS, PERIOD_NS, Outcome, Timing
+from exograv.runtime.clock.timing import EDGES_US, LATE_NS, PERIOD_NS, LoopOutcome, Timing
 
 
 def timing(lateness_us: list[int], compute_us: int = 50, periods: int | None = None) -> Timing:
@@ -13,7 +13,7 @@ def timing(lateness_us: list[int], compute_us: int = 50, periods: int | None = N
     lateness = 1000 * np.array(lateness_us, dtype=np.int64)
     ticks = np.arange(len(lateness))
     count = len(lateness) if periods is None else periods
-    return Timing(ticks, lateness, np.full_like(lateness, 1000 * compute_us), count, PERIOD_NS, Outcome.COMPLETE)
+    return Timing(ticks, lateness, np.full_like(lateness, 1000 * compute_us), count, PERIOD_NS, LoopOutcome.COMPLETE)
 
 
 def test_a_punctual_loop_misses_nothing_and_keeps_its_rate():

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, FeltLevel, state_dtype
-from exograv.runtime.control_loop.guard_commands import ASK_PARENT_EVERY, BELL, ENDS, Hearing, Line
-from exograv.runtime.control_loop.steering import ASKABLE, Asked, Heard, Leased, Pressed
+from exograv.runtime.control_loop.guard_commands import ASK_PARENT_EVERY, BELL, ENDS, GuardLine, Hearing
+from exograv.runtime.control_loop.steering import ASKABLE, GuardReply, GuardRequest, Leased, Pressed
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.safety.guard import Guard, SafeState, Submitted
 from exograv.safety.modes import Event, Mode
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 from exograv.signals import JointState, TorqueSource
 
@@ -39,7 +39,7 @@ class Room:
 
     guard: Guard
     hearing: Hearing
-    line: Line
+    line: GuardLine
     ours: Connection
     notes: list[str]
     mode: Mode | None = Mode.OFF
@@ -68,7 +68,7 @@ class Room:
         self.line.send(word)
         self.tick()
         heard = self.ours.recv() if self.ours.poll() else None
-        return heard.why if isinstance(heard, Heard) else None
+        return heard.why if isinstance(heard, GuardReply) else None
 
     @property
     def told(self) -> Event | None:
@@ -83,12 +83,12 @@ def room(monkeypatch: pytest.MonkeyPatch) -> Iterator[Room]:
     guard = Guard.of_machine(Envelope(LIMITS, PERIOD_S), PERIOD_S)
     nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
     table = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
-    guard.envelope.person = Person(PersonLimits(table, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
+    guard.envelope.person = GuardedPerson(PersonLimits(table, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
     ours, theirs = Pipe()
     with contextlib.closing(Mailbox(BELL)) as bell, contextlib.closing(ours), contextlib.closing(theirs):
         notes: list[str] = []
         hearing = Hearing(guard, theirs, bell, lambda _t, text: notes.append(text))
-        yield Room(guard, hearing, Line(ours, bell), ours, notes)
+        yield Room(guard, hearing, GuardLine(ours, bell), ours, notes)
 
 
 def lease(room: Room) -> None:
@@ -106,7 +106,7 @@ def test_stop_is_heard_in_the_next_tick_whoever_steers(room: Room):
 
 def test_words_are_heard_in_their_order_one_a_tick(room: Room):
     for number in range(3):
-        room.line.send(Asked(number, Event.TEST))
+        room.line.send(GuardRequest(number, Event.TEST))
     for number in range(3):
         room.tick()
         assert room.ours.recv().number == number
@@ -134,7 +134,7 @@ def test_where_the_parent_is_gone_the_arm_comes_down_and_the_run_ends(room: Room
 
 def test_control_is_told_an_event_once_and_only_what_it_has_answered_is_followed_by_another(room: Room):
     lease(room)
-    assert room.says(Asked(1, Event.TEST)) == ""
+    assert room.says(GuardRequest(1, Event.TEST)) == ""
     room.answers = False
     room.hearing.tell(room.state)
     assert (int(room.state["asked"]), ASKABLE[int(room.state["event"])]) == (1, Event.TEST)
@@ -150,13 +150,13 @@ def test_control_is_told_an_event_once_and_only_what_it_has_answered_is_followed
 
 def test_nothing_that_was_asked_for_before_a_stop_is_told_after_it(room: Room):
     lease(room)
-    assert room.says(Asked(1, Event.TEST)) == ""
+    assert room.says(GuardRequest(1, Event.TEST)) == ""
     room.guard.press_stop()
     room.hearing.latched()
     for _ in range(DOWN):
         room.tick()
     lease(room)
-    assert room.says(Asked(2, Event.RESET)) == ""
+    assert room.says(GuardRequest(2, Event.RESET)) == ""
     for _ in range(5):
         room.tick()
     assert int(room.state["asked"]) == 0
@@ -166,13 +166,13 @@ def test_a_reset_waits_until_the_arm_is_down_and_control_answers_and_leaves_the_
     lease(room)
     room.mode = Mode.SAFE
     room.says(Pressed(1))
-    assert "still coming down" in (room.says(Asked(2, Event.RESET)) or "")
+    assert "still coming down" in (room.says(GuardRequest(2, Event.RESET)) or "")
     for _ in range(DOWN):
         room.tick()
     room.answers = False
-    assert "does not answer" in (room.says(Asked(3, Event.RESET)) or "")
+    assert "does not answer" in (room.says(GuardRequest(3, Event.RESET)) or "")
     room.answers = True
-    assert room.says(Asked(4, Event.RESET)) == ""
+    assert room.says(GuardRequest(4, Event.RESET)) == ""
     assert room.guard.envelope.stop is None
     assert room.hearing.acts & RESET
     room.hearing.tell(room.state)  # a safe state was told in this tick still
@@ -187,7 +187,7 @@ def test_nobody_resets_without_steering(room: Room):
     room.says(Pressed(1))
     for _ in range(DOWN):
         room.tick()
-    assert "Nobody steers" in (room.says(Asked(2, Event.RESET)) or "")
+    assert "Nobody steers" in (room.says(GuardRequest(2, Event.RESET)) or "")
     assert room.guard.envelope.stop is not None
 
 

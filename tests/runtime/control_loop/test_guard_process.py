@@ -10,13 +10,13 @@ import pytest
 
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drive_status import DriveStatus
-from exograv.runtime.control_loop.exchange import TOLD_LEVEL, Channels, FeltLevel, Led, answer_dtype, state_dtype
+from exograv.runtime.control_loop.exchange import TOLD_LEVEL, Channels, FeltLevel, LedPerson, answer_dtype, state_dtype
 from exograv.runtime.control_loop.guard_process import GIVEN_UP_AFTER, GuardedRig, GuardJob, _Guarding, answer_by_ns
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.safety.guard import Guard, SafeState
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 from exograv.signals import Command, JointState, TorqueSource
 
@@ -197,10 +197,10 @@ def somebody() -> PersonLimits:
 
 
 def test_who_is_known_is_held_to_what_a_driven_arm_may_have_only_as_long_as_it_is_led_on(table: Table):
-    table.guard.envelope.person = Person(somebody(), 0.0)
+    table.guard.envelope.person = GuardedPerson(somebody(), 0.0)
     table.guard.envelope.person.drive(True)
     driven = []
-    for word in (Led(somebody()), somebody()):
+    for word in (LedPerson(somebody()), somebody()):
         table.guarding.hearing.hear(word, table.rig.t)
         table.tick(answers=True)
         driven.append(table.guard.envelope.person.is_driven)
@@ -219,7 +219,7 @@ def told(table: Table, level: float) -> tuple[int, str]:
 def test_a_gravity_level_is_recorded_where_it_was_taken_told_to_control_and_not_taken_after_a_stop_even_a_reset_one(
     table: Table,
 ):
-    table.guard.envelope.person = Person(somebody(), 0.0)
+    table.guard.envelope.person = GuardedPerson(somebody(), 0.0)
     table.tick(answers=True)
     acts, note = told(table, 0.25)
     assert acts & TOLD_LEVEL

@@ -16,9 +16,9 @@ from exograv.errors import ConfigError
 from exograv.recording import Recording, read_recording
 from exograv.recording.device_stream import DeviceStream
 from exograv.recording.stream_block import StreamBlock, packed
-from exograv.runtime.lsl.blocks import BLOCK, SAMPLES, SLOTS, TAKEN_MAX, Devices, block
+from exograv.runtime.lsl.blocks import BLOCK, SAMPLES, SLOTS, TAKEN_MAX, RecordedDevices, block
 from exograv.runtime.lsl.listening import Listening
-from exograv.runtime.lsl.streams import Found, formats, quoted
+from exograv.runtime.lsl.streams import FoundStream, formats, quoted
 from exograv.runtime.processes.shared_memory import Ring
 from exograv.runtime.recorder.recorder import Recorder
 
@@ -185,8 +185,8 @@ def test_a_stream_that_is_not_there_is_an_error_that_names_those_that_are():
 
 def test_a_full_ring_is_written_part_by_part_in_its_order_and_nothing_is_missing(tmp_path: Path):
     path, ring = tmp_path / "a.mcap", Ring(BLOCK, SLOTS)
-    stream = Found("amp", "EEG", "1", "here", 3, 200.0, "int16")
-    devices = Devices(ring.name, formats([stream]))
+    stream = FoundStream("amp", "EEG", "1", "here", 3, 200.0, "int16")
+    devices = RecordedDevices(ring.name, formats([stream]))
     assert SLOTS > 3 * TAKEN_MAX
     with contextlib.closing(ring), Recorder(path, (), {}, 5.0, 0.02, devices=devices) as recorder:
         for k in range(SLOTS):
@@ -201,7 +201,7 @@ def test_a_full_ring_is_written_part_by_part_in_its_order_and_nothing_is_missing
 
 def test_no_two_streams_share_a_channel_and_any_name_can_be_sought():
     names = ["a b", "a/b", "a b", "ü", 'say "x"', "it's"]
-    streams = [Found(name, "EEG", str(k), "here", 1, 0.0, "float32") for k, name in enumerate(names)]
+    streams = [FoundStream(name, "EEG", str(k), "here", 1, 0.0, "float32") for k, name in enumerate(names)]
     topics = [one.topic for one in formats(streams)]
     assert len(set(topics)) == len(names)
     assert all(first != second for first, second in itertools.combinations(topics, 2))

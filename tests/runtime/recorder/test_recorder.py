@@ -20,9 +20,9 @@ from exograv.errors import RecordingError
 from exograv.recording import read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.runtime.clock.realtime import Rights
-from exograv.runtime.clock.timing import Outcome, Timing
+from exograv.runtime.clock.timing import LoopOutcome, Timing
 from exograv.runtime.recorder.recorder import FRUITLESS_MAX, TICKS_WAITING_MAX, Recorder, timing_message
-from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_TICKS, Job, event, record
+from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_TICKS, RecorderJob, event, record
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 SETTINGS = {"rig": "recupera_like", "hashes": {"rig": "0" * 64}}
@@ -91,7 +91,7 @@ def file_size_limit(pid: int, size: int) -> None:
 def test_what_is_put_into_the_rings_comes_back_from_the_file(tmp_path: Path):
     path = tmp_path / "a.mcap"
     none = np.zeros(3, dtype=np.int64)
-    timing = Timing(np.arange(3), none, none, 3, 1_000_000, Outcome.COMPLETE)
+    timing = Timing(np.arange(3), none, none, 3, 1_000_000, LoopOutcome.COMPLETE)
     with recording(path) as (recorder, control):
         control.say(PHASE, "identify")
         control.put(300)
@@ -214,7 +214,7 @@ def test_a_full_disk_is_reported_within_a_second_and_leaves_control_alone(tmp_pa
     assert found.ticks["sequence"].tolist() == list(range(100))
 
 
-def _record_on_a_slow_disk(job: Job, parent: Connection) -> None:
+def _record_on_a_slow_disk(job: RecorderJob, parent: Connection) -> None:
     fast = os.fdatasync
 
     def slow(file: int) -> None:
@@ -264,7 +264,7 @@ def test_ticks_that_found_the_ring_full_are_counted_and_leave_a_gap(tmp_path: Pa
     assert np.diff(sequence).tolist()[-1] == 31
 
 
-def _end_at_once(job: Job, parent: Connection) -> None:
+def _end_at_once(job: RecorderJob, parent: Connection) -> None:
     if job.start > 1:
         sys.exit(1)
     record(job, parent)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exograv.study.bids.decimation import FILL_MAX_S, Account, Decimation
+from exograv.study.bids.decimation import FILL_MAX_S, Decimation, DecimationReport
 
 RATE_HZ = 1000.0
 STEP = 10
@@ -18,7 +18,7 @@ FILTER_ERROR = 0.007
 
 def decimated(
     t: np.ndarray, values: np.ndarray, sequence: np.ndarray | None = None, step: int = STEP, cuts: tuple[int, ...] = ()
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, Account]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, DecimationReport]:
     """Times, filtered and plain values of the rows; ticks are fed in pieces that end at `cuts`."""
     decimation = Decimation(step, RATE_HZ)
     sequence = np.zeros(len(t), int) if sequence is None else sequence

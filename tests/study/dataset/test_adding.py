@@ -10,7 +10,7 @@ from tests.study.made_up_sessions import BEGUN_S, settings, study_with, write_se
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.study.dataset import sources
-from exograv.study.dataset.adding import AddOptions, Outcome, add_files
+from exograv.study.dataset.adding import AddingOutcome, AddOptions, add_files
 from exograv.study.dataset.making import current_tables
 from exograv.study.dataset.quarantine import quarantined
 from exograv.study.dataset.status import study_status
@@ -19,11 +19,11 @@ from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.imported import Said
 
 
-def add(folder: StudyFolder, *paths: Path, **options) -> list[Outcome]:
+def add(folder: StudyFolder, *paths: Path, **options) -> list[AddingOutcome]:
     return add_files(folder, paths, AddOptions(**options))
 
 
-def whats(outcomes: list[Outcome]) -> list[str]:
+def whats(outcomes: list[AddingOutcome]) -> list[str]:
     return [one.what for one in outcomes]
 
 

@@ -7,24 +7,24 @@ import pytest
 from tests.study.statistics.made_up_touches import GROUPS, made_up_touches
 
 from exograv.errors import ConfigError
-from exograv.study.power.assumptions import Plan, Price
-from exograv.study.power.curve import Asked, power_study, seats
+from exograv.study.power.assumptions import PlannedStudy, Price
+from exograv.study.power.curve import CurveOptions, power_study, seats
 from exograv.study.power.pilot import read_pilot
 
-ASKED = Asked(n_max=8, studies=1000, seed=1000)
+ASKED = CurveOptions(n_max=8, studies=1000, seed=1000)
 
 
 def quiet(_text: str, _share: float) -> None:
     pass
 
 
-def made(plan: Plan, **more) -> dict:
+def made(plan: PlannedStudy, **more) -> dict:
     result = power_study(plan, Price(), ASKED, quiet, **more)
     return json.loads(json.dumps(result, allow_nan=False))
 
 
 def test_the_curve_holds_the_numbers_that_it_gives():
-    result = made(Plan(0.693, 0.35))
+    result = made(PlannedStudy(0.693, 0.35))
     by_n = {row["n"]: row["power"] for row in result["curve"]}
     for target in ("80", "90"):
         n = result["n_per_group"][target]
@@ -34,13 +34,13 @@ def test_the_curve_holds_the_numbers_that_it_gives():
 
 
 def test_what_is_not_reached_is_none_and_said():
-    result = made(Plan(0.05, 0.5))
+    result = made(PlannedStudy(0.05, 0.5))
     assert result["n_per_group"] == {"80": None, "90": None}
     assert any("is not found in 80 % of studies" in sentence for sentence in result["sentences"])
 
 
 def test_more_people_narrow_the_interval_and_more_touches_hardly():
-    result = made(Plan(0.693, 0.35))
+    result = made(PlannedStudy(0.693, 0.35))
     widths = [row["width_factor"] for row in result["curve"]]
     assert widths == sorted(widths, reverse=True)
     rows = {row["touches"]: row["power"] for row in result["matters"]["rows"] if "touches" in row}
@@ -50,16 +50,16 @@ def test_more_people_narrow_the_interval_and_more_touches_hardly():
 def test_flights_matter_where_people_differ_from_flight_to_flight():
     rows = {
         row["flights"]: row["power"]
-        for row in made(Plan(0.693, 0.2, flight_sd=0.5))["matters"]["rows"]
+        for row in made(PlannedStudy(0.693, 0.2, flight_sd=0.5))["matters"]["rows"]
         if "flights" in row
     }
     assert rows[3] > rows[1] + 0.05
 
 
 def test_seats_flights_and_cost_follow_the_number_of_people():
-    row = seats(7, Plan(0.7, 0.35, flights=2), Price(6000.0, 12))
+    row = seats(7, PlannedStudy(0.7, 0.35, flights=2), Price(6000.0, 12))
     assert row == {"seats": 28, "flights": 3, "cost": 168_000.0}
-    assert seats(2, Plan(0.7, 0.35, flights=3), Price(None, 40)) == {"seats": 12, "flights": 3}
+    assert seats(2, PlannedStudy(0.7, 0.35, flights=3), Price(None, 40)) == {"seats": 12, "flights": 3}
 
 
 def test_a_pilot_of_many_people_gives_back_what_was_put_in():
@@ -84,7 +84,7 @@ def test_windows_that_differ_are_found_in_the_pilot():
 
 def test_assurance_of_a_small_pilot_is_below_the_power_that_ignores_its_doubt():
     pilot = read_pilot(*made_up_touches((3, 3), seed=1004), GROUPS, "flight")
-    plan = Plan(pilot.difference, pilot.grid.person_sd_quantile(0.5), pilot.touch_sd)
+    plan = PlannedStudy(pilot.difference, pilot.grid.person_sd_quantile(0.5), pilot.touch_sd)
     result = made(plan, pilot=pilot, is_stated=False)
     last = result["curve"][-1]
     assert last["assurance"] < last["power"]
@@ -100,17 +100,17 @@ def test_a_pilot_of_hardly_anybody_is_refused_with_the_way_on():
 @pytest.mark.parametrize(
     ("make", "word"),
     [
-        (lambda: Plan(0.7, -0.1), "--sd"),
-        (lambda: Plan(float("nan"), 0.1), "--difference"),
-        (lambda: Plan(-6.0, 0.1), "--difference is -6; give log units from -5 to 5"),
-        (lambda: Plan(0.7, 50.0), "--sd is 50"),
-        (lambda: Plan(0.7, 0.35, windows=0), "--windows"),
-        (lambda: Plan(0.7, 0.35, alpha=0.7), "--alpha"),
+        (lambda: PlannedStudy(0.7, -0.1), "--sd"),
+        (lambda: PlannedStudy(float("nan"), 0.1), "--difference"),
+        (lambda: PlannedStudy(-6.0, 0.1), "--difference is -6; give log units from -5 to 5"),
+        (lambda: PlannedStudy(0.7, 50.0), "--sd is 50"),
+        (lambda: PlannedStudy(0.7, 0.35, windows=0), "--windows"),
+        (lambda: PlannedStudy(0.7, 0.35, alpha=0.7), "--alpha"),
         (lambda: Price(-1.0), "--seat-cost"),
         (lambda: Price(seats_per_flight=0), "--seats-per-flight"),
-        (lambda: Asked(n_max=1), "--n-max"),
-        (lambda: Asked(studies=5), "--studies"),
-        (lambda: Asked(seed=-1), "--seed"),
+        (lambda: CurveOptions(n_max=1), "--n-max"),
+        (lambda: CurveOptions(studies=5), "--studies"),
+        (lambda: CurveOptions(seed=-1), "--seed"),
     ],
 )
 def test_what_cannot_be_is_refused_by_its_option(make, word: str):

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from exograv.study.statistics.bayes import TOUCH_SD_FACTOR, TOUCH_SD_MIDDLE, Prior, bayes_fit, posterior_grid
+from exograv.study.statistics.bayes import TOUCH_SD_FACTOR, TOUCH_SD_MIDDLE, StudyPrior, bayes_fit, posterior_grid
 from exograv.study.statistics.random_intercept import Sums
 
 WORLDS = 400
 
 
-def world(prior: Prior, touches: np.ndarray, n_first: int, rng: np.random.Generator) -> tuple[Sums, float, float]:
+def world(prior: StudyPrior, touches: np.ndarray, n_first: int, rng: np.random.Generator) -> tuple[Sums, float, float]:
     """A study from the prior: what it holds, the true difference, the true standard deviation between people."""
     difference = prior.effect_sd * rng.normal()
     person_sd = abs(prior.person_scale * rng.standard_t(3))
@@ -25,7 +25,7 @@ def world(prior: Prior, touches: np.ndarray, n_first: int, rng: np.random.Genera
 @pytest.mark.parametrize("touches", [(40.0, 40.0, 40.0, 40.0, 40.0, 40.0), (3.0, 12.0, 60.0, 8.0, 30.0)])
 def test_truths_from_the_prior_fall_anywhere_in_the_posterior(touches: tuple[float, ...]):
     """Simulation-based calibration: Talts et al. 2018, arXiv:1804.06788."""
-    rng, prior = np.random.default_rng(1000), Prior(effect_sd=0.8, person_scale=0.4)
+    rng, prior = np.random.default_rng(1000), StudyPrior(effect_sd=0.8, person_scale=0.4)
     ranks, sd_ranks = [], []
     for _ in range(WORLDS):
         sums, difference, person_sd = world(prior, np.array(touches), 3, rng)
@@ -39,7 +39,7 @@ def test_truths_from_the_prior_fall_anywhere_in_the_posterior(touches: tuple[flo
 
 def test_quadrature_agrees_with_plain_integration_over_everything():
     touches, means, n_first = np.array([2.0, 3.0, 2.0]), np.array([3.6, 4.1, 4.8]), 2
-    sums, prior = Sums(touches[None], means[None], np.array([0.9]), n_first), Prior()
+    sums, prior = Sums(touches[None], means[None], np.array([0.9]), n_first), StudyPrior()
     is_first = np.array([1.0, 1.0, 0.0])
 
     d, log_person, log_touch = np.linspace(-5.0, 5.0, 51), np.linspace(-6.0, 3.0, 121), np.linspace(-2.0, 2.0, 81)
@@ -75,7 +75,7 @@ def test_wider_priors_pull_less():
 
 def test_draws_follow_the_posterior():
     sums = Sums(np.full((1, 6), 40.0), np.array([[3.7, 3.9, 4.1, 4.5, 4.7, 4.9]]), np.array([80.0]), 3)
-    grid = posterior_grid(sums, Prior())
+    grid = posterior_grid(sums, StudyPrior())
     difference, person_sd, touch_sd = grid.draw(20_000, np.random.default_rng(1001))
     assert (difference < 0.0).mean() == pytest.approx(grid.cdf(0.0), abs=0.01)
     assert np.median(difference) == pytest.approx(grid.quantile(0.5), abs=0.02)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from statsmodels.stats.multitest import multipletests
 
-from exograv.study.statistics.findings import Person
+from exograv.study.statistics.findings import ParticipantValue
 from exograv.study.statistics.multiple import compare_measures, family_of_sessions, holm, max_t
 from exograv.study.statistics.relabelling import relabellings, two_sided
 
@@ -60,7 +60,7 @@ def test_no_measure_that_can_be_tested_is_no_crash():
 
 
 def test_measures_of_sessions_become_one_value_a_person_and_millimetres_are_no_second_test():
-    people = tuple(Person(f"T{k}", "trained" if k < 4 else "untrained", 8, 1.0, 0.0) for k in range(8))
+    people = tuple(ParticipantValue(f"T{k}", "trained" if k < 4 else "untrained", 8, 1.0, 0.0) for k in range(8))
     rng = np.random.default_rng(1004)
     rows = []
     for person in people:

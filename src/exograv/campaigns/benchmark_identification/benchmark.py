@@ -13,9 +13,9 @@ from .comparison import paired, parts, ratios, winner
 from .measures import left_over, rounded, row, time_to
 from .options import BenchmarkOptions, machines
 from .process_pool import run_all
-from .runs import Run, RunFile
+from .runs import MethodRun, RunFile
 from .stream_replay import DURATIONS_S
-from .work import Task
+from .work import WearerTask
 
 FILE = "benchmark_identification.jsonl"
 
@@ -48,7 +48,11 @@ def run_benchmark(options: BenchmarkOptions, folder: Path, progress: Progress) -
 
 
 def _work_off(
-    planned: Sequence[Sequence[Task]], wanted: set[Any], options: BenchmarkOptions, file: RunFile, progress: Progress
+    planned: Sequence[Sequence[WearerTask]],
+    wanted: set[Any],
+    options: BenchmarkOptions,
+    file: RunFile,
+    progress: Progress,
 ) -> bool:
     """Whether the keyboard stopped it."""
     done = {run.key for run in file.runs}
@@ -71,7 +75,7 @@ def _work_off(
     return False
 
 
-def summary(runs: Sequence[Run]) -> dict[str, Any]:
+def summary(runs: Sequence[MethodRun]) -> dict[str, Any]:
     """All figures of finished runs."""
     groups = _grouped(runs)
     results, pairs = [], []
@@ -98,9 +102,9 @@ def summary(runs: Sequence[Run]) -> dict[str, Any]:
     }
 
 
-def _grouped(runs: Sequence[Run]) -> dict[Group, dict[str, list[Run]]]:
+def _grouped(runs: Sequence[MethodRun]) -> dict[Group, dict[str, list[MethodRun]]]:
     """Runs of one method in one setting together, methods in the order in which they were asked for."""
-    groups: dict[Group, dict[str, list[Run]]] = {}
+    groups: dict[Group, dict[str, list[MethodRun]]] = {}
     for run in runs:
         case = run.case
         key = (run.setting, case.level, case.profile, case.only, case.without, case.restless)
@@ -109,7 +113,7 @@ def _grouped(runs: Sequence[Run]) -> dict[Group, dict[str, list[Run]]]:
 
 
 def _broken_down(
-    groups: dict[Group, dict[str, list[Run]]], place: tuple[str, int, str], references: dict[str, list[Run]]
+    groups: dict[Group, dict[str, list[MethodRun]]], place: tuple[str, int, str], references: dict[str, list[MethodRun]]
 ) -> list[dict[str, Any]]:
     """Rows of every method whose disturbances were switched one at a time, against the runs of this place."""
     setting, level, profile = place
@@ -128,7 +132,7 @@ def _broken_down(
     return found
 
 
-def _wearer_row(run: Run) -> dict[str, Any]:
+def _wearer_row(run: MethodRun) -> dict[str, Any]:
     """One run in short; its whole course is in the file of runs."""
     case = run.case
     return {

@@ -10,14 +10,14 @@ from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.method_names import MethodName
 
-from .stream_replay import Trace
+from .stream_replay import MethodTrace
 from .streams import Calibrated, worn_twin
-from .subject import Subject, Verdict
+from .subject import BenchmarkSubject, StopVerdict
 
 
 def fly(
-    subject: Subject, calibrated: Calibrated, name: MethodName, seconds: float, progress: Progress
-) -> tuple[Trace, Verdict]:
+    subject: BenchmarkSubject, calibrated: Calibrated, name: MethodName, seconds: float, progress: Progress
+) -> tuple[MethodTrace, StopVerdict]:
     """Identify for `seconds`, whatever the stop rule says; it is only asked.
 
     Raises:
@@ -33,4 +33,6 @@ def fly(
     )
     found = identify_arm(pilot, controller, identifier, seconds)
     # The loop's work is not timed here: the replay did that, with nothing else between the samples.
-    return Trace(estimates, np.empty(0), 0.0, np.empty(0), 0.0), Verdict(found.outcome, found.stop_s, found.restless_s)
+    return MethodTrace(estimates, np.empty(0), 0.0, np.empty(0), 0.0), StopVerdict(
+        found.outcome, found.stop_s, found.restless_s
+    )

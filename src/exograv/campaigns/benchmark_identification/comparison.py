@@ -11,32 +11,32 @@ from exograv.study.targets import TARGET_NM
 from . import bootstrap
 from .bootstrap import Values
 from .measures import COARSE, left_over, rounded, time_to, with_interval
-from .runs import Run
+from .runs import MethodRun
 
 OURS = "recursive"
 RIVALS = ("gradient", "gradient-full")
 TIE_SHARE = 0.025
 """A method is tied with the winner where it is no worse in this share of the resamples [-]."""
 
-CRITERIA: Mapping[str, Callable[[Run], float]] = {
+CRITERIA: Mapping[str, Callable[[MethodRun], float]] = {
     "time to target": time_to,
     "time to the coarse target": lambda run: time_to(run, COARSE),
     "left over after 60 s": lambda run: worst_of_targets(run, 60.0),
 }
 """By what a level is won: the first of these in which a method's median is finite."""
 
-ByMethod = Mapping[str, Sequence[Run]]
+ByMethod = Mapping[str, Sequence[MethodRun]]
 """Runs of the same wearers in the same order."""
 
 
-def worst_of_targets(run: Run, seconds: float) -> float:
+def worst_of_targets(run: MethodRun, seconds: float) -> float:
     """What is left over at the joint farthest from its target, 1 at the target [-]."""
     return max(left_over(run, seconds, place) / TARGET_NM[place] for place in ("shoulder", "elbow"))
 
 
-def paired(runs: Sequence[Run]) -> dict[str, list[Run]]:
+def paired(runs: Sequence[MethodRun]) -> dict[str, list[MethodRun]]:
     """By method, only the wearers that every method met, in the order of their seeds."""
-    by_method: dict[str, dict[int, Run]] = {}
+    by_method: dict[str, dict[int, MethodRun]] = {}
     for run in runs:
         by_method.setdefault(run.method, {})[run.case.wearer_seed] = run
     common = sorted(set.intersection(*(set(of_wearers) for of_wearers in by_method.values())))
@@ -55,7 +55,9 @@ def ratios(by_method: ByMethod) -> list[dict[str, Any]]:
     ]
 
 
-def _ratio(of_time: Callable[[Run], float], ours: Sequence[Run], rival: Sequence[Run]) -> dict[str, Any]:
+def _ratio(
+    of_time: Callable[[MethodRun], float], ours: Sequence[MethodRun], rival: Sequence[MethodRun]
+) -> dict[str, Any]:
     a, b = (np.array([of_time(run) for run in runs]) for runs in (ours, rival))
     value, ends = bootstrap.ratio(a, b)
     return {
@@ -99,7 +101,7 @@ def _is_tied(other: Values, best: Values) -> bool:
     return bool((theirs <= bests).mean() >= TIE_SHARE and np.isfinite(bootstrap.median(other)))
 
 
-def parts(reference: Sequence[Run], varied: Sequence[Sequence[Run]], kind: str) -> list[dict[str, Any]]:
+def parts(reference: Sequence[MethodRun], varied: Sequence[Sequence[MethodRun]], kind: str) -> list[dict[str, Any]]:
     """What each disturbance does to the remainder after 120 s, the largest first.
 
     Args:
@@ -112,7 +114,7 @@ def parts(reference: Sequence[Run], varied: Sequence[Sequence[Run]], kind: str) 
     return sorted(rows, key=lambda one: -abs(one["shoulder_change_Nm"]["median"] or 0.0))
 
 
-def _part(reference: Sequence[Run], runs: Sequence[Run], kind: str) -> dict[str, Any]:
+def _part(reference: Sequence[MethodRun], runs: Sequence[MethodRun], kind: str) -> dict[str, Any]:
     before = {run.case.wearer_seed: run for run in reference}
     pairs = [(before[run.case.wearer_seed], run) for run in runs if run.case.wearer_seed in before]
     case = runs[0].case

@@ -10,7 +10,7 @@ from exograv.study.targets import TARGET_NM
 
 from . import bootstrap
 from .bootstrap import Values
-from .runs import Run
+from .runs import MethodRun
 from .stream_replay import DURATIONS_S
 
 COARSE = 2.5
@@ -19,13 +19,13 @@ COARSE = 2.5
 SLACK_S = 0.01
 
 
-def table(run: Run) -> Float[np.ndarray, "estimate joint"]:
+def table(run: MethodRun) -> Float[np.ndarray, "estimate joint"]:
     """Left over (total) of every estimate [N·m]; infinite where it is no number."""
     rows = [[np.inf if value is None else value for value in row] for row in run.left_over_Nm]
     return np.array(rows, dtype=float).reshape(len(run.t), len(run.places))
 
 
-def time_to(run: Run, factor: float = 1.0) -> float:
+def time_to(run: MethodRun, factor: float = 1.0) -> float:
     """Seconds of motion until what is left over stays below `factor` times the target to the end; infinite if never."""
     limits = factor * np.array([TARGET_NM[place] for place in run.places])
     within = np.all(table(run) <= limits, axis=1).reshape(-1)
@@ -35,14 +35,14 @@ def time_to(run: Run, factor: float = 1.0) -> float:
     return run.t[outside[-1] + 1 if len(outside) else 0]
 
 
-def left_over(run: Run, seconds: float, place: str) -> float:
+def left_over(run: MethodRun, seconds: float, place: str) -> float:
     """After so much motion: the worst joint at a place, RMS over the held-out postures [N·m]."""
     within = [k for k, t in enumerate(run.t) if t <= seconds + SLACK_S]
     joints = [j for j, where in enumerate(run.places) if where == place]
     return float(table(run)[within[-1], joints].max()) if within and joints else np.inf
 
 
-def row(runs: Sequence[Run]) -> dict[str, Any]:
+def row(runs: Sequence[MethodRun]) -> dict[str, Any]:
     """All figures of one method in one setting; one run a wearer."""
     first = runs[0]
     fine, coarse = (np.array([time_to(run, factor) for run in runs]) for factor in (1.0, COARSE))
@@ -91,12 +91,12 @@ def with_interval(values: Values) -> dict[str, Any]:
     }
 
 
-def median_left_over(runs: Sequence[Run], seconds: float, place: str) -> float | None:
+def median_left_over(runs: Sequence[MethodRun], seconds: float, place: str) -> float | None:
     """Over the wearers [N·m]."""
     return rounded(bootstrap.median(np.array([left_over(run, seconds, place) for run in runs])))
 
 
-def coverage(runs: Sequence[Run], seconds: str) -> dict[str, int]:
+def coverage(runs: Sequence[MethodRun], seconds: str) -> dict[str, int]:
     """Of the parameters' intervals, all wearers together; none of none where a method states none."""
     held = [
         covered for run in runs if seconds in run.intervals for covered in run.intervals[seconds].parameters.values()
@@ -104,13 +104,13 @@ def coverage(runs: Sequence[Run], seconds: str) -> dict[str, int]:
     return {"covered": sum(held), "of": len(held)}
 
 
-def torque_coverage(runs: Sequence[Run], seconds: str) -> dict[str, int]:
+def torque_coverage(runs: Sequence[MethodRun], seconds: str) -> dict[str, int]:
     """Of the arm's torque at held-out postures."""
     pairs = [run.intervals[seconds].torque for run in runs if seconds in run.intervals]
     return {"covered": sum(pair[0] for pair in pairs), "of": sum(pair[1] for pair in pairs)}
 
 
-def by_parameter(runs: Sequence[Run], seconds: str) -> dict[str, dict[str, int]]:
+def by_parameter(runs: Sequence[MethodRun], seconds: str) -> dict[str, dict[str, int]]:
     """`coverage` by name of the parameter."""
     found: dict[str, dict[str, int]] = {}
     for run in runs:
@@ -121,7 +121,7 @@ def by_parameter(runs: Sequence[Run], seconds: str) -> dict[str, dict[str, int]]
     return found
 
 
-def outcomes(runs: Sequence[Run]) -> dict[str, int]:
+def outcomes(runs: Sequence[MethodRun]) -> dict[str, int]:
     """How often the stop rule said what; "FAILED" where there is nothing to judge."""
     names = ["FAILED" if run.failed is not None else run.outcome for run in runs]
     return {name: names.count(name) for name in sorted(set(names))}
@@ -136,7 +136,7 @@ def times_us(of_runs: Sequence[dict[str, float] | None]) -> dict[str, float | No
     return {"p50": p50, "p99": p99, "max": max(one["max"] for one in timed)}
 
 
-def progress(runs: Sequence[Run]) -> dict[str, list[Any]]:
+def progress(runs: Sequence[MethodRun]) -> dict[str, list[Any]]:
     """Quartiles over the wearers against seconds of motion: worst shoulder axis and elbow [N·m], for the figure."""
     times = max((run.t for run in runs), key=len, default=[])
     curves: dict[str, list[Any]] = {"t": list(times)}
@@ -148,7 +148,7 @@ def progress(runs: Sequence[Run]) -> dict[str, list[Any]]:
     return curves
 
 
-def _course(run: Run, times: Sequence[float], place: str) -> Float[np.ndarray, " time"]:
+def _course(run: MethodRun, times: Sequence[float], place: str) -> Float[np.ndarray, " time"]:
     """`left_over` at many times."""
     joints = [j for j, where in enumerate(run.places) if where == place]
     worst = np.append(np.max(table(run)[:, joints], axis=1, initial=0.0), np.inf)

@@ -10,7 +10,7 @@ from exograv.rig.twin.disturbances.levels import ROWS
 
 from .cases import Case, ProfileName, by_machine, population
 from .streams import MOTION_S
-from .work import Task
+from .work import WearerTask
 
 FINALISTS = ("recursive", "gradient", "gradient-full")
 """Flown in closed loop too: ours, and the paper's method with its own model and with ours."""
@@ -112,7 +112,7 @@ def _refuse_numbers(options: BenchmarkOptions) -> None:
         raise ConfigError(f"--processes is {options.processes}; allowed: 1 to 64.")
 
 
-def machines(options: BenchmarkOptions) -> list[list[Task]]:
+def machines(options: BenchmarkOptions) -> list[list[WearerTask]]:
     """Everything to be run, the wearers of one machine together."""
     cases = [
         case for level in options.levels for profile in options.profiles for case in _cases(options, level, profile)
@@ -132,9 +132,9 @@ def _cases(options: BenchmarkOptions, level: int, profile: ProfileName) -> list[
     return [*reference, *(replace(case, **{kind: row}) for row in ROWS for case in whole)]
 
 
-def _task(options: BenchmarkOptions, case: Case) -> Task:
+def _task(options: BenchmarkOptions, case: Case) -> WearerTask:
     k = case.wearer_seed - options.seed_from
-    return Task(
+    return WearerTask(
         case,
         options.methods if k < options.streams else (),
         options.closed_loop_methods if k < options.wearers else (),

@@ -7,18 +7,18 @@ from multiprocessing import get_context
 from multiprocessing.queues import Queue
 from queue import Empty
 
-from .runs import Run
-from .work import Task, Tell, run_machine
+from .runs import MethodRun
+from .work import Tell, WearerTask, run_machine
 
 WAIT_S = 0.3
 
-_queue: "Queue[Run | str] | None" = None
+_queue: "Queue[MethodRun | str] | None" = None
 """Of a worker process: where it puts finished runs, and sentences about what it does."""
 
 
 def run_all(
-    machines: Sequence[Sequence[Task]], seconds: float, processes: int, tell: Tell
-) -> Generator[Run, None, None]:
+    machines: Sequence[Sequence[WearerTask]], seconds: float, processes: int, tell: Tell
+) -> Generator[MethodRun, None, None]:
     """Every run as soon as it is done; closing the iterator ends the processes."""
     if processes == 1:
         for tasks in machines:
@@ -26,7 +26,7 @@ def run_all(
         return
     # A fresh interpreter each: a copy of this one would inherit the progress line's thread in mid-step.
     context = get_context("spawn")
-    queue: Queue[Run | str] = context.Queue()
+    queue: Queue[MethodRun | str] = context.Queue()
     pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(queue,))
     try:
         futures = [pool.submit(_work, list(tasks), seconds) for tasks in machines]
@@ -37,7 +37,7 @@ def run_all(
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _arriving(queue: "Queue[Run | str]", futures: Sequence[Future[None]], tell: Tell) -> Iterator[Run]:
+def _arriving(queue: "Queue[MethodRun | str]", futures: Sequence[Future[None]], tell: Tell) -> Iterator[MethodRun]:
     while True:
         ended = all(future.done() for future in futures)
         try:
@@ -46,7 +46,7 @@ def _arriving(queue: "Queue[Run | str]", futures: Sequence[Future[None]], tell: 
             if ended:
                 break
             continue
-        if isinstance(one, Run):
+        if isinstance(one, MethodRun):
             yield one
         else:
             tell(one)
@@ -54,14 +54,14 @@ def _arriving(queue: "Queue[Run | str]", futures: Sequence[Future[None]], tell: 
         future.result()  # an exception that is nobody's mistake at the keyboard is not swallowed
 
 
-def _begin(queue: "Queue[Run | str]") -> None:
+def _begin(queue: "Queue[MethodRun | str]") -> None:
     # Ctrl-C reaches every process of the terminal; this one is ended by the one that started it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     global _queue  # noqa: PLW0603 - the one thing that a worker process is given
     _queue = queue
 
 
-def _work(tasks: Sequence[Task], seconds: float) -> None:
+def _work(tasks: Sequence[WearerTask], seconds: float) -> None:
     queue = _queue
     if queue is None:
         raise RuntimeError("A worker of the benchmark was started without its queue.")

@@ -11,10 +11,10 @@ from exograv.procedures.identification.resting_poses import rest_first
 
 from .stream_replay import NOTE_S
 from .streams import MOTION_S, Calibrated, worn_twin
-from .subject import Subject
+from .subject import BenchmarkSubject
 
 
-def rested(method: Method, subject: Subject, calibrated: Calibrated, progress: Progress) -> list[Estimate]:
+def rested(method: Method, subject: BenchmarkSubject, calibrated: Calibrated, progress: Progress) -> list[Estimate]:
     """Take the rests that a method needs, on a machine with sensors at its cuffs.
 
     Returns:

@@ -24,7 +24,7 @@ class Intervals:
 
 
 @dataclass(frozen=True)
-class Run:
+class MethodRun:
     """One method on one wearer."""
 
     setting: Setting
@@ -93,15 +93,15 @@ class RunFile:
         except (KeyError, TypeError) as error:
             raise self._kept.damaged(error) from error
 
-    def add(self, run: Run) -> None:
+    def add(self, run: MethodRun) -> None:
         """Keep one more."""
         self._kept.add(asdict(run))
         self.runs.append(run)
 
 
-def _run(row: dict[str, Any]) -> Run:
+def _run(row: dict[str, Any]) -> MethodRun:
     intervals = {
         seconds: Intervals(one["parameters"], (one["torque"][0], one["torque"][1]))
         for seconds, one in row["intervals"].items()
     }
-    return Run(**{**row, "case": Case(**row["case"]), "intervals": intervals})
+    return MethodRun(**{**row, "case": Case(**row["case"]), "intervals": intervals})

@@ -31,7 +31,7 @@ IDLE_SAMPLES = 2000
 
 
 @dataclass(frozen=True)
-class Trace:
+class MethodTrace:
     """What one method said while the arm moved."""
 
     estimates: list[Estimate]
@@ -48,7 +48,7 @@ class Trace:
     """The same of everything that the method did [s]."""
 
 
-def replay(method: Method, samples: Samples) -> Trace:
+def replay(method: Method, samples: Samples) -> MethodTrace:
     """Feed all samples; take the estimate once a second and at the end, of an off-line method after `DURATIONS_S`.
 
     Rests that the method took before count as motion: until they are over, its estimate is the first one.
@@ -81,7 +81,7 @@ def replay(method: Method, samples: Samples) -> Trace:
     if len(worked) < WORK_SHARE_MIN * len(samples):
         worked = worked[:0]
     share, method_s = len(worked) / len(samples), time.thread_time() - start
-    return Trace(estimates, worked, share, 1e-3 * np.array(estimate_ns, dtype=float), method_s)
+    return MethodTrace(estimates, worked, share, 1e-3 * np.array(estimate_ns, dtype=float), method_s)
 
 
 def is_offline(method: Method) -> bool:

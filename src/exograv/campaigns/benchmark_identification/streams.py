@@ -9,14 +9,14 @@ from jaxtyping import Float
 from exograv import motion
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.core.interface import Asked, Sample
+from exograv.identification.core.interface import RequestedMotion, Sample
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.laboratory.preparation import pilot_of
 from exograv.laboratory.twin_calibration import EmptyTwin
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Moment, Pilot, Progress
+from exograv.loop.pilot import Pilot, Progress, TickSample
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import TRAVEL, identification_motion
@@ -59,7 +59,7 @@ class Samples:
 
     def __iter__(self) -> Iterator[Sample]:
         for k, t in enumerate(self.t.tolist()):
-            yield Sample(t, self.q[k], self.v[k], self.a[k], self.tau[k], Asked(*self.asked[:, k]))
+            yield Sample(t, self.q[k], self.v[k], self.a[k], self.tau[k], RequestedMotion(*self.asked[:, k]))
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Stream:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedStream:
     """A stream, and apart from it what only the examiner may know."""
 
     case: Case
@@ -110,7 +110,7 @@ def calibrate(case: Case, progress: Progress) -> Calibrated:
     return Calibrated(calibration.machine, t)
 
 
-def record_stream(case: Case, calibrated: Calibrated, progress: Progress, seconds: float = MOTION_S) -> Recorded:
+def record_stream(case: Case, calibrated: Calibrated, progress: Progress, seconds: float = MOTION_S) -> RecordedStream:
     """Move the wearer's arm by feed-forward of the table's arm and weak PD; nothing is learned meanwhile.
 
     Raises:
@@ -127,7 +127,7 @@ def record_stream(case: Case, calibrated: Calibrated, progress: Progress, second
     pilot.run(controller, motion.joined(approach), "Moving to the start")
     recorder = _Recorder(SampleFilter(assembly.n, twin.period_s))
     pilot.run(controller, path, "Recording the stream", recorder)
-    return Recorded(case, Stream(assembly, machine, recorder.samples()), laboratory)
+    return RecordedStream(case, Stream(assembly, machine, recorder.samples()), laboratory)
 
 
 def worn_twin(case: Case, laboratory: VirtualLaboratory, calibrated: Calibrated) -> Twin:
@@ -145,7 +145,7 @@ class _Recorder:
         self._t: list[float] = []
         self._rows: list[Float[np.ndarray, "7 joint"]] = []
 
-    def __call__(self, moment: Moment) -> None:
+    def __call__(self, moment: TickSample) -> None:
         sample = self._filter.update(moment.state.q, moment.tau_measured, moment.reference.q)
         asked = sample.asked
         if self._filter.settled and asked is not None:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Covariance, Estimate, Outcome
 from exograv.identification.core.left_over import LeftOverPrediction, StopRule, is_restless
@@ -20,14 +20,14 @@ from exograv.model.assembly import Assembly
 from exograv.model.tree import is_physical
 
 from .cases import Case
-from .runs import Intervals, Run, Setting
-from .stream_replay import DURATIONS_S, Trace
+from .runs import Intervals, MethodRun, Setting
+from .stream_replay import DURATIONS_S, MethodTrace
 
 COVERAGE_SD = 1.96
 
 
 @dataclass(frozen=True)
-class Verdict:
+class StopVerdict:
     """Of the stop rule."""
 
     outcome: Outcome
@@ -37,7 +37,7 @@ class Verdict:
 
 
 @dataclass
-class Subject:
+class BenchmarkSubject:
     """One wearer in one calibrated machine."""
 
     case: Case
@@ -63,11 +63,11 @@ class Subject:
     def _prediction(self) -> LeftOverPrediction:
         return LeftOverPrediction(self.model.again(), self._prior_mean)
 
-    def judged(self, setting: Setting, name: str, trace: Trace, verdict: Verdict | None = None) -> Run:
+    def judged(self, setting: Setting, name: str, trace: MethodTrace, verdict: StopVerdict | None = None) -> MethodRun:
         """The run as it is kept: every estimate examined; where it was not judged in the loop, the stop rule too."""
         verdict = verdict or self._verdict(trace.estimates)
         estimates, last = trace.estimates, trace.estimates[-1]
-        return Run(
+        return MethodRun(
             setting,
             name,
             self.case,
@@ -94,7 +94,7 @@ class Subject:
         return [round(value, 4) if np.isfinite(value) else None for value in total.tolist()]
 
     def _is_possible(self, estimate: Estimate) -> bool:
-        bodies = Layout.of(self.assembly).bodies
+        bodies = ParameterLayout.of(self.assembly).bodies
         return bool(np.isfinite(estimate.x).all()) and all(is_physical(estimate.x[body]) for body in bodies)
 
     def _intervals(self, estimates: Sequence[Estimate]) -> dict[str, Intervals]:
@@ -122,12 +122,12 @@ class Subject:
 
     @cached_property
     def _not_of_the_arm(self) -> Bool[np.ndarray, " parameter"]:
-        layout = Layout.of(self.assembly)
+        layout = ParameterLayout.of(self.assembly)
         outside = np.ones(layout.count, dtype=bool)
         outside[layout.phi] = outside[layout.fit] = False
         return outside
 
-    def _verdict(self, estimates: Sequence[Estimate]) -> Verdict:
+    def _verdict(self, estimates: Sequence[Estimate]) -> StopVerdict:
         """As a session would have come to it (`session.identify`)."""
         restless_s = next((estimate.t for estimate in estimates if is_restless(estimate)), None)
         rule = StopRule(self.assembly.description.places)
@@ -135,11 +135,11 @@ class Subject:
             if estimate.covariance is not None:
                 outcome = rule.judge(estimate, self._prediction.rms(estimate.covariance))
                 if outcome is not Outcome.RUNNING:
-                    return Verdict(outcome, estimate.t, restless_s)
+                    return StopVerdict(outcome, estimate.t, restless_s)
         if is_restless(estimates[-1]):
-            return Verdict(Outcome.NOT_RELAXED, None, restless_s)
+            return StopVerdict(Outcome.NOT_RELAXED, None, restless_s)
         states_none = estimates[-1].covariance is None
-        return Verdict(Outcome.NO_INTERVAL if states_none else Outcome.TIME_IS_UP, None, restless_s)
+        return StopVerdict(Outcome.NO_INTERVAL if states_none else Outcome.TIME_IS_UP, None, restless_s)
 
 
 def _tenths(seconds: float | None) -> float | None:

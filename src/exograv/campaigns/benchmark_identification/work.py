@@ -12,10 +12,10 @@ from exograv.procedures.identification.method_names import MethodName
 from .cases import Case
 from .closed_loop import fly
 from .resting import rested
-from .runs import Run, Setting
+from .runs import MethodRun, Setting
 from .stream_replay import is_offline, replay
-from .streams import Calibrated, Recorded, calibrate, record_stream
-from .subject import Subject
+from .streams import Calibrated, RecordedStream, calibrate, record_stream
+from .subject import BenchmarkSubject
 
 BREAKDOWNS = (ExogravError, np.linalg.LinAlgError, FloatingPointError, ValueError)
 """How a run can fail: it is counted, and the others go on. Linear algebra says `ValueError` to what is not finite."""
@@ -25,7 +25,7 @@ Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Task:
+class WearerTask:
     """What is to be done with one wearer."""
 
     case: Case
@@ -38,7 +38,7 @@ class Task:
         opened: list[tuple[Setting, MethodName, Case]] = [("open_loop", name, self.case) for name in self.open_loop]
         return [*opened, *(("closed_loop", name, self.case) for name in self.closed_loop)]
 
-    def left(self, done: Collection[object]) -> "Task":
+    def left(self, done: Collection[object]) -> "WearerTask":
         """Without the runs whose keys are done."""
         return replace(
             self,
@@ -47,7 +47,7 @@ class Task:
         )
 
 
-def run_machine(tasks: Sequence[Task], seconds: float, tell: Tell) -> Iterator[Run]:
+def run_machine(tasks: Sequence[WearerTask], seconds: float, tell: Tell) -> Iterator[MethodRun]:
     """All runs of one machine, each as soon as it is done; one that fails is a result too."""
     case = tasks[0].case
     try:
@@ -59,12 +59,12 @@ def run_machine(tasks: Sequence[Task], seconds: float, tell: Tell) -> Iterator[R
         yield from _run_wearer(task, calibrated, seconds, tell)
 
 
-def _run_wearer(task: Task, calibrated: Calibrated, seconds: float, tell: Tell) -> Iterator[Run]:
+def _run_wearer(task: WearerTask, calibrated: Calibrated, seconds: float, tell: Tell) -> Iterator[MethodRun]:
     case = task.case
     who = f"level {case.level}, {case.profile}, wearer {case.wearer_seed}"
     try:
         laboratory = case.laboratory()
-        subject = Subject(case, laboratory.assembly(), calibrated.machine, laboratory)
+        subject = BenchmarkSubject(case, laboratory.assembly(), calibrated.machine, laboratory)
     except ExogravError as error:
         yield from (_failed(key, str(error)) for key in task.keys)
         return
@@ -80,8 +80,12 @@ def _run_wearer(task: Task, calibrated: Calibrated, seconds: float, tell: Tell) 
 
 
 def _replays(
-    task: Task, subject: Subject, calibrated: Calibrated, seconds: float, tell: Callable[[str, float], None]
-) -> Iterator[Run]:
+    task: WearerTask,
+    subject: BenchmarkSubject,
+    calibrated: Calibrated,
+    seconds: float,
+    tell: Callable[[str, float], None],
+) -> Iterator[MethodRun]:
     try:
         recorded = record_stream(task.case, calibrated, tell, seconds)
     except ExogravError as error:
@@ -95,7 +99,9 @@ def _replays(
             yield _failed(("open_loop", name, task.case), str(error))
 
 
-def _replayed(name: MethodName, subject: Subject, recorded: Recorded, calibrated: Calibrated) -> Run:
+def _replayed(
+    name: MethodName, subject: BenchmarkSubject, recorded: RecordedStream, calibrated: Calibrated
+) -> MethodRun:
     stream = recorded.stream
     method = build_method(name, stream.assembly, stream.machine, subject.model.again())
     before = rested(method, subject, calibrated, _silent)
@@ -108,9 +114,9 @@ def _replayed(name: MethodName, subject: Subject, recorded: Recorded, calibrated
         return replace(subject.judged("open_loop", name, trace), offline=is_offline(method))
 
 
-def _failed(key: tuple[Setting, str, Case], why: str) -> Run:
+def _failed(key: tuple[Setting, str, Case], why: str) -> MethodRun:
     setting, name, case = key
-    return Run(setting, name, case, list(case.description.places), failed=why)
+    return MethodRun(setting, name, case, list(case.description.places), failed=why)
 
 
 def _spoken(tell: Tell, who: str) -> Callable[[str, float], None]:

@@ -16,18 +16,18 @@ from typing import Any
 from exograv.errors import ConfigError
 from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.drive_sim import Bus
-from exograv.live.live_control import Plan
+from exograv.live.live_control import LivePlan
 from exograv.loop.pilot import Progress
 from exograv.runtime.processes.spawn import keyboard_ignored
 
 from .checkpoint import KeptVerdicts
 from .driver_faults import ALL, ONLY_DRIVES
-from .fault_plant import Ground, Subject
+from .fault_plant import FaultSubject, Ground
 from .fault_table import FAULTS, Fault
 from .figures import figures_of, told, with_strikes
 from .persons import make_known, subject
 from .process_faults import strike
-from .scenario import THE_TWIN, Scenario, Verdict, fly, is_bad, names_of, shrunk
+from .scenario import THE_TWIN, Scenario, ScenarioVerdict, fly, is_bad, names_of, shrunk
 from .through_driver import driven_ground
 
 CHUNK = 20
@@ -154,7 +154,7 @@ def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any
     """After the scenarios: a live run needs the processors for itself."""
     known = subject(path)
     return strike(
-        Plan(
+        LivePlan(
             known.laboratory.description,
             known.laboratory.form,
             known.prepared,
@@ -167,7 +167,7 @@ def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any
     )
 
 
-def _told(campaign: Campaign, verdicts: list[Verdict]) -> dict[str, Any]:
+def _told(campaign: Campaign, verdicts: list[ScenarioVerdict]) -> dict[str, Any]:
     named = {"seed": campaign.seed, "disturbance_level": campaign.level, "through": campaign.through}
     return figures_of(verdicts, campaign.faults) | named
 
@@ -182,7 +182,7 @@ def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> dict[str,
 
 def _flown(
     campaign: Campaign, folder: Path, kept: KeptVerdicts, progress: Progress
-) -> tuple[list[Verdict], list[Path]]:
+) -> tuple[list[ScenarioVerdict], list[Path]]:
     """All verdicts in the order of their numbers, whoever flew them, and the persons' files.
 
     Ctrl-C ends it with what was flown, if anything was.
@@ -238,13 +238,13 @@ def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _fly_chunk(path: Path, campaign: Campaign, numbers: Sequence[int]) -> list[Verdict]:
+def _fly_chunk(path: Path, campaign: Campaign, numbers: Sequence[int]) -> list[ScenarioVerdict]:
     with _ground(path, campaign) as (who, ground):
         return [fly(who, campaign.scenario(number), ground) for number in numbers]
 
 
 @contextlib.contextmanager
-def _ground(path: Path, campaign: Campaign) -> Iterator[tuple[Subject, Ground]]:
+def _ground(path: Path, campaign: Campaign) -> Iterator[tuple[FaultSubject, Ground]]:
     """Who is known by this file, and what they are flown on."""
     if campaign.through is None:
         yield subject(path), THE_TWIN

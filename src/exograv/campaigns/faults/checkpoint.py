@@ -11,8 +11,8 @@ from exograv.safety.guard import SafeState
 from exograv.safety.stops import StopReason
 from exograv.storage.checkpoint_lines import KeptLines
 
-from .scenario import Scenario, Verdict
-from .scenario_log import Course
+from .scenario import Scenario, ScenarioVerdict
+from .scenario_log import ScenarioLog
 
 FILE = "faults.jsonl"
 
@@ -43,14 +43,14 @@ class KeptVerdicts:
         """Of the file."""
         return self._kept.path
 
-    def add(self, verdicts: Iterable[Verdict]) -> None:
+    def add(self, verdicts: Iterable[ScenarioVerdict]) -> None:
         """Keep more."""
         new = {verdict.scenario.number: verdict for verdict in verdicts}
         self._kept.add(*map(row_of, new.values()))
         self.verdicts |= new
 
 
-def row_of(verdict: Verdict) -> dict[str, Any]:
+def row_of(verdict: ScenarioVerdict) -> dict[str, Any]:
     """In numbers and words."""
     row, course = asdict(verdict), verdict.course
     row["course"]["reason"] = None if course.reason is None else course.reason.name
@@ -58,7 +58,7 @@ def row_of(verdict: Verdict) -> dict[str, Any]:
     return row
 
 
-def verdict_of(row: dict[str, Any]) -> Verdict:
+def verdict_of(row: dict[str, Any]) -> ScenarioVerdict:
     """What `row_of` wrote.
 
     Raises:
@@ -69,6 +69,6 @@ def verdict_of(row: dict[str, Any]) -> Verdict:
     course["reason"] = None if reason is None else StopReason[reason]
     course["since"] = {SafeState[name]: tick for name, tick in course["since"].items()}
     scenario["faults"] = tuple(scenario["faults"])
-    return Verdict(
-        **{**row, "course": Course(**course), "scenario": Scenario(**scenario), "missed": tuple(row["missed"])}
+    return ScenarioVerdict(
+        **{**row, "course": ScenarioLog(**course), "scenario": Scenario(**scenario), "missed": tuple(row["missed"])}
     )

@@ -13,16 +13,16 @@ from typing import Any, NamedTuple
 from exograv.laboratory.drive_sim import Bus, Device, front_end
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated import Plant
-from exograv.rig.drives.simulated.bench import Bench
+from exograv.rig.drives.simulated.bench import SimulatedBench
 from exograv.rig.drives.simulated.firmware import AMBIENT_C
 
-from .fault_plant import Sight, Start, Swaying, twin_of
+from .fault_plant import FlightStart, Sight, Swaying, twin_of
 
 
 class Tidy(NamedTuple):
     """All cables in, all motors cool; and who is in the machine next."""
 
-    start: Start
+    start: FlightStart
 
 
 class Begin(NamedTuple):
@@ -49,23 +49,23 @@ class Do(NamedTuple):
     line: str
 
 
-class Passed(NamedTuple):
+class StepsPassed(NamedTuple):
     """Answered when so many steps of the plant are over since the beginning."""
 
     steps: int
 
 
-class Report(NamedTuple):
+class DriveReport(NamedTuple):
     """What truly happened: before the first step, and after each."""
 
 
-class Examiner:
+class DriveExaminer:
     """Obeys the campaign between two steps."""
 
     def __init__(self, known: Path, plant: Plant, device: Device, joints: tuple[str, ...], line: Connection):
         self._laboratory, prepared, _ = pickle.loads(known.read_bytes())
         self._t0, self._plant, self._device, self._line = prepared.t, plant, device, line
-        self._bench = Bench(joints, plant, device, lambda _: None)
+        self._bench = SimulatedBench(joints, plant, device, lambda _: None)
         self._joints, self._next, self._awaited = joints, None, 0
         self._person: Swaying | None = None
         self._sights: list[Sight] = []
@@ -87,7 +87,7 @@ class Examiner:
         """Whether to go on."""
         if asked is None:
             return False
-        if isinstance(asked, Passed):
+        if isinstance(asked, StepsPassed):
             self._awaited = asked.steps
             return True
         acts: dict[type, Callable[[Any], Any]] = {
@@ -96,12 +96,12 @@ class Examiner:
             Push: lambda it: self._push(it.joint, it.torque),
             Turn: lambda it: self._plant.turn_motor(it.joint, it.factor),
             Do: lambda it: self._bench.do(it.line),
-            Report: lambda _: self._sights,
+            DriveReport: lambda _: self._sights,
         }
         self._line.send(acts[type(asked)](asked))
         return True
 
-    def _tidy(self, start: Start) -> None:
+    def _tidy(self, start: FlightStart) -> None:
         self._plant.watch, self._sights = None, []
         self._device.mend()
         self._plant.release_stop()
@@ -132,8 +132,8 @@ def serve(known: Path, drives_file: Path, bus: Bus, line: Connection) -> None:
     laboratory, prepared, _ = pickle.loads(known.read_bytes())
     description = laboratory.description
     drives = load_drives(drives_file, description)
-    start = Start(0, description.donning_posture, 0.0 * description.donning_posture)
+    start = FlightStart(0, description.donning_posture, 0.0 * description.donning_posture)
     plant = Plant(twin_of(laboratory, start, prepared.t), drives)
     with front_end(bus, drives)(plant, drives, lock_step=True, say=lambda _: None) as device:
         line.send(None)
-        device.run(Examiner(known, plant, device, drives.joints, line).obey)
+        device.run(DriveExaminer(known, plant, device, drives.joints, line).obey)

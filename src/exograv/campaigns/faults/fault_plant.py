@@ -24,7 +24,7 @@ SWAY_HZ, SWAY_STIFFNESS, SWAY_DAMPING = 0.8, 12.0, 1.5
 
 
 @dataclass(frozen=True)
-class Subject:
+class FaultSubject:
     """A person in a machine, known to the software as after an identification."""
 
     laboratory: VirtualLaboratory
@@ -34,7 +34,7 @@ class Subject:
     person: PersonLimits
 
 
-class Start(NamedTuple):
+class FlightStart(NamedTuple):
     """How a flight begins."""
 
     seed: int
@@ -147,7 +147,7 @@ class Swaying:
         self._steps += 1
 
 
-def twin_of(laboratory: VirtualLaboratory, start: Start, t0: float) -> Twin:
+def twin_of(laboratory: VirtualLaboratory, start: FlightStart, t0: float) -> Twin:
     """The person in the machine, the arm held in a posture, as long after it was switched on as `t0` [s]."""
     return Twin(laboratory.description, laboratory.machine, laboratory.wearer, start.seed, start.posture, t0)
 
@@ -155,7 +155,7 @@ def twin_of(laboratory: VirtualLaboratory, start: Start, t0: float) -> Twin:
 class TwinStand:
     """The twin itself, in this process."""
 
-    def __init__(self, subject: Subject, start: Start):
+    def __init__(self, subject: FaultSubject, start: FlightStart):
         self._twin = twin_of(subject.laboratory, start, subject.prepared.t)
         self._person, self._sights = Swaying(self._twin, start.moves), list[Sight]()
 
@@ -225,7 +225,7 @@ class Ground(Protocol):
 
     period_ms: int
 
-    def stand(self, subject: Subject, start: Start) -> contextlib.AbstractContextManager[Stand]:
+    def stand(self, subject: FaultSubject, start: FlightStart) -> contextlib.AbstractContextManager[Stand]:
         """Ready for one flight."""
         ...
 
@@ -237,6 +237,6 @@ class TwinGround:
     period_ms = 1
 
     @contextlib.contextmanager
-    def stand(self, subject: Subject, start: Start) -> Iterator[Stand]:
+    def stand(self, subject: FaultSubject, start: FlightStart) -> Iterator[Stand]:
         """A new one."""
         yield TwinStand(subject, start)

@@ -10,10 +10,10 @@ from exograv.safety.guard import SafeState
 from .driver_faults import ALL, injected_by
 from .fault_table import FAULTS, Fault
 from .proved_elsewhere import ELSEWHERE, NOT_YET
-from .scenario import HAND_MAX_M_S, Verdict, is_bad
+from .scenario import HAND_MAX_M_S, ScenarioVerdict, is_bad
 
 
-def figures_of(verdicts: Sequence[Verdict], faults: Mapping[str, Fault] = FAULTS) -> dict[str, Any]:
+def figures_of(verdicts: Sequence[ScenarioVerdict], faults: Mapping[str, Fault] = FAULTS) -> dict[str, Any]:
     """Of all scenarios, by the contract of `exograv faults --json`."""
     quiet_h = sum(v.quiet_s for v in verdicts) / 3600.0
     false = [v for v in verdicts if v.false_trip]
@@ -35,7 +35,7 @@ def figures_of(verdicts: Sequence[Verdict], faults: Mapping[str, Fault] = FAULTS
     }
 
 
-def _of_fault(name: str, verdicts: Sequence[Verdict]) -> dict[str, Any]:
+def _of_fault(name: str, verdicts: Sequence[ScenarioVerdict]) -> dict[str, Any]:
     alone = [v for v in verdicts if v.scenario.faults == (name,) and not v.false_trip]
     times = [t for v in alone if (t := v.found.get(name)) is not None]
     p50, p99, most = np.percentile(times, [50, 99, 100]).round(2).tolist() if times else (None, None, None)
@@ -59,7 +59,7 @@ def _of_fault(name: str, verdicts: Sequence[Verdict]) -> dict[str, Any]:
     }
 
 
-def _hand(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+def _hand(verdicts: Sequence[ScenarioVerdict]) -> dict[str, Any]:
     """Of relaxed arms after one fault that stopped the run, while nobody pushes."""
     single = [v for v in verdicts if v.relaxed and len(v.scenario.faults) == 1]
     found = [v for v in single if _is_stopped(v)]
@@ -75,12 +75,12 @@ def _hand(verdicts: Sequence[Verdict]) -> dict[str, Any]:
     }
 
 
-def _is_stopped(verdict: Verdict) -> bool:
+def _is_stopped(verdict: ScenarioVerdict) -> bool:
     """By the guard or by the drives; the hand of nobody else has been watched."""
     return verdict.course.stopped_tick is not None or verdict.course.braked_tick is not None
 
 
-def told(verdict: Verdict) -> dict[str, Any]:
+def told(verdict: ScenarioVerdict) -> dict[str, Any]:
     """What happened in one scenario."""
     course = verdict.course
     return {
@@ -103,7 +103,7 @@ def told(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _pairs(verdicts: Sequence[Verdict]) -> dict[str, int]:
+def _pairs(verdicts: Sequence[ScenarioVerdict]) -> dict[str, int]:
     """Of two faults at a time; judged by the sum of their budgets."""
     pairs = [v for v in verdicts if len(v.scenario.faults) == 2 and not v.false_trip]
     return {"runs": len(pairs), "missed": sum(bool(v.missed) for v in pairs)}

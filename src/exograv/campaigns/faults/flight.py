@@ -12,22 +12,22 @@ from exograv.control.observer import Observer
 from exograv.loop.pilot import CLOSURE_SLOPE_MAX
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
-from exograv.safety.person import Person
+from exograv.safety.person import GuardedPerson
 from exograv.signals import Command, JointState, Reference
 
-from .fault_plant import Stand, Subject
+from .fault_plant import FaultSubject, Stand
 from .injector import Injector
-from .oracle import Oracle
+from .oracle import EnvelopeOracle
 from .person_faults import StopPressed
-from .scenario_log import Course, Watch
+from .scenario_log import ScenarioLog, TruthWatch
 
 Joints = Float[np.ndarray, " joint"]
 
 
-class Flight:
+class FaultFlight:
     """Flies one scenario."""
 
-    def __init__(self, subject: Subject, stand: Stand, posture: Joints, faults: Sequence[Injector]):
+    def __init__(self, subject: FaultSubject, stand: Stand, posture: Joints, faults: Sequence[Injector]):
         """Begin with the arm floating in a posture.
 
         Args:
@@ -40,17 +40,17 @@ class Flight:
         self._stand, self._controller = stand, subject.controller.again(prepared.x)
         self._gain = prepared.machine.actuators
         self._observer = Observer(len(posture), period_s)
-        self._person = Person(subject.person)
+        self._person = GuardedPerson(subject.person)
         self._envelope = Envelope(subject.limits, period_s)
         self._envelope.person = self._person
         self._envelope.begin(self._controller.torque_at_rest(posture, prepared.x))
         self._guard = Guard.of_machine(self._envelope, period_s, self._gain.gain.tolist())
-        self._oracle = Oracle(subject.limits, subject.person, period_s)
+        self._oracle = EnvelopeOracle(subject.limits, subject.person, period_s)
         self._faults, self._still = faults, np.zeros(len(posture))
         self._last = Command(stand.t, -1, stand.t, self._still, self._still)
-        self.watch = Watch(min((fault.onset for fault in faults), default=None), round(1e3 * period_s))
+        self.watch = TruthWatch(min((fault.onset for fault in faults), default=None), round(1e3 * period_s))
 
-    def fly(self, ticks: int) -> Course:
+    def fly(self, ticks: int) -> ScenarioLog:
         """So many ticks; whatever breaks is part of the course."""
         course = self.watch.course
         try:

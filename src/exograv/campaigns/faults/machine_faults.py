@@ -194,7 +194,7 @@ class WeakMotor(Injector):
         return super().shows(told, noise_Nm) & (missing > TORQUE_OFF_NM + NOISE_SD * noise_Nm[self.joint])
 
 
-class DriveFault(Injector):
+class ReportedDriveFault(Injector):
     """F12: a drive reports a fault and gives no torque."""
 
     def measured(self, state: JointState, tick: int) -> JointState:

@@ -35,7 +35,7 @@ class Judgement:
     """Greatest change of a command over the one before [N·m]."""
 
 
-class Oracle:
+class EnvelopeOracle:
     """Of one run; knows what the guard believed of the posture, and nothing of its state."""
 
     def __init__(self, limits: Limits, person: PersonLimits, period_s: float, rounding_Nm: float = ROUNDING_NM):

@@ -6,7 +6,7 @@ from .fault_plant import World
 from .injector import Injector
 
 
-class Push(Injector):
+class PersonPush(Injector):
     """F29: the person pushes with 10 to 40 N·m for 50 to 400 ms."""
 
     def draw(self) -> None:

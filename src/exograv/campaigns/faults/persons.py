@@ -11,7 +11,7 @@ from exograv.loop.machine_limits import limits
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Progress
 
-from .fault_plant import Subject
+from .fault_plant import FaultSubject
 
 RIGS = ("recupera_like", "recupera_like_qdd")
 """Each person is in one of these machines, in turn."""
@@ -33,8 +33,8 @@ def make_known(seed: int, person: int, level: int, folder: Path, progress: Progr
 
 
 @lru_cache(maxsize=4)
-def subject(path: Path, period_ms: int = 1) -> Subject:
+def subject(path: Path, period_ms: int = 1) -> FaultSubject:
     """Who is known by this file, to a control of this period; kept for the next scenario."""
     laboratory, prepared, of_person = pickle.loads(path.read_bytes())
     controller = ArmController(prepared.assembly, prepared.machine, prepared.x, 1e-3 * period_ms)
-    return Subject(laboratory, prepared, controller, limits(laboratory.description), of_person)
+    return FaultSubject(laboratory, prepared, controller, limits(laboratory.description), of_person)

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import RigError
-from exograv.live.live_control import Plan
+from exograv.live.live_control import LivePlan
 from exograv.live.live_figures import stall_ms
 from exograv.live.live_flight import fly_plan
-from exograv.live.live_processes import Flown, Running
+from exograv.live.live_processes import LiveResult, Running
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Progress
 from exograv.recording import read_recording
 from exograv.runtime.clock.timing import PERIOD_NS, Timing
 from exograv.safety.guard import SafeState
 
-from .oracle import Oracle
+from .oracle import EnvelopeOracle
 from .strikes import KINDS, Strike, Striker
 
 SECONDS_A_STRIKE = 60.0
@@ -41,7 +41,7 @@ ROUNDING_NM = 1e-4
 """Of what a recording holds in 32 bits, positions through the table included."""
 
 
-def strike(plan: Plan, times: int, progress: Progress) -> dict[str, Any]:
+def strike(plan: LivePlan, times: int, progress: Progress) -> dict[str, Any]:
     """Fly a person live and disturb every process so often.
 
     Returns:
@@ -79,7 +79,7 @@ def _named(progress: Progress, name: str) -> Progress:
     return lambda _text, share: progress(name, share)
 
 
-def _recorded(plan: Plan, flown: Flown) -> dict[str, Any]:
+def _recorded(plan: LivePlan, flown: LiveResult) -> dict[str, Any]:
     """The recording against what was acknowledged, and every command in it against the envelope."""
     ticks, lost = read_recording(flown.path).ticks, flown.recording.lost
     gaps = np.diff(ticks["sequence"].astype(np.int64)) - 1
@@ -100,15 +100,15 @@ def _recorded(plan: Plan, flown: Flown) -> dict[str, Any]:
     }
 
 
-def _judged(plan: Plan, ticks: np.ndarray) -> list[str]:
+def _judged(plan: LivePlan, ticks: np.ndarray) -> list[str]:
     """What is wrong with commands that followed one another."""
-    oracle = Oracle(limits(plan.description), plan.person, 1e-9 * plan.period_ns, ROUNDING_NM)
+    oracle = EnvelopeOracle(limits(plan.description), plan.person, 1e-9 * plan.period_ns, ROUNDING_NM)
     for tau, q in zip(ticks["tau_commanded"].astype(float), ticks["q_measured"].astype(float), strict=True):
         oracle.note(tau, q, frozenset(), plan.gravity_level)
     return [f"{ticks['t'][k]:.3f} s: {what}" for k, what in oracle.judge().wrong.items()]
 
 
-def _row(kind: str, made: Sequence[Strike], flown: Flown, found: dict[str, Any]) -> dict[str, Any]:
+def _row(kind: str, made: Sequence[Strike], flown: LiveResult, found: dict[str, Any]) -> dict[str, Any]:
     row, budget = KINDS[kind], KINDS[kind].budget_ms
     counted = [one for one in made if one.was_calm]
     times = [reaction_ms(one, flown) for one in counted] if budget is not None else []
@@ -137,18 +137,18 @@ def _row(kind: str, made: Sequence[Strike], flown: Flown, found: dict[str, Any])
     }
 
 
-def reaction_ms(one: Strike, flown: Flown) -> float | None:
+def reaction_ms(one: Strike, flown: LiveResult) -> float | None:
     """From a signal to the end of the tick in which the guard let the arm down; None where it did not."""
     after = [1e3 * latch.at_s - _ms(one, flown) for latch in flown.report.latches]
     return min((ms for ms in after if 0.0 <= ms < AFTER_MS), default=None)
 
 
-def _ms(one: Strike, flown: Flown) -> float:
+def _ms(one: Strike, flown: LiveResult) -> float:
     """When it was, on the loop's own clock."""
     return 1e-6 * (one.at_ns - flown.report.started_ns)
 
 
-def _stall_ms(one: Strike, flown: Flown) -> float:
+def _stall_ms(one: Strike, flown: LiveResult) -> float:
     """By how much the computer itself delayed the guard about then."""
     first = next((latch.period for latch in flown.report.latches if latch.at_s * 1e3 >= _ms(one, flown)), None)
     if first is None:
@@ -156,7 +156,7 @@ def _stall_ms(one: Strike, flown: Flown) -> float:
     return max(stall_ms(flown.report.timing, first) - 1e-6 * PERIOD_NS, 0.0)
 
 
-def _around(made: Sequence[Strike], flown: Flown) -> dict[str, float | None]:
+def _around(made: Sequence[Strike], flown: LiveResult) -> dict[str, float | None]:
     """How old a period is when its command is there, 99.9 % of them, before and after the strikes [µs]."""
     timing = flown.report.timing
     ms = timing.period * 1e-6 * timing.period_ns
@@ -171,7 +171,7 @@ def _any(masks: Sequence[np.ndarray], timing: Timing) -> float | None:
     return round(1e-3 * float(np.percentile(taken, 99.9)), 1) if len(taken) else None
 
 
-def end_of_guard(plan: Plan, progress: Progress) -> dict[str, Any]:
+def end_of_guard(plan: LivePlan, progress: Progress) -> dict[str, Any]:
     """Kill the guard (-9): whether the parent says so, and whether the recording is whole.
 
     The twin's drives die with the process that flies them; their watchdog is timed in lock-step (F17).

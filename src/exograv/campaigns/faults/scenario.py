@@ -10,11 +10,11 @@ from exograv.model.support import sample_postures
 from exograv.safety.guard import SafeState
 
 from .driver_faults import ALL, ONLY_DRIVES, injector_of
-from .fault_plant import Ground, Start, Subject, TwinGround
+from .fault_plant import FaultSubject, FlightStart, Ground, TwinGround
 from .fault_table import FAULTS, Fault
-from .flight import Flight
+from .flight import FaultFlight
 from .oracle import ROUNDING_NM
-from .scenario_log import Course
+from .scenario_log import ScenarioLog
 
 POSTURES = 64
 ONSET_MS = (300, 700)
@@ -66,11 +66,11 @@ class Scenario:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ScenarioVerdict:
     """Of one scenario."""
 
     scenario: Scenario
-    course: Course
+    course: ScenarioLog
     false_trip: bool
     """The guard stopped before anything was wrong."""
 
@@ -89,7 +89,7 @@ class Verdict:
 THE_TWIN = TwinGround()
 
 
-def fly(subject: Subject, scenario: Scenario, ground: Ground = THE_TWIN) -> Verdict:
+def fly(subject: FaultSubject, scenario: Scenario, ground: Ground = THE_TWIN) -> ScenarioVerdict:
     """Run it."""
     generator = np.random.default_rng([scenario.campaign, scenario.number, 1])
     joints = len(subject.limits.torque_max_Nm)
@@ -111,8 +111,8 @@ def fly(subject: Subject, scenario: Scenario, ground: Ground = THE_TWIN) -> Verd
         for name in scenario.faults
     }
     last = max((fault.onset for fault in faults.values()), default=0)
-    with ground.stand(subject, Start(int(generator.integers(2**31)), posture, moves)) as stand:
-        flight = Flight(subject, stand, posture, list(faults.values()))
+    with ground.stand(subject, FlightStart(int(generator.integers(2**31)), posture, moves)) as stand:
+        flight = FaultFlight(subject, stand, posture, list(faults.values()))
         course = flight.fly(last + AFTER_MS // ground.period_ms)
     noise, watch = subject.laboratory.machine.sensors.current_noise, flight.watch
     begins: dict[str, float] = {}
@@ -124,7 +124,7 @@ def fly(subject: Subject, scenario: Scenario, ground: Ground = THE_TWIN) -> Verd
     return _verdict(scenario, course, {name: fault.onset for name, fault in faults.items()}, begins, relaxed)
 
 
-def _begin(course: Course, fault: Fault, shows: Bool[np.ndarray, " tick"]) -> float:
+def _begin(course: ScenarioLog, fault: Fault, shows: Bool[np.ndarray, " tick"]) -> float:
     """Tick from which on the time runs to find a fault; infinite where it never showed for long enough.
 
     What stops and shows again begins anew: its time runs from the beginning of the last stretch before the stop, or of
@@ -144,8 +144,8 @@ def _budget(fault: Fault) -> float:
 
 
 def _verdict(
-    scenario: Scenario, course: Course, onsets: dict[str, int], begins: dict[str, float], relaxed: bool
-) -> Verdict:
+    scenario: Scenario, course: ScenarioLog, onsets: dict[str, int], begins: dict[str, float], relaxed: bool
+) -> ScenarioVerdict:
     first = min(onsets.values(), default=course.ticks)
     false_trip = course.stopped_tick is not None and course.stopped_tick < first
     found: dict[str, float | None] = {}
@@ -158,10 +158,10 @@ def _verdict(
         missed = (name,) if _is_missed(course, ALL[name], found[name], begins[name], relaxed) else ()
     elif len(onsets) == 2:
         missed = scenario.faults if _is_pair_missed(course, begins) else ()
-    return Verdict(scenario, course, false_trip, found, missed, 1e-3 * course.period_ms * first, relaxed)
+    return ScenarioVerdict(scenario, course, false_trip, found, missed, 1e-3 * course.period_ms * first, relaxed)
 
 
-def _found(course: Course, fault: Fault, begin: float) -> float | None:
+def _found(course: ScenarioLog, fault: Fault, begin: float) -> float | None:
     """After how many milliseconds the safe state was there, by the right reason; None where it was not."""
     if fault.at_drive:
         tick = course.braked_tick
@@ -170,7 +170,7 @@ def _found(course: Course, fault: Fault, begin: float) -> float | None:
     return None if tick is None else course.period_ms * max(tick - begin, 0.0)
 
 
-def _is_missed(course: Course, fault: Fault, found: float | None, begin: float, relaxed: bool) -> bool:
+def _is_missed(course: ScenarioLog, fault: Fault, found: float | None, begin: float, relaxed: bool) -> bool:
     if fault.is_borne:
         too_far = fault.id == "F03 spike" and relaxed and course.torque_step_Nm > SPIKE_STEP_NM + ROUNDING_NM
         return too_far or (fault.safe_state is SafeState.BRIDGE and course.worst > SafeState.BRIDGE)
@@ -179,7 +179,7 @@ def _is_missed(course: Course, fault: Fault, found: float | None, begin: float, 
     return found > _budget(fault)
 
 
-def _is_pair_missed(course: Course, begins: dict[str, float]) -> bool:
+def _is_pair_missed(course: ScenarioLog, begins: dict[str, float]) -> bool:
     """Whether nothing protected the person within both budgets together, from the first that could be found on.
 
     One of the two may hide the other, or the state for it; then what is asked for is the lesser of both.
@@ -196,7 +196,7 @@ def _is_pair_missed(course: Course, begins: dict[str, float]) -> bool:
     return min((tick for tick in ticks if tick is not None), default=np.inf) > until
 
 
-def shrunk(subject: Subject, verdict: Verdict, ground: Ground = THE_TWIN) -> Scenario:
+def shrunk(subject: FaultSubject, verdict: ScenarioVerdict, ground: Ground = THE_TWIN) -> Scenario:
     """The same scenario with as few faults as still go wrong."""
     scenario = verdict.scenario
     for name in list(scenario.faults):
@@ -206,7 +206,7 @@ def shrunk(subject: Subject, verdict: Verdict, ground: Ground = THE_TWIN) -> Sce
     return scenario
 
 
-def is_bad(verdict: Verdict) -> bool:
+def is_bad(verdict: ScenarioVerdict) -> bool:
     """Whether anything happened that must never happen."""
     return bool(verdict.course.violated_ticks or verdict.missed or verdict.course.crashed or verdict.false_trip)
 

@@ -22,7 +22,7 @@ RELEASE_MS = 100
 
 
 @dataclass
-class Course:
+class ScenarioLog:
     """Of one scenario."""
 
     ticks: int = 0
@@ -62,12 +62,12 @@ class Course:
         return max(self.since, default=SafeState.NONE)
 
 
-class Watch:
+class TruthWatch:
     """Takes notes of one flight, and sums it up by the twin's truth: the examiner's business, nobody flies by it."""
 
     def __init__(self, onset: int | None, period_ms: int = 1):
         """Nothing has happened; `onset` is the tick of the first fault."""
-        self.course = Course(period_ms=period_ms)
+        self.course = ScenarioLog(period_ms=period_ms)
         self._onset = onset
         self._told: list[Joints] = []
         self._pushed: list[bool] = []
@@ -92,7 +92,7 @@ class Watch:
         if safe_state > course.worst:
             course.since |= {state: tick for state in SafeState if course.worst < state <= safe_state}
 
-    def finish(self, judgement: Judgement, sights: Sequence[Sight]) -> Course:
+    def finish(self, judgement: Judgement, sights: Sequence[Sight]) -> ScenarioLog:
         """Sum up; the sights are of the ticks in turn, and one may be of the end."""
         course, onset = self.course, self._onset
         course.violated_ticks = len(judgement.wrong)

@@ -18,8 +18,8 @@ from exograv.rig.drives.settings import Drives, load_drives
 from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.signals import Command, JointState
 
-from .drive_process import Begin, Do, Passed, Push, Report, Tidy, Turn, serve
-from .fault_plant import Joints, Sight, Stand, Start, Subject
+from .drive_process import Begin, Do, DriveReport, Push, StepsPassed, Tidy, Turn, serve
+from .fault_plant import FaultSubject, FlightStart, Joints, Sight, Stand
 from .persons import subject
 
 ANSWERS_S, STARTS_S = 30.0, 120.0
@@ -32,7 +32,7 @@ STEP_MS = 1
 class DrivenStand:
     """One flight's rig; the world is the examiner's, who is told by another line than the bus."""
 
-    def __init__(self, rig: DrivenRig, drives: Drives, line: "Line"):
+    def __init__(self, rig: DrivenRig, drives: Drives, line: "DriverLine"):
         self._rig, self._drives, self._line = rig, drives, line
         self._stride = drives.settings.period_ms // STEP_MS
         self._ticks, self._nobody_answers = 0, False
@@ -52,7 +52,7 @@ class DrivenStand:
         """Ask the drives, which advances them by one period."""
         self._ticks += 1
         if self._nobody_answers:  # then the bus cannot tell when they have
-            self._line.send(Passed(self._ticks * self._stride))
+            self._line.send(StepsPassed(self._ticks * self._stride))
             self._state = self._rig.read()
             self._line.answer()
         else:
@@ -68,7 +68,7 @@ class DrivenStand:
 
     def sights(self) -> list[Sight]:
         """One for every tick, of the hand the fastest in it."""
-        return by_tick(self._line.ask(Report()), self._stride)
+        return by_tick(self._line.ask(DriveReport()), self._stride)
 
     @property
     def q(self) -> Joints:
@@ -108,7 +108,7 @@ def by_tick(each: Sequence[Sight], stride: int) -> list[Sight]:
     return [each[end]._replace(hand_m_s=hand) for end, hand in zip(ends, fastest, strict=True)]
 
 
-class Line:
+class DriverLine:
     """To the other process."""
 
     def __init__(self, ours: Connection):
@@ -146,13 +146,13 @@ ENDED = "The process of the simulated drives has ended; what it said is above."
 class DrivenGround:
     """A person's machine behind simulated drives on one bus."""
 
-    def __init__(self, bus: Bus, drives: Drives, line: Line):
+    def __init__(self, bus: Bus, drives: Drives, line: DriverLine):
         self.bus: str | None = bus
         self.period_ms = drives.settings.period_ms
         self._drives, self._line = drives, line
 
     @contextlib.contextmanager
-    def stand(self, subject: Subject, start: Start) -> Iterator[Stand]:
+    def stand(self, subject: FaultSubject, start: FlightStart) -> Iterator[Stand]:
         """The drives are on, and told what carries the arm, before the person is let go in the posture."""
         self._line.ask(Tidy(start))
         prepared = subject.prepared
@@ -168,7 +168,7 @@ class DrivenGround:
 
 
 @contextlib.contextmanager
-def driven_ground(bus: Bus, known: Path) -> Iterator[tuple[Subject, DrivenGround]]:
+def driven_ground(bus: Bus, known: Path) -> Iterator[tuple[FaultSubject, DrivenGround]]:
     """Begin the other process, and end it.
 
     Args:
@@ -187,7 +187,7 @@ def driven_ground(bus: Bus, known: Path) -> Iterator[tuple[Subject, DrivenGround
     process = context.Process(target=serve, args=(known, path, bus, theirs), daemon=True)
     process.start()
     theirs.close()
-    line = Line(ours)
+    line = DriverLine(ours)
     try:
         line.answer(STARTS_S)
         yield subject(known, drives.settings.period_ms), DrivenGround(bus, drives, line)

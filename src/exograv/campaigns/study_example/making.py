@@ -24,7 +24,7 @@ from exograv.study.folder.settings import AS_PUBLISHED, StudySettings
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.codes import draw_code
 from exograv.study.participants.register import new_participant
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.protocol import LoadedProtocol, load_protocol
 
 from .arm_tables import arm_tables
@@ -168,7 +168,7 @@ def _sessions_of(somebody: Somebody, folder: Path) -> list[Path]:
     for number, (protocol, session) in enumerate(somebody.files):
         loaded = protocols[protocol]
         laboratory = laboratories[ACTIVE_RIG if loaded.settings.exo == "active" else PASSIVE_RIG]
-        plan = Plan(loaded, loaded.settings.exo, room.calibration)
+        plan = TaskPlan(loaded, loaded.settings.exo, room.calibration)
         path = folder / f"{somebody.code}_{protocol}_{session:02d}.mcap"
         example = ExampleSession(plan, room, tables, pointer, somebody.seed + number)
         settings = _settings(somebody, laboratory, loaded, session, pointer, room)

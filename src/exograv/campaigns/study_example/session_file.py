@@ -15,9 +15,9 @@ from exograv.recording import RecordingWriter
 from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
 from exograv.task.aircraft_line import AircraftSample
 from exograv.task.events import Event, Start, Stop, Tick, Touch
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.records import Record, WindowClosed, WindowOpened
-from exograv.task.run import Run
+from exograv.task.run import TaskRun
 
 from .arm_tables import NODES, ArmTables
 from .pointer import Pointer
@@ -44,7 +44,7 @@ TORQUE_SD = 0.1
 
 
 @dataclass(frozen=True)
-class Reach:
+class ScreenReach:
     """One movement to the screen and back."""
 
     contact: float
@@ -67,7 +67,7 @@ class _Sky:
 class ExampleSession:
     """Somebody before a screen, for one protocol."""
 
-    def __init__(self, plan: Plan, room: SimulatedRoom, tables: ArmTables, pointer: Pointer, seed: int):
+    def __init__(self, plan: TaskPlan, room: SimulatedRoom, tables: ArmTables, pointer: Pointer, seed: int):
         """Nothing has begun.
 
         Args:
@@ -79,8 +79,8 @@ class ExampleSession:
         """
         self._plan, self._room, self._tables, self._pointer, self._seed = plan, room, tables, pointer, seed
         self._random = np.random.default_rng([seed, 42])
-        self.run = Run(plan)
-        self._reaches = list[Reach]()
+        self.run = TaskRun(plan)
+        self._reaches = list[ScreenReach]()
         self._coming = list[Touch]()
         self._count = 0
 
@@ -158,7 +158,7 @@ class ExampleSession:
         contact, closes = opened + REACTION_S + REACH_S, opened + windows.duration_s
         while contact + STAY_S < closes:
             change, landed_mm = self._pointer.reach()
-            self._reaches.append(Reach(contact, change))
+            self._reaches.append(ScreenReach(contact, change))
             self._coming.append(self._touch(contact, landed_mm))
             interval = max(self._pointer.interval(), REACH_S + STAY_S + REACH_S)
             self._show_arrow(interval - windows.interval_s)
@@ -231,7 +231,7 @@ class ExampleSession:
             recording.write("/skeleton", float(t[k]), {"exo": exo.round(4).tolist(), "arm": arm.round(4).tolist()})
 
 
-def _along(reaches: list[Reach], t: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+def _along(reaches: list[ScreenReach], t: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     """How far on the way to the screen the arm is at each time [-], and to which change of posture [rad]."""
     share, change = np.zeros(len(t)), np.zeros((len(t), n))
     for reach in reaches:

@@ -12,7 +12,7 @@ from exograv.errors import ConfigError, RigError
 from exograv.loop.replay_log import versions
 
 from .runner import Event, Finished, Lost, RunAgain, Take
-from .task import Batch, Result
+from .task import Result, TaskBatch
 from .work import place, same_versions, work_off
 
 CONNECT_S = 10.0
@@ -89,7 +89,7 @@ class OnDask:
         Raises:
             RigError: The scheduler went away, or a worker of another exograv came.
         """
-        waiting: dict[Any, Batch] = {}
+        waiting: dict[Any, TaskBatch] = {}
         self._client.subscribe_topic(self._topic, self._started)
         try:
             arriving = self._distributed.as_completed(loop=self._client.loop)
@@ -118,7 +118,7 @@ class OnDask:
     def _away(self) -> RigError:
         return RigError(f"The scheduler at {self._address} went away. {GO_ON}")
 
-    def _came(self, future: Any, batch: Batch) -> Generator[Event, None, None]:
+    def _came(self, future: Any, batch: TaskBatch) -> Generator[Event, None, None]:
         again = self._again(batch)
         if again:
             yield RunAgain(again * len(batch.tasks))
@@ -133,7 +133,7 @@ class OnDask:
         else:
             raise RigError(f"A worker cannot do the tasks: {error}. {GO_ON}")
 
-    def _again(self, batch: Batch) -> int:
+    def _again(self, batch: TaskBatch) -> int:
         """How often a batch was begun anew since it was handed over."""
         again = max(0, self._starts[batch.key] - 1)
         del self._starts[batch.key]
@@ -146,7 +146,7 @@ class OnDask:
 GO_ON = "What is done is kept; when the cluster is put right, the same command goes on."
 
 
-def work_remotely(batch: Batch, expected: dict[str, str], topic: str) -> list[Result]:
+def work_remotely(batch: TaskBatch, expected: dict[str, str], topic: str) -> list[Result]:
     """On a worker; it says when it begins, so that beginnings can be counted.
 
     Raises:

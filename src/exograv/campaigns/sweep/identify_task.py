@@ -16,14 +16,14 @@ from exograv.campaigns.benchmark_identification.measures import (
     time_to,
     torque_coverage,
 )
-from exograv.campaigns.benchmark_identification.runs import Run, Setting
+from exograv.campaigns.benchmark_identification.runs import MethodRun, Setting
 from exograv.campaigns.benchmark_identification.stream_replay import DURATIONS_S
-from exograv.campaigns.benchmark_identification.work import Task as WearerTask
+from exograv.campaigns.benchmark_identification.work import WearerTask as WearerTask
 from exograv.campaigns.benchmark_identification.work import run_machine
 from exograv.procedures.identification.method_names import MethodName
 from exograv.study.folder.columns import Column
 
-from .task import Task, TaskKind, Values
+from .task import SweepTask, TaskKind, Values
 from .wearers import Several, WearerGrid, refuse_other_rig
 
 CASE_COLUMNS = (
@@ -100,7 +100,7 @@ class IdentifyGrid(WearerGrid):
                 ]
 
 
-def _run(tasks: Sequence[Task], /) -> Iterator[tuple[Task, Values | str]]:
+def _run(tasks: Sequence[SweepTask], /) -> Iterator[tuple[SweepTask, Values | str]]:
     by_key = {(task.settings.setting, task.settings.method, task.settings.case): task for task in tasks}
     cases = {case: None for _, _, case in by_key}
     refuse_other_rig(next(iter(cases)), tasks[0].settings.rig_sha256)
@@ -111,11 +111,11 @@ def _run(tasks: Sequence[Task], /) -> Iterator[tuple[Task, Values | str]]:
         yield by_key[run.key], run.failed if run.failed is not None else _values(run)
 
 
-def _methods(by_key: dict[Any, Task], setting: Setting, case: Case) -> tuple[MethodName, ...]:
+def _methods(by_key: dict[Any, SweepTask], setting: Setting, case: Case) -> tuple[MethodName, ...]:
     return tuple(method for where, method, who in by_key if (where, who) == (setting, case))
 
 
-def _values(run: Run) -> Values:
+def _values(run: MethodRun) -> Values:
     end = run.t[-1]
     held = {
         "parameters": coverage([run], f"{DURATIONS_S[-1]:g}"),

@@ -19,7 +19,7 @@ from exograv.errors import ConfigError, IdentificationError
 from exograv.laboratory.participant.habits import with_constants
 from exograv.study.folder.columns import Column
 
-from .task import Grid, Task, TaskKind, Values, each
+from .task import Grid, SweepTask, TaskKind, Values, each
 from .wearers import Level, Seed, Several
 
 Sessions = Annotated[int, Field(ge=0, le=99, strict=True)]
@@ -110,7 +110,7 @@ class ParticipantsGrid(Grid):
                 ]
 
 
-def _run(task: Task) -> Values:
+def _run(task: SweepTask) -> Values:
     settings: ParticipantsTask = task.settings
     condition = None if settings.condition == FAMILIARISED else condition_of(settings.condition)
     career = Career(0, settings.seed, condition, settings.sessions, ((settings.sessions, "comparison"),))

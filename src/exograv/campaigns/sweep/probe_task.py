@@ -11,7 +11,7 @@ from pydantic import Field
 
 from exograv.study.folder.columns import Column
 
-from .task import Grid, Task, TaskKind, Values, each
+from .task import Grid, SweepTask, TaskKind, Values, each
 
 Does = Literal["work", "fail", "die"]
 """Computes; raises an error; or ends its own process, as a worker ends that has no memory left."""
@@ -57,7 +57,7 @@ class ProbeGrid(Grid):
         return "fail" if number in self.fail else "work"
 
 
-def _run(task: Task) -> Values:
+def _run(task: SweepTask) -> Values:
     settings: ProbeTask = task.settings
     end = time.process_time() + settings.seconds
     if settings.does == "die":

@@ -9,7 +9,7 @@ from multiprocessing.process import BaseProcess
 from exograv.runtime.processes.spawn import spawned
 
 from .runner import Event, Finished, Lost, Take
-from .task import Batch, Result
+from .task import Result, TaskBatch
 from .work import place, work_off
 
 
@@ -17,12 +17,12 @@ from .work import place, work_off
 class _Worker:
     process: BaseProcess
     line: Connection
-    batch: Batch | None = None
+    batch: TaskBatch | None = None
     done: set[str] = field(default_factory=set)
 
-    def left(self) -> Batch:
+    def left(self) -> TaskBatch:
         """Of its batch."""
-        batch = self.batch or Batch(())
+        batch = self.batch or TaskBatch(())
         return replace(batch, tasks=tuple(task for task in batch.tasks if task.key not in self.done))
 
 
@@ -95,7 +95,7 @@ class OnProcesses:
 def _work(_job: object, line: Connection) -> None:
     while True:
         try:
-            batch: Batch = line.recv()
+            batch: TaskBatch = line.recv()
         except EOFError:
             return
         for result in work_off(batch.tasks, place()):

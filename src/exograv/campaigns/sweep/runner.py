@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from .task import Batch, Result
+from .task import Result, TaskBatch
 from .work import place, work_off
 
 LOSSES_MAX = 3
@@ -22,7 +22,7 @@ class Finished:
 class Lost:
     """A worker was lost with these tasks; they are to run again."""
 
-    batch: Batch
+    batch: TaskBatch
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class RunAgain:
 
 
 Event = Finished | Lost | RunAgain
-Take = Callable[[], Batch | None]
+Take = Callable[[], TaskBatch | None]
 """The next batch; none while there is none. A lost one comes back through it."""
 
 

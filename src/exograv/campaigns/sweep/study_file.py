@@ -13,7 +13,7 @@ from exograv.model.description import validation_sentences
 from exograv.model.rig_settings import Settings
 
 from .kinds import KINDS
-from .task import Batch, Grid, Task, TaskKind
+from .task import Grid, SweepTask, TaskBatch, TaskKind
 
 TASKS_MAX = 10_000_000
 """Keys of all tasks are kept in memory."""
@@ -38,10 +38,10 @@ class Study:
     text: str
     """Of the file, as it stands in the table."""
 
-    def batches(self) -> Iterator[Batch]:
+    def batches(self) -> Iterator[TaskBatch]:
         """All tasks."""
         for group in self.grid.groups():
-            yield Batch(tuple(Task(self.kind.name, settings) for settings in group))
+            yield TaskBatch(tuple(SweepTask(self.kind.name, settings) for settings in group))
 
 
 def load_study(path: Path) -> Study:

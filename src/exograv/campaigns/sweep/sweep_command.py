@@ -14,7 +14,7 @@ from .process_runner import OnProcesses
 from .runner import LOSSES_MAX, Finished, InThisProcess, Lost, Runner
 from .store import Store
 from .study_file import Study
-from .task import Batch, Result
+from .task import Result, TaskBatch
 
 WORKERS_MAX = 1024
 FLUSH_S = 5.0
@@ -62,12 +62,12 @@ class SweepOptions:
         return InThisProcess() if self.workers == 1 else OnProcesses(self.workers)
 
 
-class Sweep:
+class SweepRun:
     """The course of one sweep: what is left, what came, what has to run again."""
 
     def __init__(self, study: Study, store: Store, options: SweepOptions, progress: Progress):
         self._store, self._progress = store, progress
-        self._again: deque[Batch] = deque()
+        self._again: deque[TaskBatch] = deque()
         k, n = options.share
         self._fresh = self._left(batch for batch in study.batches() if int(batch.key, 16) % n == k)
         self._total = sum(len(batch.tasks) for batch in study.batches()) if n == 1 else 0
@@ -100,16 +100,16 @@ class Sweep:
         """Put what came since the last time on the disk."""
         if self._open:
             results, self._open = self._open, []
-            self._store.add(results, Batch(tuple(result.task for result in results)).key)
+            self._store.add(results, TaskBatch(tuple(result.task for result in results)).key)
         self._flushed = time.perf_counter()
 
-    def _left(self, batches: Iterator[Batch]) -> Iterator[Batch]:
+    def _left(self, batches: Iterator[TaskBatch]) -> Iterator[TaskBatch]:
         for batch in batches:
             tasks = tuple(task for task in batch.tasks if task.key not in self._store.done)
             if tasks:
                 yield replace(batch, tasks=tasks)
 
-    def _take(self) -> Batch | None:
+    def _take(self) -> TaskBatch | None:
         return self._again.popleft() if self._again else next(self._fresh, None)
 
     def _keep(self, results: Sequence[Result]) -> None:
@@ -124,7 +124,7 @@ class Sweep:
             told if self._total else f"{done} tasks, {rate:.2g} tasks/s", min(1.0, done / max(1, self._total))
         )
 
-    def _run_again(self, batch: Batch) -> None:
+    def _run_again(self, batch: TaskBatch) -> None:
         batch = batch.lost()
         self._losses.update(task.key for task in batch.tasks)
         # Once may be chance; who it is that takes workers down shows when each is alone.
@@ -156,7 +156,7 @@ def run_sweep(study: Study, options: SweepOptions, folder: Path, progress: Progr
     start = time.perf_counter()
     store, runner, interrupted = Store(folder, study.kind), options.runner(), False
     before = len(store.done)
-    sweep = Sweep(study, store, options, progress)
+    sweep = SweepRun(study, store, options, progress)
     try:
         sweep.work_off(runner)
     except KeyboardInterrupt:

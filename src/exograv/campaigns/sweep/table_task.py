@@ -9,7 +9,7 @@ from exograv.procedures.identification.estimator_session import table_guess
 from exograv.study.folder.columns import Column
 
 from .identify_task import CASE_COLUMNS, CaseTask
-from .task import Task, TaskKind, Values, each
+from .task import SweepTask, TaskKind, Values, each
 from .wearers import WearerGrid, refuse_other_rig
 
 
@@ -25,7 +25,7 @@ class TableGrid(WearerGrid):
             yield [CaseTask(**asdict(case), rig_sha256=sha256) for case in cases]
 
 
-def _run(task: Task) -> Values:
+def _run(task: SweepTask) -> Values:
     case = task.settings.case
     refuse_other_rig(case, task.settings.rig_sha256)
     laboratory = case.laboratory()

@@ -21,7 +21,7 @@ SEED_BITS = 63  # fits a signed 64-bit column
 
 
 @dataclass(frozen=True)
-class Task:
+class SweepTask:
     """What is to be done once."""
 
     kind: str
@@ -41,10 +41,10 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Batch:
+class TaskBatch:
     """Tasks that one worker does one after the other, because they share work."""
 
-    tasks: tuple[Task, ...]
+    tasks: tuple[SweepTask, ...]
     losses: int = 0
     """How often a worker was lost with it."""
 
@@ -53,7 +53,7 @@ class Batch:
         """Of these tasks in this order."""
         return hashlib.sha256("".join(task.key for task in self.tasks).encode()).hexdigest()[: KEY_BITS // 4]
 
-    def lost(self) -> "Batch":
+    def lost(self) -> "TaskBatch":
         """The same after one more loss."""
         return replace(self, losses=self.losses + 1)
 
@@ -62,7 +62,7 @@ class Batch:
 class Result:
     """What came of one task."""
 
-    task: Task
+    task: SweepTask
     outcome: Outcome
     values: Values = field(default_factory=dict)
     error: str | None = None
@@ -85,7 +85,7 @@ class Grid(Settings):
         raise NotImplementedError
 
 
-Run = Callable[[Sequence[Task]], Iterator[tuple[Task, Values | str]]]
+Run = Callable[[Sequence[SweepTask]], Iterator[tuple[SweepTask, Values | str]]]
 """Does tasks of one group: each with its results, or with the sentence that says why there are none.
 
 An exception of several tasks lets each run alone; an exception of one is its failure.
@@ -111,10 +111,10 @@ class TaskKind:
     run: Run
 
 
-def each(run_one: Callable[[Task], Values]) -> Run:
+def each(run_one: Callable[[SweepTask], Values]) -> Run:
     """A kind whose tasks share nothing."""
 
-    def run(tasks: Sequence[Task], /) -> Iterator[tuple[Task, Values | str]]:
+    def run(tasks: Sequence[SweepTask], /) -> Iterator[tuple[SweepTask, Values | str]]:
         for task in tasks:
             yield task, run_one(task)
 

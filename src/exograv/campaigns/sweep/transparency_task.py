@@ -8,11 +8,11 @@ from pydantic import Field
 
 from exograv.errors import ConfigError
 from exograv.laboratory.transparency import MovementName, movement_for
-from exograv.laboratory.transparency_trial import CONDITIONS, Trial, run_trial
+from exograv.laboratory.transparency_trial import CONDITIONS, TransparencyTrial, run_trial
 from exograv.model.description import load_rig
 from exograv.study.folder.columns import Column
 
-from .task import Grid, Task, TaskKind, Values, each
+from .task import Grid, SweepTask, TaskKind, Values, each
 from .wearers import Level, Seed, Several
 
 
@@ -48,12 +48,12 @@ class TransparencyGrid(Grid):
                     yield [TransparencyTask(rig, sha256, level, seed, self.movement)]
 
 
-def _run(task: Task) -> Values:
+def _run(task: SweepTask) -> Values:
     settings: TransparencyTask = task.settings
     description = load_rig(settings.rig)
     if description.sha256 != settings.rig_sha256:
         raise ConfigError(f"The machine '{settings.rig}' of this worker is another one. Put the same folder there.")
-    trial = Trial(description, settings.level, settings.seed)
+    trial = TransparencyTrial(description, settings.level, settings.seed)
     efforts = run_trial(trial, movement_for(settings.movement, description), lambda _text, _share: None)
     values = {f"effort_{name}_Nms": float(effort.absolute.sum()) for name, effort in efforts.items()}
     return values | {"tracking_error_deg": max(float(effort.tracking_deg.max()) for effort in efforts.values())}

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from exograv.loop.replay_log import versions
 
 from .kinds import KINDS
-from .task import Result, Task
+from .task import Result, SweepTask
 
 
-def work_off(tasks: Sequence[Task], worker: str = "") -> Iterator[Result]:
+def work_off(tasks: Sequence[SweepTask], worker: str = "") -> Iterator[Result]:
     """All tasks of a batch, each as soon as it is done."""
     left = {task.key: task for task in tasks}
     before = time.perf_counter()

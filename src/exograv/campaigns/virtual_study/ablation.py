@@ -8,7 +8,7 @@ from exograv.laboratory.participant.habits import MOST
 from exograv.report.study_report.results import number
 
 from .conditions import condition_of
-from .flight import FAMILIARISED, Flight, compared, familiarised
+from .flight import FAMILIARISED, VirtualFlight, compared, familiarised
 from .options import StudyOptions
 from .small_study import SIZE, Means, Variant, fly_variants
 from .transfer import Pairs, change, pairs, transfer
@@ -72,7 +72,7 @@ def ablation(options: StudyOptions, means: Means) -> list[Ablated]:
     return [row for name in conditions for row in ablated_rows(name, flown)]
 
 
-def ablated_rows(condition: str, flown: Sequence[Sequence[Flight]]) -> list[Ablated]:
+def ablated_rows(condition: str, flown: Sequence[Sequence[VirtualFlight]]) -> list[Ablated]:
     """Of one condition, in the order of `MECHANISMS`, whose flights these are."""
     found = [pairs(compared(flights).get(condition, ()), familiarised(flights)) for flights in flown]
     return [_row(condition, one, own, found[0]) for one, own in zip(MECHANISMS, found, strict=True)]

@@ -15,7 +15,7 @@ from .process_pool import live_all
 
 
 @dataclass(frozen=True)
-class Job:
+class CareerJob:
     """A career, the options that hold for it, and the file that keeps what comes of it."""
 
     career: Career
@@ -24,7 +24,7 @@ class Job:
 
 
 def lived_of(
-    jobs: Sequence[Job],
+    jobs: Sequence[CareerJob],
     recordings: Path,
     processes: int,
     tell: Callable[[float], None],

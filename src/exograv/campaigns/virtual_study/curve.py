@@ -12,7 +12,7 @@ from exograv.campaigns.benchmark_identification.bootstrap import interval, resam
 from exograv.study.statistics.fieller import fieller
 
 from .conditions import Condition, condition_of
-from .flight import FAMILIARISED, Flight, compared, familiarised
+from .flight import FAMILIARISED, VirtualFlight, compared, familiarised
 from .transfer import constant_error_mm, ends_of
 
 BAND_FROM = 5
@@ -37,7 +37,7 @@ Kind = tuple[str, str, int]
 
 
 @dataclass(frozen=True)
-class Point:
+class CurvePoint:
     """One person after one training."""
 
     person: int
@@ -71,17 +71,17 @@ LEFT_OVER = Axis(
 FRICTION = Axis("friction", "ideal, ideal+friction=2 and ideal+friction=4", "1 N·m more friction", lambda x: x)
 
 
-def by_left_over(flights: Sequence[Flight]) -> dict[str, Any]:
+def by_left_over(flights: Sequence[VirtualFlight]) -> dict[str, Any]:
     """Over the logarithm of what is left over [N·m], friction as it is; the slope is for ten times as much."""
     return _curve(_points(flights, "left_over_Nm", lambda one: one.friction == 1.0), LEFT_OVER)
 
 
-def by_friction(flights: Sequence[Flight]) -> dict[str, Any]:
+def by_friction(flights: Sequence[VirtualFlight]) -> dict[str, Any]:
     """Over friction [N·m], nothing left on purpose; the slope is for one N·m more."""
     return _curve(_points(flights, "friction_Nm", lambda one: one.left == 0.0), FRICTION)
 
 
-def through(points: Sequence[Point]) -> list[Point]:
+def through(points: Sequence[CurvePoint]) -> list[CurvePoint]:
     """Those of the kind of which most conditions were flown, the first of several; none where each is of its own."""
     conditions = dict[Kind, set[str]]()
     for one in points:
@@ -90,9 +90,9 @@ def through(points: Sequence[Point]) -> list[Point]:
     return [] if most is None or len(conditions[most]) < 2 else [one for one in points if one.kind == most]
 
 
-def _points(flights: Sequence[Flight], x: str, enters: Callable[[Condition], bool]) -> list[Point]:
+def _points(flights: Sequence[VirtualFlight], x: str, enters: Callable[[Condition], bool]) -> list[CurvePoint]:
     before = familiarised(flights)
-    found = list[Point]()
+    found = list[CurvePoint]()
     for name, own in compared(flights).items():
         for flight in own:
             value, other = getattr(flight, x), before.get(flight.person)
@@ -102,11 +102,11 @@ def _points(flights: Sequence[Flight], x: str, enters: Callable[[Condition], boo
             errors = constant_error_mm(flight), constant_error_mm(other)
             if enters(condition) and np.isfinite(errors).all():
                 kind = condition.training, condition.drives, flight.sessions
-                found.append(Point(flight.person, name, kind, float(value), *errors))
+                found.append(CurvePoint(flight.person, name, kind, float(value), *errors))
     return found
 
 
-def _curve(points: Sequence[Point], axis: Axis) -> dict[str, Any]:
+def _curve(points: Sequence[CurvePoint], axis: Axis) -> dict[str, Any]:
     own = through(points)
     names = list(dict.fromkeys(one.condition for one in own))
     enters = ENTERS.format(what=axis.what, such=axis.such, through=", ".join(names) or "here there are no two of them")
@@ -131,15 +131,15 @@ def _curve(points: Sequence[Point], axis: Axis) -> dict[str, Any]:
     return told | {"people": len(people), "sentence": _sentence(slope, axis.step, len(people), names)}
 
 
-def _usual_mm(points: Sequence[Point]) -> Float[np.ndarray, " person"]:
+def _usual_mm(points: Sequence[CurvePoint]) -> Float[np.ndarray, " person"]:
     """Error after familiarisation, once a person."""
     by_person = {one.person: one.familiarised_mm for one in points}
     return np.array([by_person[person] for person in sorted(by_person)])
 
 
-def _slope(points: Sequence[Point], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
+def _slope(points: Sequence[CurvePoint], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
     """Each person has a straight line through the own conditions; their mean slope, over the usual error."""
-    by_person = dict[int, list[Point]]()
+    by_person = dict[int, list[CurvePoint]]()
     for one in points:
         by_person.setdefault(one.person, []).append(one)
     slopes, usual = list[float](), list[float]()
@@ -154,7 +154,7 @@ def _slope(points: Sequence[Point], scale: Callable[[Xs], Xs]) -> dict[str, Any]
     return {"value": found.value, "ci95": ends_of(found.interval), "reason": found.reason or None}
 
 
-def _monotone(points: Sequence[Point], people: Sequence[int], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
+def _monotone(points: Sequence[CurvePoint], people: Sequence[int], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
     """Never rising, of no given shape; the band by drawing people, all their points with them."""
     x = np.array([one.x for one in points])
     ends = scale(np.array([x.min(), x.max()]))
@@ -171,12 +171,18 @@ def _monotone(points: Sequence[Point], people: Sequence[int], scale: Callable[[X
 
 
 def _drawn(
-    of: Mapping[int, Sequence[Point]], people: Sequence[int], row: Sequence[int], scale: Callable[[Xs], Xs], grid: Xs
+    of: Mapping[int, Sequence[CurvePoint]],
+    people: Sequence[int],
+    row: Sequence[int],
+    scale: Callable[[Xs], Xs],
+    grid: Xs,
 ) -> Xs:
     return _falling([one for k in row for one in of[people[k]]], scale, grid, [of[people[k]][0] for k in row])
 
 
-def _falling(points: Sequence[Point], scale: Callable[[Xs], Xs], grid: Xs, people: Sequence[Point] | None = None) -> Xs:
+def _falling(
+    points: Sequence[CurvePoint], scale: Callable[[Xs], Xs], grid: Xs, people: Sequence[CurvePoint] | None = None
+) -> Xs:
     """Of all curves that never rise the nearest to the conditions' means, at the grid; `people`: a point of each."""
     usual = _usual_mm(points) if people is None else np.array([one.familiarised_mm for one in people])
     x = scale(np.array([one.x for one in points]))

@@ -10,7 +10,7 @@ from exograv.report.study_figures.groups import WIDTH_2, plain_ticks
 from exograv.report.style.figure_style import BLUE, INK, ORANGE, mark_simulated
 from exograv.study.statistics.people import FLOOR
 
-from .flight import FAMILIARISED, Flight, compared
+from .flight import FAMILIARISED, VirtualFlight, compared
 from .outcome import touches_of
 
 TEXT = (
@@ -20,7 +20,7 @@ TEXT = (
 )
 
 
-def draw(flights: Sequence[Flight]) -> Figure | None:
+def draw(flights: Sequence[VirtualFlight]) -> Figure | None:
     """A row a condition; None where nobody touched anything."""
     by_name = {name: touches_of(own) for name, own in compared(flights).items()}
     by_name = {name: touches for name, touches in by_name.items() if not touches.empty}

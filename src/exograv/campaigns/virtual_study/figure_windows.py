@@ -11,7 +11,7 @@ from exograv.report.study_figures.groups import WIDTH_2
 from exograv.report.style.figure_style import BLUE, GREY, INK, mark_simulated
 from exograv.study.statistics.fieller import mean_interval
 
-from .flight import FAMILIARISED, Flight, compared
+from .flight import FAMILIARISED, VirtualFlight, compared
 
 COLUMNS = 4
 TEXT = (
@@ -22,7 +22,7 @@ TEXT = (
 )
 
 
-def draw(flights: Sequence[Flight]) -> Figure | None:
+def draw(flights: Sequence[VirtualFlight]) -> Figure | None:
     """A panel a condition; None where nobody touched anything."""
     by_name = {name: of for name, own in compared(flights).items() if (of := by_window(own)).size}
     if not by_name:
@@ -49,7 +49,7 @@ def draw(flights: Sequence[Flight]) -> Figure | None:
     return figure
 
 
-def by_window(flights: Sequence[Flight]) -> np.ndarray:
+def by_window(flights: Sequence[VirtualFlight]) -> np.ndarray:
     """Mean `up_mm` (person, window) of whoever touched anything, window 1 first; NaN where one has no touch."""
     found = list[dict[int, list[float]]]()
     for flight in flights:

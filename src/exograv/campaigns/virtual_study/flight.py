@@ -31,7 +31,7 @@ class FlownTouch:
 
 
 @dataclass(frozen=True)
-class Flight:
+class VirtualFlight:
     """One person in one flight."""
 
     person: int
@@ -60,21 +60,21 @@ class Flight:
         return tuple(touch for touch in self.touches if touch.window == FIRST_WINDOW)
 
 
-def flight_of(plain: Mapping[str, Any]) -> Flight:
+def flight_of(plain: Mapping[str, Any]) -> VirtualFlight:
     """What `dataclasses.asdict` made of a flight, after any way through JSON."""
-    return Flight(**{**plain, "touches": tuple(FlownTouch(**touch) for touch in plain["touches"])})
+    return VirtualFlight(**{**plain, "touches": tuple(FlownTouch(**touch) for touch in plain["touches"])})
 
 
-def compared(flights: Iterable[Flight]) -> dict[str, tuple[Flight, ...]]:
+def compared(flights: Iterable[VirtualFlight]) -> dict[str, tuple[VirtualFlight, ...]]:
     """Flights that compare conditions, by condition in the order in which they come, one flight a person.
 
     Those of group "comparison"; of a condition that has none, those of the main study. Where a condition was flown
     after different numbers of sessions, each is a condition of its own: "dam, 4 sessions".
     """
-    by_name = dict[str, list[Flight]]()
+    by_name = dict[str, list[VirtualFlight]]()
     for flight in flights:
         by_name.setdefault(flight.condition, []).append(flight)
-    found = dict[str, tuple[Flight, ...]]()
+    found = dict[str, tuple[VirtualFlight, ...]]()
     for name, all_of_it in by_name.items():
         apart = [flight for flight in all_of_it if flight.group == "comparison"]
         chosen = apart or all_of_it
@@ -86,7 +86,7 @@ def compared(flights: Iterable[Flight]) -> dict[str, tuple[Flight, ...]]:
     return found
 
 
-def familiarised(flights: Iterable[Flight]) -> dict[int, Flight]:
+def familiarised(flights: Iterable[VirtualFlight]) -> dict[int, VirtualFlight]:
     """What every condition is compared with, by person: a flight of "comparison" before one of the main study."""
     known = [flight for flight in flights if flight.condition == FAMILIARISED]
     found = {flight.person: flight for flight in known if flight.group != "comparison"}

@@ -18,7 +18,7 @@ from exograv.study.statistics.permutation import permutation_test
 from exograv.study.statistics.relabelling import relabellings
 
 from .curve import by_friction, by_left_over
-from .flight import FIRST_WINDOW, Flight, compared, familiarised
+from .flight import FIRST_WINDOW, VirtualFlight, compared, familiarised
 from .transfer import DEFINITION, constant_error_mm, ends_of, transfers
 
 GROUPS = ("trained", "untrained")
@@ -29,7 +29,7 @@ NO_EVIDENCE = "Simulated: nobody took part. It shows that the software works; it
 PerPerson = Float[np.ndarray, " person"]
 
 
-def outcome_of(flights: Sequence[Flight], main: str) -> dict[str, Any]:
+def outcome_of(flights: Sequence[VirtualFlight], main: str) -> dict[str, Any]:
     """What `exograv simulate-study --json` says of the flights.
 
     Args:
@@ -63,7 +63,7 @@ def outcome_of(flights: Sequence[Flight], main: str) -> dict[str, Any]:
     }
 
 
-def _refuse(flights: Sequence[Flight]) -> None:
+def _refuse(flights: Sequence[VirtualFlight]) -> None:
     if not flights:
         raise ConfigError("Nobody flew: there is nothing to tell. Give --participants of 1 or more.")
     keys = [(flight.person, flight.condition, flight.group, flight.sessions) for flight in flights]
@@ -80,7 +80,7 @@ def code_of(person: int) -> str:
     return f"V{person:02d}"
 
 
-def touches_of(flights: Sequence[Flight]) -> pd.DataFrame:
+def touches_of(flights: Sequence[VirtualFlight]) -> pd.DataFrame:
     """Touches as `study.statistics` takes them; `group` is the condition's name, or the group's of the main study."""
     return pd.DataFrame(
         [
@@ -116,7 +116,7 @@ def _medians(touches: pd.DataFrame, label: str) -> dict[str, Any]:
     }
 
 
-def _machine(own: Sequence[Flight]) -> dict[str, Any]:
+def _machine(own: Sequence[VirtualFlight]) -> dict[str, Any]:
     found: dict[str, Any] = {"condition": own[0].condition, "sessions": own[0].sessions}
     for name in ("left_over_Nm", "friction_Nm"):
         values = [value for flight in own if (value := getattr(flight, name)) is not None]
@@ -124,7 +124,7 @@ def _machine(own: Sequence[Flight]) -> dict[str, Any]:
     return found
 
 
-def _group(flights: Sequence[Flight], group: str) -> dict[str, Any]:
+def _group(flights: Sequence[VirtualFlight], group: str) -> dict[str, Any]:
     own = [flight for flight in flights if flight.group == group]
     errors = {code_of(flight.person): constant_error_mm(flight) for flight in own}
     return {
@@ -134,7 +134,7 @@ def _group(flights: Sequence[Flight], group: str) -> dict[str, Any]:
     }
 
 
-def direction(flights: Sequence[Flight]) -> dict[str, Any]:
+def direction(flights: Sequence[VirtualFlight]) -> dict[str, Any]:
     """Whether the trained of the main study deviate less than the untrained, as the paper's people did.
 
     Returns:
@@ -181,7 +181,7 @@ def _compared(touches: pd.DataFrame, people: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _signed(own: Sequence[Flight]) -> dict[str, Any]:
+def _signed(own: Sequence[VirtualFlight]) -> dict[str, Any]:
     groups = [np.array([constant_error_mm(flight) for flight in own if flight.group == group]) for group in GROUPS]
     trained, untrained = (values[np.isfinite(values)] for values in groups)
     if min(len(trained), len(untrained)) == 0:

@@ -24,7 +24,7 @@ from . import figure_sensitivity as sensitivity
 from . import figure_windows as windows
 from .ablation import Ablated
 from .figure_sensitivity import Swept
-from .flight import Flight
+from .flight import VirtualFlight
 from .outcome import NO_EVIDENCE
 from .sentences import headline, sentences
 
@@ -38,7 +38,7 @@ class Content:
     outcome: Mapping[str, Any]
     """Of `outcome_of`."""
 
-    flights: Sequence[Flight]
+    flights: Sequence[VirtualFlight]
     settings: Mapping[str, str]
     """What it was made with, in the order in which it is shown: seed, people, sessions, versions …"""
 

@@ -14,11 +14,11 @@ from exograv.laboratory.provenance import laboratory_settings
 from exograv.loop.pilot import Progress
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import day_seed
-from exograv.storage.session_checkpoint import Learned
-from exograv.task.plan import Plan
+from exograv.storage.session_checkpoint import LearnedState
+from exograv.task.plan import TaskPlan
 from exograv.task.protocol import LoadedProtocol, first_windows, load_protocol
 
-from .flight import Flight, Group
+from .flight import Group, VirtualFlight
 from .options import Career, StudyOptions
 from .session_simulation import ACT_TICKS, Sitting
 from .stage import PreparedTraining, Stage, familiarisation_stage, flight_stage, prepared_once, stage_on
@@ -31,7 +31,7 @@ FLIGHT_DAY = 1000
 class Lived:
     """What came of a career."""
 
-    flights: tuple[Flight, ...]
+    flights: tuple[VirtualFlight, ...]
     files: tuple[str, ...]
     """Recordings for the study."""
 
@@ -52,7 +52,7 @@ class Life:
         """Nobody has done anything yet; recordings go into `folder`."""
         self._career, self._options, self._folder, self._progress = career, options, folder, progress
         self._room = SimulatedRoom()
-        self._learned: Learned | None = None
+        self._learned: LearnedState | None = None
         self._spent = {"preparing": 0.0, "sessions": 0.0, "flights": 0.0}
         self._simulated_s, self._files = 0.0, list[str]()
         self._parts_done = 0
@@ -66,7 +66,7 @@ class Life:
         Raises:
             ExogravError: A machine or run was refused, or the disk is full.
         """
-        career, flights = self._career, list[Flight]()
+        career, flights = self._career, list[VirtualFlight]()
         if career.condition is not None:
             try:
                 with self._timed("preparing"):
@@ -95,14 +95,14 @@ class Life:
             stage = stage_on(self._prepared, session)
         _sitting, self._learned = self._sit(stage, loaded, session, session, is_kept=True)
 
-    def _fly(self, session: int, group: Group) -> Flight:
+    def _fly(self, session: int, group: Group) -> VirtualFlight:
         career, options = self._career, self._options
         loaded = self._loaded("flight", options.windows if options.flight_windows is None else options.flight_windows)
         stage = flight_stage(career.seed, options.level, FLIGHT_DAY)
         is_main = group != "comparison"
         sitting, _learned = self._sit(stage, loaded, FLIGHT_DAY, 1, is_kept=is_main)
         prepared = self._prepared
-        return Flight(
+        return VirtualFlight(
             person=career.person,
             condition=career.condition_name,
             group=group,
@@ -125,10 +125,10 @@ class Life:
 
     def _sit(
         self, stage: Stage, loaded: LoadedProtocol, day: int, number: int, is_kept: bool
-    ) -> tuple[Sitting, Learned]:
+    ) -> tuple[Sitting, LearnedState]:
         """One session, from what was learned before to what is known on the next morning."""
         career, room = self._career, self._room
-        plan = Plan(loaded, stage.exo, room.calibration)
+        plan = TaskPlan(loaded, stage.exo, room.calibration)
         person = self._person(stage, loaded, day)
         seed = day_seed(career.seed, day)
         sitting = Sitting(stage, plan, room, person, seed)

@@ -7,7 +7,7 @@ import numpy as np
 from exograv.laboratory.participant.habits import swept
 
 from .figure_sensitivity import Swept
-from .flight import Flight
+from .flight import VirtualFlight
 from .options import StudyOptions
 from .small_study import Means, Variant, fly_variants
 from .transfer import transfers
@@ -37,7 +37,7 @@ def sensitivity(options: StudyOptions, means: Means) -> list[Swept]:
     return [_row(name, value, flights, condition) for (name, value, _), flights in zip(rows, flown, strict=True)]
 
 
-def _row(name: str, value: float, flights: Sequence[Flight], condition: str) -> Swept:
+def _row(name: str, value: float, flights: Sequence[VirtualFlight], condition: str) -> Swept:
     one = transfers(flights)[condition]
     interval = one["ci95"]
     return Swept(name, value, one["transfer"], None if interval is None else (interval[0], interval[1]))

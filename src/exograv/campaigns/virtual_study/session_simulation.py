@@ -26,9 +26,9 @@ from exograv.signals import Command, Reference
 from exograv.task.aircraft_line import AircraftSample
 from exograv.task.events import Event, Start, Stop, Tick
 from exograv.task.picture import participant_picture
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.records import TouchJudged
-from exograv.task.run import Run
+from exograv.task.run import TaskRun
 
 from .flight import FlownTouch
 from .rows import TickRows
@@ -75,7 +75,7 @@ class Times:
 class Sitting:
     """A person on a stage, for one protocol."""
 
-    def __init__(self, stage: Stage, plan: Plan, room: SimulatedRoom, person: PointingPerson, seed: int):
+    def __init__(self, stage: Stage, plan: TaskPlan, room: SimulatedRoom, person: PointingPerson, seed: int):
         """Nothing has begun.
 
         Args:
@@ -85,7 +85,7 @@ class Sitting:
             person: Acts every `ACT_TICKS` periods of the twin.
             seed: Draws the panel's delays and the flight.
         """
-        self.stage, self.person, self.run = stage, person, Run(plan)
+        self.stage, self.person, self.run = stage, person, TaskRun(plan)
         self.touches = list[FlownTouch]()
         """Those that count, so far."""
         self._twin, self._seed = stage.twin, seed

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from .checkpoint import Job, lived_of
-from .flight import Flight
+from .checkpoint import CareerJob, lived_of
+from .flight import VirtualFlight
 from .options import Career, StudyOptions, careers
 
 SESSIONS, WINDOWS, FLIGHT_WINDOWS = 1, 3, 1
@@ -44,7 +44,7 @@ class Means:
 
 def fly_variants(
     options: StudyOptions, conditions: tuple[str, ...], variants: Sequence[Variant], means: Means
-) -> list[list[Flight]]:
+) -> list[list[VirtualFlight]]:
     """Flights of each variant: the trained people of the study, in each condition and after familiarisation only.
 
     Raises:
@@ -58,11 +58,11 @@ def fly_variants(
     changed = [replace(small, constants={**options.constants, **one.constants}) for one in variants]
     # One person in one condition after the other: a machine is calibrated and an arm identified once for all variants.
     jobs = [
-        (k, Job(career, changed[k], means.kept / one.folder / f"{career.name}.json"))
+        (k, CareerJob(career, changed[k], means.kept / one.folder / f"{career.name}.json"))
         for career in _unrecorded(small)
         for k, one in enumerate(variants)
     ]
-    found = [list[Flight]() for _ in variants]
+    found = [list[VirtualFlight]() for _ in variants]
     lived = lived_of([job for _, job in jobs], Path(), means.processes, means.tell)
     for (k, _), one in zip(jobs, lived, strict=True):
         found[k] += one.flights

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from exograv.control.tick import Mode
+from exograv.control.tick import ControlMode
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.laboratory.conditions import NoTorque
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
@@ -83,7 +83,7 @@ def prepared_for(condition: Condition, seed: int, level: int, progress: Progress
     known = _known(condition, laboratory, seed, progress)
     progress("Examining what is left over", 0.0)
     examination = Examination(laboratory, known.assembly, known.machine)
-    left_over = examination.left_over(known.x, Mode(arm_share=_arm_share(condition)))
+    left_over = examination.left_over(known.x, ControlMode(arm_share=_arm_share(condition)))
     places = np.array(laboratory.description.places)
     worst = float(left_over[places == "shoulder"].max())
     return PreparedTraining(condition, seed, level, known, worst, float(laboratory.machine.friction.coulomb.mean()))

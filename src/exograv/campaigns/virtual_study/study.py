@@ -17,9 +17,9 @@ from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.codes import draw_code
 
 from .ablation import Ablated, ablation
-from .checkpoint import Job, lived_of
+from .checkpoint import CareerJob, lived_of
 from .figure_sensitivity import Swept
-from .flight import Flight
+from .flight import VirtualFlight
 from .options import Career, StudyOptions, careers
 from .out_folder import CAREERS, RECORDINGS, STUDY, SWEEP, out_folder
 from .outcome import NO_EVIDENCE, outcome_of
@@ -96,7 +96,12 @@ class _Telling:
     """Report, page and figures of what was flown; the page is written anew when there is more to tell."""
 
     def __init__(
-        self, options: StudyOptions, folder: Path, study: StudyFolder, flights: Sequence[Flight], time: dict[str, Any]
+        self,
+        options: StudyOptions,
+        folder: Path,
+        study: StudyFolder,
+        flights: Sequence[VirtualFlight],
+        time: dict[str, Any],
     ):
         """The study's own report is written."""
         self._options, self._folder, self._study, self._flights, self._time = options, folder, study, flights, time
@@ -131,7 +136,7 @@ def _everybody_lived(
     everybody: Sequence[Career], options: StudyOptions, work: Work, study: StudyFolder, progress: Progress
 ) -> list[Lived]:
     """Of each career: read where it is kept, gone through else."""
-    jobs = [Job(career, options, work.folder / CAREERS / f"{career.name}.json") for career in everybody]
+    jobs = [CareerJob(career, options, work.folder / CAREERS / f"{career.name}.json") for career in everybody]
     return lived_of(
         jobs, work.folder / RECORDINGS, work.processes,
         lambda share: progress("Virtual people train and fly", share), lambda lived: _add(study, lived),

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from exograv.study.statistics.fieller import Ratio, fieller, mean_interval
 from exograv.study.statistics.findings import Interval
 
-from .flight import FAMILIARISED, Flight, compared, familiarised
+from .flight import FAMILIARISED, VirtualFlight, compared, familiarised
 
 DEFINITION = (
     "Transfer is 1 − E/E₀. E is the mean, over people, of the signed constant error in the first window of the flight "
@@ -21,20 +21,20 @@ DEFINITION = (
     "95 % interval is Fieller's over people."
 )
 
-Measure = Callable[[Flight], float]
+Measure = Callable[[VirtualFlight], float]
 
 
-def constant_error_mm(flight: Flight) -> float:
+def constant_error_mm(flight: VirtualFlight) -> float:
     """Mean height above the target in the first window [mm]; NaN without a touch there."""
     return _mean([touch.up_mm for touch in flight.first_window])
 
 
-def first_touch_mm(flight: Flight) -> float:
+def first_touch_mm(flight: VirtualFlight) -> float:
     """Height of the very first accepted touch [mm]; NaN without one in the first window."""
     return _mean([touch.up_mm for touch in flight.first_window if touch.number == 1])
 
 
-def first_deviation_mm(flight: Flight) -> float:
+def first_deviation_mm(flight: VirtualFlight) -> float:
     """Median deviation in the first window [mm], whatever its direction; NaN without a touch there."""
     found = [touch.deviation_mm for touch in flight.first_window]
     return float(np.median(found)) if found else float("nan")
@@ -63,7 +63,9 @@ class Pairs:
         return fieller(self.trained, self.familiarised)
 
 
-def pairs(flights: Iterable[Flight], before: Mapping[int, Flight], measure: Measure = constant_error_mm) -> Pairs:
+def pairs(
+    flights: Iterable[VirtualFlight], before: Mapping[int, VirtualFlight], measure: Measure = constant_error_mm
+) -> Pairs:
     """Pairs of a condition's flights with those of the same people in `before`."""
     whole, left_out = dict[int, tuple[float, float]](), list[int]()
     for flight in flights:
@@ -118,7 +120,7 @@ def ends_of(interval: Interval | None) -> list[float] | None:
     return [interval.low, interval.high]
 
 
-def transfers(flights: Iterable[Flight]) -> dict[str, dict[str, Any]]:
+def transfers(flights: Iterable[VirtualFlight]) -> dict[str, dict[str, Any]]:
     """By condition: transfer by the first window's constant error, and by the measures beside it.
 
     Returns:
@@ -130,7 +132,7 @@ def transfers(flights: Iterable[Flight]) -> dict[str, dict[str, Any]]:
     return {name: _of_condition(own, before) for name, own in compared(flights).items()}
 
 
-def _of_condition(own: tuple[Flight, ...], before: Mapping[int, Flight]) -> dict[str, Any]:
+def _of_condition(own: tuple[VirtualFlight, ...], before: Mapping[int, VirtualFlight]) -> dict[str, Any]:
     if own[0].condition == FAMILIARISED:
         reason = "it is what the others are compared with"
         nothing: dict[str, Any] = {"transfer": None, "ci95": None, "reason": reason}

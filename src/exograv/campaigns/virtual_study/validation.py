@@ -33,7 +33,7 @@ MATCHES, DIFFERS, NOT_COMPARED = "matches", "does not match", "cannot be compare
 
 
 @dataclass(frozen=True)
-class Row:
+class FactRow:
     """One published figure and ours."""
 
     what: str
@@ -60,7 +60,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Person:
+class ValidatedPerson:
     """What one person did."""
 
     windows: dict[float, list[list[Landing]]]
@@ -96,7 +96,7 @@ def run_validation(people: int, seed: int, progress: Progress, habits: Habits | 
     }  # fmt: skip
 
 
-def measured_person(seed: int, habits: Habits | None, tell: Callable[[float], None]) -> Person:
+def measured_person(seed: int, habits: Habits | None, tell: Callable[[float], None]) -> ValidatedPerson:
     """Under each gravity as somebody who never was elsewhere, and on the ground once more without sight."""
     windows, total, done = {}, sum(WINDOWS.values()) + UNSEEN_S / 22.0, 0
     for level, count in WINDOWS.items():
@@ -106,10 +106,10 @@ def measured_person(seed: int, habits: Habits | None, tell: Callable[[float], No
             windows[level].append(reaching.window())
             done += 1
             tell(done / total)
-    return Person(windows, Reaching(seed, 1.0, sees=False, habits=habits).window(UNSEEN_S))
+    return ValidatedPerson(windows, Reaching(seed, 1.0, sees=False, habits=habits).window(UNSEEN_S))
 
 
-def rows_of(people: list[Person]) -> list[Row]:
+def rows_of(people: list[ValidatedPerson]) -> list[FactRow]:
     """The table."""
     first = {level: _table(people, lambda p, level=level: [t.up_mm for t in p.windows[level][0]]) for level in WINDOWS}
     n = min(table.shape[1] for table in first.values())
@@ -123,33 +123,33 @@ def rows_of(people: list[Person]) -> list[Row]:
     up, down = (0.0, np.inf), (-np.inf, 0.0)
     memorised = "there the target was remembered with closed eyes, here it is half visible all the time"
     return [
-        _with(Row("scatter of unseen touches, SD", "mm", "4.5°: 55 at 0.7 m", "Watt 1997", "source", None,
+        _with(FactRow("scatter of unseen touches, SD", "mm", "4.5°: 55 at 0.7 m", "Watt 1997", "source", None,
                   memorised), scatter.mean(axis=1)),
-        _with(Row("constant error of unseen touches, horizontal", "mm", "8.8 ± 8.7", "JEMS", "source", None,
+        _with(FactRow("constant error of unseen touches, horizontal", "mm", "8.8 ± 8.7", "JEMS", "source", None,
                   "put in: the personal map (bias_sd_deg) is such an error, by another source"),
               np.abs(constant[:, 0])),
-        Row("constant error of the unseen hand, sagittal", "mm", "12.4 ± 9.6", "JEMS", "source", None,
+        FactRow("constant error of the unseen hand, sagittal", "mm", "12.4 ± 9.6", "JEMS", "source", None,
             "the glass stops the finger"),
-        _with(Row("first touch, 0 g against 1 g, up", "mm", "downwards", "Chen et al.", "source", down,
+        _with(FactRow("first touch, 0 g against 1 g, up", "mm", "downwards", "Chen et al.", "source", down,
                   "a weight that is still carried lifts the arm; earlier reports conflict"), away[:, 0]),
-        _with(Row("first touch, 1.8 g against 1 g, up", "mm", "upwards", "Chen et al.; Bock 1996", "source", up,
+        _with(FactRow("first touch, 1.8 g against 1 g, up", "mm", "upwards", "Chen et al.; Bock 1996", "source", up,
                   "a weight that is not yet carried lowers the arm; nothing here makes anyone aim higher"),
               (first[1.8] - first[1.0])[:, 0]),
-        _with(Row("size of that at 0 g", "mm", "10 to 30", REFERENCE, "unverified", (10.0, 30.0),
+        _with(FactRow("size of that at 0 g", "mm", "10 to 30", REFERENCE, "unverified", (10.0, 30.0),
                   "trusts_felt was fitted to this row"), np.abs(away[:, 0])),
-        _with(Row("half-life at 0 g", "movements", "3 to 8", REFERENCE, "unverified", (3.0, 8.0),
+        _with(FactRow("half-life at 0 g", "movements", "3 to 8", REFERENCE, "unverified", (3.0, 8.0),
                   "learns_aim was halved for this row; aim, holding and the fast state learn at once"), away,
               half_life),
-        _with(Row("residual, first touch of window 6 at 0 g, up", "mm", "one is left after 5 to 10", REFERENCE,
+        _with(FactRow("residual, first touch of window 6 at 0 g, up", "mm", "one is left after 5 to 10", REFERENCE,
                   "unverified", None, "no size is given"), last),
-        _with(Row("movement time, 0 g over 1 g", "-", "distinctly longer", "Bock 2001; eLife RP107472", "source",
+        _with(FactRow("movement time, 0 g over 1 g", "-", "distinctly longer", "Bock 2001; eLife RP107472", "source",
                   (SLOWED, np.inf),
                   "mass_doubt slows a little; stiff muscles keep the path"), took[:, 0] / took[:, 1]),
-        _with(Row("greatest speed, share of the reach, 0 g minus 1 g", "-", "earlier", "eLife RP107472", "source",
+        _with(FactRow("greatest speed, share of the reach, 0 g minus 1 g", "-", "earlier", "eLife RP107472", "source",
                   down, "stiff muscles put the mass right on the way"), peak[:, 0] - peak[:, 1]),
-        _with(Row("drift over 44 unseen touches", "mm", "about 50", "PMC5607024", "source", (25.0, 75.0),
+        _with(FactRow("drift over 44 unseen touches", "mm", "about 50", "PMC5607024", "source", (25.0, 75.0),
                   "felt errors do not add up here; part of ours is scatter of four touches"), drift),
-        Row("corrections to a double step", "-", "preserved", "Bringoux 2020", "source", None,
+        FactRow("corrections to a double step", "-", "preserved", "Bringoux 2020", "source", None,
             "the target does not jump, and no reach is planned anew on the way"),
     ]  # fmt: skip
 
@@ -164,7 +164,7 @@ def half_life(away: np.ndarray) -> float:
     return k - 1 + float((mean[k - 1] - 0.5) / (mean[k - 1] - mean[k]))
 
 
-def _table(people: list[Person], values: Callable[[Person], list[float]]) -> np.ndarray:
+def _table(people: list[ValidatedPerson], values: Callable[[ValidatedPerson], list[float]]) -> np.ndarray:
     rows = [values(person) for person in people]
     n = min(map(len, rows))
     return np.array([row[:n] for row in rows])
@@ -175,7 +175,7 @@ def _drift(touches: list[Landing]) -> float:
     return float(np.linalg.norm(places[-4:].mean(axis=0) - places[:4].mean(axis=0)))
 
 
-def _with(row: Row, per_person: np.ndarray, statistic: Callable[[np.ndarray], float] = np.mean) -> Row:
+def _with(row: FactRow, per_person: np.ndarray, statistic: Callable[[np.ndarray], float] = np.mean) -> FactRow:
     random = np.random.default_rng(1000)
     n = len(per_person)
     drawn = [statistic(per_person[random.integers(n, size=n)]) for _ in range(DRAWS)]

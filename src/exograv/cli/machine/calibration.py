@@ -28,7 +28,7 @@ from exograv.storage.calibration_file import (
     twin_identity,
     write_calibration,
 )
-from exograv.storage.calibration_schema import Measured, stored
+from exograv.storage.calibration_schema import MeasurementConditions, stored
 
 FILE = "calibration.toml"
 
@@ -114,7 +114,7 @@ class _Done:
     """What either way of calibrating leaves."""
 
     calibration: Calibration
-    measured: Measured
+    measured: MeasurementConditions
     serial: str
     truth: Machine | None
     """Of a machine that is only computed; for the figures."""
@@ -160,9 +160,9 @@ def _on_drives(
         return _Done(calibration, _measured(now, t, lengths), machine.serial, truth)
 
 
-def _measured(now: datetime, t: float, lengths: Mapping[str, float]) -> Measured:
-    return Measured(at_utc=now, friction_at_utc=now, running_s=round(t, 3), lengths_m=dict(lengths))
+def _measured(now: datetime, t: float, lengths: Mapping[str, float]) -> MeasurementConditions:
+    return MeasurementConditions(at_utc=now, friction_at_utc=now, running_s=round(t, 3), lengths_m=dict(lengths))
 
 
-def _checked_again(before: Measured, now: datetime, t: float) -> Measured:
+def _checked_again(before: MeasurementConditions, now: datetime, t: float) -> MeasurementConditions:
     return before.model_copy(update={"friction_at_utc": now, "running_s": round(t, 3)})

@@ -11,7 +11,7 @@ from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.preparation import prepare, prepare_machine
 from exograv.laboratory.truth_score import ScoredWearer
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
-from exograv.live.live_control import SKIPPED, Plan
+from exograv.live.live_control import SKIPPED, LivePlan
 from exograv.live.live_figures import flown_figures, learned_figures
 from exograv.live.live_flight import LiveOptions, fly_plan, lesson_plan
 from exograv.live.live_identification import unknown_person
@@ -84,12 +84,12 @@ def _plan(
     prepared: ControllerKnowledge,
     progress: Progress,
     stack: contextlib.ExitStack,
-) -> tuple[Plan, float]:
+) -> tuple[LivePlan, float]:
     """And how long it takes [s]."""
     assembly, machine = prepared.assembly, prepared.machine
     if not options.identify_s:
         person = person_limits(assembly, machine, prepared.x)
-        plan = Plan(
+        plan = LivePlan(
             laboratory.description,
             laboratory.form,
             prepared,
@@ -101,7 +101,7 @@ def _plan(
     progress("Preparing for anybody's arm", 0.0)
     person = unknown_person(assembly, machine)
     lesson = lesson_plan(prepared, options.identify_s, PERIOD, stack)
-    plan = Plan(
+    plan = LivePlan(
         laboratory.description,
         laboratory.form,
         prepared,

@@ -10,7 +10,7 @@ from exograv.cli.shell.base_options import Common
 
 if TYPE_CHECKING:
     from exograv.live.on_drives.connection import DrivesAsked
-    from exograv.live.on_drives.float_command import Person
+    from exograv.live.on_drives.float_command import PersonForm
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ class WornOnDrives(Common):
 
         return DrivesAsked(self.drives, self.simulate, level, self.seed)
 
-    def person(self) -> "Person":
+    def person(self) -> "PersonForm":
         """Who is in the machine."""
-        from exograv.live.on_drives.float_command import Person
+        from exograv.live.on_drives.float_command import PersonForm
 
-        return Person(self.body_height, self.body_mass, self.sex, self.length)
+        return PersonForm(self.body_height, self.body_mass, self.sex, self.length)
 
 
 def say(text: str) -> None:

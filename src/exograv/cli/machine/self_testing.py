@@ -17,16 +17,16 @@ from exograv.live.on_drives.connection import Connected, DrivesAsked, Say, conne
 from exograv.loop.pilot import Progress
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription, Side, load_rig
-from exograv.procedures.bring_up.bench_machine import Line
+from exograv.procedures.bring_up.bench_machine import BenchMachine
 from exograv.procedures.bring_up.unpowered import stop_is_heard
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
-from exograv.procedures.self_test.bench import Subject
+from exograv.procedures.self_test.bench import TestedMachine
 from exograv.procedures.self_test.computer import clock, disk, recorder, timing
 from exograv.procedures.self_test.unworn import test_machine
 from exograv.rig import may_be_worn
 from exograv.rig.twin import Disturbances, draw_machine
 from exograv.storage.calibration_file import TakenCalibration, take_calibration, twin_identity
-from exograv.storage.self_test_pass import FILE, NOT_NEEDED, Key, withdraw_pass, write_pass
+from exograv.storage.self_test_pass import FILE, NOT_NEEDED, MachineKey, withdraw_pass, write_pass
 from exograv.storage.self_test_step import Step, tried
 
 WORN = "arm weighing"
@@ -94,15 +94,15 @@ def run_self_test(
         busy_s, note = 0.0, NOT_NEEDED
         if taken:
             if machine is not None:
-                line = Line(machine.rig, machine.drives, machine.lock_step)
+                line = BenchMachine(machine.rig, machine.drives, machine.lock_step)
                 steps += tried("hardware stop", lambda: stop_is_heard(line, machine.hands))
             subject = _subject(options, description, taken[0], machine)
             found, busy_s = test_machine(subject, progress)
             steps += found
             if options.worn:
                 steps += _worn(options, steps, progress)
-            note = _keep(options, Key(folder / FILE, description, serial, taken[0].whole.content_sha256), subject,
-                         steps, now)  # fmt: skip
+            key = MachineKey(folder / FILE, description, serial, taken[0].whole.content_sha256)
+            note = _keep(options, key, subject, steps, now)
     return _figures(options, description, steps, note) | {
         "machine_s": round(busy_s, 3),
         "wall_s": round(time.perf_counter() - started, 2),
@@ -138,13 +138,13 @@ def _of_computer(
 
 def _subject(
     options: SelfTestOptions, description: RigDescription, taken: TakenCalibration, connection: Connected | None
-) -> Subject:
+) -> TestedMachine:
     whole = taken.whole
     if connection is not None:
         tree = adjusted(read_exoskeleton(description), description, whole.measured.lengths_m)
         brake = np.array([drive.brake_Nms_per_rad for drive in connection.drives.each])
         known = whole.calibration()
-        return Subject(description, tree, known, connection.rig, press_software_stop, brake, connection.lock_step)
+        return TestedMachine(description, tree, known, connection.rig, press_software_stop, brake, connection.lock_step)
     machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
     return virtual_subject(description, machine, whole.calibration(), whole.measured.lengths_m, options.seed)
 
@@ -173,14 +173,14 @@ def _worn(options: SelfTestOptions, steps: list[Step], progress: Progress) -> li
     return tried(WORN, weigh)
 
 
-def _keep(options: SelfTestOptions, key: Key, subject: Subject, steps: list[Step], now: datetime) -> str:
+def _keep(options: SelfTestOptions, key: MachineKey, subject: TestedMachine, steps: list[Step], now: datetime) -> str:
     """Unlock a real machine, or lock it; what to say of it."""
     if not may_be_worn(subject.rig):
         return NOT_NEEDED
     return keep(key, steps, options.worn, now, options.simulate)
 
 
-def keep(key: Key, steps: list[Step], worn: bool, now: datetime, is_simulated: bool = False) -> str:
+def keep(key: MachineKey, steps: list[Step], worn: bool, now: datetime, is_simulated: bool = False) -> str:
     """Write the pass of a real machine whose every step has passed; withdraw an older one where one has not.
 
     Nobody can be in a simulated one, whose key opens no other: this computer need not be punctual for it.

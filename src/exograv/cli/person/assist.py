@@ -55,7 +55,7 @@ def run_assist_command(command: Assist) -> dict[str, Any]:
     from exograv.console.words import said_in
     from exograv.laboratory.assist.assist_command import how_to_go_on, run_assist
     from exograv.laboratory.assist.options import AssistOptions
-    from exograv.procedures.rehabilitation.assist.participant_record import Block, Session
+    from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession
     from exograv.procedures.rehabilitation.assist.words import Words
     from exograv.task.assist_as_needed import SENTENCES
 
@@ -79,7 +79,7 @@ def run_assist_command(command: Assist) -> dict[str, Any]:
     )
     words = Words(command.language, {"en": SENTENCES, "de": said_in("de")})
 
-    def told(session: Session, block: Block) -> None:
+    def told(session: AssistSession, block: AssistBlock) -> None:
         print(words.said(len(session.blocks), block), flush=True)
 
     try:

@@ -9,7 +9,7 @@ import tyro
 from exograv.cli.shell.base_options import Common
 
 if TYPE_CHECKING:
-    from exograv.experiment.steered.interface import Flight
+    from exograv.experiment.steered.interface import SteeredFlight
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Console(Common):
     """Its private key."""
 
 
-def _flight(command: Console) -> "Flight":
+def _flight(command: Console) -> "SteeredFlight":
     from exograv.experiment.steered.live_session import LiveFlight
     from exograv.experiment.steered.options import SteeredOptions
     from exograv.experiment.steered.rehearsal import RehearsedFlight

@@ -21,7 +21,7 @@ from exograv.loop.replay.difference import (
 )
 from exograv.loop.replay.lockstep_replay import Lockstep
 from exograv.loop.replay.reasons import circumstances
-from exograv.loop.replay.recorded_run import Recorded, recorded
+from exograv.loop.replay.recorded_run import RecordedRun, recorded
 from exograv.loop.replay.what_if import Instead
 
 
@@ -57,14 +57,14 @@ def run_replay(options: ReplayOptions, folder: Path | None, progress: Progress) 
     return result | {"wall_s": round(time.perf_counter() - start, 2)}
 
 
-def again_of(run: Recorded, instead: Instead, progress: Progress) -> Again:
+def again_of(run: RecordedRun, instead: Instead, progress: Progress) -> Again:
     """What control and guard decide this time."""
     flight = Lockstep(run, instead) if run.live is None else LiveAgain(run, instead)
     return flight.fly(progress)
 
 
 def figures(
-    run: Recorded, columns: Columns, again: Again, found: Mapping[str, Difference], instead: Instead
+    run: RecordedRun, columns: Columns, again: Again, found: Mapping[str, Difference], instead: Instead
 ) -> dict[str, Any]:
     """All that is reported."""
     settings, everywhere = run.recording.settings, np.ones(len(columns), bool)
@@ -98,7 +98,7 @@ def figures(
     }
 
 
-def _draw(run: Recorded, columns: Columns, again: Again, found: Mapping[str, Difference], folder: Path) -> Path:
+def _draw(run: RecordedRun, columns: Columns, again: Again, found: Mapping[str, Difference], folder: Path) -> Path:
     from exograv.report.figures.replay import Series, write  # Matplotlib: 0.4 s
 
     # Where there is an arm, minutes of an empty machine before it would leave it no room.

@@ -68,21 +68,21 @@ def run_power(command: Power) -> dict[str, Any]:
     """Simulate, show the table, and draw it into the folder of `--out`."""
     from exograv.cli.shell.terminal import bars
     from exograv.report.study_figures.power_curve import write_power_figure
-    from exograv.study.power.assumptions import LOG_2, TOUCH_SD, Plan, Price
-    from exograv.study.power.curve import Asked, power_study
+    from exograv.study.power.assumptions import LOG_2, TOUCH_SD, PlannedStudy, Price
+    from exograv.study.power.curve import CurveOptions, power_study
 
     if command.pilot is None and command.sd is None:
         raise ConfigError(
             "How much people differ is not known. Give a study by --from, or state --sd, such as 0.35 log units."
         )
     price = Price(command.seat_cost, command.seats_per_flight)
-    asked = Asked(command.n_max, command.studies, command.seed)
+    asked = CurveOptions(command.n_max, command.studies, command.seed)
     pilot, is_simulated = (None, False) if command.pilot is None else _pilot(command, command.pilot)
 
     def first(stated: float | int | None, of_pilot: float | int | None, otherwise: float | int = 0.0) -> float | int:
         return stated if stated is not None else of_pilot if of_pilot is not None else otherwise
 
-    plan = Plan(
+    plan = PlannedStudy(
         difference=first(command.difference, pilot and pilot.difference, LOG_2),
         person_sd=first(command.sd, pilot and pilot.grid.person_sd_quantile(0.5)),
         touch_sd=first(command.touch_sd, pilot and pilot.touch_sd, TOUCH_SD),

@@ -8,11 +8,11 @@ from exograv.model.rig_settings import Side
 from exograv.safety.modes import Event, Mode
 
 from .requests import Don
-from .view_models import Lateness, Learning, Recorded, SafeStateName, Skeleton, Trace
+from .view_models import Lateness, Learning, PlotTrace, RecordingStatus, SafeStateName, SkeletonLines
 
 
 @dataclass(frozen=True)
-class Moment:
+class FlightMoment:
     """What a flight says of itself; the fields that `Shown` has too mean the same."""
 
     mode: Mode | None
@@ -42,7 +42,7 @@ class Moment:
     arm_share: float
 
     lateness: Lateness | None = None
-    recorded: Recorded | None = None
+    recorded: RecordingStatus | None = None
     learning: Learning | None = None
     failure: str = ""
     """Why there is no guard any more, and what to do; empty while all is well."""
@@ -53,22 +53,22 @@ class Moment:
 
 
 @runtime_checkable
-class Flight(Protocol):
+class SteeredFlight(Protocol):
     """Called by one desk, from any thread. What is refused is answered with a sentence, what is done with nothing."""
 
     def now(self) -> float:
         """CLOCK_MONOTONIC [s], or what stands for it."""
         ...
 
-    def moment(self) -> Moment:
+    def moment(self) -> FlightMoment:
         """At once."""
         ...
 
-    def trace(self, since: int) -> Trace:
+    def trace(self, since: int) -> PlotTrace:
         """At once."""
         ...
 
-    def skeleton(self) -> Skeleton:
+    def skeleton(self) -> SkeletonLines:
         """At once."""
         ...
 

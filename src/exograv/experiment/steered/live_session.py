@@ -18,21 +18,21 @@ from exograv.loop.arm_controller import ArmController
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.runtime.control_loop.exchange import FeltLevel
-from exograv.runtime.control_loop.steering import Asked, Heard, Leased, Pressed
+from exograv.runtime.control_loop.steering import GuardReply, GuardRequest, Leased, Pressed
 from exograv.runtime.recorder.recorder import Recorder
 from exograv.safety.modes import Event, Mode
 from exograv.signals import Reference
 
-from .interface import Moment
+from .interface import FlightMoment
 from .memory_view import Watching
 from .options import SteeredOptions
 from .participant_keeping import Keeping
 from .participants import Donned
-from .prepared_machine import Place
-from .process_state import Course, points, told
+from .prepared_machine import PreparedMachine
+from .process_state import ProcessState, points, told
 from .requests import Don
 from .sentences import say
-from .view_models import Skeleton, Trace
+from .view_models import PlotTrace, SkeletonLines
 
 LOOKS_EVERY_S = 0.02
 ANSWER_WITHIN_S = 0.4
@@ -56,10 +56,10 @@ class LiveFlight:
             ConfigError: The rig or an option cannot be used.
         """
         self._options, self._folder = options, folder
-        place = Place(options, options.side)
+        place = PreparedMachine(options, options.side)
         self._places = {place.side: place}
         self._next = self._donned(place, options.participant, options.identify_s)
-        self._state, self._numbers = Course(self._next, place, Keeping(self._next)), itertools.count(1)
+        self._state, self._numbers = ProcessState(self._next, place, Keeping(self._next)), itertools.count(1)
         self._answers: dict[int, str] = {}
         self._answered, self._drawing = threading.Condition(), threading.Lock()
         self._controller: ArmController | None = None
@@ -74,14 +74,14 @@ class LiveFlight:
         """CLOCK_MONOTONIC [s]."""
         return time.monotonic()
 
-    def moment(self) -> Moment:
+    def moment(self) -> FlightMoment:
         """By what the guard has recorded last."""
         state = self._state
         description = state.place.description
         watching = None if self._is_ending or state.running is None else state.watching
         row = None if watching is None else watching.newest
         mode = None if watching is None or row is None else watching.mode
-        return Moment(
+        return FlightMoment(
             mode=Mode.OFF if state.failure else mode,
             latch=None if watching is None else watching.latch,
             safe_state="none" if watching is None else watching.safe_state,
@@ -106,29 +106,31 @@ class LiveFlight:
             doing=state.doing,
         )
 
-    def trace(self, since: int) -> Trace:
+    def trace(self, since: int) -> PlotTrace:
         """By the recorded ticks."""
         watching = self._state.watching
         if watching is None:
-            return Trace(first=0, next=0, t=(), q_rad=(), tau_desired_Nm=(), tau_commanded_Nm=(), tau_measured_Nm=())
+            return PlotTrace(
+                first=0, next=0, t=(), q_rad=(), tau_desired_Nm=(), tau_commanded_Nm=(), tau_measured_Nm=()
+            )
         return watching.trace(since)
 
-    def skeleton(self) -> Skeleton:
+    def skeleton(self) -> SkeletonLines:
         """By control's model, at the posture that was measured last."""
         state, controller = self._state, self._controller
         row = None if state.watching is None else state.watching.newest
         if controller is None or row is None or not np.isfinite(row["q_measured"]).all():
-            return Skeleton(exo=(), arm=())
+            return SkeletonLines(exo=(), arm=())
         with self._drawing:
             q, still = row["q_measured"].copy(), np.zeros(len(row["q_measured"]))
             controller.step(q, still, Reference(q, still, still))
             exo, arm = controller.skeleton(q)
-        return Skeleton(exo=(points(exo),), arm=(points(arm),))
+        return SkeletonLines(exo=(points(exo),), arm=(points(arm),))
 
     def ask(self, event: Event) -> str:
         """By the guard's word."""
         number = next(self._numbers)
-        return self._said(Asked(number, event), number)
+        return self._said(GuardRequest(number, event), number)
 
     def stop(self) -> None:
         """Heard in the guard's next tick."""
@@ -154,7 +156,7 @@ class LiveFlight:
         side = who.side or self._next.side
         try:
             # Made here, so that pages are told at once whose arm comes next.
-            place = self._places.get(side) or self._places.setdefault(side, Place(self._options, side))
+            place = self._places.get(side) or self._places.setdefault(side, PreparedMachine(self._options, side))
         except ExogravError as error:
             return str(error)
         self._next = self._donned(place, who.participant, who.identify_s)
@@ -215,7 +217,7 @@ class LiveFlight:
             return self._answers.pop(number)
 
     def _hear(self, word: object) -> None:
-        if isinstance(word, Heard):
+        if isinstance(word, GuardReply):
             with self._answered:
                 self._answers[word.number] = word.why
                 self._answered.notify_all()
@@ -229,7 +231,7 @@ class LiveFlight:
                 return
             self._is_ending, who = False, self._next
             place = self._places[who.side]
-            self._state = state = Course(who, place, Keeping(who))
+            self._state = state = ProcessState(who, place, Keeping(who))
             try:
                 prepared = state.place.prepared
                 state.doing = say("flight.starts")
@@ -241,7 +243,7 @@ class LiveFlight:
                 state.failure = str(error)
             state.running = None
 
-    def _donned(self, place: Place, participant: str | None, identify_s: float) -> Donned:
+    def _donned(self, place: PreparedMachine, participant: str | None, identify_s: float) -> Donned:
         """Somebody whose file is there needs a check only; of anybody else all is learned."""
         known = participant if participant in place.participants else None
         return Donned(known, participant, FROM_FILE_S if known else identify_s, place.side)
@@ -251,7 +253,7 @@ class LiveFlight:
         paths = (self._folder / f"steered-{number}.mcap" for number in itertools.count(1))
         return next(path for path in paths if not path.exists())
 
-    def _fly(self, state: Course, prepared: ControllerKnowledge, path: Path) -> None:
+    def _fly(self, state: ProcessState, prepared: ControllerKnowledge, path: Path) -> None:
         options = self._options
         with contextlib.ExitStack() as stack:
             plan = state.place.people.plan(state.who, prepared, options.seed, stack)
@@ -277,7 +279,7 @@ class LiveFlight:
 
             fly(parts_of(plan, is_tested=False), options.session_s, recorder, progress, started, hears=self._hear)
 
-    def _look_after(self, state: Course, running: Running) -> None:
+    def _look_after(self, state: ProcessState, running: Running) -> None:
         """Some times a second, in the thread that is the processes' parent."""
         state.recording = running.recorder.check()
         if state.plan is not None:

@@ -9,7 +9,7 @@ from exograv.runtime.recorder.recorder_process import PHASE, Inlet
 from exograv.safety.guard import SafeState
 from exograv.safety.modes import Mode
 
-from .view_models import Lateness, SafeStateName, Trace
+from .view_models import Lateness, PlotTrace, SafeStateName
 
 PLOT_EVERY = 20
 """Ticks between two samples to plot: 50 Hz of a loop of 1 kHz."""
@@ -81,7 +81,7 @@ class Watching:
         p50, p99, most = np.percentile(late, [50, 99, 100]).round(1).tolist()
         return Lateness(p50_us=p50, p99_us=p99, max_us=most)
 
-    def trace(self, since: int) -> Trace:
+    def trace(self, since: int) -> PlotTrace:
         """Samples from number `since` on, of those that are kept."""
         with self._lock:
             oldest = self._number - len(self._plotted)
@@ -97,7 +97,7 @@ class Watching:
                 ("tau_measured_Nm", "tau_measured"),
             )
         }
-        return Trace(first=first, next=number, t=tuple(float(row["monotonic"]) for row in rows), **named)
+        return PlotTrace(first=first, next=number, t=tuple(float(row["monotonic"]) for row in rows), **named)
 
     def close(self) -> None:
         """Let go of the memory; what was seen last is told on."""

@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from exograv.errors import ExogravError
-from exograv.live.arm_worker import Judged, Learned
+from exograv.live.arm_worker import Judged, LearnedArm
 from exograv.runtime.control_loop.steering import Pressed
 
 from .participants import Donned
@@ -16,7 +16,7 @@ from .sentences import say
 PRESSED = -1
 """Number of a word that nobody waits for."""
 
-Keep = Callable[[str | None, Learned, np.ndarray], str | None]
+Keep = Callable[[str | None, LearnedArm, np.ndarray], str | None]
 """Writes the file under a code, or a random one; takes what was found, and what is predicted to be left over [N·m]."""
 
 
@@ -25,7 +25,7 @@ class Learning(Protocol):
     """As `WorkerKeeper`."""
 
     judged: Judged | None
-    learned: Learned | None
+    learned: LearnedArm | None
 
 
 class Keeping:

@@ -11,8 +11,8 @@ import numpy as np
 from exograv.errors import ConfigError
 from exograv.identification.core.prior import prior
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
-from exograv.live.arm_worker import Learned
-from exograv.live.live_control import Plan
+from exograv.live.arm_worker import LearnedArm
+from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import lesson_plan
 from exograv.live.live_identification import person_believed, unknown_person
 from exograv.model.rig_settings import Side
@@ -29,7 +29,7 @@ from exograv.storage.participant_file import (
     refuse_other_body,
     write_participant,
 )
-from exograv.storage.participant_schema import Identified, Person, StoredParticipant, prior_hash
+from exograv.storage.participant_schema import Identified, StoredParticipant, StoredPerson, prior_hash
 
 from .listening_wearer import attentive_twin
 
@@ -70,7 +70,7 @@ class People:
                 found[whole.person.code] = whole
         return found
 
-    def plan(self, who: Donned, prepared: ControllerKnowledge, seed: int, stack: contextlib.ExitStack) -> Plan:
+    def plan(self, who: Donned, prepared: ControllerKnowledge, seed: int, stack: contextlib.ExitStack) -> LivePlan:
         """What guard, control and worker are built from; seconds pass. A worker's memory is there as long as `stack`.
 
         Raises:
@@ -90,10 +90,10 @@ class People:
         lesson = lesson_plan(prepared, who.identify_s, PERIOD, stack, passes_s=2.0 * who.identify_s, belief=belief)
         told = WearerForm(self.laboratory.body, dict(self.laboratory.wearer.lengths_given))
         rig = partial(attentive_twin, self.laboratory, seed, prepared.t)
-        return Plan(self.laboratory.description, told, prepared, person, 0.0, rig, lesson=lesson, is_steered=True)
+        return LivePlan(self.laboratory.description, told, prepared, person, 0.0, rig, lesson=lesson, is_steered=True)
 
     def keep(
-        self, prepared: ControllerKnowledge, code: str | None, learned: Learned, predicted: np.ndarray
+        self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
     ) -> str | None:
         """Write the file of somebody who has been learned; the code, or none where there is nothing to keep.
 
@@ -125,7 +125,7 @@ class People:
             held_out_error_Nm=[],
             held_out_s=0.0,
         )
-        person = Person.of(code, self.laboratory.body)
+        person = StoredPerson.of(code, self.laboratory.body)
         found = estimate.x, estimate.covariance
         self.folder.mkdir(parents=True, exist_ok=True)
         write_participant(

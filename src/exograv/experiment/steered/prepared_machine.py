@@ -6,7 +6,7 @@ import numpy as np
 
 from exograv.laboratory.preparation import machine_of
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.live.arm_worker import Learned
+from exograv.live.arm_worker import LearnedArm
 from exograv.loop.machine_limits import limits, refuse_motorless
 from exograv.model.rig_settings import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -17,7 +17,7 @@ from .options import SteeredOptions
 from .participants import People
 
 
-class Place:
+class PreparedMachine:
     """One side's; of a machine for both arms there is one."""
 
     def __init__(self, options: SteeredOptions, side: Side | None):
@@ -53,7 +53,7 @@ class Place:
         return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), t)
 
     def keep(
-        self, prepared: ControllerKnowledge, code: str | None, learned: Learned, predicted: np.ndarray
+        self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
     ) -> str | None:
         """As `People.keep`."""
         kept = self.people.keep(prepared, code, learned, predicted)

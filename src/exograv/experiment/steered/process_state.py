@@ -9,16 +9,16 @@ import numpy as np
 from exograv.dynamics.parameters import names_and_units
 from exograv.identification.core.interface import Outcome
 from exograv.live.arm_worker import Judged
-from exograv.live.live_control import Plan
+from exograv.live.live_control import LivePlan
 from exograv.live.live_processes import Running
-from exograv.runtime.recorder.recorder import Report as RecorderReport
+from exograv.runtime.recorder.recorder import RecorderReport as RecorderReport
 
 from .memory_view import Watching
 from .participant_keeping import Keeping
 from .participants import Donned
-from .prepared_machine import Place
+from .prepared_machine import PreparedMachine
 from .sentences import say
-from .view_models import LearnedParameter, Learning, Point, Recorded
+from .view_models import LearnedParameter, Learning, Point, RecordingStatus
 
 INTERVAL = 1.96
 """Standard deviations of half a 95 % interval."""
@@ -28,14 +28,14 @@ SHOWN_UNITS = ("kg", "kg·m")
 
 
 @dataclass
-class Course:
+class ProcessState:
     """One set of processes, as their parent's thread has said last."""
 
     who: Donned
-    place: Place
+    place: PreparedMachine
     keeping: Keeping
     doing: str = say("flight.calibrates")
-    plan: Plan | None = None
+    plan: LivePlan | None = None
     running: Running | None = None
     watching: Watching | None = None
     path: Path | None = None
@@ -58,12 +58,12 @@ class Course:
         worker = None if self.running is None else self.running.worker
         return worker is not None and worker.learned is not None
 
-    def recorded(self) -> Recorded | None:
+    def recorded(self) -> RecordingStatus | None:
         """How the recording is."""
         report = self.recording
         if report is None or self.path is None:
             return None
-        return Recorded(
+        return RecordingStatus(
             path=str(self.path), samples=report.acknowledged, lost=report.lost, is_ok=report.recording_ok,
             why=report.why
         )  # fmt: skip
@@ -101,7 +101,7 @@ def told(row: np.void | None, joints: int) -> dict[str, Any]:
     return shown | {name: float(np.nan_to_num(row[name])) for name in ("gravity_level", "arm_share")}
 
 
-def _parameters(judged: Judged, plan: Plan) -> tuple[LearnedParameter, ...]:
+def _parameters(judged: Judged, plan: LivePlan) -> tuple[LearnedParameter, ...]:
     rows = zip(names_and_units(plan.prepared.assembly), judged.x, judged.sd, judged.prior, judged.prior_sd, strict=True)
     return tuple(
         LearnedParameter(

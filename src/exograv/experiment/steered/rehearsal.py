@@ -14,10 +14,10 @@ from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.safety.stops import StopReason
 
-from .interface import Moment
+from .interface import FlightMoment
 from .requests import Don
 from .sentences import say
-from .view_models import LearnedParameter, Learning, Point, Skeleton, Trace
+from .view_models import LearnedParameter, Learning, PlotTrace, Point, SkeletonLines
 
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
 PLOT_HZ, PLOTTED_S = 50, 10.0
@@ -57,13 +57,13 @@ class RehearsedFlight:
         """By its own clock [s]."""
         return self._clock()
 
-    def moment(self) -> Moment:
+    def moment(self) -> FlightMoment:
         """As if it were a machine."""
         with self._lock:
             self._advance()
             share, n, t = self._modes.arm_share, len(JOINTS), self._t
             tau = tuple(share * (2.0 + joint) for joint in range(n))
-            return Moment(
+            return FlightMoment(
                 mode=self._modes.mode,
                 latch=None if self._latch is None else self._latch.value,
                 safe_state="none" if self._latch is None else "descent",
@@ -88,7 +88,7 @@ class RehearsedFlight:
                 learning=self._learning(),
             )
 
-    def trace(self, since: int) -> Trace:
+    def trace(self, since: int) -> PlotTrace:
         """Of the last ten seconds."""
         with self._lock:
             self._advance()
@@ -96,10 +96,10 @@ class RehearsedFlight:
             first = max(since, newest - round(PLOTTED_S * PLOT_HZ), 0)
             t = tuple(self._begun_at + number / PLOT_HZ for number in range(first, newest))
             q, tau = tuple(map(self._q, t)), tuple((0.0,) * len(JOINTS) for _ in t)
-            return Trace(first=first, next=max(newest, first), t=t, q_rad=q, tau_desired_Nm=tau,
+            return PlotTrace(first=first, next=max(newest, first), t=t, q_rad=q, tau_desired_Nm=tau,
                          tau_commanded_Nm=tau, tau_measured_Nm=tau)  # fmt: skip
 
-    def skeleton(self) -> Skeleton:
+    def skeleton(self) -> SkeletonLines:
         """An arm that sways in a plane."""
         flexion, elbow = self._q(self.now())[2:]
         points: list[Point] = [(0.0, -0.2, 1.2)]
@@ -107,7 +107,9 @@ class RehearsedFlight:
             x, y, z = points[-1]
             points.append((x + length * math.sin(angle), y, z - length * math.cos(angle)))
         arm = tuple(points)
-        return Skeleton(exo=(((0.0, -0.3, 0.0), (0.0, -0.3, 1.2), *((x, -0.25, z) for x, _, z in arm)),), arm=(arm,))
+        return SkeletonLines(
+            exo=(((0.0, -0.3, 0.0), (0.0, -0.3, 1.2), *((x, -0.25, z) for x, _, z in arm)),), arm=(arm,)
+        )
 
     def ask(self, event: Event) -> str:
         """Decided as by the guard."""

@@ -11,7 +11,7 @@ from pydantic import Field, TypeAdapter
 
 from exograv.model.rig_settings import Settings, Side
 
-from .view_models import Shown, Skeleton, Trace
+from .view_models import PlotTrace, Shown, SkeletonLines
 
 LATE_S = 0.5
 """An act that is older when it arrives is refused (docs/safety.md, F33); Stop never is."""
@@ -167,11 +167,11 @@ class Desk(Protocol):
         """What pages show; made anew at every call, so ask some ten times a second at most."""
         ...
 
-    def trace(self, since: int) -> Trace:
+    def trace(self, since: int) -> PlotTrace:
         """Samples to plot, from number `since` on; at most the last ten seconds."""
         ...
 
-    def skeleton(self) -> Skeleton:
+    def skeleton(self) -> SkeletonLines:
         """Machine and arm as lines, where they are now."""
         ...
 

@@ -7,11 +7,11 @@ from typing import Any
 from exograv.safety.modes import Mode
 
 from .alarms import AlarmBook, Priority
-from .interface import Flight, Moment
+from .interface import FlightMoment, SteeredFlight
 from .request_validation import EVENTS, KINDS, Reception, Standing, why_not
 from .requests import LEASE_S, READY_S, Acknowledge, Act, Answer, Don, MakeReady, Note, SetLevel, Stop, Who
 from .sentences import say
-from .view_models import ModeName, Shown, Skeleton, Trace
+from .view_models import ModeName, PlotTrace, Shown, SkeletonLines
 
 RECORD_TOPIC = "/act"
 """Of what was asked for, by whom, and what became of it."""
@@ -20,7 +20,7 @@ RECORD_TOPIC = "/act"
 class SteeredDesk:
     """A `Desk` over a flight."""
 
-    def __init__(self, flight: Flight):
+    def __init__(self, flight: SteeredFlight):
         self._flight, self._lock = flight, threading.Lock()
         self._reception, self._alarms = Reception(), AlarmBook()
         self._version, self._key = 0, ()
@@ -50,11 +50,11 @@ class SteeredDesk:
                 "alarms": self._alarms.shown,
             })  # fmt: skip
 
-    def trace(self, since: int) -> Trace:
+    def trace(self, since: int) -> PlotTrace:
         """As the flight's."""
         return self._flight.trace(since)
 
-    def skeleton(self) -> Skeleton:
+    def skeleton(self) -> SkeletonLines:
         """As the flight's."""
         return self._flight.skeleton()
 
@@ -101,7 +101,7 @@ class SteeredDesk:
             self._ready_until_s = now + READY_S if isinstance(act, MakeReady) else None
         return why
 
-    def _standing(self, moment: Moment, now: float) -> Standing:
+    def _standing(self, moment: FlightMoment, now: float) -> Standing:
         """How things are; counts the version, and raises what is wrong."""
         is_leased = _left(self._lease_until_s, now) is not None
         if moment.latch is not None or not is_leased or moment.mode not in (Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY):
@@ -124,7 +124,7 @@ class SteeredDesk:
             moment.failure,
         )
 
-    def _look_for_alarms(self, moment: Moment, now: float, *, is_lost: bool) -> None:
+    def _look_for_alarms(self, moment: FlightMoment, now: float, *, is_lost: bool) -> None:
         causes: dict[str, Priority] = {}
         for text in moment.warnings:
             causes[text] = "medium"
@@ -139,7 +139,7 @@ class SteeredDesk:
         self._alarms.look(causes, now)
 
 
-def _mode_text(moment: Moment) -> str:
+def _mode_text(moment: FlightMoment) -> str:
     """What is the matter; of a stop, why."""
     if moment.mode is None:
         return moment.doing

@@ -77,7 +77,7 @@ class Lateness(Settings):
     max_us: float
 
 
-class Recorded(Settings):
+class RecordingStatus(Settings):
     """The recording that is being written."""
 
     path: str
@@ -140,13 +140,13 @@ class Shown(Settings):
     """How much of the arm is carried."""
 
     lateness: Lateness | None
-    recorded: Recorded | None
+    recorded: RecordingStatus | None
     learning: Learning | None
     alarms: tuple[Alarm, ...]
     """Not yet seen or not yet over, the newest last."""
 
 
-class Trace(Settings):
+class PlotTrace(Settings):
     """Samples at 50 Hz, one list each a sample; per-joint lists in the order of `Shown.joints`."""
 
     first: int
@@ -165,7 +165,7 @@ Point = tuple[float, float, float]
 """In the base frame of the machine: x forward, y left, z up [m]."""
 
 
-class Skeleton(Settings):
+class SkeletonLines(Settings):
     """Lines through points."""
 
     exo: tuple[tuple[Point, ...], ...]

@@ -83,7 +83,7 @@ class TrainOptions:
 
 
 @dataclass(frozen=True)
-class Asked:
+class TrainingRequest:
     """What comes of the options and of the files that they name."""
 
     loaded: LoadedProtocol
@@ -96,7 +96,7 @@ class Asked:
     """Whether all windows of the file are run."""
 
 
-def asked_for(options: TrainOptions) -> Asked:
+def asked_for(options: TrainOptions) -> TrainingRequest:
     """Read protocol and allocation.
 
     Raises:
@@ -110,7 +110,7 @@ def asked_for(options: TrainOptions) -> Asked:
         exo = exo_for(loaded.settings, group_of(allocation, options.participant))
     rig = options.rig or (PASSIVE_RIG if loaded.settings.opening == "aircraft" else ACTIVE_RIG)
     run = loaded if options.windows is None else first_windows(loaded, options.windows)
-    return Asked(run, exo, rig, sha256, is_whole=run is loaded)
+    return TrainingRequest(run, exo, rig, sha256, is_whole=run is loaded)
 
 
 def read_allocation(path: Path) -> tuple[AllocationList, str]:

@@ -21,7 +21,7 @@ from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.laboratory.weighing_command import in_doubt_not_refused
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.person_limits_manager import Worn
+from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.pilot import Controller, Pilot, Progress
 from exograv.loop.replay_log import read_machine
 from exograv.procedures.identification.controller_knowledge import MOTION_S
@@ -38,7 +38,7 @@ from exograv.recording.rounding import rounded
 from exograv.rig.twin import Twin
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.calibration_file import twin_identity
-from exograv.storage.session_checkpoint import Person
+from exograv.storage.session_checkpoint import KnownPerson
 
 from .options import TrainOptions
 
@@ -52,7 +52,7 @@ class Ready:
     pilot: Pilot
     twin: Twin
     controller: Controller
-    person: Person | None = None
+    person: KnownPerson | None = None
     figures: dict[str, Any] = field(default_factory=dict)
     model: ArmModel | None = None
 
@@ -153,7 +153,7 @@ def known_arm(
 def known_again(
     laboratory: VirtualLaboratory,
     surroundings: Surroundings,
-    person: Person,
+    person: KnownPerson,
     t: float,
     day: int,
     pilot_of: PilotOf,
@@ -169,7 +169,7 @@ def known_again(
     )  # fmt: skip
     twin.put_surroundings(False)
     pilot = pilot_of(twin, machine.actuators)
-    pilot.worn = Worn(pilot.envelope, assembly, machine, prior(assembly, machine)[0])
+    pilot.worn = PersonLimitsManager(pilot.envelope, assembly, machine, prior(assembly, machine)[0])
     pilot.worn.know(x)
     controller = ArmController(assembly, machine, x, twin.period_s)
     controller.mode.drive = 1.0
@@ -188,10 +188,10 @@ def lay_down(pilot: Pilot, controller: ArmController, twin: Twin) -> None:
     fade(pilot, controller, "gravity_level", 1.0, posture)
 
 
-def _kept(machine: CalibratedMachine, found: Estimate) -> Person:
+def _kept(machine: CalibratedMachine, found: Estimate) -> KnownPerson:
     """What a run that is broken off goes on with."""
     covariance = np.zeros((0, 0)) if found.covariance is None else found.covariance
-    return Person.of(machine, found.x, covariance)
+    return KnownPerson.of(machine, found.x, covariance)
 
 
 def _person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: Any) -> ParticipantRun:

@@ -9,7 +9,7 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError, RigError
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.habits import Habits, register
-from exograv.laboratory.participant.task_course import Course, silence, task_message
+from exograv.laboratory.participant.task_course import TaskCourse, silence, task_message
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
 from exograv.laboratory.provenance import laboratory_settings
@@ -25,11 +25,11 @@ from exograv.safety.envelope import Envelope
 from exograv.storage.session_checkpoint import KeptSession, read_kept, refuse_kept, write_kept
 from exograv.task.aircraft_line import AircraftSample
 from exograv.task.events import Interrupted, Resume, Start
-from exograv.task.plan import Plan
+from exograv.task.plan import TaskPlan
 from exograv.task.records import Record, marker
-from exograv.task.run import Run
+from exograv.task.run import TaskRun
 
-from .options import Asked, TrainOptions, asked_for
+from .options import TrainingRequest, TrainOptions, asked_for
 from .preparation import Ready, empty_machine, known_again, known_arm, recording_only
 from .recording_pilot import RecordingPilot
 from .verification import verify_between
@@ -64,7 +64,7 @@ class _Training:
     def __init__(self, options: TrainOptions, folder: Path, progress: Progress):
         self._begun = time.perf_counter()
         self._options, self._progress = options, progress
-        self._asked: Asked = asked_for(options)
+        self._asked: TrainingRequest = asked_for(options)
         self._folder, name = folder, options.name
         self._recording_path, self._kept_path = folder / f"{name}.mcap", folder / f"{name}.run.json"
         self._before: KeptSession | None = None
@@ -79,13 +79,13 @@ class _Training:
         self._refuse_machine()
         protocol = self._asked.loaded.settings
         self._room = SimulatedRoom()
-        self._plan = Plan(self._asked.loaded, self._asked.exo, self._room.calibration)
+        self._plan = TaskPlan(self._asked.loaded, self._asked.exo, self._room.calibration)
         self._assembly = self._laboratory.assembly()
         self._surroundings = self._room.around(self._assembly, protocol.target)
 
     def run(self) -> dict[str, Any]:
         before, joints = self._before, self._laboratory.description.joints
-        run = Run(self._plan) if before is None else Run.from_kept(self._plan, before.run)
+        run = TaskRun(self._plan) if before is None else TaskRun.from_kept(self._plan, before.run)
         if run.state.status in ("stopped", "finished"):
             raise ConfigError(f"The run in {self._kept_path} is over; there is nothing to go on with.")
         left_s = self._plan.timeline.duration_s + PREPARING_S
@@ -188,7 +188,7 @@ class _Training:
             person.remember(self._before.learned)
         return person
 
-    def _fly(self, run: Run, ready: Ready, recording: RecordingWriter) -> None:
+    def _fly(self, run: TaskRun, ready: Ready, recording: RecordingWriter) -> None:
         twin = ready.twin
         participant = self._participant(twin)
 
@@ -216,7 +216,7 @@ class _Training:
             recording.write("/aircraft", t, message)
 
         flies = self._plan.protocol.opening == "aircraft"
-        course = Course(
+        course = TaskCourse(
             run, ready.pilot, twin, ready.controller, participant, self._room, told, keep, self._day,
             page=f"simulated-{run.state.epoch + (self._before is not None)}",
             feed_from=AircraftFeed(self._plan.protocol, twin, self._day, heard) if flies else silence,

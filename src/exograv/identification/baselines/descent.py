@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from exograv.identification.core.coordinates import Coordinate, Coordinates
 from exograv.identification.core.interface import Estimate, Parameters, Sample
-from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, Pace
+from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
 
 
@@ -22,7 +22,7 @@ class Descent:
         """Log-Cholesky numbers of the bodies, then what else is learned, less its start, in its own unit."""
         self.t = 0.0
         """Of the newest sample [s]."""
-        self._pace = Pace(DESCENT_PERIOD_S)
+        self._pace = SamplePace(DESCENT_PERIOD_S)
 
     def slope(self, sample: Sample) -> Coordinate | None:
         """Gradient by `c` [(N·m)²] per unit; None for a sample that is passed over.

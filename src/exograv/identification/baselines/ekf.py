@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from exograv.identification.core.coordinates import Coordinates
 from exograv.identification.core.interface import Covariance, Estimate, Sample
-from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, Pace
+from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
 from exograv.identification.core.whitened import square_root_but
 
@@ -48,7 +48,7 @@ class LogCholeskyFilter:
         self._c = self._coordinates.start.copy()
         self._P = self._coordinates.prior(setting.covariance)
         self._wander = drift**2 * DESCENT_PERIOD_S * self._P
-        self._pace, self._t = Pace(DESCENT_PERIOD_S), 0.0
+        self._pace, self._t = SamplePace(DESCENT_PERIOD_S), 0.0
         self._samples = self._rejected = 0
 
     def update(self, sample: Sample) -> None:

@@ -18,29 +18,29 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.assembly import Assembly
 
 from .rest_choice import Gain
 from .rest_statics import RestStatics
-from .resting import Resting, scaled_body
+from .resting import RestingCorrection, scaled_body
 
 RESTS = 1
 
 
-def equilibrium(assembly: Assembly, machine: CalibratedMachine) -> Resting:
+def equilibrium(assembly: Assembly, machine: CalibratedMachine) -> RestingCorrection:
     """The method for this arm in this machine."""
     segments = _columns(assembly)
 
     def gain_of(Y: Float[np.ndarray, "row phi"]) -> Gain:
         return segments @ np.linalg.pinv(Y @ segments)
 
-    return Resting("equilibrium", RestStatics(assembly, machine), gain_of, scaled_body, RESTS)
+    return RestingCorrection("equilibrium", RestStatics(assembly, machine), gain_of, scaled_body, RESTS)
 
 
 def _columns(assembly: Assembly) -> Float[np.ndarray, "phi segment"]:
     """The table's body of each segment, alone."""
-    bodies, phi = Layout.of(assembly).bodies, assembly.arm.phi
+    bodies, phi = ParameterLayout.of(assembly).bodies, assembly.arm.phi
     columns = np.zeros((len(phi), len(bodies)))
     for i, body in enumerate(bodies):
         columns[body, i] = phi[body]

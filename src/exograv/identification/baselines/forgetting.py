@@ -6,7 +6,7 @@ from types import MappingProxyType
 import numpy as np
 
 from exograv.identification.core.interface import Estimate, Sample
-from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, Pace
+from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
 from exograv.identification.core.whitened import Whitened
 
@@ -37,7 +37,7 @@ class Forgetting:
         self._variance = noise_factor
         self._keep = float(np.exp(-DESCENT_PERIOD_S / memory_s))
         self._xi, self._P = np.zeros(self._model.count), np.eye(self._model.count)
-        self._pace, self._t = Pace(DESCENT_PERIOD_S), 0.0
+        self._pace, self._t = SamplePace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
         """One step, at 50 Hz."""

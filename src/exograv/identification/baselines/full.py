@@ -22,7 +22,7 @@ from exograv.model.assembly import Assembly
 
 from .rest_choice import Gain, gravity_spread
 from .rest_statics import RestStatics
-from .resting import Resting, measured_body
+from .resting import RestingCorrection, measured_body
 
 RESTS = 2
 
@@ -30,7 +30,7 @@ UNSEEN = 1e-9
 """Share of the largest variance of torque below which a combination does not show: rounding is 1e-16 [-]."""
 
 
-def full(assembly: Assembly, machine: CalibratedMachine) -> Resting:
+def full(assembly: Assembly, machine: CalibratedMachine) -> RestingCorrection:
     """The method for this arm in this machine."""
     statics = RestStatics(assembly, machine)
     spread = gravity_spread(statics)
@@ -38,4 +38,4 @@ def full(assembly: Assembly, machine: CalibratedMachine) -> Resting:
     def gain_of(Y: Float[np.ndarray, "row phi"]) -> Gain:
         return spread @ Y.T @ np.linalg.pinv(Y @ spread @ Y.T, rcond=UNSEEN, hermitian=True)
 
-    return Resting("full", statics, gain_of, measured_body, RESTS)
+    return RestingCorrection("full", statics, gain_of, measured_body, RESTS)

@@ -14,7 +14,7 @@ from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.interface import Estimate, Parameters, Sample
 from exograv.identification.core.log_cholesky import phi_from_theta, theta_from_phi
 from exograv.model.assembly import Assembly
@@ -40,7 +40,7 @@ class Gradient:
         self._kernel = kernel.compile(squared_error(assembly, machine), carry={"z_before": "z"})
         theta = ca.SX.sym("theta", 10)
         self._phi = kernel.compile(ca.Function("phi_of_theta", [theta], [phi_from_theta(theta)]))
-        self._solver, self._layout = LoopSolver(assembly), Layout.of(assembly)
+        self._solver, self._layout = LoopSolver(assembly), ParameterLayout.of(assembly)
         self._step = step
         self._x = x.copy()
         self._theta = np.concatenate([theta_from_phi(x[body]) for body in self._layout.bodies])
@@ -72,7 +72,7 @@ def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     The measured torque is data: with the commanded torque as source it holds the feed-forward, and a gradient through
     that would cancel the model.
     """
-    n, layout = assembly.n, Layout.of(assembly)
+    n, layout = assembly.n, ParameterLayout.of(assembly)
     theta, z_before = ca.SX.sym("theta", layout.phi.stop), ca.SX.sym("z_before", layout.freedoms)
     q, v, a, tau_measured = (ca.SX.sym(name, n) for name in ("q", "v", "a", "tau_measured"))
     phi = ca.vertcat(*(phi_from_theta(theta[body]) for body in layout.bodies))

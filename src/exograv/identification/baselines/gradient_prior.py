@@ -7,7 +7,7 @@ import numpy as np
 
 from exograv.identification.core.coordinates import Coordinates
 from exograv.identification.core.interface import Estimate, Sample
-from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, Pace
+from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
 from exograv.identification.core.whitened import square_root_but
 
@@ -33,7 +33,7 @@ class GradientPrior:
         self._coordinates = Coordinates(setting.bodies, setting.mean, others)
         self._c = self._coordinates.start.copy()
         self._P = self._coordinates.prior(setting.covariance)
-        self._pace, self._t = Pace(DESCENT_PERIOD_S), 0.0
+        self._pace, self._t = SamplePace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
         """One step downhill, at 50 Hz."""

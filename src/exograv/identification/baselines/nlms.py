@@ -6,7 +6,7 @@ from types import MappingProxyType
 import numpy as np
 
 from exograv.identification.core.interface import Estimate, Sample
-from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, Pace
+from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
 from exograv.identification.core.whitened import Whitened
 
@@ -32,7 +32,7 @@ class Nlms:
     def __init__(self, setting: Setting, share: float = SHARE):
         self._model, self._share = Whitened(setting), share
         self._xi = np.zeros(self._model.count)
-        self._pace, self._t = Pace(DESCENT_PERIOD_S), 0.0
+        self._pace, self._t = SamplePace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
         """One step for each joint's equation, at 50 Hz."""

@@ -33,7 +33,7 @@ class _Rows:
     """For want of a known direction of motion [N·m]."""
 
 
-class Oracle:
+class OracleMethod:
     """`Method`, off line: least ½ rᵀ Σ⁻¹ r + ½ ξᵀξ over possible bodies, x = mean + L ξ.
 
     An oracle of algorithm: it sees the future and takes its time, but never the twin's truth. Same prior, same model

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.prior import prior
 
 from .rest_statics import Balance, RestStatics
@@ -56,7 +56,7 @@ def best_rests(statics: RestStatics, gain_of: GainOf, count: int) -> Float[np.nd
 
 def _elastic_squares(statics: RestStatics, balances: Sequence[Balance]) -> Float[np.ndarray, "posture freedom"]:
     """Expected square of the elastic torque K z − c of each freedom [N²·m²]."""
-    layout = Layout.of(statics.assembly)
+    layout = ParameterLayout.of(statics.assembly)
     mean, covariance = prior(statics.assembly, statics.machine)
     K, c = layout.stiffness, layout.spring_offset
     z, variances = np.array([balance.z for balance in balances]), np.diag(covariance)

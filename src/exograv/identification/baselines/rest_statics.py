@@ -15,7 +15,7 @@ from exograv import kernel
 from exograv.dynamics.cuff_wrench import cuff_torque
 from exograv.dynamics.loop_torque import ArmExpression, static_load
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.interface import Joints, Rest
 from exograv.model.assembly import Assembly
 from exograv.model.loops import LoopSolver
@@ -69,7 +69,7 @@ class RestStatics:
 
 
 def _balance(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
-    layout = Layout.of(assembly)
+    layout = ParameterLayout.of(assembly)
     y, z = ca.SX.sym("y", assembly.n), ca.SX.sym("z", layout.freedoms)
     wrenches, phi = ca.SX.sym("wrenches", 6, len(assembly.cuffs)), ca.SX.sym("phi", layout.phi.stop)
     aligned, none = ca.SX.zeros(layout.fit.stop - layout.fit.start), ca.SX.zeros(layout.freedoms)

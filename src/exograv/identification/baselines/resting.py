@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout, table_parameters
+from exograv.dynamics.parameters import ParameterLayout, table_parameters
 from exograv.errors import ConfigError
 from exograv.identification.core.interface import Estimate, Parameters, Rest, Sample
 from exograv.model.assembly import Assembly
@@ -25,7 +25,7 @@ MASS_MIN = 0.2
 Phi = Float[np.ndarray, " 10"]
 
 
-class Resting:
+class RestingCorrection:
     """`RestingMethod` that corrects the table once; it states no uncertainty."""
 
     def __init__(
@@ -39,7 +39,7 @@ class Resting:
         """`possible` makes a body of corrected masses and first moments, and of the table's body."""
         self.name, self.rests_needed = name, rests_needed
         self._statics, self._gain_of, self._possible = statics, gain_of, possible
-        self._layout = Layout.of(statics.assembly)
+        self._layout = ParameterLayout.of(statics.assembly)
         self._table, self._t = table_arm(statics.assembly, statics.machine), 0.0
         self._x = self._table.copy()
         self.rest_s = 0.0

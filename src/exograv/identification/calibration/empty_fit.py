@@ -10,7 +10,7 @@ from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
 from .empty_model import AGE_S, compile_model
-from .empty_prior import COULOMB, Prior, Unknowns, data_sheet_prior, usual_friction
+from .empty_prior import COULOMB, EmptyPrior, Unknowns, data_sheet_prior, usual_friction
 
 V_CLEAR = 0.04
 """Slower samples are left out: there friction has no clear direction [rad/s]."""
@@ -60,7 +60,7 @@ class Sweeps:
 
 
 @dataclass(frozen=True)
-class Noise:
+class ResidualNoise:
     """A residual in two numbers a joint."""
 
     sd: Joints
@@ -82,12 +82,12 @@ class _Left:
 class Fit:
     """Where a fit ended."""
 
-    prior: Prior
+    prior: EmptyPrior
     theta: Unknowns
     covariance: Float[np.ndarray, "unknown unknown"]
-    noise: Noise
+    noise: ResidualNoise
     """What the fit leaves of the nominal torque."""
-    noise_and_ripple: Noise
+    noise_and_ripple: ResidualNoise
     """The same for a model without ripple."""
 
     @property
@@ -105,7 +105,7 @@ class EmptyMachine:
         self._start_sd = START_SD * usual_friction(description, COULOMB)[0]
         self.batch = compile_model(description, tree, self.prior.layout)
 
-    def fit(self, sweeps: Sweeps, prior: Prior, first: Fit | None = None) -> Fit:
+    def fit(self, sweeps: Sweeps, prior: EmptyPrior, first: Fit | None = None) -> Fit:
         """Maximum a posteriori; a `first` fit tells how large and how correlated the residuals are.
 
         The current stands on the output side: as a regressor its noise would shrink the gain.
@@ -124,7 +124,7 @@ class EmptyMachine:
         return Fit(prior, theta, covariance, _noise(left.residual, moving), _noise(left.with_ripple, moving))
 
     def _descend(
-        self, sweeps: Sweeps, prior: Prior, theta: Unknowns, weight: Samples
+        self, sweeps: Sweeps, prior: EmptyPrior, theta: Unknowns, weight: Samples
     ) -> tuple[Unknowns, Float[np.ndarray, "unknown unknown"], "_Left"]:
         """Gauss–Newton from `theta` to the optimum; each sample and joint with its weight [1/(N·m)]."""
         tau_nominal = self.description.nominal_gain * sweeps.current
@@ -156,7 +156,7 @@ class EmptyMachine:
         return theta, covariance, _Left(residual, with_ripple)
 
 
-def _noise(residual: Samples, counts: Bool[np.ndarray, "sample joint"]) -> Noise:
+def _noise(residual: Samples, counts: Bool[np.ndarray, "sample joint"]) -> ResidualNoise:
     noise_sd = np.sqrt(np.nanmean(np.where(counts, residual, np.nan) ** 2, axis=0))
     times = [integrated_correlation(r[c], SAMPLE_PERIOD_S) for r, c in zip(residual.T, counts.T, strict=True)]
-    return Noise(noise_sd, np.array(times))
+    return ResidualNoise(noise_sd, np.array(times))

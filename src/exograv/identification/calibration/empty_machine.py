@@ -21,7 +21,7 @@ from .empty_fit import EmptyMachine, Fit
 from .empty_fit import Sweeps as Sweeps
 from .empty_prior import COULOMB as COULOMB
 from .empty_prior import GAIN_SD as GAIN_SD
-from .empty_prior import PER_JOINT, Prior
+from .empty_prior import PER_JOINT, EmptyPrior
 from .empty_prior import V_STRIBECK as V_STRIBECK
 from .empty_prior import VISCOUS as VISCOUS
 
@@ -87,7 +87,7 @@ def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Cal
     return replace(before, machine=replace(before.machine, friction=friction, friction_sd=friction_sd))
 
 
-def as_it_was(description: RigDescription, data_sheets: Prior, before: Calibration) -> Prior:
+def as_it_was(description: RigDescription, data_sheets: EmptyPrior, before: Calibration) -> EmptyPrior:
     """What a re-check believes: all is as it was but for what changes with the day, and ripple, which is not kept."""
     layout, machine, friction = data_sheets.layout, before.machine, before.machine.friction
     mean, sd = data_sheets.mean.copy(), np.full(len(data_sheets.mean), KNOWN_SD)
@@ -111,7 +111,7 @@ def as_it_was(description: RigDescription, data_sheets: Prior, before: Calibrati
         sd[layout.of(name)] = CHANGE_SD * size
     for name in ("ripple_sine", "ripple_cosine"):
         sd[layout.of(name)] = np.sqrt(np.diag(data_sheets.covariance)[layout.of(name)])
-    return Prior(layout, mean, np.diag(sd**2))
+    return EmptyPrior(layout, mean, np.diag(sd**2))
 
 
 def _refuse_unmoved(description: RigDescription, sweeps: Sweeps) -> None:

@@ -10,7 +10,7 @@ from exograv.dynamics.rnea import rnea
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree, inertial_parameters
 
-from .empty_prior import PER_JOINT, Layout
+from .empty_prior import PER_JOINT, EmptyLayout
 
 AGE_S = 600.0
 """Over which warming is stated [s]."""
@@ -25,7 +25,7 @@ FILTER_DELAY_S = 0.04
 ARGUMENTS = ("q", "v", "a", "age", "hung", "theta")
 
 
-def compile_model(description: RigDescription, tree: Tree, layout: Layout) -> kernel.Batch:
+def compile_model(description: RigDescription, tree: Tree, layout: EmptyLayout) -> kernel.Batch:
     """Nominal torque, gain × current by the data sheet (joint,) [N·m], and its derivative (joint, unknown).
 
     Of measured position q [rad], v, a, the age of the sample, counted back from the end [AGE_S], and which of the known

@@ -44,7 +44,7 @@ Unknowns = Float[np.ndarray, " unknown"]
 
 
 @dataclass(frozen=True)
-class Layout:
+class EmptyLayout:
     """Where each unknown stands: per joint in the order of `PER_JOINT`, tilt, shares of the weights, links."""
 
     joints: int
@@ -73,19 +73,19 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Prior:
+class EmptyPrior:
     """Mean and covariance of all unknowns."""
 
-    layout: Layout
+    layout: EmptyLayout
     mean: Unknowns
     covariance: Float[np.ndarray, "unknown unknown"]
 
-    def with_sd(self, block: slice, sd: float) -> "Prior":
+    def with_sd(self, block: slice, sd: float) -> "EmptyPrior":
         """The same with another, independent standard deviation of a block."""
         covariance = self.covariance.copy()
         covariance[block, :] = covariance[:, block] = 0.0
         covariance[block, block] = sd**2 * np.eye(block.stop - block.start)
-        return Prior(self.layout, self.mean, covariance)
+        return EmptyPrior(self.layout, self.mean, covariance)
 
 
 def drive_sizes(description: RigDescription) -> Float[np.ndarray, " joint"]:
@@ -103,7 +103,7 @@ def usual_friction(
     return mean, sd
 
 
-def data_sheet_prior(description: RigDescription, tree: Tree) -> Prior:
+def data_sheet_prior(description: RigDescription, tree: Tree) -> EmptyPrior:
     """By the URDF, `rig.toml` and what is usual of such drives."""
     n, weights = len(tree.joints), len(description.calibration.weights_kg)
     kinds = [actuator.drive for actuator in description.settings.actuators]
@@ -129,7 +129,7 @@ def data_sheet_prior(description: RigDescription, tree: Tree) -> Prior:
     mean = np.concatenate([*means, np.zeros(2), np.ones(weights), tree.phi.ravel()])
     sd = np.concatenate([*sds, np.full(2, TILT_SD), np.full(weights, WEIGHT_SD)])
     links = [_link_covariance(phi) for phi in tree.phi]
-    return Prior(Layout(n, weights), mean, np.asarray(block_diag(np.diag(sd**2), *links)))
+    return EmptyPrior(EmptyLayout(n, weights), mean, np.asarray(block_diag(np.diag(sd**2), *links)))
 
 
 def _link_covariance(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, "10 10"]:

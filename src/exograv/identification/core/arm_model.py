@@ -12,7 +12,7 @@ from exograv.dynamics.closure import PIVOT_MIN, closure, cuff_energy, newton_ste
 from exograv.dynamics.friction import friction_torque
 from exograv.dynamics.loop_torque import ArmExpression, arm_load, exo_torque, static_load
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.assembly import Assembly
 from exograv.model.loops import NEAR_SINGULAR, LoopSolver
 from exograv.spatial import solve_symmetric
@@ -37,7 +37,7 @@ class ArmModel:
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly, self.machine = assembly, machine
-        self._layout = Layout.of(assembly)
+        self._layout = ParameterLayout.of(assembly)
         self.n_joints, self.n_parameters = assembly.n, self._layout.count
         self._kernel = kernel.compile(_torque_and_derivative(assembly, machine))
         self._solver = LoopSolver(assembly)
@@ -123,7 +123,7 @@ class ArmModel:
 
 
 def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
-    n, freedoms, layout = assembly.n, assembly.n_freedoms, Layout.of(assembly)
+    n, freedoms, layout = assembly.n, assembly.n_freedoms, ParameterLayout.of(assembly)
     q, v, a = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n)
     z_before, x = ca.SX.sym("z_before", freedoms), ca.SX.sym("x", layout.count)
     cuffs = cuff_energy(assembly)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 
 from .arm_model import ArmModel
 from .discrepancy import Discrepancy
@@ -14,7 +14,7 @@ from .setting import Setting, Springs
 
 def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discrepancy: Discrepancy) -> Setting:
     """What every method starts from, with this belief about the arm; `model` becomes the method's own."""
-    assembly, machine, layout = model.assembly, model.machine, Layout.of(model.assembly)
+    assembly, machine, layout = model.assembly, model.machine, ParameterLayout.of(model.assembly)
     of_machine = np.zeros(len(mean), dtype=bool)
     of_machine[layout.rotor.start : layout.viscous.stop] = True
     return Setting(

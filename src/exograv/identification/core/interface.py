@@ -14,7 +14,7 @@ Covariance = Float[np.ndarray, "parameter parameter"]
 
 
 @dataclass(slots=True)
-class Asked:
+class RequestedMotion:
     """The motion that was asked for, through the same filter as what was measured."""
 
     q: Joints
@@ -46,7 +46,7 @@ class Sample:
     tau: Joints
     """Measured torque of the joints [N·m]."""
 
-    asked: Asked | None = None
+    asked: RequestedMotion | None = None
     """None where nobody asked for a motion, or nobody knows for which."""
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.rig_settings import Place
 from exograv.model.support import sample_postures
 
@@ -39,7 +39,7 @@ class LeftOverPrediction:
     def __init__(self, model: ArmModel, x: Parameters):
         postures = sample_postures(model.assembly.description, POSTURES)
         relevant = np.zeros(model.n_parameters, dtype=bool)
-        layout = Layout.of(model.assembly)
+        layout = ParameterLayout.of(model.assembly)
         relevant[layout.phi] = relevant[layout.fit] = True
         rows = [np.where(relevant, model.at_rest(q, x)[1], 0.0) for q in postures]
         self._sensitivity: Float[np.ndarray, "posture joint parameter"] = np.array(rows)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout, table_parameters
+from exograv.dynamics.parameters import ParameterLayout, table_parameters
 from exograv.model.arm import Arm
 from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Place
@@ -44,7 +44,7 @@ def prior(
     assembly: Assembly, machine: CalibratedMachine
 ) -> tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]:
     """Mean (parameter,) and covariance, in the order of `dynamics.parameters`."""
-    layout, arm = Layout.of(assembly), assembly.arm
+    layout, arm = ParameterLayout.of(assembly), assembly.arm
     friction, sd = machine.friction, machine.friction_sd
     stiffness, neutral, damping = _springs(arm)
     mean = table_parameters(arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous))
@@ -83,7 +83,7 @@ def _fit_sd(arm: Arm) -> Float[np.ndarray, " 7"]:
 
 def _add_springs(
     covariance: Float[np.ndarray, "parameter parameter"],
-    layout: Layout,
+    layout: ParameterLayout,
     stiffness: Float[np.ndarray, "2 freedom"],
     neutral: Float[np.ndarray, "2 freedom"],
 ) -> None:

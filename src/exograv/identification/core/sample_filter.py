@@ -7,7 +7,7 @@ from scipy.linalg import expm
 
 from exograv import kernel
 
-from .interface import Asked, Sample
+from .interface import RequestedMotion, Sample
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -32,7 +32,7 @@ class SampleFilter:
         value, rate, second = self._state.T
         of_q, of_tau, of_asked = (slice(k * joints, (k + 1) * joints) for k in range(3))
         self.sample = Sample(0.0, value[of_q], rate[of_q], second[of_q], value[of_tau])
-        self._asked = Asked(value[of_asked], rate[of_asked], second[of_asked])
+        self._asked = RequestedMotion(value[of_asked], rate[of_asked], second[of_asked])
         """The newest filtered sample; its arrays are overwritten by `update`."""
 
     def restart(self) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .interface import Asked, Sample
+from .interface import RequestedMotion, Sample
 
 DESCENT_PERIOD_S = 0.02
 """Of methods that take single steps [s]: 50 Hz is seven times the corner."""
@@ -14,7 +14,7 @@ EARLY = 0.05
 """Share of the period by which a sample may come early; a log's 100 Hz may be 101."""
 
 
-class Pace:
+class SamplePace:
     """Takes the first sample, and then those at least a period after the last one taken."""
 
     def __init__(self, period_s: float):
@@ -57,4 +57,4 @@ class Averages:
             return None
         q, v, a, tau, *of_asked = np.mean(self._values, axis=0)
         self._values.clear()
-        return Sample(0.5 * (self._start_t + sample.t), q, v, a, tau, Asked(*of_asked) if of_asked else None)
+        return Sample(0.5 * (self._start_t + sample.t), q, v, a, tau, RequestedMotion(*of_asked) if of_asked else None)

@@ -13,7 +13,7 @@ from exograv.model.assembly import Assembly
 from exograv.motion import Trajectory
 
 from .basis import Coefficients, piece
-from .information import LeftOverCriterion, Seen, Statistics
+from .information import LeftOverCriterion, SeenMotion, Statistics
 from .limits import MotionLimits
 from .optimiser import solve
 from .problem import Problem
@@ -89,7 +89,7 @@ class Planner:
         rows = np.linspace(0, len(path) - 1, SAMPLES).astype(int)
         q = path.q[rows]
         seen = along(self._model, x, q, path.v[rows], path.a[rows], slopes=False)
-        F, B = Seen(problem.criterion, self._statistics, seen, q, path.seconds / SAMPLES).information(1.0)
+        F, B = SeenMotion(problem.criterion, self._statistics, seen, q, path.seconds / SAMPLES).information(1.0)
         P, root = np.linalg.inv(F), problem.criterion.root
         return root @ (P + P @ B @ P) @ root.T
 

@@ -105,7 +105,7 @@ Criterion = LeftOverCriterion | DeterminantCriterion
 
 
 @dataclass(frozen=True)
-class Seen:
+class SeenMotion:
     """A motion along one period, in the estimator's statistics."""
 
     criterion: Criterion

@@ -11,7 +11,7 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Parameters
 
 from .basis import Basis, Coefficients
-from .information import Criterion, Seen, Statistics
+from .information import Criterion, SeenMotion, Statistics
 from .limits import MotionLimits
 from .regressor import Along, along
 
@@ -119,8 +119,8 @@ class Problem:
             fitted[0] += np.maximum(limits.lower - low, 0.0) - np.maximum(high - limits.upper, 0.0)
         return fitted
 
-    def _seen(self, coefficients: Coefficients, seen: Along) -> Seen:
-        return Seen(self.criterion, self.statistics, seen, self.tables()[0] @ coefficients, self.dt)
+    def _seen(self, coefficients: Coefficients, seen: Along) -> SeenMotion:
+        return SeenMotion(self.criterion, self.statistics, seen, self.tables()[0] @ coefficients, self.dt)
 
     def tables(self) -> tuple[Any, Any, Any]:
         """Shapes with two derivatives at the samples."""

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 
 Parameters = Float[np.ndarray, " parameter"]
 Covariance = Float[np.ndarray, "parameter parameter"]
@@ -21,13 +21,13 @@ FORGETTING_DAYS = 90.0
 """Beyond the day-to-day share: an arm gains and loses muscle. The table's spread is back after some such times."""
 
 
-def kept_part(layout: Layout) -> slice:
+def kept_part(layout: ParameterLayout) -> slice:
     """Of all that is learned, what is the person's; rotors and friction are the machine's and calibrated anew."""
     return slice(0, layout.fit.stop)
 
 
 def carried_over(
-    layout: Layout,
+    layout: ParameterLayout,
     yesterday: tuple[Kept, Float[np.ndarray, "kept kept"]],
     table: tuple[Parameters, Covariance],
     days: float,
@@ -56,7 +56,7 @@ def carried_over(
     return mean, covariance
 
 
-def new_share(layout: Layout) -> Kept:
+def new_share(layout: ParameterLayout) -> Kept:
     """Share of the table's variance that is new on the next day, per entry of `kept_part` [-]."""
     share = np.full(layout.fit.stop, ARM_NEW)
     share[layout.fit] = np.tile(FIT_NEW, layout.arms)

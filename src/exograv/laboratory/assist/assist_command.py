@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from exograv.laboratory.provenance import laboratory_settings
-from exograv.laboratory.support_level.preparation import Subject, subject
+from exograv.laboratory.support_level.preparation import WeakSubject, subject
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.assist.page import write_assist_page
 from exograv.procedures.rehabilitation.assist.participant_record import (
-    Block,
-    Session,
+    AssistBlock,
+    AssistSession,
     opened,
     read_assist,
     write_assist,
@@ -24,7 +24,7 @@ from exograv.task.assist_protocol import LoadedAssist, load_assist_protocol
 from .options import AssistOptions
 from .session import fly_session
 
-Told = Callable[[Session, Block], None]
+Told = Callable[[AssistSession, AssistBlock], None]
 
 
 def assist_file(options: AssistOptions, folder: Path) -> Path:
@@ -61,7 +61,7 @@ def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, p
         with RecordingWriter(recording_path, one.laboratory.description.joints, settings) as recording:
             flight = one.flight(options.run_seed(session.number, done), recording)
 
-            def keep(now: Session, block: Block) -> None:
+            def keep(now: AssistSession, block: AssistBlock) -> None:
                 nonlocal file
                 file = file.with_session(now)
                 write_assist(path, file)
@@ -85,7 +85,7 @@ def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, p
     }
 
 
-def figures(options: AssistOptions, session: Session) -> dict[str, Any]:
+def figures(options: AssistOptions, session: AssistSession) -> dict[str, Any]:
     """By the contract of `exograv assist --json`, without paths."""
     following = next_session(session.protocol.rule, session.state)
     return {
@@ -111,7 +111,7 @@ def how_to_go_on(options: AssistOptions, folder: Path) -> str:
     return f"{kept} The same command goes on with this session; with --new-session another one begins."
 
 
-def _settings(options: AssistOptions, one: Subject, loaded: LoadedAssist, session: Session) -> dict[str, Any]:
+def _settings(options: AssistOptions, one: WeakSubject, loaded: LoadedAssist, session: AssistSession) -> dict[str, Any]:
     whole = laboratory_settings(one.laboratory)
     whole["settings"] |= {
         "options": options.kept | {"participant": options.participant, "session": session.number},

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
 from exograv.laboratory.support_level.flight import Attempt
-from exograv.procedures.rehabilitation.assist.participant_record import Block, Session
+from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS
 from exograv.task.assist_as_needed import AssistSettings, AssistState, decide
 
@@ -18,7 +18,9 @@ class Attempts(Protocol):
         ...
 
 
-def fly_session(flight: Attempts, session: Session, told: Callable[[Session, Block], None]) -> Session:
+def fly_session(
+    flight: Attempts, session: AssistSession, told: Callable[[AssistSession, AssistBlock], None]
+) -> AssistSession:
     """All blocks that are still to come; each is told when it is decided.
 
     Raises:
@@ -34,7 +36,7 @@ def fly_session(flight: Attempts, session: Session, told: Callable[[Session, Blo
     return session
 
 
-def fly_block(flight: Attempts, rule: AssistSettings, state: AssistState) -> Block:
+def fly_block(flight: Attempts, rule: AssistSettings, state: AssistState) -> AssistBlock:
     """One target after the other; an arm that sinks ends the block."""
     reached, sank = list[bool](), False
     while len(reached) < rule.block and not sank:
@@ -43,7 +45,7 @@ def fly_block(flight: Attempts, rule: AssistSettings, state: AssistState) -> Blo
         sank = one.rescued
     decision = decide(rule, state, reached, sank)
     after = decision.state
-    return Block(
+    return AssistBlock(
         support_percent=state.support_percent,
         reached=tuple(reached),
         sank=sank,

@@ -17,8 +17,8 @@ from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
 from exograv.model.description import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.rehabilitation.guided.floating_arm import Flown, rms_deg
-from exograv.procedures.rehabilitation.guided.grip import Led
+from exograv.procedures.rehabilitation.guided.floating_arm import FloatingArm, rms_deg
+from exograv.procedures.rehabilitation.guided.grip import GripOutcome
 from exograv.procedures.rehabilitation.guided.path_guide import PathGuide
 from exograv.procedures.rehabilitation.guided.repeat import repeat
 from exograv.procedures.rehabilitation.guided.taught_path import read_taught, taught, write_taught
@@ -133,7 +133,7 @@ def run_repeat(
 
         def watch(guide: PathGuide) -> None:
             np.maximum(muscles, np.abs(arm.rig.tau_voluntary), out=muscles)
-            if guide.state is Led.LED:
+            if guide.state is GripOutcome.LED:
                 true_errors.append(guide.target - arm.rig.truth.q)
 
         path_driven, act = whole.trajectory(arm.rig.period_s), _person(options.person, arm)
@@ -165,7 +165,7 @@ def _of_one_arm(options: GuidedOptions) -> VirtualLaboratory:
     return laboratory
 
 
-def _person(kind: PersonKind, arm: Flown[Twin]) -> Callable[[], bool]:
+def _person(kind: PersonKind, arm: FloatingArm[Twin]) -> Callable[[], bool]:
     """What the person does, `ACTS_S` after the arm floats; whether to be let go is asked for."""
     begins_s = arm.rig.t + ACTS_S
     lasts_s = {"relaxed": 0.0, "pauses": PAUSE_S, "overrules": math.inf, "lets-go": 0.0}[kind]

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.task.aircraft_line import AircraftSample, parse_line
-from exograv.task.aircraft_watch import Watch
+from exograv.task.aircraft_watch import AircraftWatch
 from exograv.task.events import Event
 from exograv.task.flight_profile import FlightProfile, Network, datagrams, samples
 from exograv.task.protocol_schema import Protocol, level_value
@@ -18,7 +18,7 @@ NETWORK = Network(loss=0.01, jitter_s=0.01)
 
 
 @runtime_checkable
-class Flown(Interface):
+class AcceleratedRoom(Interface):
     """A room that can be accelerated, and its clock."""
 
     @property
@@ -34,7 +34,9 @@ class Flown(Interface):
 class AircraftFeed:
     """Flies the twin's room and hears the aircraft."""
 
-    def __init__(self, protocol: Protocol, twin: Flown, seed: int, heard: Callable[[float, AircraftSample], None]):
+    def __init__(
+        self, protocol: Protocol, twin: AcceleratedRoom, seed: int, heard: Callable[[float, AircraftSample], None]
+    ):
         """The flight begins now; `heard` is told every sample that arrives, and when."""
         level, high = protocol.windows.level_of(protocol.windows.first_number).start, protocol.hypergravity
         profile = FlightProfile(
@@ -47,7 +49,7 @@ class AircraftFeed:
             profile = profile.model_copy(update=changes)
         self.profile = profile
         self._twin, self._heard, self._begun = twin, heard, twin.t
-        self._watch = Watch(protocol.aircraft, level)
+        self._watch = AircraftWatch(protocol.aircraft, level)
         self._flown: Iterator[tuple[float, AircraftSample]] = samples(self.profile, seed)
         self._sent = datagrams(self.profile, NETWORK, seed)
         self._next_flown, self._next_sent = next(self._flown, None), next(self._sent, None)

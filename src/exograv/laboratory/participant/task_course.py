@@ -8,13 +8,13 @@ import numpy as np
 
 from exograv import motion
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Controller, Moment, Pilot
+from exograv.loop.pilot import Controller, Pilot, TickSample
 from exograv.procedures.identification.identify import SKELETON_TICKS, record_skeleton
 from exograv.rig.twin import Twin
 from exograv.task.events import Distance, Event, Pause, Resume, Stop, Tick
 from exograv.task.picture import participant_picture
 from exograv.task.records import Record, marker
-from exograv.task.run import Run
+from exograv.task.run import TaskRun
 
 from .interface import Participant
 from .touch_panel import Panel
@@ -39,10 +39,10 @@ def silence(_t: float) -> Iterable[Event]:
 
 
 @dataclass
-class Course:
+class TaskCourse:
     """Flies a run from where it is to its end."""
 
-    run: Run
+    run: TaskRun
     pilot: Pilot
     twin: Twin
     controller: Controller
@@ -137,7 +137,7 @@ class Course:
         complete, count = len(run.state.complete), run.plan.protocol.windows.count
         return f"Window {complete + 1 if complete < count else count} of {count}"
 
-    def _listen(self, moment: Moment) -> None:
+    def _listen(self, moment: TickSample) -> None:
         twin, t = self.twin, moment.state.t
         self._ticks += 1
         self._feel_screen(t)
@@ -156,7 +156,7 @@ class Course:
         if off is not None:
             self.participant.touched(t, off)
 
-    def _tell(self, t: float, moment: Moment) -> None:
+    def _tell(self, t: float, moment: TickSample) -> None:
         for touch in self._panel.reported(t):
             self.feed(touch)
         for event in self.feed_from(t):
@@ -166,7 +166,7 @@ class Course:
         self.feed(Tick(t=t))
         self.participant.see(t, participant_picture(self.run.plan, self.run.state, t))
 
-    def _tell_distance(self, t: float, moment: Moment) -> None:
+    def _tell_distance(self, t: float, moment: TickSample) -> None:
         joints = float(np.abs(moment.state.q - self._q_rest).max())
         fingertip = None
         if isinstance(self.controller, ArmController):

@@ -74,7 +74,7 @@ class SimulatedRoom(Settings):
 
 def _place(assembly: Assembly, frame: str, angles_deg: tuple[float, ...]) -> Vector:
     """Where a frame of the first arm is at these angles of its first freedoms, in the base frame [m]."""
-    layout, limb = parameters.Layout.of(assembly), assembly.arm.limbs[0]
+    layout, limb = parameters.ParameterLayout.of(assembly), assembly.arm.limbs[0]
     z = np.zeros(assembly.n_freedoms)
     z[: len(angles_deg)] = np.deg2rad(angles_deg)
     fit = ca.DM.zeros(layout.fit.stop - layout.fit.start)

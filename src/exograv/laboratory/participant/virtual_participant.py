@@ -19,7 +19,7 @@ from exograv.rig.twin.behaviour.acting import ActingWearer, Physiology, usual_ph
 from exograv.rig.twin.behaviour.own_arm import OwnArm
 from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, Wander
 from exograv.rig.twin.world.surroundings import Surroundings
-from exograv.storage.session_checkpoint import Learned
+from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.picture import ParticipantPicture
 
 from .adaptation import Adaptation
@@ -174,11 +174,11 @@ class PointingPerson:
         return 1.0 - self.habits.mass_doubt * (1.0 - self.adaptation.felt)
 
     @property
-    def learned(self) -> Learned:
+    def learned(self) -> LearnedState:
         """What is kept for the next session."""
-        return Learned(slow=self.adaptation.slow, aim=(float(self._aim_off[0]), float(self._aim_off[1])))
+        return LearnedState(slow=self.adaptation.slow, aim=(float(self._aim_off[0]), float(self._aim_off[1])))
 
-    def remember(self, learned: Learned) -> None:
+    def remember(self, learned: LearnedState) -> None:
         """Former sessions, or the one that was broken off."""
         self.adaptation.remember(learned.slow)
         self._aim_off = np.array(learned.aim)

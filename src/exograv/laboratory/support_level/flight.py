@@ -12,7 +12,7 @@ from jaxtyping import Float
 from exograv import motion
 from exograv.errors import RigError
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Moment, Pilot
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS, TIME_S, ReachJudge, Target
 from exograv.task.levels import slewing_s
 
@@ -52,7 +52,7 @@ class Attempt:
     """Whether the machine took the whole weight again, because the arm sank."""
 
 
-class Flight:
+class SupportFlight:
     """Flies the machine and counts; what it knows of the arm is what control knows."""
 
     def __init__(self, pilot: Pilot, controller: ArmController, person: ReachingPerson, side: str):
@@ -137,7 +137,7 @@ class Flight:
         """Fly so long, or until it is done; the person acts, and the guard's level is control's."""
         dt, ended = self._pilot.rig.period_s, False
 
-        def act(moment: Moment) -> None:
+        def act(moment: TickSample) -> None:
             nonlocal ended
             self._person.act()
             person = self._pilot.envelope.person
@@ -155,7 +155,7 @@ class Flight:
             if ended:
                 break
 
-    def _look(self, moment: Moment, dt: float) -> None:
+    def _look(self, moment: TickSample, dt: float) -> None:
         """Where the fingertip is by control's model; an arm that sinks is carried again."""
         exo, arm = self._controller.skeleton(moment.q)
         before, self._tip = self._tip, np.array(arm[-1])

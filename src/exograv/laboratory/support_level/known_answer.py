@@ -16,7 +16,7 @@ from exograv.procedures.rehabilitation.support_level.threshold import DRAWS_LAST
 from exograv.rig.twin.behaviour.acting import usual_physiology
 from exograv.rig.twin.behaviour.weakness import ELBOW, involuntary, weak_physiology
 
-from .preparation import Subject
+from .preparation import WeakSubject
 from .weak_person import PerFreedom, Place
 
 ABOUT = 5
@@ -97,7 +97,7 @@ def isotonic(
     return np.array([mean for mean, _, count in pools for _ in range(count)])
 
 
-def static_answer(one: Subject, places: list[Place]) -> float | None:
+def static_answer(one: WeakSubject, places: list[Place]) -> float | None:
     """Least of `SUPPORTS` with which enough arms come to rest near enough; None where full support is not enough."""
     for support in SUPPORTS.tolist():
         near = [np.linalg.norm(one.body.own.fingertip(resting(one, place, support)) - place) for place in places]
@@ -106,7 +106,7 @@ def static_answer(one: Subject, places: list[Place]) -> float | None:
     return None
 
 
-def resting(one: Subject, place: Place, support: float) -> PerFreedom:
+def resting(one: WeakSubject, place: Place, support: float) -> PerFreedom:
     """Posture [rad] to which an arm that means to be at a place [m] sinks, or is drawn by its own elasticity.
 
     Muscles pull with what an average attempt mobilises, and the machine's dry friction helps: they give way where that

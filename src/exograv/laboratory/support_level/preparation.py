@@ -9,7 +9,7 @@ from exograv.laboratory.preparation import pilot_of, prepare
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import refuse_motorless
-from exograv.loop.person_limits_manager import Worn
+from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import read_exoskeleton
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -17,25 +17,25 @@ from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.weakness import Weakness, weakened
 
-from .flight import Flight
+from .flight import SupportFlight
 from .options import SupportOptions, weakness_of
-from .weak_person import Body, ReachingPerson
+from .weak_person import BodyKnowledge, ReachingPerson
 
 LIMIT_MARGIN = np.deg2rad(5.0)
 """A limb in soft cuffs is not exactly where the machine is."""
 
 
 @dataclass(frozen=True)
-class Subject:
+class WeakSubject:
     """A machine, a wearer of little strength, and what control found out about both."""
 
     laboratory: VirtualLaboratory
     weakness: Weakness
-    body: Body
+    body: BodyKnowledge
     known: ControllerKnowledge
     seed: int
 
-    def flight(self, run_seed: int, recording: RecordingWriter | None = None) -> Flight:
+    def flight(self, run_seed: int, recording: RecordingWriter | None = None) -> SupportFlight:
         """A test of its own; `run_seed` draws its noise.
 
         Raises:
@@ -46,14 +46,14 @@ class Subject:
         pilot: Pilot = pilot_of(twin, known.machine.actuators, laboratory, lambda _text, _share: None)
         if recording is not None:
             pilot = Pilot(twin, known.machine.actuators, pilot.envelope, recording)
-        pilot.worn = Worn(pilot.envelope, known.assembly, known.machine, known.x)
+        pilot.worn = PersonLimitsManager(pilot.envelope, known.assembly, known.machine, known.x)
         pilot.worn.know(known.x)
         controller = ArmController(known.assembly, known.machine, known.x, twin.period_s)
         person = ReachingPerson(self.body, self.weakness, twin, run_seed)
-        return Flight(pilot, controller, person, laboratory.wearer.arms[0].side)
+        return SupportFlight(pilot, controller, person, laboratory.wearer.arms[0].side)
 
 
-def subject(options: SupportOptions, progress: Progress) -> Subject:
+def subject(options: SupportOptions, progress: Progress) -> WeakSubject:
     """Draw, calibrate and identify.
 
     Raises:
@@ -71,5 +71,5 @@ def subject(options: SupportOptions, progress: Progress) -> Subject:
     weakness = weakness_of(options, len(description.arm_donning_posture))
     laboratory = replace(laboratory, wearer=weakened(laboratory.wearer, weakness))
     lower, upper = np.array([(joint.lower, joint.upper) for joint in read_exoskeleton(description).joints]).T
-    body = Body.of(laboratory, lower + LIMIT_MARGIN, upper - LIMIT_MARGIN)
-    return Subject(laboratory, weakness, body, prepare(laboratory, options.seed, progress), options.seed)
+    body = BodyKnowledge.of(laboratory, lower + LIMIT_MARGIN, upper - LIMIT_MARGIN)
+    return WeakSubject(laboratory, weakness, body, prepare(laboratory, options.seed, progress), options.seed)

@@ -15,9 +15,9 @@ from exograv.procedures.rehabilitation.support_level.threshold import DRAWS_LAST
 from exograv.recording import RecordingWriter
 from exograv.storage.self_test_pass import NOT_NEEDED
 
-from .flight import Attempt, Flight
+from .flight import Attempt, SupportFlight
 from .options import SupportOptions
-from .preparation import Subject, subject
+from .preparation import WeakSubject, subject
 
 
 def run_support_level(options: SupportOptions, folder: Path, progress: Progress) -> dict[str, Any]:
@@ -70,7 +70,7 @@ def run_recorded(recording: Path, folder: Path, name: str) -> dict[str, Any]:
     return _drawn(result | {"is_simulated": is_simulated, "recording": str(recording)}, folder, name)
 
 
-def search_flight(flight: Flight, seed: int, progress: Progress) -> tuple[Needed, list[Attempt]]:
+def search_flight(flight: SupportFlight, seed: int, progress: Progress) -> tuple[Needed, list[Attempt]]:
     """Search with attempts that are flown; they are returned too."""
     attempts: list[Attempt] = []
 
@@ -87,7 +87,7 @@ def _drawn(result: dict[str, Any], folder: Path, name: str) -> dict[str, Any]:
     return result | {"figure": str(write_support_figure(result, folder / f"{name}.svg"))}
 
 
-def _settings(options: SupportOptions, one: Subject) -> dict[str, Any]:
+def _settings(options: SupportOptions, one: WeakSubject) -> dict[str, Any]:
     whole = laboratory_settings(one.laboratory)
     # A file's place changes nothing; what it says is the weakness.
     whole["settings"]["options"] = asdict(options) | {"person_file": None}

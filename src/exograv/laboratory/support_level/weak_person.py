@@ -35,7 +35,7 @@ Place = Float[np.ndarray, " 3"]
 
 
 @dataclass(frozen=True)
-class Body:
+class BodyKnowledge:
     """What somebody knows of the own arm and of the machine they are used to; made once a person."""
 
     own: OwnArm
@@ -45,7 +45,7 @@ class Body:
     """Postures into which the machine goes along [rad]."""
 
     @classmethod
-    def of(cls, laboratory: VirtualLaboratory, lower: PerFreedom, upper: PerFreedom) -> "Body":
+    def of(cls, laboratory: VirtualLaboratory, lower: PerFreedom, upper: PerFreedom) -> "BodyKnowledge":
         """Of the laboratory's wearer in its machine."""
         description, machine, wearer = laboratory.description, laboratory.machine, laboratory.wearer
         own = OwnArm(description, machine, wearer)
@@ -64,7 +64,7 @@ class Body:
 class ReachingPerson:
     """In a twin that somebody else flies; `act` once a tick."""
 
-    def __init__(self, body: Body, weakness: Weakness, twin: Twin, seed: int):
+    def __init__(self, body: BodyKnowledge, weakness: Weakness, twin: Twin, seed: int):
         """At rest, fully supported; `seed` draws what each attempt mobilises, and noise."""
         self._body, self._twin = body, twin
         self._muscles = WeakWearer(weakness, twin.period_s, np.random.default_rng([seed, 47]))

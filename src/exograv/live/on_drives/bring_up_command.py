@@ -12,9 +12,9 @@ from exograv.errors import ConfigError
 from exograv.loop.pilot import Progress
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, Side, load_rig
-from exograv.procedures.bring_up.bench_machine import Line
+from exograv.procedures.bring_up.bench_machine import BenchMachine
 from exograv.procedures.bring_up.hands import Hands
-from exograv.procedures.bring_up.in_motion import Powered
+from exograv.procedures.bring_up.in_motion import PoweredSteps
 from exograv.procedures.bring_up.unpowered import stop_is_heard, turns, watchdog, wiring, zero_torque
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
 from exograv.rig.drives.opening import DrivenRig, open_drives
@@ -123,12 +123,12 @@ def _acts(
     description: RigDescription, drives: Drives, rig: DrivenRig, hands: Hands, progress: Progress, lock_step: bool
 ) -> list[tuple[str, Act]]:
     """Name and deed of each step, the least dangerous first."""
-    line, joints = Line(rig, drives, lock_step), description.joints
-    moving: list[Powered] = []
+    line, joints = BenchMachine(rig, drives, lock_step), description.joints
+    moving: list[PoweredSteps] = []
 
-    def powered() -> Powered:
+    def powered() -> PoweredSteps:
         if not moving:
-            moving.append(Powered(description, read_exoskeleton(description), line, drives, hands, progress))
+            moving.append(PoweredSteps(description, read_exoskeleton(description), line, drives, hands, progress))
         return moving[0]
 
     def leads(joint: int) -> list[Step]:

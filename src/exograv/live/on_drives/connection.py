@@ -15,7 +15,7 @@ from exograv.procedures.bring_up.hands import BenchHands, Hands, KeyboardHands
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.opening import DrivenRig, open_drives
 from exograv.rig.drives.settings import Drives, load_drives
-from exograv.runtime.clock.pace import Pace
+from exograv.runtime.clock.pace import RealTimePace
 from exograv.safety.envelope import Envelope, Limits
 
 from .simulated_drives import simulated_drives
@@ -61,7 +61,7 @@ class Connected:
 
     def pilot(self, actuators: ActuatorGain, limits: Limits, progress: Progress) -> Pilot:
         """Flies it, at its own pace."""
-        pace = None if self.lock_step else Pace(self.rig.period_s)
+        pace = None if self.lock_step else RealTimePace(self.rig.period_s)
         return Pilot(self.rig, actuators, Envelope(limits, self.rig.period_s), progress=progress, pace=pace)
 
 

@@ -11,11 +11,11 @@ from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
-from exograv.live.live_control import Plan
+from exograv.live.live_control import LivePlan
 from exograv.live.live_figures import flown_figures, learned_figures
 from exograv.live.live_flight import LiveOptions, fly_plan, lesson_plan
 from exograv.live.live_identification import lesson_passes, unknown_person
-from exograv.live.live_processes import Flown
+from exograv.live.live_processes import LiveResult
 from exograv.live.simulated_wearer import SimulatedWearer
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
@@ -36,7 +36,7 @@ from exograv.runtime.ros2.bridging import Bridging
 from exograv.runtime.ros2.streaming import Streaming
 from exograv.storage.calibration_file import take_calibration
 from exograv.storage.self_test_pass import FILE as PASS
-from exograv.storage.self_test_pass import Key
+from exograv.storage.self_test_pass import MachineKey
 
 from .calibration import settings_of_lengths
 from .connection import DrivesAsked, Say, drives_with_hands
@@ -51,7 +51,7 @@ READY = (
 
 
 @dataclass(frozen=True)
-class Person:
+class PersonForm:
     """Who is in the machine, as far as scale, tape and form say."""
 
     height_m: float | None = None
@@ -65,7 +65,7 @@ class Person:
 class FlownOnDrives:
     """A live run on drives, and what it was flown with."""
 
-    flown: Flown
+    flown: LiveResult
     figures: dict[str, Any]
     """As `exograv live` writes them."""
     prepared: ControllerKnowledge
@@ -77,7 +77,7 @@ class FlownOnDrives:
 def run_live_on_drives(
     options: LiveOptions,
     asked: DrivesAsked,
-    person: Person,
+    person: PersonForm,
     calibration: Path,
     folder: Path,
     progress: Progress,
@@ -95,7 +95,7 @@ def run_live_on_drives(
 def fly_on_drives(  # noqa: PLR0913
     options: LiveOptions,
     asked: DrivesAsked,
-    person: Person,
+    person: PersonForm,
     calibration: Path,
     folder: Path,
     progress: Progress,
@@ -124,7 +124,7 @@ def fly_on_drives(  # noqa: PLR0913
         drives, _ = stack.enter_context(drives_with_hands(worn, description, say, "A live run"))
         serial, period_s = asked.serial(drives), drives.period_s
         known = take_calibration(calibration, description, serial, datetime.now(UTC)).whole
-        key = Key(folder / PASS, description, serial, known.content_sha256)
+        key = MachineKey(folder / PASS, description, serial, known.content_sha256)
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
         progress("Preparing for anybody's arm", 0.0)
@@ -132,7 +132,7 @@ def fly_on_drives(  # noqa: PLR0913
         passes = lesson_passes(assembly, options.identify_s, period_s, verification)
         passes_s = 0.0 if passes is None else period_s * len(passes.path)
         lesson = lesson_plan(prepared, options.identify_s, period_s, stack, verification, passes_s)
-        plan = Plan(
+        plan = LivePlan(
             description, told, prepared, unknown_person(assembly, machine), 0.0, partial(open_drives, drives),
             round(1e9 * period_s), lesson, key,
         )  # fmt: skip
@@ -156,7 +156,7 @@ def _verification(prepared: ControllerKnowledge, options: LiveOptions, seed: int
     return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
 
 
-def _told(description: RigDescription, person: Person) -> WearerForm:
+def _told(description: RigDescription, person: PersonForm) -> WearerForm:
     missing = [
         option
         for option, value in (
@@ -172,7 +172,7 @@ def _told(description: RigDescription, person: Person) -> WearerForm:
     return WearerForm(Body(person.height_m, person.mass_kg, person.sex, dict(lengths)), lengths)
 
 
-def _told_virtual(wearer: SimulatedWearer, person: Person) -> WearerForm:
+def _told_virtual(wearer: SimulatedWearer, person: PersonForm) -> WearerForm:
     """Of the virtual person: what scale, tape and form say of it."""
     if person.lengths or person.height_m is not None or person.mass_kg is not None or person.sex is not None:
         raise ConfigError("--simulate draws its own person: leave out --body-height, --body-mass, --sex and --length.")

@@ -18,7 +18,7 @@ from exograv.procedures.verification.options import VerifyOptions
 from exograv.procedures.verification.verification import Verified, judged
 
 from .connection import DrivesAsked, Say
-from .float_command import FlownOnDrives, Person, fly_on_drives
+from .float_command import FlownOnDrives, PersonForm, fly_on_drives
 
 FLOATS_S = 5.0
 """After the passes, until the run ends [s]."""
@@ -36,7 +36,7 @@ class Files:
 def run_verification_on_drives(
     options: VerifyOptions,
     asked: DrivesAsked,
-    person: Person,
+    person: PersonForm,
     files: Files,
     progress: Progress,
     say: Say,

@@ -12,7 +12,7 @@ from exograv.model.description import RigDescription
 from exograv.runtime.control_loop.exchange import ASTRAY, RESET, STOP_PRESSED, TOLD_LEVEL
 from exograv.safety.envelope import Envelope, StopReason
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.signals import JointState
 
 from .columns import Again, Columns
@@ -59,7 +59,7 @@ class Guarding:
         """Begin anew, from this torque (joint,) [N·m] where the motors give one."""
         envelope = Envelope(limits(self._description), self._period_s)
         if self._person is not None:
-            envelope.person = Person(self._person, self._gravity_level)
+            envelope.person = GuardedPerson(self._person, self._gravity_level)
             envelope.person.drive(self._is_driven)
         if tau is not None:
             envelope.begin(tau)
@@ -72,7 +72,7 @@ class Guarding:
     def wear(self, person: PersonLimits | None, gravity_level: float, is_driven: bool) -> None:
         """Somebody else is in the machine from here on, or nobody."""
         self._person = person
-        self.guard.envelope.person = None if person is None else Person(person, gravity_level)
+        self.guard.envelope.person = None if person is None else GuardedPerson(person, gravity_level)
         self.feel(gravity_level, is_driven)
 
     def feel(self, gravity_level: float, is_driven: bool) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from exograv.control.exo_tick import ExoTick
 from exograv.control.observer import Observer
-from exograv.control.tick import Mode
+from exograv.control.tick import ControlMode
 from exograv.errors import RecordingError
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import CLOSURE_SLOPE_MAX, Progress
@@ -16,14 +16,14 @@ from exograv.signals import Reference
 
 from .columns import Again, Columns, each_tick
 from .guard_replay import SETTLED_S, Guarding
-from .recorded_run import Recorded, readable
+from .recorded_run import RecordedRun, readable
 from .what_if import Instead
 
 
 class Lockstep:
     """Flies the ticks of one recording."""
 
-    def __init__(self, recorded: Recorded, instead: Instead):
+    def __init__(self, recorded: RecordedRun, instead: Instead):
         self._recorded, self._instead = recorded, instead
         self._columns = Columns(recorded.recording.ticks)
         self._lost = recorded.gaps.tolist()
@@ -71,7 +71,7 @@ class _Pilot:
     """One machine with its guard and its observer, and whoever flies it."""
 
     def __init__(
-        self, recorded: Recorded, instead: Instead, columns: Columns, again: Again, message: dict[str, Any]
+        self, recorded: RecordedRun, instead: Instead, columns: Columns, again: Again, message: dict[str, Any]
     ):  # fmt: skip
         self._recorded, self._instead, self._columns, self._again = recorded, instead, columns, again
         self._period_s, joints = message["period_s"], len(recorded.recording.joints)
@@ -162,6 +162,6 @@ class _Pilot:
         if isinstance(flying, ArmController):
             drive, gravity_level, arm_share = columns.mode[k]
             instead = self._instead.gravity_level
-            mode = Mode(drive, gravity_level if instead is None else instead, arm_share)
+            mode = ControlMode(drive, gravity_level if instead is None else instead, arm_share)
             flying.mode.drive, flying.mode.gravity_level, flying.mode.arm_share = astuple(mode)
         return flying.step(observer.q, observer.v, Reference(q, v, a))

@@ -8,11 +8,11 @@ from exograv.loop.replay_log import versions
 from exograv.model.description import load_rig
 
 from .columns import Again
-from .recorded_run import Recorded
+from .recorded_run import RecordedRun
 from .what_if import Instead
 
 
-def circumstances(recorded: Recorded, again: Again, instead: Instead) -> list[str]:
+def circumstances(recorded: RecordedRun, again: Again, instead: Instead) -> list[str]:
     """Sentences about all that is not as it was in the run, whether the torques differ or not."""
     remark = recorded.recording.remark
     found = [] if remark is None else [f"{remark} What is before was replayed."]
@@ -47,7 +47,7 @@ def _substituted(instead: Instead) -> list[str]:
     ]
 
 
-def _other_rig(recorded: Recorded) -> list[str]:
+def _other_rig(recorded: RecordedRun) -> list[str]:
     """The machine's folder may have changed since; the recorded files were used."""
     settings = recorded.recording.settings
     hashes, name = settings.get("hashes") or {}, settings["rig"]

@@ -26,7 +26,7 @@ UNUSABLE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedRun:
     """A recording that can be flown again."""
 
     recording: Recording
@@ -67,7 +67,7 @@ class Recorded:
 
 
 @contextlib.contextmanager
-def recorded(path: Path, rig: str | None = None) -> Iterator[Recorded]:
+def recorded(path: Path, rig: str | None = None) -> Iterator[RecordedRun]:
     """Open a recording for a replay; the machine's files are there as long as it is open.
 
     Args:
@@ -91,7 +91,7 @@ def recorded(path: Path, rig: str | None = None) -> Iterator[Recorded]:
                 f"{path} is of a machine with the joints {', '.join(recording.joints)}; {description.name} has "
                 f"{', '.join(description.joints)}. Give the machine that it was recorded on with --rig, or none."
             )
-        yield Recorded(recording, description)
+        yield RecordedRun(recording, description)
 
 
 def refuse_silent(recording: Recording) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout, Parameters
+from exograv.dynamics.parameters import ParameterLayout, Parameters
 from exograv.errors import ConfigError
 from exograv.model.assembly import Assembly
 from exograv.storage.calibration_file import read_calibration
@@ -71,7 +71,7 @@ class Instead:
             ConfigError: The file cannot be used, or is of another kind of arm.
             ValueError: These are not an arm's parameters.
         """
-        layout = Layout.of(assembly)
+        layout = ParameterLayout.of(assembly)
         if x.shape != (layout.count,):
             raise ValueError(f"{x.size} parameters where this arm has {layout.count}")
         if self.person is not None:

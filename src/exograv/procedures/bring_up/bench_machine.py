@@ -9,13 +9,13 @@ from jaxtyping import Float
 from exograv.rig.drive_status import DriveFault, DriveStatus
 from exograv.rig.drives.opening import DrivenRig
 from exograv.rig.drives.settings import Drives
-from exograv.runtime.clock.pace import Pace
+from exograv.runtime.clock.pace import RealTimePace
 from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.signals import Command, JointState
 
 
 @dataclass(frozen=True)
-class Seen:
+class BenchSample:
     """What one period brought."""
 
     state: JointState
@@ -24,7 +24,7 @@ class Seen:
     """Since the watch began [s]."""
 
 
-class Line:
+class BenchMachine:
     """Reads and commands a machine without any feedback."""
 
     def __init__(self, rig: DrivenRig, drives: Drives, lock_step: bool = False):
@@ -35,13 +35,13 @@ class Line:
         self._zero = np.zeros(len(rig.joints))
 
     def watch(
-        self, seconds: float, until: Callable[[Seen], bool] | None = None, commands: bool = True
-    ) -> tuple[list[Seen], bool]:
+        self, seconds: float, until: Callable[[BenchSample], bool] | None = None, commands: bool = True
+    ) -> tuple[list[BenchSample], bool]:
         """Look for so long, commanding no torque, or nothing at all; ends early where `until` is met, and says so."""
-        pace, begun, found = Pace(self.rig.period_s), self.rig.t, list[Seen]()
+        pace, begun, found = RealTimePace(self.rig.period_s), self.rig.t, list[BenchSample]()
         while (passed := self.rig.t - begun) < seconds:
             state = self.rig.read()
-            found.append(Seen(state, self.rig.status(), passed))
+            found.append(BenchSample(state, self.rig.status(), passed))
             if until is not None and until(found[-1]):
                 return found, True
             if commands:
@@ -52,16 +52,16 @@ class Line:
         return found, False
 
 
-def all_say(fault: DriveFault) -> Callable[[Seen], bool]:
+def all_say(fault: DriveFault) -> Callable[[BenchSample], bool]:
     """Whether every drive reports this fault."""
     return lambda seen: all(fault in status.fault for status in seen.status)
 
 
-def positions(seen: list[Seen]) -> Float[np.ndarray, "tick joint"]:
+def positions(seen: list[BenchSample]) -> Float[np.ndarray, "tick joint"]:
     """Of all joints [rad]."""
     return np.array([one.state.q for one in seen])
 
 
-def currents(seen: list[Seen]) -> Float[np.ndarray, "tick joint"]:
+def currents(seen: list[BenchSample]) -> Float[np.ndarray, "tick joint"]:
     """Of all motors [A]."""
     return np.array([one.state.current for one in seen])

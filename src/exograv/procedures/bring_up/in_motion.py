@@ -11,23 +11,23 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import RigError
 from exograv.identification.calibration.empty_machine import GAIN_SD
 from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Moment, Pilot, Progress
-from exograv.model.description import RigDescription, Sweep
+from exograv.loop.pilot import Pilot, Progress, TickSample
+from exograv.model.description import JointSweep, RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import go_to, hold
 from exograv.procedures.calibration.breakaway_test import Nudger
 from exograv.procedures.calibration.calibrate import CHECK_WAY, SLOW, to_and_fro
 from exograv.procedures.calibration.empty_run import EmptyRun
-from exograv.procedures.self_test.recording_rig import PoweredTap
+from exograv.procedures.self_test.recording_rig import PoweredRecordingRig
 from exograv.rig.drive_status import DriveFault, DriveStatus
 from exograv.rig.drives.opening import DrivenRig
 from exograv.rig.drives.settings import Drives
-from exograv.runtime.clock.pace import Pace
+from exograv.runtime.clock.pace import RealTimePace
 from exograv.safety.envelope import Envelope
 from exograv.signals import JointState
 from exograv.storage.self_test_step import Step, within
 
-from .bench_machine import Line
+from .bench_machine import BenchMachine
 from .hands import Hands
 from .unpowered import WATCHDOG_WITHIN_MS, is_released
 
@@ -52,7 +52,7 @@ SCALE_MAX = 0.15  # docs/safety.md, F09
 Rows = Float[np.ndarray, "tick joint"]
 
 
-class Logged(PoweredTap):
+class Logged(PoweredRecordingRig):
     """Between computer and drives, which keep saying how they are."""
 
     def __init__(self, rig: DrivenRig):
@@ -75,12 +75,12 @@ class Logged(PoweredTap):
 
 
 @dataclass
-class Powered:
+class PoweredSteps:
     """The machine under torque."""
 
     description: RigDescription
     tree: Tree
-    line: Line
+    line: BenchMachine
     drives: Drives
     hands: Hands
     progress: Progress
@@ -98,7 +98,7 @@ class Powered:
     def _pilot(self) -> Pilot:
         rig = self.log
         envelope = Envelope(self._limits, rig.period_s)
-        pace = None if self.line.lock_step else Pace(rig.period_s)
+        pace = None if self.line.lock_step else RealTimePace(rig.period_s)
         return Pilot(rig, self._gains, envelope, progress=self.progress, pace=pace)
 
     def begin(self) -> None:
@@ -122,7 +122,7 @@ class Powered:
         self.begin()
         farthest = 0.0
 
-        def listener(moment: Moment) -> None:
+        def listener(moment: TickSample) -> None:
             nonlocal farthest
             self.run.listen(moment)
             farthest = max(farthest, float(np.abs(moment.reference.q - moment.q)[joint]))
@@ -194,7 +194,7 @@ class Powered:
         return [Step(f"{name}: weighs {mass:g} kg as", passed, round(scale, 3), "0.85 to 1.15", "times that",
                      "" if passed else what)]  # fmt: skip
 
-    def _plan(self, joint: int) -> Sweep:
+    def _plan(self, joint: int) -> JointSweep:
         plans = self.description.calibration.sweeps
         return next(plan for plan in plans if plan.joint == self.description.joints[joint])
 
@@ -202,7 +202,7 @@ class Powered:
         """Torque by the current and by the model [N·m] at places on a slow way, mean of both directions."""
         rows: list[tuple[float, float, float, float]] = []
 
-        def listener(moment: Moment) -> None:
+        def listener(moment: TickSample) -> None:
             self.run.listen(moment)
             rows.append((moment.reference.v[joint], moment.q[joint], moment.tau_measured[joint],
                          moment.tau_feedforward[joint]))  # fmt: skip
@@ -234,7 +234,7 @@ class Powered:
         self._go(0, LOADED_RAD, "Raising the machine")
         path = hold(run.pilot.q.copy(), seconds + AFTER_S, run.pilot.rig.period_s)
 
-        def listener(_moment: Moment) -> None:
+        def listener(_moment: TickSample) -> None:
             nonlocal ticks
             ticks += 1
             if ticks == 1:

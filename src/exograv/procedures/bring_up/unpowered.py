@@ -9,7 +9,7 @@ from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import Drives
 from exograv.storage.self_test_step import Step, within
 
-from .bench_machine import Line, all_say, currents, positions
+from .bench_machine import BenchMachine, all_say, currents, positions
 from .hands import Hands
 
 TURNED = np.deg2rad(5.0)
@@ -50,7 +50,7 @@ def wiring(drives: Drives, torque_max: np.ndarray, gain: np.ndarray) -> list[Ste
     ]  # fmt: skip
 
 
-def turns(line: Line, hands: Hands, joint: int) -> list[Step]:
+def turns(line: BenchMachine, hands: Hands, joint: int) -> list[Step]:
     """One joint is turned by hand, its motor off: its encoder must count up, and no other."""
     name = line.rig.joints[joint]
     start = line.rig.read().q.copy()
@@ -80,7 +80,7 @@ def turns(line: Line, hands: Hands, joint: int) -> list[Step]:
     return [Step(title, passed, round(float(way[joint]), 2), np.rad2deg(TURNED), "°", "" if passed else what)]
 
 
-def stop_is_heard(line: Line, hands: Hands) -> list[Step]:
+def stop_is_heard(line: BenchMachine, hands: Hands) -> list[Step]:
     """The hardware stop is pressed while all motors are off: every drive must see it, and refuse to be switched on."""
     hands.press_stop()
     found, heard = line.watch(hands.patience_s, all_say(DriveFault.STOP_LINE), commands=False)
@@ -113,7 +113,7 @@ def stop_is_heard(line: Line, hands: Hands) -> list[Step]:
     return steps
 
 
-def is_released(line: Line, hands: Hands) -> tuple[bool, bool]:
+def is_released(line: BenchMachine, hands: Hands) -> tuple[bool, bool]:
     """Have the hardware stop released; whether all motors stay off then, and whether they can be switched on."""
     hands.release_stop()
     until, stays_off = line.rig.t + hands.patience_s, True
@@ -127,7 +127,7 @@ def is_released(line: Line, hands: Hands) -> tuple[bool, bool]:
     return stays_off, False
 
 
-def zero_torque(line: Line) -> list[Step]:
+def zero_torque(line: BenchMachine) -> list[Step]:
     """All motors on, told no torque: nothing flows, nothing moves."""
     line.rig.enable()
     found, _ = line.watch(ZERO_S)
@@ -147,7 +147,7 @@ def zero_torque(line: Line) -> list[Step]:
     ]  # fmt: skip
 
 
-def watchdog(line: Line, drives: Drives, title: str) -> list[Step]:
+def watchdog(line: BenchMachine, drives: Drives, title: str) -> list[Step]:
     """Nobody commands any more: every drive must be off in time, and stay off when commands come again."""
     begun = line.rig.t
     tripped, _ = line.watch(4.0 * drives.watchdog_s, all_say(DriveFault.WATCHDOG), commands=False)

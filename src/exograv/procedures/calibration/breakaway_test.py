@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from exograv.dynamics.at_rest import carrying_torque, hanging_posture, weight_stiffness
 from exograv.identification.calibration.empty_prior import COULOMB, usual_friction
-from exograv.loop.pilot import Moment
+from exograv.loop.pilot import TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import hold
@@ -59,7 +59,7 @@ def held_torque(description: RigDescription, tree: Tree) -> Joints:
     return np.where(np.abs(weight) > HELD * usual_friction(description, COULOMB)[0], weight, 0.0)
 
 
-class Push:
+class BreakawayPush:
     """Controller without feedback: holds what would fall by the model's weight, and pushes at one joint."""
 
     closure_slope, clearance = 0.0, 1.0
@@ -92,7 +92,7 @@ class Nudger:
         self._first, self._rate = KNOWN * known, np.maximum(RATE * self._usual, KNOWN_RATE * known)
         hanging, q = starting_posture(run.tree), run.pilot.q.copy()
         # No feedback: by a reversed encoder it might drive the machine away.
-        self._push = Push(held_torque(run.description, run.tree))
+        self._push = BreakawayPush(held_torque(run.description, run.tree))
         refuse_not_hanging(run.description, hanging, q, carrying_torque(run.tree, q) - self._push.tau_feedforward)
         self._stiffness = np.diag(weight_stiffness(run.tree, q))
         self._speed = 0.0
@@ -160,7 +160,7 @@ class Nudger:
         q_start, way, size = run.pilot.observer.q.copy(), np.zeros(len(self._joints)), first
         self._speed = 0.0
 
-        def harder(moment: Moment) -> None:
+        def harder(moment: TickSample) -> None:
             nonlocal size
             self._listen(moment)
             if not size < self._most[joint]:
@@ -195,6 +195,6 @@ class Nudger:
                 return
         refuse_restless(run.description, way / STILL_S)
 
-    def _listen(self, moment: Moment) -> None:
+    def _listen(self, moment: TickSample) -> None:
         self._run.listen(moment)
         self._speed = max(self._speed, float(np.abs(moment.v).max()))

@@ -4,8 +4,8 @@ import numpy as np
 
 from exograv.identification.calibration.empty_machine import Calibration, calibrate, recheck
 from exograv.loop.pilot import Pilot
+from exograv.model.description import JointSweep as SweepSettings
 from exograv.model.description import RigDescription
-from exograv.model.description import Sweep as SweepSettings
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, go_to, hold, joined, sweep
 from exograv.rig import Powered

@@ -11,7 +11,7 @@ from exograv.errors import IdentificationError, RigError
 from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S, V_CLEAR, V_START, Sweeps
 from exograv.identification.calibration.empty_model import FILTER_DELAY_S
 from exograv.identification.core.sample_filter import SampleFilter
-from exograv.loop.pilot import Controller, Moment, Pilot
+from exograv.loop.pilot import Controller, Pilot, TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, hold
@@ -55,7 +55,7 @@ class EmptyRun:
         self._every = round(SAMPLE_PERIOD_S / self.pilot.rig.period_s)
         self._ticks = 0
 
-    def listen(self, moment: Moment) -> None:
+    def listen(self, moment: TickSample) -> None:
         """Filter one tick, and keep a sample now and then while something moves."""
         sample = self.filter.update(moment.state.q, moment.state.current)
         self._ticks += 1
@@ -112,10 +112,10 @@ class EmptyRun:
         dt, passed, lowers_s = self.pilot.rig.period_s, 0, self.operator.lowers_s
         ticks = round(lowers_s / dt)
 
-        def wait(moment: Moment) -> None:
+        def wait(moment: TickSample) -> None:
             self.filter.update(moment.state.q, moment.state.current)
 
-        def lower(moment: Moment) -> None:
+        def lower(moment: TickSample) -> None:
             nonlocal passed
             passed += 1
             if passed % HANG_TICKS == 0:
@@ -143,7 +143,7 @@ class _Watch:
         self.astray: tuple[int, float, float] | None = None
         """Joint, where it was led and where it stood [rad]."""
 
-    def __call__(self, moment: Moment) -> None:
+    def __call__(self, moment: TickSample) -> None:
         self._run.listen(moment)
         np.maximum(self.fastest, np.abs(moment.v), out=self.fastest)
         led = self._path.q[self._tick]

@@ -105,7 +105,7 @@ def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Pa
     )
 
 
-class Learner:
+class EstimatorSession:
     """Feeds a method, says when there is something to publish, and judges once a second."""
 
     def __init__(

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from exograv import motion
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.pilot import Moment, Pilot
+from exograv.loop.pilot import Pilot, TickSample
 
 from .identify import SKELETON_TICKS, record_skeleton
 
@@ -50,7 +50,7 @@ def float_arm(
     farthest = np.zeros_like(start)
     ticks = 0
 
-    def watch(moment: Moment) -> None:
+    def watch(moment: TickSample) -> None:
         nonlocal ticks
         np.maximum(farthest, np.abs(moment.state.q - start), out=farthest)
         ticks += 1

@@ -9,13 +9,13 @@ from exograv import motion
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.core.interface import Estimate, Outcome, Sample
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.person_limits_manager import Worn
-from exograv.loop.pilot import Moment, Pilot
+from exograv.loop.person_limits_manager import PersonLimitsManager
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
 
-from .estimator_session import Belief, Identification, Learner, restless_text
+from .estimator_session import Belief, EstimatorSession, Identification, restless_text
 from .method_names import MethodName, TorqueSourceName
 from .resting_poses import rest_first
 
@@ -56,7 +56,7 @@ class Identifier:
     ):
         self._pilot, self._controller, self._note = pilot, controller, note
         self._torque_source, self.machine = torque_source, machine
-        self._learner = Learner(controller.assembly, machine, name, pilot.rig.period_s, belief)
+        self._learner = EstimatorSession(controller.assembly, machine, name, pilot.rig.period_s, belief)
         self.result, self.model = self._learner.result, self._learner.model
         self._ticks = 0
 
@@ -65,7 +65,7 @@ class Identifier:
         """Who else listens to the samples, each before the method takes it."""
         return self._learner.followers
 
-    def __call__(self, moment: Moment) -> None:
+    def __call__(self, moment: TickSample) -> None:
         """One tick."""
         tau = moment.tau_measured if self._torque_source == "current" else moment.tau_commanded
         self._ticks += 1
@@ -110,7 +110,7 @@ def identify_arm(
     parts = parts or iter([identification_motion(assembly, seconds, dt)])
     path = next(parts)
     found = identifier.result
-    pilot.worn = worn = pilot.worn or Worn(pilot.envelope, assembly, identifier.machine, found.prior)
+    pilot.worn = worn = pilot.worn or PersonLimitsManager(pilot.envelope, assembly, identifier.machine, found.prior)
     worn.expect(found.prior, found.prior_covariance, V_MOTION)
     controller.mode.drive = 1.0
     rest_first(pilot, controller, identifier.result.method)
@@ -126,7 +126,7 @@ def identify_arm(
     return result
 
 
-def record_skeleton(pilot: Pilot, controller: ArmController, moment: Moment) -> None:
+def record_skeleton(pilot: Pilot, controller: ArmController, moment: TickSample) -> None:
     """Where exoskeleton and arm are, for the report's pictures."""
     if pilot.recording is not None:
         exo, arm = controller.skeleton(moment.q)

@@ -26,8 +26,8 @@ from exograv.storage.participant_file import (
 from exograv.storage.participant_schema import (
     SCHEMA_VERSION,
     Identified,
-    Person,
     StoredParticipant,
+    StoredPerson,
     parameter_rows,
     prior_hash,
 )
@@ -151,7 +151,7 @@ class ParticipantRun:
             held_out_error_Nm=rounded(self._held_out.rms),
             held_out_s=round(self._held_out.window_s, 2),
         )
-        person = Person.of(self._code(), self.told)
+        person = StoredPerson.of(self._code(), self.told)
         whole = stored_person(person, self.assembly, self.serial, identified, (found.last.x, covariance))
         write_participant(path, whole)
         return {
@@ -170,7 +170,7 @@ class ParticipantRun:
 
 
 def stored_person(
-    person: Person, assembly: Assembly, serial: str, identified: Identified, found: Belief
+    person: StoredPerson, assembly: Assembly, serial: str, identified: Identified, found: Belief
 ) -> StoredParticipant:
     """The file of a person in the machine of this serial number, as found."""
     return sealed(

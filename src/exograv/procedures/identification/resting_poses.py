@@ -8,7 +8,7 @@ from exograv.errors import ConfigError
 from exograv.identification.core.interface import Rest, RestingMethod
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.pilot import Moment, Pilot
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.rig.interface import CuffSensing, Rig
 
 TRAVEL = 0.6  # rad/s
@@ -27,7 +27,7 @@ class _Mean:
         self._rig = rig
         self.rows: list[tuple[Joints, Joints, Float[np.ndarray, "cuff 6"]]] = []
 
-    def __call__(self, moment: Moment) -> None:
+    def __call__(self, moment: TickSample) -> None:
         self.rows.append((moment.state.q, moment.tau_measured.copy(), self._rig.cuff_wrenches()))
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import IdentificationError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Outcome, Sample
@@ -36,7 +36,7 @@ def belief_today(
     """Mean and covariance before today's motion: by the file, and by the table alone."""
     table = prior(assembly, machine)
     days = (now - whole.identified.at_utc).total_seconds() / SECONDS_PER_DAY
-    layout = Layout.of(assembly)
+    layout = ParameterLayout.of(assembly)
     return carried_over(layout, (whole.mean, whole.covariance), table, max(days, 0.0)), table
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.dynamics.loop_torque import GRAVITY
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import ConfigError, ModelError
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
@@ -66,7 +66,7 @@ def run_export(options: ExportOptions) -> dict[str, Any]:
     whole = read_participant(options.participant)
     assembly = _assembly(options, whole)
     links = _links(options, assembly, whole)
-    layout = Layout.of(assembly)
+    layout = ParameterLayout.of(assembly)
     person = personal(assembly, links.phi, whole.mean[layout.phi], whole.mean[layout.fit])
     _refuse_impossible(person)
     springs, shifts, donned = (
@@ -153,7 +153,7 @@ def _refuse_impossible(person: Personal) -> None:
 
 def springs_of(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> ArmSprings:
     """Of the arm's joints; where a stiffness is zero or less there is no spring."""
-    layout, tree = Layout.of(assembly), assembly.arm.tree
+    layout, tree = ParameterLayout.of(assembly), assembly.arm.tree
     names = [tree.joints[i].name for limb in assembly.arm.limbs for i in limb.joints]
     stiffness = np.maximum(x[layout.stiffness], 0.0)
     neutral = np.divide(x[layout.spring_offset], stiffness, out=np.zeros_like(stiffness), where=stiffness > 0.0)
@@ -164,7 +164,7 @@ def springs_of(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> ArmSpr
 def _positions(
     assembly: Assembly, x: Float[np.ndarray, " parameter"], z: Float[np.ndarray, " freedom"]
 ) -> Mapping[str, float]:
-    fit = ca.SX(ca.DM(x[Layout.of(assembly).fit]))
+    fit = ca.SX(ca.DM(x[ParameterLayout.of(assembly).fit]))
     values = np.array(ca.evalf(arm_positions(assembly.arm, ca.SX(ca.DM(z)), fit))).ravel()
     return dict(zip(assembly.arm.tree.joint_names, values.tolist(), strict=True))
 
@@ -172,7 +172,7 @@ def _positions(
 def _shifts(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> Mapping[str, float]:
     """Where the shoulder's centre is in the middle of the task workspace."""
     lower, upper = assembly.description.workspace
-    z, _ = LoopSolver(assembly).solve(0.5 * (lower + upper), fit=x[Layout.of(assembly).fit])
+    z, _ = LoopSolver(assembly).solve(0.5 * (lower + upper), fit=x[ParameterLayout.of(assembly).fit])
     at = _positions(assembly, x, z)
     names = [assembly.arm.tree.joints[limb.shift].name for limb in assembly.arm.limbs]
     return {name: at[name] for name in names}

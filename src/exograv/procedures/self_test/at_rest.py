@@ -4,13 +4,13 @@ import numpy as np
 
 from exograv.errors import RigError
 from exograv.motion import hold
-from exograv.procedures.calibration.breakaway_test import Push, held_torque
+from exograv.procedures.calibration.breakaway_test import BreakawayPush, held_torque
 from exograv.safety.envelope import StopReason
 from exograv.storage.self_test_step import Step, within, worst
 
-from .bench import Bench
+from .bench import SelfTestRun
 from .controllers import Wild
-from .recording_rig import Passed
+from .recording_rig import PassedTicks
 
 LISTEN_S, SETTLE_S = 1.0, 0.3
 NOISE_MAX_DEG = 0.1
@@ -26,13 +26,13 @@ WILD_TICKS, WILD_NM = 20, 1000.0
 ROUNDING = 1e-4  # of a step
 
 
-def listen(bench: Bench) -> list[Step]:
+def listen(bench: SelfTestRun) -> list[Step]:
     """A second at rest: noise and agreement of the encoders, age of what comes, zero of the torques.
 
     Raises:
         RigError: The guard stopped it, for something else than a torque that nobody told.
     """
-    push, start = Push(held_torque(bench.description, bench.tree)), bench.tap.ticks
+    push, start = BreakawayPush(held_torque(bench.description, bench.tree)), bench.tap.ticks
     try:
         bench.fly(push, SETTLE_S, "Listening")
         passed = bench.fly(push, LISTEN_S, "Listening")
@@ -45,7 +45,7 @@ def listen(bench: Bench) -> list[Step]:
     return [*_encoders(bench, passed), *_fresh(passed), _zero(bench, passed)]
 
 
-def _encoders(bench: Bench, passed: Passed) -> list[Step]:
+def _encoders(bench: SelfTestRun, passed: PassedTicks) -> list[Step]:
     noise, noisy = worst(np.rad2deg(passed.q.std(axis=0)), bench.joints)
     steps = [
         within(
@@ -68,7 +68,7 @@ def _encoders(bench: Bench, passed: Passed) -> list[Step]:
     return [*steps, within("encoders agree", angle, APART_MAX_DEG, "°", what_to_do)]
 
 
-def _fresh(passed: Passed) -> list[Step]:
+def _fresh(passed: PassedTicks) -> list[Step]:
     fresh = "The driver hands on old measurements: look at bus and driver, nothing else may write to them."
     repeated = float((np.diff(passed.sequence) <= 0).mean())
     backwards = float(-np.diff(passed.t).min(initial=0.0))
@@ -80,7 +80,7 @@ def _fresh(passed: Passed) -> list[Step]:
     ]
 
 
-def _zero(bench: Bench, passed: Passed) -> Step:
+def _zero(bench: SelfTestRun, passed: PassedTicks) -> Step:
     told = passed.tau_commanded.mean(axis=0)
     bias = bench.gain * passed.current.mean(axis=0) - told
     value, name = worst(bias, bench.joints)
@@ -96,7 +96,7 @@ def _zero(bench: Bench, passed: Passed) -> Step:
     return step
 
 
-def wake_guard(bench: Bench) -> list[Step]:
+def wake_guard(bench: SelfTestRun) -> list[Step]:
     """Whether the guard cuts what is far too much, and stops what is no number."""
     start, envelope = bench.tap.ticks, bench.pilot.envelope
     wild = Wild(held_torque(bench.description, bench.tree), WILD_TICKS, WILD_NM)
@@ -120,7 +120,7 @@ def _said(reason: StopReason | None) -> str:
     return "not stopped" if reason is None else "stopped" if reason is StopReason.NOT_FINITE else reason.value
 
 
-def refuse_latched(bench: Bench) -> None:
+def refuse_latched(bench: SelfTestRun) -> None:
     """Raises RigError: the guard has stopped something that it should not have."""
     if (stop := bench.pilot.envelope.stop) is not None:
         raise RigError(f"The guard has stopped the self-test: {stop.value}")

@@ -10,18 +10,18 @@ from exograv.control.exo_tick import most_damping
 from exograv.errors import IdentificationError, RigError
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Controller, Moment, Pilot, Progress
+from exograv.loop.pilot import Controller, Pilot, Progress, TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, go_to, hold
 from exograv.procedures.calibration.empty_run import EmptyRun
 from exograv.rig import Rig
 from exograv.rig.drives.opening import DrivenRig
-from exograv.runtime.clock.pace import Pace
+from exograv.runtime.clock.pace import RealTimePace
 from exograv.safety.envelope import Envelope, StopReason
 from exograv.safety.guard import Guard
 
-from .recording_rig import Passed, PoweredTap, Tap
+from .recording_rig import PassedTicks, PoweredRecordingRig, RecordingRig
 
 TRAVEL = 1.1  # rad/s between postures
 
@@ -33,7 +33,7 @@ Press = Callable[[Guard], None]
 
 
 @dataclass(frozen=True)
-class Subject:
+class TestedMachine:
     """What is tested."""
 
     description: RigDescription
@@ -53,16 +53,16 @@ class Subject:
     """Whether the machine waits for us: a real one does not."""
 
 
-class Bench:
+class SelfTestRun:
     """One self-test under way."""
 
-    def __init__(self, subject: Subject, progress: Progress):
+    def __init__(self, subject: TestedMachine, progress: Progress):
         """Look at the machine; nothing moves."""
         machine = subject.calibration.machine
         self.description, self.calibration, self.press = subject.description, subject.calibration, subject.press
         self.tree = replace(subject.tree, phi=machine.phi)
         self.gain = machine.actuators.gain
-        self.tap = PoweredTap(subject.rig) if isinstance(subject.rig, DrivenRig) else Tap(subject.rig)
+        self.tap = PoweredRecordingRig(subject.rig) if isinstance(subject.rig, DrivenRig) else RecordingRig(subject.rig)
         worn = limits(subject.description)
         self.drive_damping = worn.damping_Nms_per_rad if subject.brake is None else subject.brake
         """With which a drive has to brake that hears nothing (joint,) [N·m·s/rad]."""
@@ -70,7 +70,7 @@ class Bench:
         self.damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, self.tree))
         """Of a soft descent of the empty machine (joint,) [N·m·s/rad]."""
         envelope = Envelope(replace(worn, damping_Nms_per_rad=self.damping), subject.rig.period_s)
-        pace = None if subject.in_lock_step else Pace(subject.rig.period_s)
+        pace = None if subject.in_lock_step else RealTimePace(subject.rig.period_s)
         self.pilot = Pilot(self.tap, machine.actuators, envelope, progress=progress, pace=pace)
         self.run = EmptyRun(self.description, self.tree, self.pilot, gravity=machine.gravity)
         self.zero = np.zeros(len(self.description.joints))
@@ -81,11 +81,11 @@ class Bench:
         """Of the machine."""
         return self.description.joints
 
-    def tau(self, passed: Passed) -> Float[np.ndarray, "tick joint"]:
+    def tau(self, passed: PassedTicks) -> Float[np.ndarray, "tick joint"]:
         """Measured torque [N·m]."""
         return self.gain * passed.current - self.zero
 
-    def fly(self, controller: Controller, seconds: float, text: str) -> Passed:
+    def fly(self, controller: Controller, seconds: float, text: str) -> PassedTicks:
         """Let a controller work; what passed meanwhile."""
         start = self.tap.ticks
         path = hold(self.pilot.q.copy(), seconds, self.tap.period_s)
@@ -97,7 +97,7 @@ class Bench:
         self.run.follow(go_to(self.pilot.q.copy(), q, TRAVEL, self.tap.period_s), text)
 
     def come_down(
-        self, controller: Controller, path: Trajectory, text: str, listener: Callable[[Moment], None]
+        self, controller: Controller, path: Trajectory, text: str, listener: Callable[[TickSample], None]
     ) -> StopReason | None:
         """Fly until the guard stops it, come down, and leave the latch; why it stopped, None where it did not.
 

@@ -9,7 +9,7 @@ from exograv.motion import go_to, hold, joined
 from exograv.procedures.calibration.breakaway_test import Nudger
 from exograv.storage.self_test_step import Step, within, worst
 
-from .bench import Bench
+from .bench import SelfTestRun
 from .controllers import Carry
 from .poses import telling_poses
 
@@ -28,7 +28,7 @@ SCALE_SD_MAX = 0.075  # so uncertain a scale cannot be told from one that is 15 
 Joints = Float[np.ndarray, " joint"]
 
 
-def nudge(bench: Bench) -> list[Step]:
+def nudge(bench: SelfTestRun) -> list[Step]:
     """Push every joint both ways, without feedback: it, and no other, has to move along the push.
 
     Half a newton metre alone moves no harmonic drive: the push begins at a part of the calibrated friction, and grows
@@ -39,7 +39,7 @@ def nudge(bench: Bench) -> list[Step]:
     return [Step("sign of each joint", True, f"{len(bench.joints)} of {len(bench.joints)} right", "all")]
 
 
-def hold_poses(bench: Bench) -> list[Step]:
+def hold_poses(bench: SelfTestRun) -> list[Step]:
     """Three postures: through each of them slowly both ways, then let go in it."""
     drifts = []
     for k, pose in enumerate(telling_poses(bench.description, bench.tree)):
@@ -58,13 +58,13 @@ def hold_poses(bench: Bench) -> list[Step]:
     return steps if not steps[0].passed else [*steps, *weight(bench)]
 
 
-def weight(bench: Bench) -> list[Step]:
+def weight(bench: SelfTestRun) -> list[Step]:
     """What the machine's own links say of all that has moved so far."""
     found = weigh_again(bench.description, bench.tree, bench.run.sweeps(), bench.calibration)
     return [_scale(bench, found), _offset(bench, found), _bias(bench, found)]
 
 
-def _pass_through(bench: Bench, pose: Joints, text: str) -> None:
+def _pass_through(bench: SelfTestRun, pose: Joints, text: str) -> None:
     dt = bench.tap.period_s
     up, down = pose + PASS_RAD, pose - PASS_RAD
     speed, way = PASS_SPEED, 1.5 * PASS_SPEED
@@ -72,7 +72,7 @@ def _pass_through(bench: Bench, pose: Joints, text: str) -> None:
     bench.run.follow(joined(there), text)
 
 
-def _drift(bench: Bench, text: str) -> Joints:
+def _drift(bench: SelfTestRun, text: str) -> Joints:
     """Let go by the feedback; how far each joint is from where it was after three seconds, or when one is too far."""
     carry, dt = Carry(bench.run.controller, len(bench.joints)), bench.tap.period_s
     start, way = bench.pilot.q.copy(), np.zeros(len(bench.joints))
@@ -84,7 +84,7 @@ def _drift(bench: Bench, text: str) -> Joints:
     return way
 
 
-def _scale(bench: Bench, found: Changed) -> Step:
+def _scale(bench: SelfTestRun, found: Changed) -> Step:
     told = found.scale_sd <= SCALE_SD_MAX
     error, name = worst(np.where(told, found.scale - 1.0, 0.0), bench.joints)
     what_to_do = (
@@ -102,7 +102,7 @@ def _scale(bench: Bench, found: Changed) -> Step:
     return Step(step.name, True, step.measured, step.limit, step.unit, cannot)
 
 
-def _offset(bench: Bench, found: Changed) -> Step:
+def _offset(bench: SelfTestRun, found: Changed) -> Step:
     """Of the joint that is farthest beyond what is allowed: more where its weight tells less."""
     allowed = np.maximum(np.deg2rad(OFFSET_MAX_DEG), SURE_SD * found.offset_sd)
     _, name = worst(found.offset / allowed, bench.joints)
@@ -121,7 +121,7 @@ def _offset(bench: Bench, found: Changed) -> Step:
     return Step(step.name, True, step.measured, step.limit, step.unit, cannot)
 
 
-def _bias(bench: Bench, found: Changed) -> Step:
+def _bias(bench: SelfTestRun, found: Changed) -> Step:
     value, name = worst(found.bias, bench.joints)
     what_to_do = (
         f"The motor of joint '{name}' gives {-value:+.2f} N·m beside what it reports: set the zero of its current "

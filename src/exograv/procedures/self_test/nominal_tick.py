@@ -4,7 +4,7 @@ import numpy as np
 
 from exograv import motion
 from exograv.control.observer import Observer
-from exograv.control.tick import Mode, Tick
+from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics.parameters import Parameters
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import CLOSURE_SLOPE_MAX
@@ -37,7 +37,7 @@ class MovingTick:
 
     def __init__(self, dt: float):
         self.tick, self._x, assembly = nominal_tick()
-        self.tick.mode = Mode(drive=1.0)
+        self.tick.mode = ControlMode(drive=1.0)
         excitation = assembly.description.excitation
         centre, sine, cosine = (
             np.deg2rad(x) for x in (excitation.centre_deg, excitation.sine_deg, excitation.cosine_deg)

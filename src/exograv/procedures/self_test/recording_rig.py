@@ -16,7 +16,7 @@ Rows = Float[np.ndarray, "tick joint"]
 
 
 @dataclass(frozen=True)
-class Passed:
+class PassedTicks:
     """What passed, tick by tick."""
 
     t: Float[np.ndarray, " tick"]
@@ -39,7 +39,7 @@ class Passed:
     """[N·m]"""
 
 
-class Tap:
+class RecordingRig:
     """A `Rig` in front of another."""
 
     def __init__(self, rig: Rig):
@@ -88,13 +88,13 @@ class Tap:
             self._rows.append((command, self._state))
         self._rig.write(self._last)
 
-    def passed(self, start: int, end: int | None = None) -> Passed:
+    def passed(self, start: int, end: int | None = None) -> PassedTicks:
         """Of the ticks from `start` on."""
         rows = self._rows[start:end]
         commands, states = [command for command, _ in rows], [state for _, state in rows]
         motors = [state.q_motor for state in states if state.q_motor is not None]
         t = np.array([command.t for command in commands])
-        return Passed(
+        return PassedTicks(
             t=t,
             age=t - np.array([state.t for state in states]),
             sequence=np.array([float(state.sequence) for state in states]),
@@ -104,7 +104,7 @@ class Tap:
             tau_commanded=_stacked([command.tau for command in commands]),
         )
 
-    def __enter__(self) -> "Tap":
+    def __enter__(self) -> "RecordingRig":
         return self
 
     def __exit__(
@@ -113,7 +113,7 @@ class Tap:
         """The machine's owner lets go of it."""
 
 
-class PoweredTap(Tap):
+class PoweredRecordingRig(RecordingRig):
     """In front of a machine whose drives have to be switched on."""
 
     def __init__(self, rig: DrivenRig):

@@ -3,14 +3,14 @@
 import numpy as np
 from jaxtyping import Float
 
-from exograv.loop.pilot import Moment
+from exograv.loop.pilot import TickSample
 from exograv.motion import Trajectory, go_to, hold, joined, sweep
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.safety.envelope import StopReason
 from exograv.storage.self_test_step import Step, within, worst
 
-from .bench import Bench
-from .recording_rig import Passed
+from .bench import SelfTestRun
+from .recording_rig import PassedTicks
 
 STOP_WITHIN_MS = 50.0  # docs/safety.md, F30
 GONE_WITHIN_S = 4.0  # docs/safety.md: what a stop may take with the motors on
@@ -34,7 +34,7 @@ MEAN_TICKS = 8
 Joints = Float[np.ndarray, " joint"]
 
 
-def press_stop(bench: Bench) -> list[Step]:
+def press_stop(bench: SelfTestRun) -> list[Step]:
     """Stop is pressed on the way to where the machine hangs: the descent begins, and no torque is left at its end."""
     dt, ticks, start = bench.tap.period_s, 0, bench.tap.ticks
     path = go_to(bench.pilot.q.copy(), starting_posture(bench.tree), HOME_SPEED, dt)
@@ -42,7 +42,7 @@ def press_stop(bench: Bench) -> list[Step]:
     press_after = round(PRESS_AT * len(path))
     pressed = seen = -1
 
-    def listener(moment: Moment) -> None:
+    def listener(moment: TickSample) -> None:
         nonlocal ticks, pressed, seen
         ticks += 1
         if ticks == press_after:
@@ -65,13 +65,13 @@ def press_stop(bench: Bench) -> list[Step]:
     ]
 
 
-def _left(bench: Bench, passed: Passed) -> float:
+def _left(bench: SelfTestRun, passed: PassedTicks) -> float:
     """The most that any motor still gives, beside what brakes [N·m]."""
     v = np.gradient(passed.q, bench.tap.period_s, axis=0)
     return worst((bench.tau(passed) + bench.damping * v).mean(axis=0), bench.joints)[0]
 
 
-def _gone(bench: Bench, passed: Passed) -> int:
+def _gone(bench: SelfTestRun, passed: PassedTicks) -> int:
     """Tick after which no mean over a tenth of a second is larger than what may be left."""
     ticks = round(0.1 / bench.tap.period_s)
     v = np.gradient(passed.q, bench.tap.period_s, axis=0)
@@ -79,14 +79,14 @@ def _gone(bench: Bench, passed: Passed) -> int:
     return int(np.flatnonzero(np.abs(means).max(axis=1) > REST_MAX_NM).max(initial=0))
 
 
-def stop_feeding(bench: Bench) -> list[Step]:
+def stop_feeding(bench: SelfTestRun) -> list[Step]:
     """In the middle of a motion the machine hears no more: every drive must let go by itself, and brake."""
     path = _crossing(bench)
     ticks, silent = 0, -1
     middle = len(path) // 4
     press = middle + round(SILENCE_S / bench.tap.period_s)
 
-    def listener(moment: Moment) -> None:
+    def listener(moment: TickSample) -> None:
         nonlocal ticks, silent
         bench.run.listen(moment)
         ticks += 1
@@ -100,7 +100,7 @@ def stop_feeding(bench: Bench) -> list[Step]:
     return _watchdog(bench, passed, silent - (bench.tap.ticks - len(passed.t)))
 
 
-def _crossing(bench: Bench) -> Trajectory:
+def _crossing(bench: SelfTestRun) -> Trajectory:
     """All joints at once, to the side where there is more room, and back."""
     dt, q = bench.tap.period_s, bench.pilot.q.copy()
     lower, upper = (np.array([getattr(joint, end) for joint in bench.tree.joints]) for end in ("lower", "upper"))
@@ -114,7 +114,7 @@ def _crossing(bench: Bench) -> Trajectory:
     )
 
 
-def _watchdog(bench: Bench, passed: Passed, silent: int) -> list[Step]:
+def _watchdog(bench: SelfTestRun, passed: PassedTicks, silent: int) -> list[Step]:
     """From 50 ms before the silence on; `silent` is its first tick."""
     dt = bench.tap.period_s
     tau, expires = bench.tau(passed), passed.t[silent] - dt + 0.005
@@ -155,7 +155,9 @@ def _falls(t: Float[np.ndarray, " tick"], tau: Float[np.ndarray, " tick"], befor
     return float(t[silent + below[0]] - t[silent]) if below.size else np.inf
 
 
-def _braking(bench: Bench, passed: Passed, tau: Float[np.ndarray, "tick joint"], trip: int) -> tuple[float, str]:
+def _braking(
+    bench: SelfTestRun, passed: PassedTicks, tau: Float[np.ndarray, "tick joint"], trip: int
+) -> tuple[float, str]:
     """Least share of its damping with which a drive brakes, from when it must have tripped until Stop, and its joint.
 
     What brakes by damping · v takes damping · way of momentum, in each short while: a joint may go on, then sink back.

@@ -7,14 +7,14 @@ from exograv.procedures.calibration.breakaway_checks import refuse_before_motion
 from exograv.storage.self_test_step import Step, tried
 
 from .at_rest import listen, wake_guard
-from .bench import Bench, Subject
+from .bench import SelfTestRun, TestedMachine
 from .in_motion import hold_poses, nudge
 from .stops import press_stop, stop_feeding
 
-Act = Callable[[Bench], list[Step]]
+Act = Callable[[SelfTestRun], list[Step]]
 
 
-def first_look(bench: Bench) -> list[Step]:
+def first_look(bench: SelfTestRun) -> list[Step]:
     """Joints, drives and first readings, before any current flows."""
     refuse_before_motion(bench.description, bench.tree, bench.pilot.rig)
     return [Step("joints and first readings", True, "as in rig.toml", "as in rig.toml")]
@@ -32,10 +32,10 @@ ACTS: Sequence[tuple[str, Act]] = (
 """In this order: nothing is fed back before its sign is known, and nothing is stopped in motion before it is held."""
 
 
-def test_machine(subject: Subject, progress: Progress) -> tuple[list[Step], float]:
+def test_machine(subject: TestedMachine, progress: Progress) -> tuple[list[Step], float]:
     """All of it on the empty machine; its steps, and how long the machine was busy [s]."""
     started = subject.rig.t
-    bench = Bench(subject, progress)
+    bench = SelfTestRun(subject, progress)
     steps: list[Step] = []
     try:
         for name, act in ACTS:

@@ -25,7 +25,7 @@ from exograv.procedures.weighing.slow_torque import Rows
 
 from .joint_estimate import JointPasses, Unknowns, rejected_share
 from .postures import Postures
-from .slow_passes import SAMPLE_S, Heard
+from .slow_passes import SAMPLE_S, PassSample
 
 DRAWS = 4000
 """Of the postures' torques: the ends of a 95 % interval are off by a fiftieth of its width."""
@@ -98,7 +98,7 @@ class LeftOverEstimator:
         self._sensitivity = np.array([self._model.at_rest(q, arm.x)[1] @ self._spread for q in postures])
 
     def estimate(
-        self, heard: Sequence[Heard], progress: Callable[[str, float], None] = lambda _text, _share: None
+        self, heard: Sequence[PassSample], progress: Callable[[str, float], None] = lambda _text, _share: None
     ) -> LeftOver:
         """From all samples of all passes; seconds pass."""
         rows = self._rows(heard)
@@ -119,7 +119,7 @@ class LeftOverEstimator:
         noise_scale = max(joint.noise_scale for joint in joints)
         return LeftOver(gains * np.stack(draws, axis=-1), middle, sd, noise_scale, rejected_share(joints))
 
-    def _rows(self, heard: Sequence[Heard]) -> Rows:
+    def _rows(self, heard: Sequence[PassSample]) -> Rows:
         """All joints' samples, linear in their unknowns."""
         rows, posture = [], -1
         for one in heard:
@@ -134,7 +134,7 @@ class LeftOverEstimator:
         return Rows(np.array([one.sample.t for one in heard]), H, y, noise)
 
     def _derivative(
-        self, one: Heard, by_parameter: Float[np.ndarray, "joint parameter"]
+        self, one: PassSample, by_parameter: Float[np.ndarray, "joint parameter"]
     ) -> Float[np.ndarray, "joint unknown"]:
         """What each unknown adds to the torque of each joint [N·m]."""
         H = np.zeros((len(one.sample.q), self._unknowns.constant.stop))

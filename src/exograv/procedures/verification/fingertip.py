@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import kernel
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Parameters
 from exograv.model.assembly import Assembly
@@ -30,7 +30,7 @@ class Fingertip:
         """For the arm `x` in its machine, at `postures` [rad]."""
         assembly = model.assembly
         self._tips, self._model, self._x = kernel.compile(_tips_function(assembly)), model.again(), x
-        self._fit = Layout.of(assembly).fit
+        self._fit = ParameterLayout.of(assembly).fit
         stiffness = np.array([PERSON_NM_PER_RAD[place] for place in assembly.description.places])
         self._per_torque = np.array([self._jacobian(q) for q in postures]) / stiffness
 
@@ -50,7 +50,7 @@ class Fingertip:
 
 
 def _tips_function(assembly: Assembly) -> ca.Function:
-    layout, tree = Layout.of(assembly), assembly.arm.tree
+    layout, tree = ParameterLayout.of(assembly), assembly.arm.tree
     z, fit = ca.SX.sym("z", layout.freedoms), ca.SX.sym("fit", layout.fit.stop - layout.fit.start)
     poses = body_poses(tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
     tips = [frame_pose(tree, poses, limb.prefix + "finger_tip").p for limb in assembly.arm.limbs]

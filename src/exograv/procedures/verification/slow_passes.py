@@ -11,7 +11,7 @@ from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.sample_pace import Averages
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.pilot import Moment, Pilot
+from exograv.loop.pilot import Pilot, TickSample
 
 from .postures import ROUNDS, SPEED_RAD_S, TRAVEL, Joints, Postures, visits
 
@@ -23,7 +23,7 @@ SLIDING = 0.6
 
 
 @dataclass(frozen=True)
-class Heard:
+class PassSample:
     """One sample, in the pass of one posture."""
 
     posture: int
@@ -38,7 +38,7 @@ class PassListener:
         self._averages = Averages(SAMPLE_S)
         self.posture: int | None = None
         """Whose pass it is; None on the way to one."""
-        self.heard: list[Heard] = []
+        self.heard: list[PassSample] = []
 
     def begin(self, posture: int | None) -> None:
         """What follows belongs to this posture, or to none."""
@@ -49,7 +49,7 @@ class PassListener:
         self._filter.restart()
         self.begin(self.posture)
 
-    def __call__(self, moment: Moment) -> None:
+    def __call__(self, moment: TickSample) -> None:
         """One tick."""
         self.take(moment.state.q, moment.tau_measured, moment.reference.q)
 
@@ -61,10 +61,10 @@ class PassListener:
         mean = self._averages.take(sample)
         # Near the turns friction helps nobody knows whom. A joint that a person holds back is told by its own speed.
         if mean is not None and mean.asked is not None and (np.abs(mean.asked.v) > SLIDING * SPEED_RAD_S).all():
-            self.heard.append(Heard(self.posture, mean))
+            self.heard.append(PassSample(self.posture, mean))
 
 
-def fly_passes(pilot: Pilot, controller: ArmController, postures: Postures, seed: int) -> Sequence[Heard]:
+def fly_passes(pilot: Pilot, controller: ArmController, postures: Postures, seed: int) -> Sequence[PassSample]:
     """Bring the arm to each posture and past it in both directions, carried and driven weakly.
 
     Raises:

@@ -11,14 +11,14 @@ from exograv.identification.core.interface import Estimate
 from exograv.identification.core.left_over import REJECTED_MAX, RESTLESS
 from exograv.identification.core.prior import prior
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.person_limits_manager import Worn
+from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.pilot import Pilot, Progress
 from exograv.study.targets import TARGET_NM
 
 from .estimate import ENDS, LeftOver, LeftOverEstimator
 from .fingertip import Fingertip
 from .postures import Postures, unseen_postures
-from .slow_passes import Heard, fly_passes
+from .slow_passes import PassSample, fly_passes
 
 RESTLESS_TEXT = "The person does not relax: what is left over cannot be told from muscles. Ask to let go, then repeat."
 
@@ -87,7 +87,9 @@ def verify_arm(
     """
     postures = unseen_postures(model.again(), arm.x, seen, seed)
     if pilot.worn is None:
-        pilot.worn = Worn(pilot.envelope, model.assembly, model.machine, prior(model.assembly, model.machine)[0])
+        pilot.worn = PersonLimitsManager(
+            pilot.envelope, model.assembly, model.machine, prior(model.assembly, model.machine)[0]
+        )
         pilot.worn.know(arm.x)
     start = pilot.rig.t
     heard = fly_passes(pilot, controller, postures, seed)
@@ -95,7 +97,7 @@ def verify_arm(
 
 
 def judged(
-    model: ArmModel, arm: Estimate, postures: Postures, heard: Sequence[Heard], seconds: float, progress: Progress
+    model: ArmModel, arm: Estimate, postures: Postures, heard: Sequence[PassSample], seconds: float, progress: Progress
 ) -> Verified:
     """What is left over by passes that have been flown.
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import softmax
 
-from exograv.dynamics.parameters import Layout, Parameters
+from exograv.dynamics.parameters import ParameterLayout, Parameters
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
 from exograv.identification.core.interface import Sample
@@ -75,7 +75,7 @@ class ArmJudge:
 
     def __init__(self, model: ArmModel):
         self._model, assembly, machine = model.again(), model.assembly, model.machine
-        self._layout = Layout.of(assembly)
+        self._layout = ParameterLayout.of(assembly)
         self._mean, covariance = prior(assembly, machine)
         phi = self._layout.phi
         bodies = square_root(covariance[phi, phi])

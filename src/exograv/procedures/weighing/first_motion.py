@@ -1,13 +1,13 @@
 """The first twenty seconds of a worn machine: the table carries, and the arm is moved gently."""
 
 from exograv import motion
-from exograv.dynamics.parameters import Layout
+from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.prior import prior
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.person_limits_manager import Worn
+from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.pilot import Pilot
 from exograv.model.support import sample_postures
 
@@ -33,11 +33,11 @@ def first_motion(pilot: Pilot, controller: ArmController, model: ArmModel) -> li
     dt, text = pilot.rig.period_s, "Does the arm weigh what the table says?"
     x = controller.x.copy()
     believed = prior(model.assembly, model.machine)
-    pilot.worn = pilot.worn or Worn(pilot.envelope, model.assembly, model.machine, believed[0])
+    pilot.worn = pilot.worn or PersonLimitsManager(pilot.envelope, model.assembly, model.machine, believed[0])
     pilot.worn.expect(*believed, SPEED)
     fade(pilot, controller, "drive", 1.0, pilot.q.copy())
     postures = sample_postures(model.assembly.description, CANDIDATES)[1:]
-    way = telling_way(model, x, x[Layout.of(model.assembly).phi], SPEED, postures)
+    way = telling_way(model, x, x[ParameterLayout.of(model.assembly).phi], SPEED, postures)
     approach = motion.go_to(pilot.q, way.low, TRAVEL, dt)
     to_and_fro = way.trajectory(max(SECONDS - approach.seconds, 0.0), dt)
     listener = Listener(model.n_joints, dt)

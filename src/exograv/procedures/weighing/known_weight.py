@@ -21,7 +21,7 @@ from exograv.motion import Trajectory
 
 from .motion_samples import Listener
 from .weighing_path import Way, telling_way
-from .weight_estimator import Passes, Weighing, WeightEstimator
+from .weight_estimator import Weighing, WeightEstimator, WeightPasses
 
 TORQUE_SHARE = 0.8  # of a motor's torque that arm, weight and friction may ask at rest; the rest is for moving
 SPEED = 0.7  # rad/s: a little faster than a relaxed arm is moved by hand
@@ -56,7 +56,7 @@ def weigh(
     dt, text = pilot.rig.period_s, f"Weighing at the {place}"
     x = arm.x.copy()
     for where, mass in controller.weights.items():
-        x[parameters.Layout.of(model.assembly).phi] += held_weight(model.assembly.arm, mass, at=where)
+        x[parameters.ParameterLayout.of(model.assembly).phi] += held_weight(model.assembly.arm, mass, at=where)
     way = weighing_way(model, x, place)
     estimator = WeightEstimator(model, x, _covariance(arm, model), place)
     fade(pilot, controller, "drive", 1.0, pilot.q.copy())
@@ -68,10 +68,10 @@ def weigh(
     hang(True)
     once = way.trajectory(0.0, dt)
     first = _heard(pilot, controller, way, once, f"{text}: a first look")
-    rough = estimator.weigh(Passes(empty[: len(first)], first))
+    rough = estimator.weigh(WeightPasses(empty[: len(first)], first))
     controller.carry(place, float(np.clip(rough.mass, 0.0, HEAVIEST_KG)), pilot.q)
     loaded = _heard(pilot, controller, way, way.trajectory(PASS_S, dt), f"{text}: with")
-    found = estimator.weigh(Passes(empty, loaded), rough.mass)
+    found = estimator.weigh(WeightPasses(empty, loaded), rough.mass)
     controller.carry(place, max(found.mass, 0.0), pilot.q)
     if pilot.worn is not None:
         weights = [held_weight(model.assembly.arm, mass, at=where) for where, mass in controller.weights.items()]
@@ -87,7 +87,7 @@ def weighing_way(model: ArmModel, x: parameters.Parameters, place: WeightPlace) 
     """
     held = held_weight(model.assembly.arm, HEAVIEST_KG, at=place)
     loaded = x.copy()
-    loaded[parameters.Layout.of(model.assembly).phi] += held
+    loaded[parameters.ParameterLayout.of(model.assembly).phi] += held
     description = model.assembly.description
     postures = sample_postures(description, CANDIDATES)[1:]
     asked = np.array([np.abs(model.at_rest(q, loaded)[0]) for q in postures]) + model.machine.friction.coulomb

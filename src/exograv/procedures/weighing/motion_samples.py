@@ -3,7 +3,7 @@
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
-from exograv.loop.pilot import Moment
+from exograv.loop.pilot import TickSample
 
 SAMPLE_S = BATCH_PERIOD_S
 """That a kept sample is the mean of [s], as in identification."""
@@ -29,7 +29,7 @@ class Listener:
     def __init__(self, joints: int, dt: float):
         self._filter, self._kept = SampleFilter(joints, dt), Kept()
 
-    def __call__(self, moment: Moment) -> None:
+    def __call__(self, moment: TickSample) -> None:
         """One tick."""
         sample = self._filter.update(moment.state.q, moment.tau_measured)
         if self._filter.settled:

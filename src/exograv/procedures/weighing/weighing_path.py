@@ -82,7 +82,7 @@ def telling_way(
         speed: Largest of a joint [rad/s].
         postures: Two at least, every pair of which is a way [rad].
     """
-    phi = parameters.Layout.of(model.assembly).phi
+    phi = parameters.ParameterLayout.of(model.assembly).phi
     loaded = x.copy()
     loaded[phi] += added
     asked = np.array([model.at_rest(q, loaded)[1][:, phi] @ added for q in postures])

@@ -42,7 +42,7 @@ class Weighing:
 
 
 @dataclass(frozen=True)
-class Passes:
+class WeightPasses:
     """What was heard on the same way."""
 
     empty: Sequence[Sample]
@@ -62,7 +62,7 @@ class WeightEstimator:
         self._model, self._x = model.again(), x
         self._place: WeightPlace = place
         assembly, machine = model.assembly, model.machine
-        self._phi = parameters.Layout.of(assembly).phi
+        self._phi = parameters.ParameterLayout.of(assembly).phi
         self._spread = square_root(covariance)
         self._sd = disturbance_sd(assembly.description.places)
         self._gain_sd = machine.actuators.gain_sd / machine.actuators.gain
@@ -72,7 +72,7 @@ class WeightEstimator:
         self._per_kg = held_weight(assembly.arm, 1.0, at=place)
         self._per_step = held_weight(assembly.arm, 1.0, at=place, farther_m=farther) - self._per_kg
 
-    def weigh(self, passes: Passes, mass: float = 0.0) -> Weighing:
+    def weigh(self, passes: WeightPasses, mass: float = 0.0) -> Weighing:
         """The weight that was there in the second pass, looked for from `mass` [kg]."""
         sd, mean = 0.0, None
         for _ in range(STEPS):

@@ -38,7 +38,7 @@ def write_transparency_report(results: Sequence[Result], html_path: Path) -> Pat
             _chapter("effort", "How much muscle it takes", draw_effort(results), EFFORT_TEXT),
             _chapter("causes", "What it is spent on", draw_causes(results), CAUSES_TEXT),
         ]
-    page = template("transparency.html.j2", "exograv.report.of_benchmarks").render(
+    page = template("transparency.html.j2", "exograv.report.of_benchmarks", "exograv.report.of_recording").render(
         headline=headline(results),
         facts=_facts(results[0]),
         tiles=[tile for result in results for tile in _tiles(result)],

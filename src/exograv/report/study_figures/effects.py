@@ -4,14 +4,14 @@ from matplotlib.figure import Figure
 
 from exograv.report.style.figure_style import BLUE, GREY, INK
 from exograv.study.measures.study_data import StudyData
-from exograv.study.statistics.findings import Findings, Interval
+from exograv.study.statistics.findings import Interval, StudyFindings
 
 from .groups import WIDTH_2, marked
 
 Line = tuple[str, float, Interval | None]
 
 
-def draw(data: StudyData, findings: Findings) -> Figure | None:
+def draw(data: StudyData, findings: StudyFindings) -> Figure | None:
     """A line an effect."""
     lines = ratios(findings)
     if not lines:
@@ -46,7 +46,7 @@ def draw(data: StudyData, findings: Findings) -> Figure | None:
     return marked(figure, data)
 
 
-def ratios(findings: Findings) -> list[Line]:
+def ratios(findings: StudyFindings) -> list[Line]:
     """Effects that are ratios of deviation, by whatever model."""
     effects = (findings.effect, *findings.other_effects)
     lines: list[Line] = [
@@ -67,7 +67,7 @@ def _level(interval: Interval | None) -> str:
     return "" if interval is None or interval.level >= 0.95 else f", {100.0 * interval.level:.0f} %"
 
 
-def explain(findings: Findings) -> str:
+def explain(findings: StudyFindings) -> str:
     """What one sees."""
     first, _ = findings.groups
     return (

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from exograv.report.study_figures import deviation, effects, gravity, learning, power, quality, target, windows
 from exograv.study.measures.study_data import StudyData
-from exograv.study.statistics.findings import Findings
+from exograv.study.statistics.findings import StudyFindings
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Drawn:
     text: str
 
 
-def drawn(data: StudyData, found: Findings | None, planned: dict[str, Any] | None) -> Iterator[Drawn]:
+def drawn(data: StudyData, found: StudyFindings | None, planned: dict[str, Any] | None) -> Iterator[Drawn]:
     """All chapters of which there is something to see, effects behind the first, power last; call it in house style."""
     for chapter in CHAPTERS:
         figure = chapter.draw(data)

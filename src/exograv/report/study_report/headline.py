@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from exograv.report.study_figures.groups import label
 from exograv.study.measures.selecting import people as people_in
 from exograv.study.measures.study_data import StudyData
-from exograv.study.statistics.findings import Findings
+from exograv.study.statistics.findings import StudyFindings
 
 from .results import interval_words, number
 
@@ -19,7 +19,7 @@ class Tile:
     note: str
 
 
-def headline(data: StudyData, found: Findings | None) -> str:
+def headline(data: StudyData, found: StudyFindings | None) -> str:
     """The result in a sentence; never a claim that the test does not carry."""
     if data.touches.empty:
         return "No touch counts yet: there is nothing to report."
@@ -42,7 +42,7 @@ def _people(n: int) -> str:
     return "one person" if n == 1 else f"{n} people"
 
 
-def tiles(data: StudyData, found: Findings | None) -> list[Tile]:
+def tiles(data: StudyData, found: StudyFindings | None) -> list[Tile]:
     """Beside each other under the headline."""
     if found is None:
         return []

@@ -17,7 +17,7 @@ from exograv.report.style.figure_style import house_style, inline_svg
 from exograv.report.style.templates import template
 from exograv.study.folder.study_folder import write_text_whole, written_whole
 from exograv.study.measures.study_data import StudyData
-from exograv.study.statistics.findings import Findings
+from exograv.study.statistics.findings import StudyFindings
 
 from .chapters import drawn
 from .exclusions import exclusions
@@ -37,7 +37,7 @@ class Content:
     """All that the page says."""
 
     data: StudyData
-    found: Findings | None
+    found: StudyFindings | None
     """None where there is nothing to compare."""
 
     why_not: str

@@ -4,8 +4,8 @@ from typing import Any
 
 from exograv.study.measures.selecting import people
 from exograv.study.measures.study_data import PRIMARY, StudyData
-from exograv.study.power.assumptions import LOG_2, Plan, Price
-from exograv.study.power.curve import Asked, power_study
+from exograv.study.power.assumptions import LOG_2, PlannedStudy, Price
+from exograv.study.power.curve import CurveOptions, power_study
 from exograv.study.power.pilot import read_pilot
 
 STUDIES = 2000
@@ -26,7 +26,7 @@ def next_study(data: StudyData, groups: tuple[str, str]) -> dict[str, Any] | Non
     if people(data.compared) < 3:
         return None
     pilot = read_pilot(data.tidy_touches, data.tables.participants, groups, PRIMARY)
-    plan = Plan(
+    plan = PlannedStudy(
         difference=LOG_2,
         person_sd=pilot.grid.person_sd_quantile(0.5),
         touch_sd=pilot.touch_sd,
@@ -34,4 +34,4 @@ def next_study(data: StudyData, groups: tuple[str, str]) -> dict[str, Any] | Non
         windows=pilot.windows,
         touches=round(max(1.0, pilot.touches_per_window)),
     )
-    return power_study(plan, Price(None, None), Asked(N_MAX, STUDIES), lambda what, share: None, pilot)
+    return power_study(plan, Price(None, None), CurveOptions(N_MAX, STUDIES), lambda what, share: None, pilot)

@@ -13,7 +13,7 @@ from exograv.study.folder.study_folder import StudyFolder, write_text_whole
 from exograv.study.measures.stored import measure_study
 from exograv.study.measures.study_data import PRIMARY, StudyData
 from exograv.study.statistics.compare import CompareSettings, compare
-from exograv.study.statistics.findings import Findings
+from exograv.study.statistics.findings import StudyFindings
 
 from .page import Content, Written, write_page
 from .planning import next_study
@@ -28,7 +28,7 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
         tell: Called with each source before it is read.
 
     Returns:
-        Figures for `--json`: what `Findings.contract` says, `figures` and `report`.
+        Figures for `--json`: what `StudyFindings.contract` says, `figures` and `report`.
 
     Raises:
         ConfigError: It is no study, or another command is changing it.
@@ -71,14 +71,14 @@ def reason_not_to_compare(data: StudyData) -> str:
     return ""
 
 
-def compared(data: StudyData) -> Findings:
+def compared(data: StudyData) -> StudyFindings:
     """The first two groups of the settings, by their touches that count."""
     first, second = list(data.settings.groups)[:2]
     settings = CompareSettings(groups=(first, second), protocol=PRIMARY)
     return compare(data.tidy_touches, data.tables.participants, settings)
 
 
-def answer(data: StudyData, found: Findings | None, why_not: str, written: Written) -> dict[str, Any]:
+def answer(data: StudyData, found: StudyFindings | None, why_not: str, written: Written) -> dict[str, Any]:
     """What the command says."""
     if found is not None:
         figures = found.contract()

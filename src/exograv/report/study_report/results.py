@@ -11,7 +11,7 @@ from exograv.study.measures.catalogue import measure as measure_of
 from exograv.study.measures.selecting import column, columns, keys, middle, rows
 from exograv.study.measures.study_data import StudyData
 from exograv.study.measures.table import SESSION
-from exograv.study.statistics.findings import Findings, Interval
+from exograv.study.statistics.findings import Interval, StudyFindings
 from exograv.study.statistics.multiple import Family, family_of_sessions
 from exograv.study.statistics.relabelling import relabellings
 
@@ -101,7 +101,7 @@ def in_words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def family_of(data: StudyData, found: Findings) -> Family | None:
+def family_of(data: StudyData, found: StudyFindings) -> Family | None:
     """All measures of the sessions that are compared, tested together; None with fewer than two people in a group."""
     first, second = (sum(person.group == group for person in found.people) for group in found.groups)
     if min(first, second) < 2:
@@ -121,12 +121,12 @@ def family_rows(family: Family) -> list[tuple[str, ...]]:
     ]
 
 
-def test_rows(found: Findings) -> list[tuple[str, ...]]:
+def test_rows(found: StudyFindings) -> list[tuple[str, ...]]:
     """Primary first."""
     return [(one.name, one.text, one.sentence) for one in (found.primary, *found.other_tests)]
 
 
-def effect_rows(found: Findings) -> list[tuple[str, ...]]:
+def effect_rows(found: StudyFindings) -> list[tuple[str, ...]]:
     """Primary first."""
     return [
         (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from .host import Host
 from .realtime import Rights
-from .timing import Outcome, Timing
+from .timing import LoopOutcome, Timing
 
 SELF_TEST_S = 10.0
 """Shorter runs prove nothing. Source: start-up self-test, docs/safety.md."""
@@ -66,7 +66,7 @@ def _rights(rights: Rights, host: Host) -> list[str]:
 
 def _punctuality(timing: Timing) -> list[str]:
     found = []
-    if timing.outcome is not Outcome.COMPLETE:
+    if timing.outcome is not LoopOutcome.COMPLETE:
         found.append(timing.outcome.value)
     if timing.seconds < SELF_TEST_S:
         found.append(f"{timing.seconds:g} s are too short to tell; it takes {SELF_TEST_S:g} s with real-time rights.")

@@ -3,7 +3,7 @@
 import time
 
 
-class Pace:
+class RealTimePace:
     """Sleeps to absolute deadlines; a late tick does not delay the ones after it."""
 
     def __init__(self, period_s: float):

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .timing import PERIOD_NS, Outcome, Timing
+from .timing import PERIOD_NS, LoopOutcome, Timing
 
 SPIN_NS = 100_000
 """Last stretch before a deadline that is watched awake: waking a sleeping processor takes 30 to 80 µs, and varies.
@@ -67,5 +67,5 @@ def run_loop(
         period = max(period + 1, (done - start) // period_ns)
         if is_last:
             periods = period
-    outcome = Outcome.COMPLETE if period >= periods else Outcome.NO_REST
+    outcome = LoopOutcome.COMPLETE if period >= periods else LoopOutcome.NO_REST
     return Timing(period_of[:tick], lateness[:tick], compute[:tick], period, period_ns, outcome)

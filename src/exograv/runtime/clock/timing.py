@@ -18,7 +18,7 @@ EDGES_US = (0, 5, 10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 100_00
 Ticks = Int[np.ndarray, " tick"]
 
 
-class Outcome(enum.Enum):
+class LoopOutcome(enum.Enum):
     """How a loop ended; the value is a sentence for the operator."""
 
     COMPLETE = "The loop ran its full time."
@@ -44,7 +44,7 @@ class Timing:
     period_ns: int
     """Length of a period [ns]."""
 
-    outcome: Outcome
+    outcome: LoopOutcome
 
     @property
     def command_ns(self) -> Ticks:

@@ -10,10 +10,10 @@ import numpy as np
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.guard import Guard, SafeState
 from exograv.safety.modes import Event, Mode
-from exograv.safety.person import Person, PersonLimits
+from exograv.safety.person import GuardedPerson, PersonLimits
 
-from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON, FeltLevel, Led
-from .steering import ASKABLE, Asked, Heard, Leased, Pressed, Steering
+from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON, FeltLevel, LedPerson
+from .steering import ASKABLE, GuardReply, GuardRequest, Leased, Pressed, Steering
 
 ASK_PARENT_EVERY = 200
 """Ticks between two looks at the line where nobody has rung: whether the parent is gone."""
@@ -26,7 +26,7 @@ STILL_DOWN = "The arm is still coming down, or the machine does not answer. Wait
 """The word after which the arm comes down and the run is over."""
 
 
-class Line:
+class GuardLine:
     """The parent's end: a word that is sent is heard in the guard's next tick, one a tick. For any thread."""
 
     def __init__(self, connection: Connection, bell: Mailbox):
@@ -87,13 +87,13 @@ class Hearing:
 
     def hear(self, word: object, now: float, mode: Mode | None = None, *, is_answered: bool = True) -> None:
         """Who is found to be in the machine, what is to be felt, what an operator asks for, or that it is over."""
-        if isinstance(word, PersonLimits | Led):
+        if isinstance(word, PersonLimits | LedPerson):
             self._wear(word, now)
         elif isinstance(word, FeltLevel):
             self._feel(word, now)
         elif isinstance(word, Leased):
             self._steering.lease(word, time.monotonic_ns())
-        elif isinstance(word, Asked):
+        elif isinstance(word, GuardRequest):
             why = self._ask(word.event, mode or Mode.OFF, is_answered=is_answered)
             self._answer(word.number, why, now, word.event.value)
         elif isinstance(word, Pressed):
@@ -159,12 +159,12 @@ class Hearing:
 
     def _answer(self, number: int, why: str, now: float, what: str) -> None:
         self._note(now, f"{what}: {why or 'done.'}")
-        self._parent.send(Heard(number, why))
+        self._parent.send(GuardReply(number, why))
 
-    def _wear(self, word: PersonLimits | Led, now: float) -> None:
-        before, limits = self._guard.envelope.person, word.person if isinstance(word, Led) else word
-        person = Person(limits, before.gravity_level if before else 0.0)
-        if isinstance(word, Led):
+    def _wear(self, word: PersonLimits | LedPerson, now: float) -> None:
+        before, limits = self._guard.envelope.person, word.person if isinstance(word, LedPerson) else word
+        person = GuardedPerson(limits, before.gravity_level if before else 0.0)
+        if isinstance(word, LedPerson):
             person.drive(True)
         self._guard.envelope.person = person
         self.persons += 1
@@ -187,4 +187,4 @@ class Hearing:
         else:
             self._note(now, f"A gravity level of {level} was refused: {why}")
         if word.number is not None:
-            self._parent.send(Heard(word.number, why))
+            self._parent.send(GuardReply(word.number, why))

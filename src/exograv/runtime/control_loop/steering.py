@@ -33,7 +33,7 @@ Loss = Literal["finish", "stop"]
 
 
 @dataclass(frozen=True)
-class Asked:
+class GuardRequest:
     """A word to the guard: let this happen, if it may."""
 
     number: int
@@ -60,7 +60,7 @@ class Leased:
 
 
 @dataclass(frozen=True)
-class Heard:
+class GuardReply:
     """A word from the guard: what became of one with this number."""
 
     number: int

@@ -28,7 +28,7 @@ TAKEN_MAX = 256
 
 
 @dataclass(frozen=True)
-class Devices:
+class RecordedDevices:
     """Other devices of a run, for its recorder."""
 
     ring: str

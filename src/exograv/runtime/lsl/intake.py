@@ -4,13 +4,13 @@ import numpy as np
 
 from exograv.recording import RecordingWriter
 
-from .blocks import CORRECTED, CORRECTION_ROW, TAKEN_MAX, Devices
+from .blocks import CORRECTED, CORRECTION_ROW, TAKEN_MAX, RecordedDevices
 
 
 class Intake:
     """Takes blocks, and knows how the rig's clock is ahead of CLOCK_MONOTONIC."""
 
-    def __init__(self, devices: Devices, writer: RecordingWriter, has_rig: bool):
+    def __init__(self, devices: RecordedDevices, writer: RecordingWriter, has_rig: bool):
         """Go on after what the writer's file holds.
 
         Args:

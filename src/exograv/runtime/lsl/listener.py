@@ -13,7 +13,7 @@ from exograv.runtime.processes.shared_memory import Ring
 
 from .blocks import BLOCK, SAMPLES, SLOTS, block
 from .stream_reader import StreamReader
-from .streams import Found, choose, formats
+from .streams import FoundStream, choose, formats
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class ListenerJob:
     within_s: float
     """For them to be found."""
 
-    found: tuple[Found, ...] = ()
+    found: tuple[FoundStream, ...] = ()
     """By the one before, which has died; then they need not be there."""
 
     connections: tuple[int, ...] = ()

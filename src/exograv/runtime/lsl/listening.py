@@ -12,10 +12,10 @@ from exograv.recording.stream_block import packed_size
 from exograv.runtime.processes.shared_memory import Ring
 from exograv.runtime.processes.spawn import spawned
 
-from .blocks import BLOCK, DATA_BYTES, SLOTS, Devices
+from .blocks import BLOCK, DATA_BYTES, SLOTS, RecordedDevices
 from .library import require_lsl
 from .listener import END_MAX_S, ListenerJob, listen
-from .streams import Found, formats
+from .streams import FoundStream, formats
 
 FIND_S = 10.0
 """For the streams that were asked for."""
@@ -50,11 +50,11 @@ class Listening:
         self._notes = Counter[str]()
         self._start()
         try:
-            self.found: tuple[Found, ...] = self._found(within_s + START_MAX_S)
+            self.found: tuple[FoundStream, ...] = self._found(within_s + START_MAX_S)
         except BaseException:
             self.close()
             raise
-        self.devices = Devices(self._ring.name, formats(self.found))
+        self.devices = RecordedDevices(self._ring.name, formats(self.found))
 
     @property
     def pid(self) -> int:
@@ -121,7 +121,7 @@ class Listening:
     def _start(self) -> None:
         self._process, self._line = spawned("listener", listen, self._job)
 
-    def _found(self, within_s: float) -> tuple[Found, ...]:
+    def _found(self, within_s: float) -> tuple[FoundStream, ...]:
         try:
             word = self._line.recv() if self._line.poll(within_s) else None
         except EOFError:

@@ -16,7 +16,7 @@ from exograv.recording.stream_block import StreamBlock, packed, packed_size
 
 from .blocks import CORRECTED, CORRECTION_ROW, DATA_BYTES, SAMPLES
 from .library import lsl
-from .streams import LOOK_S, Found
+from .streams import LOOK_S, FoundStream
 
 POLL_S = 0.02
 """Between two looks; what LSL had received and nobody had pulled when a device dies is lost."""
@@ -46,7 +46,7 @@ Note = Callable[[dict[str, Any]], object]
 class StreamReader:
     """Runs in a thread of its own, because the library's calls wait for each device's own time."""
 
-    def __init__(self, found: Found, topic: str, connection: int, hand: Hand, note: Note):
+    def __init__(self, found: FoundStream, topic: str, connection: int, hand: Hand, note: Note):
         """Of a stream that was there, and its number of connections so far."""
         self._found, self._topic, self._connection = found, topic, connection
         self._hand, self._note = hand, note
@@ -162,7 +162,7 @@ class _GoneError(Exception):
 class _Samples:
     """Samples that wait for their block, in memory that was there before."""
 
-    def __init__(self, found: Found):
+    def __init__(self, found: FoundStream):
         self._is_text = found.value_type == "string"
         self.count, self.since, self._received = 0, np.inf, 0.0
         if self._is_text:

@@ -16,7 +16,7 @@ LOOK_S = 1.0
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundStream:
     """A stream, as it announces itself."""
 
     name: str
@@ -49,12 +49,12 @@ def quoted(text: str) -> str:
     return f"'{text}'" if '"' in text else f'"{text}"'
 
 
-def described(info: Any) -> Found:
+def described(info: Any) -> FoundStream:
     """By a `StreamInfo`."""
     from pylsl.lib import string2fmt
 
     types = {number: name for name, number in string2fmt.items()}
-    return Found(
+    return FoundStream(
         info.name(),
         info.type(),
         info.source_id(),
@@ -65,13 +65,13 @@ def described(info: Any) -> Found:
     )
 
 
-def visible(within_s: float = LOOK_S) -> list[Found]:
+def visible(within_s: float = LOOK_S) -> list[FoundStream]:
     """All streams, by name."""
     found = {described(info): None for info in lsl().resolve_streams(within_s)}
     return sorted(found, key=lambda one: (one.name, one.kind, one.source_id))
 
 
-def choose(wanted: Sequence[str], within_s: float) -> list[Found]:
+def choose(wanted: Sequence[str], within_s: float) -> list[FoundStream]:
     """The streams of these names or, where no stream has the name, of this type.
 
     Raises:
@@ -92,11 +92,11 @@ def choose(wanted: Sequence[str], within_s: float) -> list[Found]:
             )
 
 
-def _matching(there: Sequence[Found], wanted: str) -> list[Found]:
+def _matching(there: Sequence[FoundStream], wanted: str) -> list[FoundStream]:
     return [one for one in there if one.name == wanted] or [one for one in there if one.kind == wanted]
 
 
-def formats(streams: Sequence[Found]) -> tuple[StreamFormat, ...]:
+def formats(streams: Sequence[FoundStream]) -> tuple[StreamFormat, ...]:
     """Channels of the recording, one a stream, no name twice."""
     topics = list[str]()
     for stream in streams:

@@ -23,13 +23,13 @@ from exograv.recording.encoding import tick_dtype
 from exograv.recording.writer import SYNC_EVERY_S
 from exograv.runtime.clock.realtime import Rights
 from exograv.runtime.clock.timing import EDGES_US, Timing
-from exograv.runtime.lsl.blocks import Devices
+from exograv.runtime.lsl.blocks import RecordedDevices
 from exograv.runtime.lsl.library import require_lsl
 from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.processes.spawn import spawned
 
-from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, Job, record
+from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, RecorderJob, record
 
 TICKS_WAITING_MAX = TICKS_PER_S
 """More than that on their way, and the disk is called slow: an alarm comes within a second (docs/safety.md, F19)."""
@@ -45,7 +45,7 @@ END_MAX_S = 30.0
 
 
 @dataclass(frozen=True)
-class Report:
+class RecorderReport:
     """How the recording is."""
 
     acknowledged: int
@@ -90,7 +90,7 @@ class Recorder:
         expected_s: float,
         sync_every_s: float = SYNC_EVERY_S,
         outlets: OutletsJob | None = None,
-        devices: Devices | None = None,
+        devices: RecordedDevices | None = None,
     ):
         """Begin the recording; returns when its settings are on the disk.
 
@@ -117,7 +117,7 @@ class Recorder:
         self._events = Ring(EVENT, RING_EVENTS)
         self._status = Mailbox(STATUS)
         self.inlet = Inlet(len(joints), self._ticks.name, self._events.name)
-        self._job = Job(
+        self._job = RecorderJob(
             path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s, outlets, devices
         )
         self._failure, self._fruitless, self._safe_at_start = "", 0, 0
@@ -141,7 +141,7 @@ class Recorder:
         """Why nothing more can be written; empty while all is well. Asking changes nothing."""
         return self._failure or self._said("why").decode()
 
-    def check(self) -> Report:
+    def check(self) -> RecorderReport:
         """Start another recorder if it has died, and say how the recording is. To be called some times a second."""
         self._failure = self.failure
         if not self._failure and not self._process.is_alive():
@@ -157,7 +157,7 @@ class Recorder:
             self._messages.append((topic, t, dict(message)))
             self._pass_on(self._messages[-1])
 
-    def finish(self, timing: Mapping[str, Any] | None = None) -> Report:
+    def finish(self, timing: Mapping[str, Any] | None = None) -> RecorderReport:
         """Complete the file when control has put its last tick.
 
         Args:
@@ -237,7 +237,7 @@ class Recorder:
         with contextlib.suppress(OSError):  # it has died; its successor is told
             self._parent_end.send(message)
 
-    def _report(self) -> Report:
+    def _report(self) -> RecorderReport:
         safe, lost, why = self._ticks.acknowledged, self._ticks.lost, self._failure
         waiting, restarts = self._ticks.written - safe, self._job.start - 1
         if not why and lost:
@@ -245,7 +245,7 @@ class Recorder:
         if not why and waiting > TICKS_WAITING_MAX:
             why = f"{waiting} ticks wait for the disk of {self._job.path}. Stop what else writes to it."
         unpublished = self._said("unpublished").decode()
-        return Report(safe, waiting, lost, restarts, float(self._said("sync_us_max")), why, unpublished)
+        return RecorderReport(safe, waiting, lost, restarts, float(self._said("sync_us_max")), why, unpublished)
 
     def _said(self, name: str) -> Any:
         """What the recorder last said of itself; nothing is an empty entry."""

@@ -15,7 +15,7 @@ from exograv.errors import ExogravError, RecordingError
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import TICKS_PER_S
 from exograv.recording.encoding import tick_dtype
-from exograv.runtime.lsl.blocks import Devices
+from exograv.runtime.lsl.blocks import RecordedDevices
 from exograv.runtime.lsl.intake import Intake
 from exograv.runtime.lsl.outlets import Outlets, OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
@@ -85,7 +85,7 @@ OUTLAST_MAX_S = 15.0
 
 
 @dataclass(frozen=True)
-class Job:
+class RecorderJob:
     """What a recorder process is started with."""
 
     path: Path
@@ -105,11 +105,11 @@ class Job:
     outlets: OutletsJob | None = None
     """What is published besides, if anything."""
 
-    devices: Devices | None = None
+    devices: RecordedDevices | None = None
     """Whose streams are recorded besides, if any."""
 
 
-def record(job: Job, parent: Connection) -> None:
+def record(job: RecorderJob, parent: Connection) -> None:
     """Be the recorder process: until the parent says that the run is over, or is gone.
 
     Args:
@@ -162,7 +162,7 @@ def _outlast(desk: "_Desk") -> None:
 class _Desk:
     """Rings on one side, the file on the other."""
 
-    def __init__(self, job: Job, status: Mailbox):
+    def __init__(self, job: RecorderJob, status: Mailbox):
         self._start, self._status, self._sync_us_max = job.start, status, 0.0
         self._is_saved, self._unpublished = True, ""
         with contextlib.closing(job.inlet.ticks()) as ticks, contextlib.closing(job.inlet.events()) as events:
@@ -251,7 +251,7 @@ class _Desk:
         return self._writer.count("/event") + self._writer.count("/phase")
 
 
-def _writer(job: Job, acknowledged: int) -> RecordingWriter:
+def _writer(job: RecorderJob, acknowledged: int) -> RecordingWriter:
     if job.start > 1:
         try:
             return RecordingWriter.continued(job.path, acknowledged)

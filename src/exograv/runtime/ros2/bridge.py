@@ -14,7 +14,7 @@ from exograv.runtime.recorder.recorder_process import Inlet
 from exograv.safety.guard import SafeState
 
 from .messages import FLOAT64, JOINT_STATE, STRING, float64, joint_state, read_float64, string
-from .node import Node
+from .node import Ros2Node
 
 NODE = "exograv"
 JOINT_STATES = "/joint_states"
@@ -83,7 +83,7 @@ class Bridge:
         Raises:
             ConfigError: Zenoh is not installed, or does not begin.
         """
-        self._names, self._node = job.joints, Node(NODE, job.router, job.domain)
+        self._names, self._node = job.joints, Ros2Node(NODE, job.router, job.domain)
         self._joint_states = self._node.publisher(JOINT_STATES, JOINT_STATE)
         self._gravity_level = self._node.publisher(GRAVITY_LEVEL, FLOAT64)
         self._safe_state = self._node.publisher(SAFE_STATE, STRING)

@@ -43,7 +43,7 @@ class Publisher:
         self._publisher.put(message, attachment=attachment(self.sent, time.time_ns(), self._gid))
 
 
-class Node:
+class Ros2Node:
     """Publishers and subscriptions under one name."""
 
     def __init__(self, name: str, router: str, domain: int):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from exograv.runtime.lsl.blocks import Devices
+from exograv.runtime.lsl.blocks import RecordedDevices
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
 
@@ -23,7 +23,7 @@ class Streaming:
     """To ROS 2."""
 
     @property
-    def devices(self) -> Devices | None:
+    def devices(self) -> RecordedDevices | None:
         """For the recorder."""
         return None if self.listening is None else self.listening.devices
 

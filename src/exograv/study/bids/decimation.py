@@ -27,7 +27,7 @@ FILL_MAX_S = 3600.0
 
 
 @dataclass(frozen=True)
-class Block:
+class RowBlock:
     """Rows that follow each other."""
 
     t: Float[np.ndarray, " row"]
@@ -39,7 +39,7 @@ class Block:
 
 
 @dataclass
-class Account:
+class DecimationReport:
     """What was met on the way."""
 
     ticks: int = 0
@@ -79,7 +79,7 @@ class Decimation:
         """
         self._step, self._rate, self._taps = step, rate_Hz, taps_of(step)
         self._half = len(self._taps) // 2
-        self.account = Account()
+        self.account = DecimationReport()
         self._stretch = np.empty((0, 0))
         self._n_filtered = 0
         self._first = 0  # number of the first tick held, by the nominal rate from the first of all
@@ -94,7 +94,7 @@ class Decimation:
         sequence: Integer[np.ndarray, " tick"],
         filtered: Float[np.ndarray, "tick filtered"],
         plain: Float[np.ndarray, "tick plain"],
-    ) -> Iterator[Block]:
+    ) -> Iterator[RowBlock]:
         """Take some ticks.
 
         Args:
@@ -122,7 +122,7 @@ class Decimation:
                 number = self._begun + self._count - 1
                 self._last = (float(t[end - 1]), number, int(sequence[end - 1]))
 
-    def end(self) -> Iterator[Block]:
+    def end(self) -> Iterator[RowBlock]:
         """No tick follows."""
         yield from self._finish()
 
@@ -139,7 +139,7 @@ class Decimation:
         self.account.steady_s += float(elapsed[is_next].sum())
         return np.where(is_next, 1, periods), ~is_next
 
-    def _begin(self, t: float, periods: int, columns: int) -> Iterator[Block]:
+    def _begin(self, t: float, periods: int, columns: int) -> Iterator[RowBlock]:
         """A stretch, after rows without values for what is missing before it."""
         number = 0
         if self._last is not None:
@@ -155,17 +155,17 @@ class Decimation:
         self._first = self._begun = number
         self._count = 0
 
-    def _empty(self, t: np.ndarray, columns: int) -> Iterator[Block]:
+    def _empty(self, t: np.ndarray, columns: int) -> Iterator[RowBlock]:
         if len(t):
             self._next_row += self._step * len(t)
             self.account.missing += len(t)
             yield self._block(t, np.full((len(t), columns - 1), np.nan))
 
-    def _block(self, t: np.ndarray, values: np.ndarray) -> Block:
+    def _block(self, t: np.ndarray, values: np.ndarray) -> RowBlock:
         self.account.rows += len(t)
-        return Block(t, values[:, : self._n_filtered], values[:, self._n_filtered :])
+        return RowBlock(t, values[:, : self._n_filtered], values[:, self._n_filtered :])
 
-    def _go_on(self, values: np.ndarray) -> Iterator[Block]:
+    def _go_on(self, values: np.ndarray) -> Iterator[RowBlock]:
         was_begun = self._count > self._half
         self._stretch = np.concatenate([self._stretch, values])
         self._count += len(values)
@@ -174,7 +174,7 @@ class Decimation:
         if self._count > self._half:
             yield from self._rows()
 
-    def _finish(self) -> Iterator[Block]:
+    def _finish(self) -> Iterator[RowBlock]:
         """The rows for which the end of the stretch was needed."""
         if self._count:
             self._extend(0 if self._count > self._half else self._half, self._half)
@@ -190,7 +190,7 @@ class Decimation:
             self._stretch = np.pad(self._stretch, around, mode="edge")
         self._first -= before
 
-    def _rows(self) -> Iterator[Block]:
+    def _rows(self) -> Iterator[RowBlock]:
         """Rows that have all ticks of the filter around them; keeps what later ones need."""
         half, step = self._half, self._step
         count = (self._first + len(self._stretch) - 1 - half - self._next_row) // step + 1

@@ -10,7 +10,7 @@ import numpy as np
 from exograv.recording import Recording, RecordingPass
 
 from .channels import COLUMNS, PER_TICK, MotionChannel, counts, exo_channels
-from .decimation import CUTOFF, HALF_STEPS, Account, Block, Decimation
+from .decimation import CUTOFF, HALF_STEPS, Decimation, DecimationReport, RowBlock
 from .files import MISSING, number_rows, write_json, write_table
 from .names import EXO, SessionPlace
 
@@ -41,7 +41,7 @@ class Moved:
     first_t: float
     """Of the first tick, with which the motion file begins, on the rig's clock [s]."""
 
-    account: Account
+    account: DecimationReport
 
 
 def write_motion(
@@ -112,13 +112,13 @@ def _in_file_units(name: str, values: np.ndarray) -> np.ndarray:
     return np.rad2deg(values) if name in IN_DEGREES else values
 
 
-def _rows(block: Block, first_t: float) -> bytes:
+def _rows(block: RowBlock, first_t: float) -> bytes:
     columns = [block.t - first_t, *block.filtered.T, *block.plain.T]
     joints = block.filtered.shape[1] // len(FILTERED)
     return number_rows(columns, [channel.decimals for channel in exo_channels([""] * joints)])
 
 
-def _sampling(account: Account, tick_rate: float, step: int) -> dict[str, Any]:
+def _sampling(account: DecimationReport, tick_rate: float, step: int) -> dict[str, Any]:
     """What the sidecar says of rows and ticks."""
     told = account.gaps[:GAPS_TOLD]
     first = "every tick" if step == 1 else f"every {step}th tick"

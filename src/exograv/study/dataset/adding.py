@@ -12,7 +12,7 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.study.folder.journal import alone, note
 from exograv.study.folder.settings import StudySettings, read_settings
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported import Imported, Key, Said, sentences
+from exograv.study.importers.imported import Imported, Said, SessionKey, sentences
 from exograv.study.importers.xdf_mapping import XdfMapping
 from exograv.study.participants.register import read_register
 
@@ -54,7 +54,7 @@ class AddOptions:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class AddingOutcome:
     """What became of a file, or of one session in it."""
 
     file: str
@@ -64,11 +64,11 @@ class Outcome:
     """`added`, `replaced`, `already there`, `refused`, `quarantined` or `ignored`."""
 
     sentence: str
-    key: Key | None = None
+    key: SessionKey | None = None
     remark: str | None = None
 
 
-def add_files(folder: StudyFolder, paths: Sequence[Path], options: AddOptions) -> list[Outcome]:
+def add_files(folder: StudyFolder, paths: Sequence[Path], options: AddOptions) -> list[AddingOutcome]:
     """Add recordings, touches as CSV, XDF, and all of these in folders.
 
     Raises:
@@ -111,10 +111,10 @@ class _Adding:
         self._folder, self._options, self._codes, self._settings = folder, options, codes, settings
         self._protocols = {*BUILT_IN, *(one.protocol for one in settings.expected)}
         self._sources = {source.note.key: source for source in placed_sources(folder)}
-        self.fresh = dict[Key, Imported]()
+        self.fresh = dict[SessionKey, Imported]()
 
-    def all(self, paths: Sequence[Path]) -> list[Outcome]:
-        outcomes = list[Outcome]()
+    def all(self, paths: Sequence[Path]) -> list[AddingOutcome]:
+        outcomes = list[AddingOutcome]()
         for number, path in enumerate(paths, start=1):
             shown = shown_file(path, number, len(paths))
             try:
@@ -123,19 +123,19 @@ class _Adding:
                 outcomes.append(self._refused(shown, str(error)))
         return outcomes
 
-    def _file(self, path: Path, shown: str) -> list[Outcome]:
+    def _file(self, path: Path, shown: str) -> list[AddingOutcome]:
         kind = SUFFIXES.get(path.suffix.lower())
         if kind is None:
-            return [Outcome(shown, "ignored", f"Only {', '.join(SUFFIXES)} are of use.")]
+            return [AddingOutcome(shown, "ignored", f"Only {', '.join(SUFFIXES)} are of use.")]
         try:
             sha256 = sha256_of(path)
         except OSError as error:
             return [self._refused(shown, f"It cannot be read: {error.strerror}. Check its path.")]
         there = [key for key, source in self._sources.items() if source.note.given_sha256 == sha256]
         if there:
-            return [Outcome(shown, "already there", f"It is {_named(there[0])}; nothing was changed.", there[0])]
+            return [AddingOutcome(shown, "already there", f"It is {_named(there[0])}; nothing was changed.", there[0])]
         if sha256 in quarantined(self._folder) and not self._options.replace:
-            return [Outcome(shown, "already there", "It is in quarantine; nothing was changed.")]
+            return [AddingOutcome(shown, "already there", "It is in quarantine; nothing was changed.")]
         try:
             incoming = read_incoming(path, kind, sha256, self._options.said, self._options.gravity_level,
                                      self._options.mapping, self._code_of)  # fmt: skip
@@ -148,7 +148,7 @@ class _Adding:
             outcomes.append(self._refused(shown, f"Lines that belong to no session, {len(incoming.nowhere)}: {few}."))
         return outcomes
 
-    def _session(self, one: Incoming, shown: str) -> Outcome:
+    def _session(self, one: Incoming, shown: str) -> AddingOutcome:
         try:
             key, remark = self._key(one.imported.said)
             taken = self._sources.get(key)
@@ -169,9 +169,9 @@ class _Adding:
         sentence = f"{_named(key)}: {one.imported.session['touches']} touches that count.{refusals}"
         found = sentences(one.imported.session.get("remark"), source.note.remark)
         note(self._folder, what, sentence, participant=key.participant, sha256=source.note.sha256, remark=found)
-        return Outcome(shown, what, sentence, key, found)
+        return AddingOutcome(shown, what, sentence, key, found)
 
-    def _placed(self, one: Incoming, key: Key, remark: str | None, taken: Source | None) -> Source:
+    def _placed(self, one: Incoming, key: SessionKey, remark: str | None, taken: Source | None) -> Source:
         others = [
             source.note
             for other, source in self._sources.items()
@@ -207,7 +207,7 @@ class _Adding:
         simulated = one.imported.session["is_simulated"] and not self._settings.is_simulated
         return "It is simulated, and the study, by its study.toml, is not." if simulated else None
 
-    def _key(self, recorded: Said) -> tuple[Key, str | None]:
+    def _key(self, recorded: Said) -> tuple[SessionKey, str | None]:
         """Which session it is, and what was told otherwise than the file says."""
         told = self._options.said
         said = Said(self._participant(recorded.participant), told.protocol or recorded.protocol,
@@ -224,7 +224,7 @@ class _Adding:
             raise ConfigError(f"Its session is not from 1 to {SESSIONS_MAX}. Give --session.")
         other = [name for name in ("protocol", "session") if getattr(recorded, name) not in (None, getattr(said, name))]
         remark = sentences(*(f"The file itself says {name} {getattr(recorded, name)}." for name in other))
-        return Key(said.participant, said.protocol, said.session), remark
+        return SessionKey(said.participant, said.protocol, said.session), remark
 
     def _participant(self, recorded: str | None) -> str | None:
         told = self._options.said.participant
@@ -255,17 +255,17 @@ class _Adding:
         code = self._options.new_codes.get(recorded, recorded) if looks_like_code(recorded) else None
         return code if code in self._codes else None
 
-    def _unreadable(self, path: Path, shown: str, kind: str, sha256: str, sentence: str) -> Outcome:
+    def _unreadable(self, path: Path, shown: str, kind: str, sha256: str, sentence: str) -> AddingOutcome:
         if kind == "csv" or not _has_mark(path):
             # It may be anything, with anybody's name in it: nothing of it is kept.
             return self._refused(shown, sentence, sha256)
         put_aside(self._folder, path, sha256, sentence, self._options.said.participant)
         note(self._folder, "quarantined", sentence, sha256=sha256, participant=self._options.said.participant)
-        return Outcome(shown, "quarantined", sentence)
+        return AddingOutcome(shown, "quarantined", sentence)
 
-    def _refused(self, shown: str, sentence: str, sha256: str | None = None) -> Outcome:
+    def _refused(self, shown: str, sentence: str, sha256: str | None = None) -> AddingOutcome:
         note(self._folder, "refused", f"{shown}: {sentence}", sha256=sha256)
-        return Outcome(shown, "refused", sentence)
+        return AddingOutcome(shown, "refused", sentence)
 
 
 def _refused_lines(one: Incoming) -> str | None:
@@ -283,10 +283,10 @@ def _has_mark(path: Path) -> bool:
         return False
 
 
-def _named(key: Key) -> str:
+def _named(key: SessionKey) -> str:
     return f"{key.protocol} {key.session} of {key.participant}"
 
 
-def worst(outcomes: Sequence[Outcome]) -> bool:
+def worst(outcomes: Sequence[AddingOutcome]) -> bool:
     """Whether something is not as it was asked for."""
     return any(one.what in ("refused", "quarantined") for one in outcomes)

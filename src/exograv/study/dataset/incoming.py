@@ -11,9 +11,9 @@ from exograv.study.importers.recording import import_recording
 from exograv.study.importers.touch_sheet import cut_sheet
 from exograv.study.importers.xdf_mapping import XdfMapping
 
-from .sources import Body, Kind
+from .sources import Kind, RecordedBody
 
-NO_BODY = Body()
+NO_BODY = RecordedBody()
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Incoming:
     given_sha256: str
     """Of the file."""
 
-    body: Body = NO_BODY
+    body: RecordedBody = NO_BODY
 
     def write(self, to: Path) -> None:
         """Write what was cut out."""
@@ -75,7 +75,9 @@ def read_incoming(
     suffix = path.suffix.lower()
     if kind == "recording":
         found = import_recording(path)
-        return IncomingFile([Incoming(found, kind, suffix, path, sha256, sha256, Body.model_validate(found.body))])
+        return IncomingFile(
+            [Incoming(found, kind, suffix, path, sha256, sha256, RecordedBody.model_validate(found.body))]
+        )
     if kind == "xdf":
         from exograv.study.importers.xdf import import_xdf  # pyxdf: half a second
 

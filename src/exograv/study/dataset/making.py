@@ -10,7 +10,7 @@ from exograv.errors import ExogravError, RecordingError
 from exograv.study.folder.columns import KEY, TABLES
 from exograv.study.folder.journal import alone
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported import Imported, Key, Said, sentences
+from exograv.study.importers.imported import Imported, Said, SessionKey, sentences
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.touch_sheet import cut_sheet
 from exograv.study.participants.participant_record import SEALED
@@ -33,7 +33,9 @@ def current_tables(folder: StudyFolder) -> Tables:
         return refresh(folder)
 
 
-def refresh(folder: StudyFolder, fresh: Mapping[Key, Imported] | None = None, everything: bool = False) -> Tables:
+def refresh(
+    folder: StudyFolder, fresh: Mapping[SessionKey, Imported] | None = None, everything: bool = False
+) -> Tables:
     """The same, for whoever has the study alone.
 
     Args:

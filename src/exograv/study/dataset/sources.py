@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError
 from exograv.errors import ConfigError, RecordingError
 from exograv.model.rig_settings import Settings
 from exograv.study.folder.study_folder import PARTIAL, StudyFolder, sync
-from exograv.study.importers.imported import Imported, Key
+from exograv.study.importers.imported import Imported, SessionKey
 from exograv.study.importers.xdf_mapping import XdfMapping
 
 NOTE = "source.json"
@@ -31,7 +31,7 @@ SUFFIXES: dict[str, Kind] = {".mcap": "recording", ".csv": "csv", ".tsv": "csv",
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
-class Body(Settings):
+class RecordedBody(Settings):
     """As a recording has it, exactly; the study itself keeps bands."""
 
     height_m: float | None = None
@@ -61,14 +61,14 @@ class SourceNote(Settings):
     """For touches that say none."""
 
     mapping: XdfMapping | None = None
-    body: Body = Body()
+    body: RecordedBody = RecordedBody()
     remark: str | None = None
     """What was noticed when it was added."""
 
     @property
-    def key(self) -> Key:
+    def key(self) -> SessionKey:
         """Which session it is."""
-        return Key(self.participant, self.protocol, self.session)
+        return SessionKey(self.participant, self.protocol, self.session)
 
 
 @dataclass(frozen=True)

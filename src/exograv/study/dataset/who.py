@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 from exograv.study.participants.participant_record import ParticipantRow
 
-from .sources import Body, SourceNote
+from .sources import RecordedBody, SourceNote
 
 HEIGHT_M, MASS_KG = 0.03, 6.0
 """What one person may differ by from tape to tape; the same as for a kept arm (docs/participants.md)."""
 
 
-def same_person(body: Body, told: ParticipantRow, others: Sequence[SourceNote]) -> str | None:
+def same_person(body: RecordedBody, told: ParticipantRow, others: Sequence[SourceNote]) -> str | None:
     """A sentence where they contradict; None where nothing does.
 
     Args:
@@ -38,7 +38,7 @@ def _outside(value: float | None, band: str | None, margin: float) -> bool:
     return not low - margin <= value <= high + 1 + margin
 
 
-def _differ(one: Body, other: Body) -> bool:
+def _differ(one: RecordedBody, other: RecordedBody) -> bool:
     return (
         _apart(one.height_m, other.height_m, HEIGHT_M)
         or _apart(one.mass_kg, other.mass_kg, MASS_KG)

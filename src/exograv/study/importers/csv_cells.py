@@ -14,7 +14,7 @@ MISSING = frozenset({"", "NA", "n/a", "NaN", "nan"})
 
 
 @dataclass(frozen=True)
-class Sheet:
+class CsvSheet:
     """A file, line by line."""
 
     header: bytes
@@ -45,7 +45,7 @@ class Sheet:
         return float(cell) if NUMBER.fullmatch(cell) else None
 
 
-def read_sheet(content: bytes, known: Sequence[str]) -> Sheet:
+def read_sheet(content: bytes, known: Sequence[str]) -> CsvSheet:
     """Find out how the file is written.
 
     Args:
@@ -70,7 +70,7 @@ def read_sheet(content: bytes, known: Sequence[str]) -> Sheet:
     columns = () if isinstance(names, str) else tuple(name.strip() for name in names)
     if len(set(columns)) < len(columns):
         raise RecordingError("A column is there twice. Each name may stand once in the first line.")
-    return Sheet(header, columns, delimiter, _has_decimal_comma(rest, delimiter), tuple(rest))
+    return CsvSheet(header, columns, delimiter, _has_decimal_comma(rest, delimiter), tuple(rest))
 
 
 def _delimiter(header: bytes, known: Sequence[str]) -> str:

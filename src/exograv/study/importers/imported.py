@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 Row = Mapping[str, Any]
 
 
-class Key(NamedTuple):
+class SessionKey(NamedTuple):
     """Which session it is."""
 
     participant: str

@@ -7,7 +7,7 @@ from typing import Any
 
 from exograv.errors import RecordingError
 
-from .csv_cells import Sheet, read_sheet
+from .csv_cells import CsvSheet, read_sheet
 from .imported import Imported, Said
 from .touch_rows import (
     COLUMNS,
@@ -98,7 +98,7 @@ def cut_sheet(
     return found, nowhere + lost
 
 
-def _refuse_columns(sheet: Sheet, told: Said, gravity_level: float | None) -> None:
+def _refuse_columns(sheet: CsvSheet, told: Said, gravity_level: float | None) -> None:
     unknown = [name for name in sheet.columns if name not in COLUMNS]
     if unknown:
         places = [str(sheet.columns.index(name) + 1) for name in unknown]

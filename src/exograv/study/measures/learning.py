@@ -24,7 +24,7 @@ MIN_FIT = 6
 
 
 @dataclass(frozen=True)
-class Estimate:
+class IntervalEstimate:
     """A value with its 95 % interval; NaN where it cannot be had."""
 
     value: float = np.nan
@@ -37,25 +37,25 @@ def log_deviation(touches: pd.DataFrame) -> Float[np.ndarray, " touch"]:
     return np.log(np.maximum(column(touches, "deviation_px").to_numpy(float), FLOOR["px"]))
 
 
-def theil_sen(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) -> Estimate:
+def theil_sen(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) -> IntervalEstimate:
     """Median of the slopes through any two points, with Sen's interval: outliers do not pull it.
 
     Source: Sen 1968, J Am Stat Assoc 63:1379.
     """
     if len(np.unique(x)) < MIN_SLOPE:
-        return Estimate()
+        return IntervalEstimate()
     slope, _, low, high = np.array(stats.theilslopes(y, x), float).tolist()
-    return Estimate(slope, low, high)
+    return IntervalEstimate(slope, low, high)
 
 
-def exponential(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) -> dict[str, Estimate]:
+def exponential(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) -> dict[str, IntervalEstimate]:
     """`start`, `scale`, `plateau` of y = plateau + start·exp(−(x − x₀)/scale) by least squares, x₀ the smallest x.
 
     Intervals are those of the linearised fit. All NaN where there are too few points, where the fit does not
     converge, where its scale is longer than what was observed (a plateau that nobody reached is not told), or where
     the interval of `start` holds 0: what does not change takes no time for it.
     """
-    nothing: dict[str, Estimate] = dict.fromkeys(("start", "scale", "plateau"), Estimate())
+    nothing: dict[str, IntervalEstimate] = dict.fromkeys(("start", "scale", "plateau"), IntervalEstimate())
     if len(x) < MIN_FIT:
         return nothing
     since = x - x.min()
@@ -72,11 +72,12 @@ def exponential(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) 
     if values[1] > since.max() or not np.isfinite(spread).all() or abs(values[0]) <= spread[0]:
         return nothing
     return {
-        name: Estimate(float(v), float(v - s), float(v + s)) for name, v, s in zip(nothing, values, spread, strict=True)
+        name: IntervalEstimate(float(v), float(v - s), float(v + s))
+        for name, v, s in zip(nothing, values, spread, strict=True)
     }
 
 
-def session_learning(touches: pd.DataFrame) -> dict[str, Estimate]:
+def session_learning(touches: pd.DataFrame) -> dict[str, IntervalEstimate]:
     """Of one session's touches that count, in order of time."""
     windows = [group for _, group in touches.groupby("window", sort=True)]
     medians = np.array([np.median(log_deviation(w)) for w in windows])
@@ -88,7 +89,7 @@ def session_learning(touches: pd.DataFrame) -> dict[str, Estimate]:
         values |= {f"first_window_deviation_{unit}": middle(first, f"deviation_{unit}") for unit in ("px", "mm")}
         if len(windows) > 1:
             values["first_window_cost"] = float(medians[0] - np.median(medians[1:]))
-    return {"slope_in_session": slope, **{name: Estimate(value) for name, value in values.items()}}
+    return {"slope_in_session": slope, **{name: IntervalEstimate(value) for name, value in values.items()}}
 
 
 def _first_touch_cost(windows: list[pd.DataFrame]) -> float:
@@ -115,7 +116,7 @@ def _costs_of_rest(windows: list[pd.DataFrame]) -> dict[str, float]:
 
 def participant_learning(
     sessions: Float[np.ndarray, " session"], median_px: Float[np.ndarray, " session"]
-) -> dict[str, Estimate]:
+) -> dict[str, IntervalEstimate]:
     """Of one person's sessions of one protocol: their numbers and median deviations [px]."""
     log = np.log(np.maximum(median_px, FLOOR["px"]))
     fit = exponential(sessions, log)
@@ -124,5 +125,5 @@ def participant_learning(
         "slope_across_sessions": theil_sen(sessions, log),
         "change_start": fit["start"],
         "change_sessions": fit["scale"],
-        "plateau_px": Estimate(*(float(np.exp(v)) for v in (plateau.value, plateau.low, plateau.high))),
+        "plateau_px": IntervalEstimate(*(float(np.exp(v)) for v in (plateau.value, plateau.low, plateau.high))),
     }

@@ -42,7 +42,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredReach:
     """One reach."""
 
     movement_s: float
@@ -54,7 +54,7 @@ class Measured:
     """Where it was at `COMPARED` times, from the beginning to the touch."""
 
 
-def reaches(motion: Motion, opened_s: float, touches_s: Sequence[float]) -> Iterator[Measured | None]:
+def reaches(motion: Motion, opened_s: float, touches_s: Sequence[float]) -> Iterator[MeasuredReach | None]:
     """One a touch, in order: the reach between the touch before, or the opening of the window, and this one."""
     before = opened_s
     for touch_s in touches_s:
@@ -63,14 +63,14 @@ def reaches(motion: Motion, opened_s: float, touches_s: Sequence[float]) -> Iter
         before = touch_s
 
 
-def _measured(stretch: Motion, touch_s: float) -> Measured | None:
+def _measured(stretch: Motion, touch_s: float) -> MeasuredReach | None:
     velocity = smoothed_velocity(stretch)
     speed = np.linalg.norm(velocity, axis=1)
     found = last_reach(stretch.path, speed)
     if found is None:
         return None
     part = slice(found.first, found.last + 1)
-    return Measured(
+    return MeasuredReach(
         movement_s=touch_s - float(stretch.t[found.first]),
         length=path_length(stretch.path[part]),
         peak_speed=float(speed[part].max()),

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from exograv.recording import Recording, read_topics, tick_pieces
 
-from .reaches import Measured, Motion, reaches, scatter_about_mean
+from .reaches import MeasuredReach, Motion, reaches, scatter_about_mean
 from .table import Row, rows_of
 from .traces import MARGIN_S, WindowTrace, flown_levels, trace_rows, window_trace
 
@@ -138,7 +138,7 @@ def hand_motion(recording: Recording) -> Motion | None:
     return Motion(np.array([t for t, _ in points]), np.array([p for _, p in points], float)) if points else None
 
 
-def _reaches(motion: Motion, window: Window) -> Iterator[Measured | None]:
+def _reaches(motion: Motion, window: Window) -> Iterator[MeasuredReach | None]:
     return reaches(motion, window.opened_s, [touch["t"] for touch in window.touches])
 
 
@@ -152,7 +152,7 @@ def effort(ticks: np.ndarray) -> dict[str, float]:
     }
 
 
-def _reach_rows(key: dict[str, Any], window: Window, found: list[Measured | None], which: str) -> Iterator[Row]:
+def _reach_rows(key: dict[str, Any], window: Window, found: list[MeasuredReach | None], which: str) -> Iterator[Row]:
     for touch, reach in zip(window.touches, found, strict=True):
         if reach is None:
             continue

@@ -23,7 +23,7 @@ VERSION = 1
 """Raised whenever a measure of recordings is computed in another way: what was stored is then read anew."""
 
 ABOUT = b"exograv sources"
-"""Key of the files' metadata: version, hash of each session's source, and what `Measured.unpublished` is."""
+"""Key of the files' metadata: version, hash of each session's source, and what `StoredMeasures.unpublished` is."""
 
 Key = tuple[str, str, int]
 """Participant, protocol, session."""
@@ -32,7 +32,7 @@ OF_RECORDINGS = sorted({m.name for m in MEASURES if m.origin != "touches"})
 
 
 @dataclass(frozen=True)
-class Measured:
+class StoredMeasures:
     """Of a whole study."""
 
     measures: pd.DataFrame
@@ -48,7 +48,9 @@ class Measured:
     """Recordings that could not be read, one sentence each."""
 
 
-def measure_study(folder: StudyFolder, tables: Tables, tell: Callable[[str], object] = lambda text: None) -> Measured:
+def measure_study(
+    folder: StudyFolder, tables: Tables, tell: Callable[[str], object] = lambda text: None
+) -> StoredMeasures:
     """Measure everything, and write `derivatives/measures.parquet` and `traces.parquet`.
 
     Args:
@@ -81,7 +83,7 @@ def measure_study(folder: StudyFolder, tables: Tables, tell: Callable[[str], obj
     about |= {"unpublished": unpublished}
     _write(folder, "measures", MEASURED, everything, about)
     _write(folder, "traces", TRACES, traces, about)
-    return Measured(everything, traces, unpublished, tuple(remarks))
+    return StoredMeasures(everything, traces, unpublished, tuple(remarks))
 
 
 def _recordings(tables: Tables) -> dict[Key, tuple[str, str]]:
@@ -92,7 +94,7 @@ def _recordings(tables: Tables) -> dict[Key, tuple[str, str]]:
 
 
 @dataclass(frozen=True)
-class _Kept(Measured):
+class _Kept(StoredMeasures):
     """What was stored of recordings and still holds."""
 
     keys: frozenset[Key] = frozenset()

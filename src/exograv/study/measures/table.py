@@ -9,7 +9,7 @@ from exograv.study.dataset.tables import Tables, frame
 from exograv.study.folder.columns import KEY, Column
 
 from .catalogue import Level, measure
-from .learning import Estimate, participant_learning, session_learning
+from .learning import IntervalEstimate, participant_learning, session_learning
 from .pointing import ATTEMPT, counted, deviations, directions_deg, session_measures, window_measures
 
 MEASURED = (
@@ -33,10 +33,10 @@ SESSION = ATTEMPT[:3]
 Row = dict[str, Any]
 
 
-def rows_of(level: Level, key: Mapping[str, Any], values: Mapping[str, float | Estimate]) -> Iterator[Row]:
+def rows_of(level: Level, key: Mapping[str, Any], values: Mapping[str, float | IntervalEstimate]) -> Iterator[Row]:
     """One row a measure, with its unit."""
     for name, value in values.items():
-        estimate = value if isinstance(value, Estimate) else Estimate(float(value))
+        estimate = value if isinstance(value, IntervalEstimate) else IntervalEstimate(float(value))
         yield {
             **key,
             "level": level,

@@ -18,7 +18,7 @@ TOUCH_SD = 0.6
 
 
 @dataclass(frozen=True)
-class Plan:
+class PlannedStudy:
     """A study that might be done; standard deviations are of log deviation."""
 
     difference: float
@@ -78,7 +78,7 @@ class Worlds:
     touch_sd: Float[np.ndarray, " study"]
 
 
-def sure_worlds(plan: Plan, studies: int) -> Worlds:
+def sure_worlds(plan: PlannedStudy, studies: int) -> Worlds:
     """Every study as the plan says."""
     full = [np.full(studies, value) for value in (plan.difference, plan.person_sd, plan.touch_sd)]
     return Worlds(*full)

@@ -10,8 +10,8 @@ import numpy as np
 from exograv.errors import ConfigError
 from exograv.study.statistics.relabelling import generic_smallest_p
 
-from .assumptions import Plan, Price, Worlds, sure_worlds
-from .pilot import Pilot
+from .assumptions import PlannedStudy, Price, Worlds, sure_worlds
+from .pilot import PilotVariance
 from .simulate import Shares, people, shares
 
 TARGETS = (0.8, 0.9)
@@ -27,7 +27,7 @@ Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
-class Asked:
+class CurveOptions:
     """How the curve is made."""
 
     n_max: int = 40
@@ -51,7 +51,12 @@ class Asked:
 
 
 def power_study(
-    plan: Plan, price: Price, asked: Asked, progress: Progress, pilot: Pilot | None = None, is_stated: bool = True
+    plan: PlannedStudy,
+    price: Price,
+    asked: CurveOptions,
+    progress: Progress,
+    pilot: PilotVariance | None = None,
+    is_stated: bool = True,
 ) -> dict[str, Any]:
     """Everything that `exograv study power --json` writes.
 
@@ -93,7 +98,7 @@ def power_study(
 
 
 def _curve(
-    plan: Plan, price: Price, asked: Asked, drawn: Worlds | None, progress: Progress
+    plan: PlannedStudy, price: Price, asked: CurveOptions, drawn: Worlds | None, progress: Progress
 ) -> Iterator[dict[str, Any]]:
     sure = sure_worlds(plan, asked.studies)
     for n in range(N_MIN, asked.n_max + 1):
@@ -118,7 +123,7 @@ def _row(n: int, found: Shares) -> dict[str, Any]:
     }
 
 
-def seats(n: int, plan: Plan, price: Price) -> dict[str, Any]:
+def seats(n: int, plan: PlannedStudy, price: Price) -> dict[str, Any]:
     """Of n people a group: seats, flights that carry them, cost; only what the price tells."""
     count = 2 * n * plan.flights
     row: dict[str, Any] = {"seats": count}
@@ -133,7 +138,7 @@ def _first(curve: list[dict[str, Any]], key: str, target: float) -> int | None:
     return next((row["n"] for row in curve if row[key] >= target), None)
 
 
-def _what_matters(plan: Plan, asked: Asked, n: int) -> Iterator[dict[str, Any]]:
+def _what_matters(plan: PlannedStudy, asked: CurveOptions, n: int) -> Iterator[dict[str, Any]]:
     """Power at n people a group with other numbers of windows, touches, flights; the spread of a person's median."""
     for name, values in (("windows", WINDOWS), ("touches", TOUCHES), ("flights", FLIGHTS)):
         for value in sorted({*values, getattr(plan, name)}):
@@ -145,7 +150,7 @@ def _what_matters(plan: Plan, asked: Asked, n: int) -> Iterator[dict[str, Any]]:
             yield {name: value, "power": power, "sd_of_medians": float(alone.std())}
 
 
-def sentences(result: dict[str, Any], plan: Plan) -> Iterator[str]:
+def sentences(result: dict[str, Any], plan: PlannedStudy) -> Iterator[str]:
     """What the figures say."""
     curve, needed = result["curve"], result["n_per_group"]
     ratio = result["assumptions"]["ratio"]

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from exograv.errors import ConfigError
-from exograv.study.statistics.bayes import Grid, Prior, posterior_grid
+from exograv.study.statistics.bayes import PosteriorGrid, StudyPrior, posterior_grid
 from exograv.study.statistics.people import counted_touches, logs_of, people_of
 from exograv.study.statistics.random_intercept import sums_of
 
@@ -14,7 +14,7 @@ from .assumptions import Worlds
 
 
 @dataclass(frozen=True)
-class Pilot:
+class PilotVariance:
     """What a small study tells about the next one [log units]."""
 
     people: tuple[int, int]
@@ -29,7 +29,7 @@ class Pilot:
     """Between the groups' means over people's medians."""
 
     window_sd: float
-    grid: Grid
+    grid: PosteriorGrid
     """Difference, standard deviations between people and between touches."""
 
     left_out: tuple[str, ...]
@@ -53,7 +53,9 @@ class Pilot:
         )
 
 
-def read_pilot(touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[str, str], protocol: str) -> Pilot:
+def read_pilot(
+    touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[str, str], protocol: str
+) -> PilotVariance:
     """Variance components of tidy tables.
 
     Raises:
@@ -69,14 +71,14 @@ def read_pilot(touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[
             + "".join(f" {sentence}" for sentence in left_out)
         )
     windows = [own.groupby(["session", "window"]).ngroups for _, own in counted.groupby("participant")]
-    return Pilot(
+    return PilotVariance(
         people=(len(first), len(second)),
         touches=len(counted),
         windows=round(float(np.median(windows))),
         touches_per_window=len(counted) / sum(windows),
         difference=float(first.mean() - second.mean()),
         window_sd=window_sd(counted),
-        grid=posterior_grid(sums_of(counted, groups), Prior()),
+        grid=posterior_grid(sums_of(counted, groups), StudyPrior()),
         left_out=left_out,
     )
 

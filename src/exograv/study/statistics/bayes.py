@@ -31,7 +31,7 @@ CONVENTION = "95 % intervals have equal tails: 2.5 % of the posterior lie below,
 
 
 @dataclass(frozen=True)
-class Prior:
+class StudyPrior:
     """What is believed before any touch [log units]."""
 
     effect_sd: float = 1.0
@@ -41,17 +41,17 @@ class Prior:
 
 
 SENSITIVITY = (
-    Prior(),
-    Prior(effect_sd=0.5),
-    Prior(effect_sd=2.0),
-    Prior(person_scale=0.25),
-    Prior(person_scale=1.0),
+    StudyPrior(),
+    StudyPrior(effect_sd=0.5),
+    StudyPrior(effect_sd=2.0),
+    StudyPrior(person_scale=0.25),
+    StudyPrior(person_scale=1.0),
 )
 """The first is quoted; the others are shown beside it."""
 
 
 @dataclass(frozen=True)
-class Grid:
+class PosteriorGrid:
     """The posterior: a mixture of normal distributions of the difference, one a node."""
 
     weight: Float[np.ndarray, " node"]
@@ -83,7 +83,7 @@ class Grid:
         return self.mean[node] + self.sd[node] * rng.normal(size=n), self.person_sd[node], self.touch_sd[node]
 
 
-def posterior_grid(sums: Sums, prior: Prior) -> Grid:
+def posterior_grid(sums: Sums, prior: StudyPrior) -> PosteriorGrid:
     """The posterior of the one study in `sums`."""
     touches, means, squares = sums.touches[0], sums.mean[0], float(sums.squares[0])
     person_sd = np.geomspace(PERSON_SD_MIN, PERSON_SD_MAX, PERSON_NODES)
@@ -109,7 +109,7 @@ def posterior_grid(sums: Sums, prior: Prior) -> Grid:
     )
     weight = np.exp(log_weight - log_weight.max())
     share = prior.effect_sd**2 / known
-    return Grid(weight / weight.sum(), both[0], both[1], share * (mean_a - mean_b), np.sqrt(share * of_data))
+    return PosteriorGrid(weight / weight.sum(), both[0], both[1], share * (mean_a - mean_b), np.sqrt(share * of_data))
 
 
 def _group(weights: np.ndarray, means: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -130,7 +130,7 @@ def _touch_nodes(freedom: float, squares: float) -> Float[np.ndarray, " node"]:
     return np.exp(middle + np.linspace(-width, width, TOUCH_NODES))
 
 
-def bayes_fit(sums: Sums, groups: tuple[str, str], priors: tuple[Prior, ...] = SENSITIVITY) -> BayesFit:
+def bayes_fit(sums: Sums, groups: tuple[str, str], priors: tuple[StudyPrior, ...] = SENSITIVITY) -> BayesFit:
     """The posterior under each prior, the first one's to quote."""
     posteriors = tuple(_posterior(posterior_grid(sums, prior), prior) for prior in priors)
     chances = [100.0 * posterior.p_smaller for posterior in posteriors]
@@ -144,7 +144,7 @@ def bayes_fit(sums: Sums, groups: tuple[str, str], priors: tuple[Prior, ...] = S
     return BayesFit(posteriors, CONVENTION, sentence)
 
 
-def _posterior(grid: Grid, prior: Prior) -> Posterior:
+def _posterior(grid: PosteriorGrid, prior: StudyPrior) -> Posterior:
     low, middle, high = (exp(grid.quantile(share)) for share in (0.025, 0.5, 0.975))
     sd_low, sd_middle, sd_high = (grid.person_sd_quantile(share) for share in (0.025, 0.5, 0.975))
     method = "posterior, equal tails"

@@ -9,7 +9,7 @@ import pandas as pd
 from exograv.errors import ConfigError
 
 from .bayes import SENSITIVITY, bayes_fit
-from .findings import EXACT, BayesFit, Effect, Findings, Interval, Person, Test, Unit
+from .findings import EXACT, BayesFit, Effect, Interval, ParticipantValue, StudyFindings, Test, Unit
 from .mixed import mixed_fit
 from .normal import hedges_g, ratio_effect, welch_test
 from .people import counted_touches, logs_of, people_of, spread_of
@@ -49,7 +49,9 @@ class CompareSettings:
             raise ConfigError(f"alpha is {self.alpha:g}; it must lie between 0 and 0.5, 0.05 as a rule.")
 
 
-def compare(touches: pd.DataFrame, participants: pd.DataFrame, settings: CompareSettings | None = None) -> Findings:
+def compare(
+    touches: pd.DataFrame, participants: pd.DataFrame, settings: CompareSettings | None = None
+) -> StudyFindings:
     """Compare two groups: the exact test over people first, everything else beside it.
 
     Args:
@@ -64,7 +66,7 @@ def compare(touches: pd.DataFrame, participants: pd.DataFrame, settings: Compare
     groups, alpha = settings.groups, settings.alpha
     counted, left_out = counted_touches(touches, participants, groups, settings.protocol, settings.unit)
     people = people_of(counted, groups)
-    findings = Findings(
+    findings = StudyFindings(
         groups=groups,
         protocol=settings.protocol,
         unit=settings.unit,
@@ -105,7 +107,7 @@ def _nothing_to_test(groups: tuple[str, str]) -> Test:
 
 
 def _other_effects(
-    people: tuple[Person, ...], groups: tuple[str, str], ways: Relabellings, unit: Unit
+    people: tuple[ParticipantValue, ...], groups: tuple[str, str], ways: Relabellings, unit: Unit
 ) -> tuple[Effect, ...]:
     first, second = (logs_of(people, group) for group in groups)
     logs, deviations = np.concatenate([first, second]), np.array([person.median for person in people])

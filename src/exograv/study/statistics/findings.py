@@ -62,7 +62,7 @@ class Test:
 
 
 @dataclass(frozen=True)
-class Person:
+class ParticipantValue:
     """One participant's touches in one number."""
 
     participant: str
@@ -155,13 +155,13 @@ class BayesFit:
 
 
 @dataclass(frozen=True)
-class Findings:
+class StudyFindings:
     """Everything that is said about two groups."""
 
     groups: tuple[str, str]
     protocol: str
     unit: Unit
-    people: tuple[Person, ...]
+    people: tuple[ParticipantValue, ...]
     left_out: tuple[str, ...]
     """Who or what was not counted, and why; one sentence each."""
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
-from .findings import Person
+from .findings import ParticipantValue
 from .relabelling import CELLS_MAX, Relabellings, generic_smallest_p, two_sided
 
 P = Float[np.ndarray, " measure"]
@@ -106,7 +106,7 @@ def compare_measures(values: pd.DataFrame, ways: Relabellings, name: str) -> Fam
 
 
 def family_of_sessions(
-    measures: pd.DataFrame, people: tuple[Person, ...], protocol: str, ways: Relabellings, name: str
+    measures: pd.DataFrame, people: tuple[ParticipantValue, ...], protocol: str, ways: Relabellings, name: str
 ) -> Family:
     """All measures of a session at once: one value a person, the mean where there are several sessions.
 

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from exograv.errors import ConfigError
 
-from .findings import Person, Spread, Unit
+from .findings import ParticipantValue, Spread, Unit
 
 FLOOR = {"px": 0.5, "mm": 0.1}
 """Smaller deviations count as this: a touch dead on the centre has no logarithm."""
@@ -75,7 +75,7 @@ def _people_left_out(
             yield f"{code} has no touch in '{protocol}' that counts."
 
 
-def people_of(counted: pd.DataFrame, groups: tuple[str, str]) -> tuple[Person, ...]:
+def people_of(counted: pd.DataFrame, groups: tuple[str, str]) -> tuple[ParticipantValue, ...]:
     """Each person's touches in one number, the first group's people first, then by code."""
     people = []
     for group in groups:
@@ -83,11 +83,11 @@ def people_of(counted: pd.DataFrame, groups: tuple[str, str]) -> tuple[Person, .
             median, log_median = (
                 float(np.median(own[name].to_numpy(float))) for name in ("deviation", "log_deviation")
             )
-            people.append(Person(str(code), group, len(own), median, log_median))
+            people.append(ParticipantValue(str(code), group, len(own), median, log_median))
     return tuple(people)
 
 
-def logs_of(people: tuple[Person, ...], group: str) -> Float[np.ndarray, " person"]:
+def logs_of(people: tuple[ParticipantValue, ...], group: str) -> Float[np.ndarray, " person"]:
     """Median log deviation of each person of a group."""
     return np.array([person.log_median for person in people if person.group == group])
 

@@ -10,7 +10,7 @@ from exograv.console.words import said_in
 from exograv.errors import ConfigError
 from exograv.laboratory.assist import assist_command as run
 from exograv.laboratory.assist.options import AssistOptions
-from exograv.procedures.rehabilitation.assist.participant_record import Block, Session
+from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession
 from exograv.procedures.rehabilitation.assist.words import Words
 from exograv.recording import read_recording
 from exograv.task.assist_as_needed import SENTENCES
@@ -46,7 +46,7 @@ def no_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def call(folder: Path, leaves_after: int = 0) -> dict[str, Any]:
-    def told(session: Session, _block: Block) -> None:
+    def told(session: AssistSession, _block: AssistBlock) -> None:
         if len(session.blocks) == leaves_after:
             raise KeyboardInterrupt
 

@@ -9,7 +9,7 @@ from exograv.errors import ConfigError
 from exograv.laboratory.assist.session import fly_session
 from exograv.procedures.rehabilitation.assist.participant_record import (
     AssistFile,
-    Session,
+    AssistSession,
     opened,
     read_assist,
     write_assist,
@@ -77,7 +77,7 @@ def test_files_of_others_and_damaged_ones_are_refused(tmp_path: Path):
 
 def test_a_failure_before_the_break_still_counts_after_it():
     file = AssistFile(participant="P-07", options=OPTIONS)
-    begun: Session = opened(file, USUAL, 40.0, False)
+    begun: AssistSession = opened(file, USUAL, 40.0, False)
     session = fly_session(Weak(0.6), begun, lambda _session, _block: None)
     cut = session.model_copy(update={"blocks": session.blocks[:1], "is_over": False})
     assert cut.blocks[0].has_failed

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exograv.laboratory.assist.session import fly_block, fly_session
-from exograv.procedures.rehabilitation.assist.participant_record import AssistFile, Block, Session, opened
+from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistFile, AssistSession, opened
 from exograv.task.assist_as_needed import AssistSettings, AssistState
 
 from .weak import Weak, usual
@@ -20,12 +20,12 @@ class CtrlC(KeyboardInterrupt):
     """Of somebody who has to leave."""
 
 
-def course(needs: list[float], breaks: list[int]) -> list[Session]:
+def course(needs: list[float], breaks: list[int]) -> list[AssistSession]:
     """Sessions of a person who needs so much in each, broken off after so many blocks and gone on with."""
     file = NOBODY
     for needed, leaves_after in zip(needs, breaks, strict=True):
 
-        def told(session: Session, _block: Block, leaves_after: int = leaves_after) -> None:
+        def told(session: AssistSession, _block: AssistBlock, leaves_after: int = leaves_after) -> None:
             nonlocal file
             was = len(file.sessions[-1].blocks) if file.sessions and not file.sessions[-1].is_over else 0
             file = file.with_session(session)

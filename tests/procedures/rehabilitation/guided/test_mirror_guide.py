@@ -5,11 +5,11 @@ import pytest
 
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
-from exograv.procedures.rehabilitation.guided.grip import DROP_S, Led
+from exograv.procedures.rehabilitation.guided.grip import DROP_S, GripOutcome
 from exograv.procedures.rehabilitation.guided.mirror_guide import BEHIND_RAD, MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.path_shaping import A_MAX_RAD_S2, V_MAX_RAD_S, allowed_range
-from exograv.procedures.rehabilitation.guided.pull import Strength
+from exograv.procedures.rehabilitation.guided.pull import PullStrength
 
 DT = 0.005
 RIG = load_rig("recupera_like_dual")
@@ -19,7 +19,7 @@ START = 0.5 * np.sum(RIG.workspace, axis=0)
 
 
 def guide() -> MirrorGuide:
-    one = MirrorGuide(MAP, Strength.of(RIG), allowed_range(RIG, EXO), START, DT)
+    one = MirrorGuide(MAP, PullStrength.of(RIG), allowed_range(RIG, EXO), START, DT)
     one.lead()
     return one
 
@@ -65,7 +65,7 @@ def test_a_jerk_of_the_leading_arm_ends_it():
     v = np.zeros(8)
     v[MAP.lead[0]] = 2.5
     one(START, v)
-    assert one.state is Led.RUSHED
+    assert one.state is GripOutcome.RUSHED
     lead_to(one, START[MAP.lead], DROP_S + DT)
     assert one.has_let_go
     assert not one.tau.any()
@@ -75,14 +75,14 @@ def test_an_arm_left_too_far_behind_is_let_go():
     one = guide()
     lead_to(one, START[MAP.lead], 2.5)
     lead_to(one, START[MAP.lead] + BEHIND_RAD + 0.1, 0.05)
-    assert one.state is Led.LOST
+    assert one.state is GripOutcome.LOST
 
 
 def test_who_holds_the_following_arm_is_let_go():
     one = guide()
     lead_to(one, START[MAP.lead], 2.5)
     lead_to(one, START[MAP.lead] + np.deg2rad(20.0), 4.0, held=START[MAP.follow])
-    assert one.state is Led.OVERRULED
+    assert one.state is GripOutcome.OVERRULED
     assert one.has_let_go
 
 

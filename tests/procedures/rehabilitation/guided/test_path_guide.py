@@ -5,12 +5,12 @@ import pytest
 
 from exograv import motion
 from exograv.model.description import load_rig
-from exograv.procedures.rehabilitation.guided.grip import DROP_S, FREE, GIVE_S, GRIP_S, Led
+from exograv.procedures.rehabilitation.guided.grip import DROP_S, FREE, GIVE_S, GRIP_S, GripOutcome
 from exograv.procedures.rehabilitation.guided.path_guide import Anchor, PathGuide
-from exograv.procedures.rehabilitation.guided.pull import REACH_RAD, Strength
+from exograv.procedures.rehabilitation.guided.pull import REACH_RAD, PullStrength
 
 DT = 0.005
-STRENGTH = Strength.of(load_rig("recupera_like_qdd"))
+STRENGTH = PullStrength.of(load_rig("recupera_like_qdd"))
 START, GOAL, STILL = np.full(4, 0.5), np.full(4, 1.0), np.zeros(4)
 
 
@@ -43,7 +43,7 @@ def test_a_share_of_the_speed_takes_as_much_longer(speed: float):
     one = guide(speed)
     seconds = one.path.seconds / speed
     follow(one, 0.95 * seconds)
-    assert one.state is Led.LED
+    assert one.state is GripOutcome.LED
     follow(one, 0.05 * seconds + 1.0)
     assert one.has_arrived
 
@@ -64,7 +64,7 @@ def test_who_holds_on_is_let_go_and_nothing_takes_hold_again():
     follow(one, 1.0)
     held = one.target.copy()
     hold(one, held, 2.0 + GIVE_S + DROP_S)
-    assert one.state is Led.OVERRULED
+    assert one.state is GripOutcome.OVERRULED
     assert one.has_let_go
     follow(one, 5.0)
     assert one.has_let_go
@@ -83,7 +83,7 @@ def test_who_asks_for_it_is_let_go_in_a_moment():
     follow(one, 1.0)
     one.let_go()
     follow(one, DROP_S + DT)
-    assert one.state is Led.RELEASED
+    assert one.state is GripOutcome.RELEASED
     assert one.has_let_go
 
 

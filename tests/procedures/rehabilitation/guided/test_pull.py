@@ -9,10 +9,10 @@ from hypothesis.extra.numpy import arrays
 from exograv.loop.person_limits import ACTIVE_MAX_NM
 from exograv.model.description import load_rig
 from exograv.procedures.rehabilitation.guided.grip import AWAY
-from exograv.procedures.rehabilitation.guided.pull import REACH_RAD, Strength
+from exograv.procedures.rehabilitation.guided.pull import REACH_RAD, PullStrength
 from exograv.signals import Reference
 
-STRENGTH = Strength.of(load_rig("recupera_like_qdd"))
+STRENGTH = PullStrength.of(load_rig("recupera_like_qdd"))
 FOUR = arrays(float, 4, elements=st.floats(-10.0, 10.0))
 SHARE = st.floats(0.0, 1.0)
 ROUNDING_NM = 1e-9
@@ -51,4 +51,4 @@ def test_an_arm_that_is_let_go_for_being_away_had_less_than_four_joules_in_the_s
 def test_the_bound_is_below_what_a_weak_adult_resists():
     description = load_rig("recupera_like_dual")
     weak = [ACTIVE_MAX_NM[place] for place in description.places]
-    assert (Strength.of(description).bound <= 0.5 * np.array(weak)).all()
+    assert (PullStrength.of(description).bound <= 0.5 * np.array(weak)).all()

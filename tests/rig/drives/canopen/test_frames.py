@@ -11,7 +11,7 @@ from exograv.errors import ConfigError
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.canopen import objects as at
 from exograv.rig.drives.canopen.emergency import fault_of
-from exograv.rig.drives.canopen.node import Due, Node, lost_after
+from exograv.rig.drives.canopen.node import CanopenNode, Due, lost_after
 from exograv.rig.drives.canopen.scaling import DAMPING_MOST, Scaling
 from exograv.rig.drives.canopen.states import DISABLE_VOLTAGE
 from exograv.rig.drives.settings import CanopenBus, Drive, Drives, DrivesSettings
@@ -94,7 +94,7 @@ def test_a_mapping_is_written_as_the_standard_writes_it():
 
 @given(word=st.integers(0, 0xFFFF), counts=st.integers(-(2**31), 2**31 - 1), torque=st.integers(-(2**15), 2**15 - 1))
 def test_a_node_takes_what_is_in_a_measurement_byte_by_byte(word: int, counts: int, torque: int):
-    node = Node(machine().each[0], has_motor=True, period_s=0.002)
+    node = CanopenNode(machine().each[0], has_motor=True, period_s=0.002)
     data = word.to_bytes(2, "little") + counts.to_bytes(4, "little", signed=True)
     node.on_measured(data + torque.to_bytes(2, "little", signed=True))
     assert (node.counts, node.per_mille) == (counts, torque)
@@ -102,7 +102,7 @@ def test_a_node_takes_what_is_in_a_measurement_byte_by_byte(word: int, counts: i
 
 @given(data=st.binary(max_size=8), handler=st.sampled_from(["measured", "motor", "slow", "emergency", "heartbeat"]))
 def test_no_frame_breaks_a_node_and_only_a_whole_measurement_counts(data: bytes, handler: str):
-    node = Node(machine().each[0], has_motor=False, period_s=0.002)
+    node = CanopenNode(machine().each[0], has_motor=False, period_s=0.002)
     node.ask()
     getattr(node, f"on_{handler}")(data)
     assert node.has_answered == (handler == "measured" and len(data) == 8)
@@ -139,7 +139,7 @@ def test_an_answer_that_comes_in_the_next_period_does_not_count_for_that():
 
 def test_a_drive_is_lost_after_so_many_syncs_without_a_word_and_not_before():
     assert [lost_after(period_s) for period_s in (0.001, 0.002, 0.004)] == [3, 2, 1]
-    node = Node(machine().each[0], has_motor=False, period_s=0.002)
+    node = CanopenNode(machine().each[0], has_motor=False, period_s=0.002)
     node.start()
     for k in (1, 2):
         node.ask()
@@ -152,7 +152,7 @@ def test_a_drive_is_lost_after_so_many_syncs_without_a_word_and_not_before():
 @given(code=st.integers(1, 0xFFFF))
 def test_what_is_held_against_a_drive_switches_it_off_until_somebody_forgives(code: int):
     assume(fault_of(code))
-    node = Node(machine().each[0], has_motor=False, period_s=0.002)
+    node = CanopenNode(machine().each[0], has_motor=False, period_s=0.002)
     node.control, node.is_wanted = 0x0F, True
     node.on_emergency(struct.pack("<HB5x", code, 1))
     node.on_emergency(bytes(8))  # the drive says that it is over

@@ -10,9 +10,9 @@ from exograv.errors import RigError
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.moteus.bringing_up import refuse_others
 from exograv.rig.drives.moteus.bus_load import load
-from exograv.rig.drives.moteus.cycle import OURS, Cycle, own_numbers
+from exograv.rig.drives.moteus.cycle import OURS, MoteusCycle, own_numbers
 from exograv.rig.drives.moteus.fdcanusb import Fdcanusb, head, line
-from exograv.rig.drives.moteus.node import LOST_AFTER, Node
+from exograv.rig.drives.moteus.node import LOST_AFTER, MoteusNode
 from exograv.rig.drives.moteus.simulated.adapter import SimulatedFdcanusb, checksum
 from exograv.rig.drives.settings import Drives
 
@@ -36,15 +36,15 @@ def link(adapter: SimulatedFdcanusb) -> Iterator[Fdcanusb]:
 
 
 @pytest.fixture
-def cycle(link: Fdcanusb, drives: Drives) -> Cycle:
-    return Cycle(link, [Node(drive) for drive in drives.each])
+def cycle(link: Fdcanusb, drives: Drives) -> MoteusCycle:
+    return MoteusCycle(link, [MoteusNode(drive) for drive in drives.each])
 
 
-def nodes_of(cycle: Cycle) -> tuple[Node, ...]:
+def nodes_of(cycle: MoteusCycle) -> tuple[MoteusNode, ...]:
     return cycle._nodes  # pyright: ignore[reportPrivateUsage]
 
 
-def test_an_answer_to_an_earlier_question_is_counted_and_not_believed(cycle: Cycle, adapter: SimulatedFdcanusb):
+def test_an_answer_to_an_earlier_question_is_counted_and_not_believed(cycle: MoteusCycle, adapter: SimulatedFdcanusb):
     assert not cycle.ask(0.0)
     asked = [number for number, _ in adapter.frames(WAIT_S)]
     for number in asked:
@@ -54,7 +54,7 @@ def test_an_answer_to_an_earlier_question_is_counted_and_not_believed(cycle: Cyc
     assert not any(node.said.current_A for node in nodes_of(cycle))
 
 
-def test_every_tick_asks_under_a_number_of_its_own_and_none_is_a_drives(cycle: Cycle, adapter: SimulatedFdcanusb):
+def test_every_tick_asks_under_a_number_of_its_own_and_none_is_a_drives(cycle: MoteusCycle, adapter: SimulatedFdcanusb):
     askers = []
     for _ in range(OURS):
         cycle.ask(0.0)
@@ -64,7 +64,7 @@ def test_every_tick_asks_under_a_number_of_its_own_and_none_is_a_drives(cycle: C
     assert not set(own_numbers([126, 3, 125])) & {126, 3, 125}
 
 
-def test_a_drive_that_is_silent_for_three_questions_is_lost(cycle: Cycle):
+def test_a_drive_that_is_silent_for_three_questions_is_lost(cycle: MoteusCycle):
     for _ in range(LOST_AFTER - 1):
         cycle.ask(0.0)
     assert not any(node.fault for node in nodes_of(cycle))
@@ -74,7 +74,7 @@ def test_a_drive_that_is_silent_for_three_questions_is_lost(cycle: Cycle):
 
 @pytest.mark.parametrize("frame", [0x8001, 0x007F, 0x0200], ids=["a question", "to all", "an answer to another"])
 def test_another_master_is_heard_before_anything_is_said_and_held_against_all(
-    frame: int, cycle: Cycle, adapter: SimulatedFdcanusb
+    frame: int, cycle: MoteusCycle, adapter: SimulatedFdcanusb
 ):
     adapter.say(frame, b"\x50")
     with pytest.raises(RigError, match=f"Another host .* 0x{frame:04x}"):
@@ -82,7 +82,7 @@ def test_another_master_is_heard_before_anything_is_said_and_held_against_all(
     assert all(node.fault is DriveFault.OTHER_MASTER for node in nodes_of(cycle))
 
 
-def test_a_stranger_who_speaks_to_none_of_our_drives_is_no_other_master(cycle: Cycle, adapter: SimulatedFdcanusb):
+def test_a_stranger_who_speaks_to_none_of_our_drives_is_no_other_master(cycle: MoteusCycle, adapter: SimulatedFdcanusb):
     adapter.say(0x0B0C, b"\x50")
     refuse_others(cycle)
 

@@ -13,7 +13,7 @@ from exograv.errors import RigError
 from exograv.model.description import load_rig
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import load_drives
-from exograv.rig.drives.simulated.bench import Bench
+from exograv.rig.drives.simulated.bench import SimulatedBench
 from exograv.rig.drives.simulated.plant import Plant
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 
@@ -49,7 +49,7 @@ class Stage:
         self.plant = Plant(Twin(description, machine, None, 0), drives)
         self.drives = self.plant.each
         self.front, self.said = Front(), list[str]()
-        self.bench = Bench(drives.joints, self.plant, self.front, self.said.append)
+        self.bench = SimulatedBench(drives.joints, self.plant, self.front, self.said.append)
 
 
 @pytest.fixture(scope="module")

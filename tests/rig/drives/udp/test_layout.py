@@ -19,8 +19,8 @@ from exograv.rig.drives.udp.layout import (
     STATE,
     STATE_JOINT,
     DriveFlag,
-    Field,
     Flag,
+    PacketField,
     Type,
     is_newer,
     length,
@@ -42,7 +42,7 @@ PARTS = {
 }
 
 
-def table(fields: tuple[Field, ...], begin: int) -> str:
+def table(fields: tuple[PacketField, ...], begin: int) -> str:
     """As it stands on the page."""
     lines = ["| byte | field | type | unit | |", "|---|---|---|---|---|"]
     for field, at in zip(fields, offsets(fields, begin).values(), strict=True):

@@ -17,12 +17,12 @@ from exograv.model.support import Support, put_together, support
 from exograv.model.tree import Tree
 
 from .agreement import examine_agreement
-from .findings import Findings
+from .findings import CheckFindings
 from .fit import Donned, examine_donning, examine_loops
 from .folder import locate, read_settings, read_trees
 from .picture import picture_data
 from .reach import conditioning, examine_conditioning, reach
-from .strength import Strength, examine_strength, strength
+from .strength import DriveStrength, examine_strength, strength
 from .units import examine_numbers, examine_units
 
 Progress = Callable[[str, float], None]
@@ -49,7 +49,7 @@ def check_rig(options: CheckOptions, out: Path, progress: Progress) -> dict[str,
         ConfigError: There is no such machine, or nobody has this height and mass.
         RecordingError: The picture cannot be written.
     """
-    folder, findings = locate(options.rig), Findings()
+    folder, findings = locate(options.rig), CheckFindings()
     body = Body(options.height_m, options.mass_kg, options.sex)
     progress("Reading the machine's files", 0.0)
     settings, files = read_settings(folder, findings)
@@ -86,7 +86,7 @@ def _freedoms(description: RigDescription) -> int:
     return FREEDOMS_OF_ARM[description.settings.wearer.arm] * len(description.arm_sides)
 
 
-def _agrees(settings: RigSettings, folder: Path, trees: dict[str, Tree], findings: Findings) -> bool:
+def _agrees(settings: RigSettings, folder: Path, trees: dict[str, Tree], findings: CheckFindings) -> bool:
     """Of every side."""
     agrees = True
     for side in settings.urdf.sides:
@@ -96,7 +96,12 @@ def _agrees(settings: RigSettings, folder: Path, trees: dict[str, Tree], finding
 
 
 def _examine_with_a_wearer(
-    description: RigDescription, body: Body, findings: Findings, result: dict[str, Any], out: Path, progress: Progress
+    description: RigDescription,
+    body: Body,
+    findings: CheckFindings,
+    result: dict[str, Any],
+    out: Path,
+    progress: Progress,
 ) -> None:
     assembly = findings.attempt(lambda: put_together(description, body))
     if assembly is None:
@@ -110,7 +115,7 @@ def _examine_with_a_wearer(
 
 
 def _examine_mechanics(
-    assembly: Assembly, findings: Findings, result: dict[str, Any], out: Path, progress: Progress
+    assembly: Assembly, findings: CheckFindings, result: dict[str, Any], out: Path, progress: Progress
 ) -> None:
     description, donned, solver = assembly.description, Donned(assembly), LoopSolver(assembly)
     held = support(assembly, solver)
@@ -146,7 +151,7 @@ def _examine_mechanics(
     result["picture"] = str(write_machine_picture(picture_data(donned, reached, result), out / "check_rig.png"))
 
 
-def _examine_support(assembly: Assembly, held: Support, findings: Findings) -> None:
+def _examine_support(assembly: Assembly, held: Support, findings: CheckFindings) -> None:
     cuffs = ", ".join(cuff.name for cuff in assembly.cuffs)
     for name, count in held.unsupported.items():
         findings.problem(
@@ -160,7 +165,7 @@ def _examine_support(assembly: Assembly, held: Support, findings: Findings) -> N
         )
 
 
-def _torque_rows(description: RigDescription, found: Strength) -> list[dict[str, Any]]:
+def _torque_rows(description: RigDescription, found: DriveStrength) -> list[dict[str, Any]]:
     """One joint a row, in the posture in which it is loaded most."""
     columns = {"exo": found.exo, "arm": found.arm, "hand_1kg": found.hand, "friction": found.friction}
     rows = []

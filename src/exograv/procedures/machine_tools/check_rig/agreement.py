@@ -7,7 +7,7 @@ from exograv import motion
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
-from .findings import Findings
+from .findings import CheckFindings
 
 SAME_M = 1e-6
 ARM_ANGLE_MAX_DEG = 180.0
@@ -15,7 +15,7 @@ RADIANS = 3.5
 """If no angle of a file is larger than this, it was written in radians [°]."""
 
 
-def examine_agreement(description: RigDescription, tree: Tree, findings: Findings) -> bool:
+def examine_agreement(description: RigDescription, tree: Tree, findings: CheckFindings) -> bool:
     """Add what does not fit together; whether the rest can be examined at all."""
     file = description.urdf_path.name
     same = _examine_joints(description, tree, file, findings)
@@ -28,7 +28,7 @@ def examine_agreement(description: RigDescription, tree: Tree, findings: Finding
     return same
 
 
-def _examine_joints(description: RigDescription, tree: Tree, file: str, findings: Findings) -> bool:
+def _examine_joints(description: RigDescription, tree: Tree, file: str, findings: CheckFindings) -> bool:
     named, found = description.joints, tree.joint_names
     for joint in (joint for joint in found if joint not in named):
         findings.problem(
@@ -47,7 +47,7 @@ def _examine_joints(description: RigDescription, tree: Tree, file: str, findings
     return named == found
 
 
-def _examine_frames(description: RigDescription, tree: Tree, file: str, findings: Findings) -> bool:
+def _examine_frames(description: RigDescription, tree: Tree, file: str, findings: CheckFindings) -> bool:
     centres = {f"wearer.shoulder_centre ({side})": description.shoulder_centre(side) for side in description.arm_sides}
     cuffs = {f"exo_frame of cuff '{cuff.name}'": cuff.exo_frame for cuff in description.settings.cuffs}
     mounts = {f"mount '{mount}' of [calibration]": mount for mount in description.mounts}
@@ -60,7 +60,7 @@ def _examine_frames(description: RigDescription, tree: Tree, file: str, findings
     return not missing and all(tree.frames[frame].body < 0 for frame in centres.values())
 
 
-def _examine_lengths(description: RigDescription, tree: Tree, file: str, findings: Findings) -> None:
+def _examine_lengths(description: RigDescription, tree: Tree, file: str, findings: CheckFindings) -> None:
     for adjustment in description.settings.adjustments:
         place = tree.joints[tree.index(adjustment.joint)].p_parent_joint["xyz".index(adjustment.axis)]
         if abs(abs(place) - adjustment.nominal_m) > SAME_M:
@@ -70,7 +70,7 @@ def _examine_lengths(description: RigDescription, tree: Tree, file: str, finding
             )
 
 
-def _examine_torques(description: RigDescription, tree: Tree, file: str, findings: Findings) -> None:
+def _examine_torques(description: RigDescription, tree: Tree, file: str, findings: CheckFindings) -> None:
     for actuator, joint in zip(description.settings.actuators, tree.joints, strict=True):
         if actuator.torque_max_Nm is not None and actuator.torque_max_Nm > joint.effort:
             findings.problem(
@@ -79,7 +79,7 @@ def _examine_torques(description: RigDescription, tree: Tree, file: str, finding
             )
 
 
-def _examine_angles(description: RigDescription, tree: Tree, findings: Findings) -> bool:
+def _examine_angles(description: RigDescription, tree: Tree, findings: CheckFindings) -> bool:
     """Whether donning and task, at least, are within the limits."""
     settings, within = description.settings, True
     box = settings.task_workspace

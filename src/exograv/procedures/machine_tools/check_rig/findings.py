@@ -10,7 +10,7 @@ Result = TypeVar("Result")
 
 
 @dataclass
-class Findings:
+class CheckFindings:
     """Problems must be solved before the machine can be used; notes only say how far it goes."""
 
     problems: list[str] = field(default_factory=list)

@@ -13,7 +13,7 @@ from exograv.model.support import sample_postures
 from exograv.model.tree import Tree
 from exograv.spatial import Transform
 
-from .findings import Findings
+from .findings import CheckFindings
 
 POSTURES = 32
 ELBOW_OFF_M = 0.04
@@ -74,7 +74,7 @@ def ancestors(tree: Tree, body: int) -> list[int]:
     return chain
 
 
-def examine_donning(donned: Donned, findings: Findings) -> None:
+def examine_donning(donned: Donned, findings: CheckFindings) -> None:
     """Whether the arm that the file describes lies where the machine and its cuffs are."""
     assembly = donned.assembly
     for limb in assembly.arm.limbs:
@@ -83,7 +83,7 @@ def examine_donning(donned: Donned, findings: Findings) -> None:
         _examine_elbow(donned, limb, findings)
 
 
-def _examine_cuff(donned: Donned, limb: Limb, cuff: Cuff, findings: Findings) -> None:
+def _examine_cuff(donned: Donned, limb: Limb, cuff: Cuff, findings: CheckFindings) -> None:
     lengths = donned.assembly.arm.lengths
     (R_arm, p_arm), (R_cuff, p_cuff) = donned.arm_frame(limb.prefix + cuff.segment), donned.exo_frame(cuff.exo_frame)
     if cuff.segment == "hand":
@@ -105,7 +105,7 @@ def _examine_cuff(donned: Donned, limb: Limb, cuff: Cuff, findings: Findings) ->
         )
 
 
-def _examine_elbow(donned: Donned, limb: Limb, findings: Findings) -> None:
+def _examine_elbow(donned: Donned, limb: Limb, findings: CheckFindings) -> None:
     assembly = donned.assembly
     moved = assembly.exo.frame(cuffs_of(assembly, limb)[-1].exo_frame).body
     for i in ancestors(assembly.exo, moved):
@@ -123,7 +123,7 @@ def _examine_elbow(donned: Donned, limb: Limb, findings: Findings) -> None:
             )
 
 
-def examine_loops(assembly: Assembly, solver: LoopSolver, findings: Findings) -> dict[str, float]:
+def examine_loops(assembly: Assembly, solver: LoopSolver, findings: CheckFindings) -> dict[str, float]:
     """How far the cuffs are strained through the task workspace where nothing loads them: 0 in a perfect fit."""
     worst = (0.0, 0.0, np.zeros(assembly.n))
     turned = 0.0

@@ -12,7 +12,7 @@ from exograv.model.rig_settings import RigSettings
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf
 
-from .findings import Findings
+from .findings import CheckFindings
 
 
 def locate(rig: str) -> Path:
@@ -24,7 +24,7 @@ def locate(rig: str) -> Path:
     return Path(rig) if Path(rig).is_dir() else rig_folder(rig)
 
 
-def read_settings(folder: Path, findings: Findings) -> tuple[RigSettings | None, list[Path]]:
+def read_settings(folder: Path, findings: CheckFindings) -> tuple[RigSettings | None, list[Path]]:
     """The settings where nothing is wrong with them, and the URDF files that they name, as far as can be told."""
     data = _data(folder, findings)
     files = _files(folder, data)
@@ -42,7 +42,7 @@ def read_settings(folder: Path, findings: Findings) -> tuple[RigSettings | None,
     return (settings if not findings.problems else None), files
 
 
-def read_trees(files: list[Path], findings: Findings) -> dict[str, Tree]:
+def read_trees(files: list[Path], findings: CheckFindings) -> dict[str, Tree]:
     """The trees of all files that can be read, by file name."""
     trees = {}
     for file in files:
@@ -55,7 +55,7 @@ def read_trees(files: list[Path], findings: Findings) -> dict[str, Tree]:
     return trees
 
 
-def _data(folder: Path, findings: Findings) -> dict[str, Any]:
+def _data(folder: Path, findings: CheckFindings) -> dict[str, Any]:
     path = folder / "rig.toml"
     if not path.is_file():
         findings.problem(f"{folder} has no rig.toml. `exograv new-rig URDF` writes one with all that it must say.")

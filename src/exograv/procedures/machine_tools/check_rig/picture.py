@@ -7,10 +7,10 @@ import numpy as np
 from exograv.model.arm import Limb
 
 from .fit import Donned, ancestors, cuffs_of
-from .reach import VOXEL_M, Reach
+from .reach import VOXEL_M, ArmReach
 
 
-def picture_data(donned: Donned, reached: list[Reach], result: dict[str, Any]) -> dict[str, Any]:
+def picture_data(donned: Donned, reached: list[ArmReach], result: dict[str, Any]) -> dict[str, Any]:
     """Points [m] of both arms and of what they reach, beside the figures of the check."""
     arms = []
     for limb, reach in zip(donned.assembly.arm.limbs, reached, strict=True):

@@ -10,7 +10,7 @@ from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription
 from exograv.model.kinematics import body_poses, frame_pose
 
-from .findings import Findings
+from .findings import CheckFindings
 from .fit import Donned, cuffs_of
 
 VOXEL_M = 0.05
@@ -24,7 +24,7 @@ Postures = Float[np.ndarray, "posture joint"]
 
 
 @dataclass(frozen=True)
-class Reach:
+class ArmReach:
     """Of one arm."""
 
     side: str
@@ -73,7 +73,7 @@ def spread(lower: np.ndarray, upper: np.ndarray, count: int) -> Postures:
     return lower + qmc.Sobol(len(lower), scramble=False).random(count) * (upper - lower)
 
 
-def reach(donned: Donned) -> list[Reach]:
+def reach(donned: Donned) -> list[ArmReach]:
     """Of each arm; the arm lies in the machine as it was fastened."""
     assembly = donned.assembly
     tips = _tips(donned)
@@ -84,7 +84,7 @@ def reach(donned: Donned) -> list[Reach]:
         centre = donned.exo_frame(assembly.description.shoulder_centre(limb.side))[1]
         furthest = float(np.linalg.norm(all_points - centre, axis=1).max())
         every_point = np.vstack([all_points, task_points])
-        found.append(Reach(limb.side, voxels(every_point), voxels(task_points), furthest))
+        found.append(ArmReach(limb.side, voxels(every_point), voxels(task_points), furthest))
     return found
 
 
@@ -111,7 +111,7 @@ def conditioning(assembly: Assembly) -> Conditioning:
     )
 
 
-def examine_conditioning(description: RigDescription, found: Conditioning, findings: Findings) -> None:
+def examine_conditioning(description: RigDescription, found: Conditioning, findings: CheckFindings) -> None:
     """A task workspace must not hold postures in which the machine loses a motion."""
     if found.worst < SINGULAR:
         at = ", ".join(f"{name} {angle:.0f}°" for name, angle in zip(description.joints, found.worst_deg, strict=True))

@@ -12,7 +12,7 @@ from exograv.model.description import RigDescription
 from exograv.model.loops import LoopSolver
 from exograv.model.support import sample_postures
 
-from .findings import Findings
+from .findings import CheckFindings
 
 POSTURES = 64
 BREAKAWAY = 1.3
@@ -26,7 +26,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
-class Strength:
+class DriveStrength:
     """What the drives have, and what is asked of them."""
 
     largest_arm_kg: float
@@ -46,7 +46,7 @@ class Strength:
     """and to break away."""
 
 
-def strength(assembly: Assembly, solver: LoopSolver) -> Strength:
+def strength(assembly: Assembly, solver: LoopSolver) -> DriveStrength:
     """Over the task workspace."""
     description = assembly.description
     found = carried(assembly, sample_postures(description, POSTURES), solver)
@@ -60,7 +60,7 @@ def strength(assembly: Assembly, solver: LoopSolver) -> Strength:
     worst = np.argmax(np.abs(parts.sum(axis=0)), axis=0)
     exo, arm, hand = parts[:, worst, np.arange(assembly.n)]
     motors = np.isfinite(limit).any()
-    return Strength(
+    return DriveStrength(
         min(float(shares[weakest]) * one_arm, ARM_MAX_KG) if motors else 0.0,
         description.joints[weakest] if motors else "",
         limit,
@@ -91,7 +91,7 @@ def largest_shares(found: Carried, friction: Joints, limit: Joints) -> Joints:
     return np.where(np.isnan(limit), np.inf, np.maximum(shares, 0.0).min(axis=0))
 
 
-def examine_strength(description: RigDescription, arm_kg: float, found: Strength, findings: Findings) -> None:
+def examine_strength(description: RigDescription, arm_kg: float, found: DriveStrength, findings: CheckFindings) -> None:
     """Too weak for anybody is a problem; too weak for this wearer is worth a note."""
     if not np.isfinite(found.limit).any():
         findings.note("no joint has a motor: the machine carries nothing, not even itself.")

@@ -5,7 +5,7 @@ import numpy as np
 from exograv.model.rig_settings import Actuator, Cuff, RigSettings
 from exograv.model.tree import Joint, Tree
 
-from .findings import Findings
+from .findings import CheckFindings
 
 TURN_MAX = 2 * np.pi  # rad: no joint of an exoskeleton turns once round
 SPEED_MAX = 35.0  # rad/s: 2000°/s; beyond, a limit is in degrees
@@ -21,7 +21,7 @@ LINK_MAX_KG, LINK_MIN_KG = 25.0, 0.005
 """The heaviest published link weighs 6.7 kg (NESM), a bare bracket some grams."""
 
 
-def examine_units(file: str, tree: Tree, findings: Findings) -> None:
+def examine_units(file: str, tree: Tree, findings: CheckFindings) -> None:
     """What cannot be in the units of URDF (m, kg, rad)."""
     for joint in tree.joints:
         _examine_joint(file, joint, findings)
@@ -47,7 +47,7 @@ def examine_units(file: str, tree: Tree, findings: Findings) -> None:
         )
 
 
-def _examine_joint(file: str, joint: Joint, findings: Findings) -> None:
+def _examine_joint(file: str, joint: Joint, findings: CheckFindings) -> None:
     where = f"{file}: joint '{joint.name}'"
     if joint.kind == "prismatic":
         if max(abs(joint.lower), abs(joint.upper)) > LENGTH_MAX_M:
@@ -69,7 +69,7 @@ def _examine_joint(file: str, joint: Joint, findings: Findings) -> None:
         )
 
 
-def examine_numbers(settings: RigSettings, findings: Findings) -> None:
+def examine_numbers(settings: RigSettings, findings: CheckFindings) -> None:
     """What cannot be in the units of `rig.toml`."""
     for actuator in settings.actuators:
         _examine_drive(actuator, findings)
@@ -82,7 +82,7 @@ def examine_numbers(settings: RigSettings, findings: Findings) -> None:
             )
 
 
-def _examine_drive(actuator: Actuator, findings: Findings) -> None:
+def _examine_drive(actuator: Actuator, findings: CheckFindings) -> None:
     if actuator.torque_max_Nm is None or actuator.rotor_inertia_kgm2 is None:
         return
     current = actuator.torque_max_Nm / actuator.nominal_gain
@@ -99,7 +99,7 @@ def _examine_drive(actuator: Actuator, findings: Findings) -> None:
         )
 
 
-def _examine_cuff(cuff: Cuff, findings: Findings) -> None:
+def _examine_cuff(cuff: Cuff, findings: CheckFindings) -> None:
     for name, most in (
         ("along_N_per_mm", STIFFNESS_MAX_N_PER_MM),
         ("across_N_per_mm", STIFFNESS_MAX_N_PER_MM),

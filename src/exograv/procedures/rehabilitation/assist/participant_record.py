@@ -16,7 +16,7 @@ SIZE_MAX_BYTES = 20_000_000
 Percent = Annotated[float, Field(ge=0.0, le=100.0)]
 
 
-class Block(Settings):
+class AssistBlock(Settings):
     """Attempts with one support, and what was decided after them."""
 
     support_percent: Percent
@@ -32,14 +32,14 @@ class Block(Settings):
     has_failed: bool
 
 
-class Session(Settings):
+class AssistSession(Settings):
     """One day."""
 
     number: Annotated[int, Field(ge=1)]
     protocol: AssistProtocol
     protocol_sha256: str
     began_percent: Percent
-    blocks: tuple[Block, ...] = ()
+    blocks: tuple[AssistBlock, ...] = ()
     is_over: bool = False
 
     @property
@@ -57,15 +57,15 @@ class AssistFile(Settings):
     schema_version: Literal[1] = 1
     participant: str
     options: dict[str, Any]
-    sessions: tuple[Session, ...] = ()
+    sessions: tuple[AssistSession, ...] = ()
 
-    def with_session(self, session: Session) -> "AssistFile":
+    def with_session(self, session: AssistSession) -> "AssistFile":
         """The same with this session as it is now."""
         others = tuple(one for one in self.sessions if one.number != session.number)
         return self.model_copy(update={"sessions": (*others, session)})
 
 
-def opened(file: AssistFile, loaded: LoadedAssist, needed_percent: float | None, new_session: bool) -> Session:
+def opened(file: AssistFile, loaded: LoadedAssist, needed_percent: float | None, new_session: bool) -> AssistSession:
     """The session to be flown: the one that was broken off, or the next.
 
     Raises:
@@ -74,7 +74,7 @@ def opened(file: AssistFile, loaded: LoadedAssist, needed_percent: float | None,
     last, rule = file.sessions[-1] if file.sessions else None, loaded.settings.rule
     fresh = {"protocol": loaded.settings, "protocol_sha256": loaded.sha256}
     if last is None:
-        return Session(number=1, began_percent=first_session(rule, needed_percent).began_percent, **fresh)
+        return AssistSession(number=1, began_percent=first_session(rule, needed_percent).began_percent, **fresh)
     if needed_percent is not None:
         raise ConfigError(
             f"--needed-percent is for the first session; {file.participant} has had {len(file.sessions)}, and the "
@@ -82,7 +82,7 @@ def opened(file: AssistFile, loaded: LoadedAssist, needed_percent: float | None,
         )
     if last.is_over or new_session:
         begin = next_session(rule, last.state).state.began_percent
-        return Session(number=last.number + 1, began_percent=begin, **fresh)
+        return AssistSession(number=last.number + 1, began_percent=begin, **fresh)
     if last.protocol_sha256 != loaded.sha256:
         raise ConfigError(
             f"Session {last.number} of {file.participant} was broken off under another protocol file "

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
-from .participant_record import Block
+from .participant_record import AssistBlock
 
 Language = Literal["en", "de"]
 
@@ -56,7 +56,7 @@ PAGE: Mapping[Language, Mapping[str, str]] = MappingProxyType(
                 ),
                 "carried": "getragenes Gewicht [%]",
                 "reached": "erreicht [%]",
-                "block": "Block",
+                "block": "AssistBlock",
                 "session": "Sitzung",
                 "decisions": "Jede Entscheidung und ihr Grund",
                 "of": "{reached} von {tried}",
@@ -89,14 +89,14 @@ class Words:
         """One of the page's own, filled."""
         return PAGE[self.language][name].format(**gaps)
 
-    def decided(self, block: Block) -> str:
+    def decided(self, block: AssistBlock) -> str:
         """Why support is what it is after this block."""
         return self.in_all(block)[self.language]
 
-    def in_all(self, block: Block) -> dict[Language, str]:
+    def in_all(self, block: AssistBlock) -> dict[Language, str]:
         """The same in every language there is."""
         return {language: said[block.code].format(**block.gaps) for language, said in self.sentences.items()}
 
-    def said(self, number: int, block: Block) -> str:
+    def said(self, number: int, block: AssistBlock) -> str:
         """For the terminal."""
         return self.page("said", block=number, support=f"{block.support_percent:g}", text=self.decided(block))

@@ -9,29 +9,29 @@ import numpy as np
 from exograv import motion
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.pilot import Guide, Moment, Pilot
+from exograv.loop.pilot import Guide, Pilot, TickSample
 from exograv.rig import Rig
 
 LOOK_S = 0.02
 """Between two looks at whether something is over."""
 
 
-Machine = TypeVar("Machine", bound=Rig)
+AnyRig = TypeVar("AnyRig", bound=Rig)
 
 
 @dataclass
-class Flown(Generic[Machine]):
+class FloatingArm(Generic[AnyRig]):
     """One person in one machine, and what control knows of both."""
 
-    rig: Machine
+    rig: AnyRig
     pilot: Pilot
     controller: ArmController
 
-    def lead(self, guide: Guide, listener: Callable[[Moment], None]) -> None:
+    def lead(self, guide: Guide, listener: Callable[[TickSample], None]) -> None:
         """From floating to being led: the control law's own feedback comes by a ramp, and the guide's pull in it."""
         fade(self.pilot, self.controller, "drive", 1.0, self.pilot.q.copy(), guide, listener)
 
-    def float_again(self, guide: Guide, listener: Callable[[Moment], None]) -> None:
+    def float_again(self, guide: Guide, listener: Callable[[TickSample], None]) -> None:
         """From being led to floating."""
         fade(self.pilot, self.controller, "drive", 0.0, self.pilot.q.copy(), guide, listener)
 
@@ -39,7 +39,7 @@ class Flown(Generic[Machine]):
         self,
         seconds: float,
         text: str,
-        listener: Callable[[Moment], None],
+        listener: Callable[[TickSample], None],
         guide: Guide | None = None,
         done: Callable[[], bool] = lambda: False,
     ) -> bool:

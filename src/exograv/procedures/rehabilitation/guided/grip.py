@@ -21,7 +21,7 @@ AWAY = 2.5
 """Strain at which the person has gone elsewhere."""
 
 
-class Led(enum.Enum):
+class GripOutcome(enum.Enum):
     """Of an arm; the value is a sentence for the operator."""
 
     FREE = "The arm floats; nothing leads it."
@@ -39,13 +39,13 @@ def pace(strain: float) -> float:
     return min(1.0, max(0.0, (1.0 - strain) / (1.0 - FREE)))
 
 
-def next_grip(grip: float, state: Led, strain: float, dt: float) -> tuple[float, Led]:
+def next_grip(grip: float, state: GripOutcome, strain: float, dt: float) -> tuple[float, GripOutcome]:
     """Grip, a share, and state after a tick of `dt` [s]."""
-    if state not in (Led.LED, Led.ARRIVED):
+    if state not in (GripOutcome.LED, GripOutcome.ARRIVED):
         return max(grip - dt / DROP_S, 0.0), state
     if strain >= AWAY:
-        return grip, Led.OVERRULED
+        return grip, GripOutcome.OVERRULED
     if strain >= HELD:
         grip = max(grip - dt / GIVE_S, 0.0)
-        return grip, Led.OVERRULED if grip == 0.0 else state
+        return grip, GripOutcome.OVERRULED if grip == 0.0 else state
     return min(grip + dt / GRIP_S, 1.0), state

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from exograv.loop.pilot import Moment
+from exograv.loop.pilot import TickSample
 from exograv.model.description import ArmSide
 
-from .floating_arm import Flown
-from .grip import DROP_S, Led
+from .floating_arm import FloatingArm
+from .grip import DROP_S, GripOutcome
 from .mirror_guide import MirrorGuide
 from .mirror_map import MirrorMap
 from .path_shaping import allowed_range
-from .pull import Strength
+from .pull import PullStrength
 from .repeat import SETTLE_S
 
 MIDDLE_M = 0.10
@@ -30,7 +30,7 @@ LOOK_TICKS = 20
 class Mirrored:
     """What came of a session."""
 
-    state: Led = Led.FREE
+    state: GripOutcome = GripOutcome.FREE
     pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Largest torque of the pull a joint; none at the leading arm [N·m]."""
     waited_s: float = 0.0
@@ -47,7 +47,7 @@ class Mirrored:
 
 
 def mirror(
-    flown: Flown,
+    flown: FloatingArm,
     lead: ArmSide,
     seconds: float,
     act: Callable[[], bool] = lambda: False,
@@ -72,12 +72,14 @@ def mirror(
 class _Session:
     """Both arms, whoever acts, and what came of it so far."""
 
-    def __init__(self, flown: Flown, lead: ArmSide, act: Callable[[], bool], watch: Callable[[MirrorGuide], None]):
+    def __init__(
+        self, flown: FloatingArm, lead: ArmSide, act: Callable[[], bool], watch: Callable[[MirrorGuide], None]
+    ):
         self._flown, self._act, self._watch = flown, act, watch
         self._lead: ArmSide = lead
         assembly = flown.controller.assembly
         self._which = MirrorMap.of(assembly.description, assembly.exo, lead)
-        self._strength = Strength.of(assembly.description)
+        self._strength = PullStrength.of(assembly.description)
         self._limits = allowed_range(assembly.description, assembly.exo)
         self._hands = _Hands(flown, lead)
         self._done, self._wants_out = Mirrored(pull_max=np.zeros(len(flown.pilot.q))), False
@@ -86,7 +88,7 @@ class _Session:
         flown, pilot, done = self._flown, self._flown.pilot, self._done
         pilot.begin("float")
         if flown.run(SETTLE_S, "Both arms float", self._acting, None, lambda: self._wants_out):
-            done.state = Led.RELEASED
+            done.state = GripOutcome.RELEASED
             return done
         guide = MirrorGuide(self._which, self._strength, self._limits, pilot.q, pilot.rig.period_s)
         listen = self._listener(guide)
@@ -95,7 +97,7 @@ class _Session:
         guide.lead()
         flown.lead(guide, listen)
         flown.run(seconds, "One arm follows the other", listen, guide, lambda: guide.has_let_go)
-        done.state = Led.ENDED if guide.state is Led.LED else guide.state
+        done.state = GripOutcome.ENDED if guide.state is GripOutcome.LED else guide.state
         guide.let_go()
         flown.run(2.0 * DROP_S, "Letting go", listen, guide)
         pilot.begin("float")
@@ -103,10 +105,10 @@ class _Session:
         flown.controller.let_lead(None)
         return done
 
-    def _listener(self, guide: MirrorGuide) -> Callable[[Moment], None]:
+    def _listener(self, guide: MirrorGuide) -> Callable[[TickSample], None]:
         done, period_s, ticks = self._done, self._flown.pilot.rig.period_s, itertools.count()
 
-        def listen(moment: Moment) -> None:
+        def listen(moment: TickSample) -> None:
             self._acting(moment)
             if self._wants_out:
                 guide.let_go()
@@ -118,14 +120,14 @@ class _Session:
 
         return listen
 
-    def _acting(self, _moment: Moment) -> None:
+    def _acting(self, _moment: TickSample) -> None:
         self._wants_out = self._act() or self._wants_out
 
 
 class _Hands:
     """Where the leading hand is, by control's model."""
 
-    def __init__(self, flown: Flown, lead: ArmSide):
+    def __init__(self, flown: FloatingArm, lead: ArmSide):
         self._controller = flown.controller
         limbs = flown.controller.assembly.arm.limbs
         self._is_first = limbs[0].side == lead

@@ -5,10 +5,10 @@ from jaxtyping import Float
 
 from exograv.signals import Reference
 
-from .grip import FREE, Led, next_grip, pace
+from .grip import FREE, GripOutcome, next_grip, pace
 from .mirror_map import MirrorMap
 from .path_shaping import A_MAX_RAD_S2, V_MAX_RAD_S
-from .pull import REACH_RAD, Strength
+from .pull import REACH_RAD, PullStrength
 
 Joints = Float[np.ndarray, " joint"]
 OfOneArm = Float[np.ndarray, " lead"]
@@ -35,7 +35,7 @@ class MirrorGuide:
     def __init__(
         self,
         which: MirrorMap,
-        strength: Strength,
+        strength: PullStrength,
         limits: tuple[Joints, Joints],
         q: Joints,
         dt: float,
@@ -52,7 +52,7 @@ class MirrorGuide:
         self.which, self.strength = which, strength
         self._lower, self._upper = (bound[which.follow] for bound in limits)
         self._dt = dt
-        self.state, self.grip = Led.FREE, 0.0
+        self.state, self.grip = GripOutcome.FREE, 0.0
         self.target = q.copy()
         """Where the following arm should be [rad]; the leading one is where it wants."""
         self.v_target = np.zeros_like(q)
@@ -66,17 +66,17 @@ class MirrorGuide:
 
     def lead(self) -> None:
         """From now on one follows the other."""
-        self.state = Led.LED
+        self.state = GripOutcome.LED
 
     def let_go(self) -> None:
         """Somebody, by either arm, wants it to end."""
-        if self.state is Led.LED:
-            self.state = Led.RELEASED
+        if self.state is GripOutcome.LED:
+            self.state = GripOutcome.RELEASED
 
     @property
     def has_let_go(self) -> bool:
         """Whether nothing pulls any more, because the arm was let go."""
-        return self.state not in (Led.FREE, Led.LED) and self.grip == 0.0
+        return self.state not in (GripOutcome.FREE, GripOutcome.LED) and self.grip == 0.0
 
     def __call__(self, q: Joints, v: Joints) -> Reference:
         """What control is to follow with the arms at `q` [rad], moving with `v` [rad/s]."""
@@ -101,18 +101,18 @@ class MirrorGuide:
         wanted = np.clip(self.which.mirrored(q)[follow], self._lower, self._upper)
         behind = float(np.abs(wanted - self.target[follow]).max())
         self.has_met = self.has_met or behind < TOGETHER_RAD
-        if self.state is not Led.LED:
+        if self.state is not GripOutcome.LED:
             return
         if float(np.abs(v[lead]).max()) > RUSH_RAD_S:
-            self.state = Led.RUSHED
+            self.state = GripOutcome.RUSHED
         elif self.has_met and not self.waits and behind > BEHIND_RAD:
-            self.state = Led.LOST
+            self.state = GripOutcome.LOST
 
     def _go_on(self, wanted: OfOneArm, q: Joints, strain: float) -> OfOneArm:
         """Move the following arm's place towards `wanted` [rad]; its acceleration [rad/s²]."""
         follow, dt = self.which.follow, self._dt
         place, speed = self.target[follow], self.v_target[follow]
-        if self.state is not Led.LED:
+        if self.state is not GripOutcome.LED:
             return np.zeros_like(speed)
         left = wanted - place
         # No faster than it could stop in what is left.

@@ -12,8 +12,8 @@ from jaxtyping import Float
 from exograv.motion import Trajectory
 from exograv.signals import Reference
 
-from .grip import DROP_S, FREE, GRIP_S, Led, next_grip, pace
-from .pull import REACH_RAD, Strength
+from .grip import DROP_S, FREE, GRIP_S, GripOutcome, next_grip, pace
+from .pull import REACH_RAD, PullStrength
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -24,7 +24,7 @@ FASTER_PER_S, SLOWER_PER_S = 0.5, 10.0
 class PathGuide:
     """Turns where the arm is into what the control law is to follow; one call a tick."""
 
-    def __init__(self, path: Trajectory, strength: Strength, speed: float, grip: float = 0.0):
+    def __init__(self, path: Trajectory, strength: PullStrength, speed: float, grip: float = 0.0):
         """Nothing leads yet: `lead` does.
 
         Args:
@@ -34,7 +34,7 @@ class PathGuide:
             grip: Share of the pull that is in force already.
         """
         self.path, self.strength, self.speed = path, strength, speed
-        self.state = Led.FREE
+        self.state = GripOutcome.FREE
         self.grip = grip
         """Share of the pull that is in force."""
         self.rate = 0.0
@@ -50,22 +50,22 @@ class PathGuide:
 
     def lead(self) -> None:
         """Take the arm along, from where it is on the path; the pull comes by a ramp."""
-        self.state = Led.LED
+        self.state = GripOutcome.LED
 
     def let_go(self) -> None:
         """Somebody asks for it: the pull goes in `DROP_S`."""
-        if self.state in (Led.LED, Led.ARRIVED):
-            self.state = Led.RELEASED
+        if self.state in (GripOutcome.LED, GripOutcome.ARRIVED):
+            self.state = GripOutcome.RELEASED
 
     @property
     def has_let_go(self) -> bool:
         """Whether nothing pulls any more, because the arm was let go."""
-        return self.state in (Led.OVERRULED, Led.RELEASED) and self.grip == 0.0
+        return self.state in (GripOutcome.OVERRULED, GripOutcome.RELEASED) and self.grip == 0.0
 
     @property
     def has_arrived(self) -> bool:
         """Whether the arm is held at the path's end."""
-        return self.state is Led.ARRIVED
+        return self.state is GripOutcome.ARRIVED
 
     def __call__(self, q: Joints, v: Joints) -> Reference:
         """What control is to follow with the arm at `q` [rad], moving with `v` [rad/s]."""
@@ -75,14 +75,14 @@ class PathGuide:
         strain = float(np.abs(q_path - q).max()) / REACH_RAD
         self.grip, self.state = next_grip(self.grip, self.state, strain, dt)
         faster = 0.0
-        if self.state is Led.LED:
+        if self.state is GripOutcome.LED:
             wanted = self.speed * pace(strain)
             self.rate = float(np.clip(wanted, before - SLOWER_PER_S * dt, before + FASTER_PER_S * dt))
             faster = (self.rate - before) / dt
             self.waited_s += dt if wanted < 0.5 * self.speed else 0.0
             self.place = min(self.place + self.rate, len(self.path) - 1.0)
             if self.place >= len(self.path) - 1.0:
-                self.state, self.rate, faster = Led.ARRIVED, 0.0, 0.0
+                self.state, self.rate, faster = GripOutcome.ARRIVED, 0.0, 0.0
         # What an arm that is let go gets for the path's motion goes with the pull, without a step.
         a_along = a_path * self.rate**2 + v_path * faster
         moving = Reference(q_path, self.grip * v_path * self.rate, self.grip * a_along)
@@ -100,7 +100,7 @@ class PathGuide:
 class Anchor:
     """Takes hold of a floating arm, wherever it is: the pull comes, and its place goes along with whoever moves on."""
 
-    def __init__(self, q: Joints, strength: Strength, dt: float):
+    def __init__(self, q: Joints, strength: PullStrength, dt: float):
         """Nothing holds the arm at `q` [rad] yet."""
         self._strength, self._dt, self._lets_go = strength, dt, False
         self.grip = 0.0

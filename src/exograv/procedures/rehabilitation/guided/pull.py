@@ -18,7 +18,7 @@ REACH_RAD = np.deg2rad(10.0)
 
 
 @dataclass(frozen=True)
-class Strength:
+class PullStrength:
     """Of the pull, one entry per joint."""
 
     bound: Joints
@@ -35,7 +35,7 @@ class Strength:
     """Of the control law, through which the pull goes; as `kp` and `kd`."""
 
     @classmethod
-    def of(cls, description: RigDescription) -> "Strength":
+    def of(cls, description: RigDescription) -> "PullStrength":
         """By the machine's places; damped as its rig file found it not to ring."""
         bound = np.array([BOUND_NM[place] for place in description.places])
         tick_kp, tick_kd = (description.per_actuator(f"weak_{name}") for name in ("kp_Nm_per_rad", "kd_Nms_per_rad"))

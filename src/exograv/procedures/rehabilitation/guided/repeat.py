@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from exograv import motion
-from exograv.loop.pilot import Moment
+from exograv.loop.pilot import TickSample
 from exograv.motion import Trajectory
 
-from .floating_arm import Flown, rms_deg
-from .grip import DROP_S, GRIP_S, Led
+from .floating_arm import FloatingArm, rms_deg
+from .grip import DROP_S, GRIP_S, GripOutcome
 from .path_guide import Anchor, PathGuide
-from .pull import Strength
+from .pull import PullStrength
 
 APPROACH_RAD_S = 0.4
 """On the way to where the path begins, and back from its end."""
@@ -35,7 +35,7 @@ class Repeated:
 
     repetitions: int = 0
     """That were led to their end."""
-    state: Led = Led.FREE
+    state: GripOutcome = GripOutcome.FREE
     waited_s: float = 0.0
     pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Largest torque of the pull a joint [N·m]."""
@@ -58,7 +58,7 @@ class Repeated:
 
 
 def repeat(
-    flown: Flown,
+    flown: FloatingArm,
     path: Trajectory,
     speed: float,
     repetitions: int,
@@ -84,16 +84,16 @@ def repeat(
 class _Session:
     """Whoever acts, and what came of it so far."""
 
-    def __init__(self, flown: Flown, act: Callable[[], bool], watch: Callable[[PathGuide], None]):
+    def __init__(self, flown: FloatingArm, act: Callable[[], bool], watch: Callable[[PathGuide], None]):
         self._flown, self._act, self._watch = flown, act, watch
-        self._strength = Strength.of(flown.controller.assembly.description)
+        self._strength = PullStrength.of(flown.controller.assembly.description)
         self._done, self._wants_out = Repeated(pull_max=np.zeros(len(flown.pilot.q))), False
 
     def repeat(self, path: Trajectory, speed: float, repetitions: int) -> Repeated:
         flown, pilot, done = self._flown, self._flown.pilot, self._done
         pilot.begin("float")
         if flown.run(SETTLE_S, "The arm floats", self._acting, None, lambda: self._wants_out):
-            done.state = Led.RELEASED
+            done.state = GripOutcome.RELEASED
             return done
         guide = self._taken_hold_of()
         for number in range(repetitions):
@@ -101,14 +101,14 @@ class _Session:
             # From where the arm should be, not from where it is: what pulls goes on without a step.
             way = motion.go_to(guide.target, path.q[0], APPROACH_RAD_S, pilot.rig.period_s)
             guide = self._along(way, 1.0, guide.grip, counts=False)
-            if guide.state is Led.ARRIVED:
+            if guide.state is GripOutcome.ARRIVED:
                 pilot.begin(f"repeat {number + 1}")
                 guide = self._along(path, speed, guide.grip, counts=True)
-            if guide.state is not Led.ARRIVED:
+            if guide.state is not GripOutcome.ARRIVED:
                 break
             done.repetitions += 1
         # Whoever did not arrive in time is let go too.
-        done.state = Led.ENDED if guide.state is Led.LED else guide.state
+        done.state = GripOutcome.ENDED if guide.state is GripOutcome.LED else guide.state
         guide.let_go()
         flown.run(2.0 * DROP_S, "Letting go", self._acting, guide)
         pilot.begin("float")
@@ -122,7 +122,7 @@ class _Session:
         pilot.begin("take the arm along")
         anchor = Anchor(pilot.q, strength, dt)
 
-        def listen(moment: Moment) -> None:
+        def listen(moment: TickSample) -> None:
             self._acting(moment)
             if self._wants_out:
                 anchor.let_go()
@@ -138,14 +138,14 @@ class _Session:
         if self._wants_out:
             guide.let_go()
 
-        def listen(moment: Moment) -> None:
+        def listen(moment: TickSample) -> None:
             self._acting(moment)
             if self._wants_out:
                 guide.let_go()
             self._watch(guide)
             np.maximum(done.pull_max, np.abs(guide.tau), out=done.pull_max)
             done.v_max = max(done.v_max, float(np.abs(moment.v).max()))
-            if counts and guide.state is Led.LED:
+            if counts and guide.state is GripOutcome.LED:
                 done.errors.append(guide.target - moment.q)
 
         text = "Repeating the path" if counts else "Going to where the path begins"
@@ -157,5 +157,5 @@ class _Session:
         done.waited_s += guide.waited_s
         return guide
 
-    def _acting(self, _moment: Moment) -> None:
+    def _acting(self, _moment: TickSample) -> None:
         self._wants_out = self._act() or self._wants_out

@@ -4,16 +4,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from exograv.loop.pilot import Moment
+from exograv.loop.pilot import TickSample
 
-from .floating_arm import Flown
+from .floating_arm import FloatingArm
 from .path_shaping import Shaped, shaped
 
 SAMPLE_S = 0.01
 """Between two postures that are taken down."""
 
 
-def teach(flown: Flown, seconds: float, act: Callable[[], object] = lambda: None) -> Shaped:
+def teach(flown: FloatingArm, seconds: float, act: Callable[[], object] = lambda: None) -> Shaped:
     """Let the arm float for so long while a therapist leads it; the path that it took.
 
     Args:
@@ -29,7 +29,7 @@ def teach(flown: Flown, seconds: float, act: Callable[[], object] = lambda: None
     every, rows, ticks = round(SAMPLE_S / dt), [], 0
     flown.pilot.begin("teach")
 
-    def listen(moment: Moment) -> None:
+    def listen(moment: TickSample) -> None:
         nonlocal ticks
         act()
         if ticks % every == 0:

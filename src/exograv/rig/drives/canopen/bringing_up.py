@@ -9,12 +9,12 @@ from exograv.rig.drives.settings import Drives
 
 from .bus import Bus
 from .configuration import configure
-from .cycle import Cycle, masters_frames
+from .cycle import CanopenCycle, masters_frames
 from .emergency import fault_of
 from .network import asking
-from .node import Node
+from .node import CanopenNode
 from .objects import Nmt
-from .states import ENABLE, State, next_control
+from .states import ENABLE, Cia402State, next_control
 
 LISTEN_S = 0.1
 """Before anything is said: a master cycles in milliseconds."""
@@ -27,7 +27,7 @@ ENABLE_S = 1.0
 
 
 def set_up(
-    drives: Drives, bus: Bus, cycle: Cycle, nodes: Sequence[Node], answer_s: float, first: bool = False
+    drives: Drives, bus: Bus, cycle: CanopenCycle, nodes: Sequence[CanopenNode], answer_s: float, first: bool = False
 ) -> tuple[str, ...]:
     """Check and configure these drives, start their frames, and see that they answer; none is enabled.
 
@@ -66,7 +66,7 @@ def set_up(
 
 
 def enable_all(
-    nodes: Sequence[Node],
+    nodes: Sequence[CanopenNode],
     period_s: float,
     now: Callable[[], float],
     read: Callable[[], object],
@@ -89,21 +89,21 @@ def enable_all(
     begun, period = now(), 0
     while now() < begun + ENABLE_S:
         read()
-        if all(node.state is State.OPERATION_ENABLED and node.control == ENABLE for node in nodes):
+        if all(node.state is Cia402State.OPERATION_ENABLED and node.control == ENABLE for node in nodes):
             break
         for node in nodes:
             node.control = next_control(node.state, node.control)
         tell()
         period += 1
         time.sleep(max(begun + period * period_s - now(), 0.0))
-    off = [node for node in nodes if node.fault or node.state is not State.OPERATION_ENABLED]
+    off = [node for node in nodes if node.fault or node.state is not Cia402State.OPERATION_ENABLED]
     if off:
         raise RigError(" ".join(_why_off(node) for node in off) + " Nothing is enabled.")
     for node in nodes:
         node.is_wanted = True
 
 
-def _why_off(node: Node) -> str:
+def _why_off(node: CanopenNode) -> str:
     joint, status = node.drive.joint, node.status
     if status.fault:
         return status.sentence(joint)
@@ -121,7 +121,7 @@ def _refuse_other_master(drives: Drives, bus: Bus) -> None:
             )
 
 
-def _await_answers(cycle: Cycle, nodes: Sequence[Node], answer_s: float) -> None:
+def _await_answers(cycle: CanopenCycle, nodes: Sequence[CanopenNode], answer_s: float) -> None:
     until = time.monotonic() + START_S
     while time.monotonic() < until:
         cycle.ask(answer_s)

@@ -23,7 +23,7 @@ def require_can() -> None:
         raise ConfigError("Drives on a CAN bus need python-can and canopen: pip install exograv[can].")
 
 
-class Frame(NamedTuple):
+class CanFrame(NamedTuple):
     """Of eleven bits, with data."""
 
     cob: int
@@ -68,7 +68,7 @@ class Bus:
         except (self._error, OSError):
             self.failures += 1
 
-    def receive(self, timeout: float) -> Frame | None:
+    def receive(self, timeout: float) -> CanFrame | None:
         """The next frame of somebody else; None if none comes within so many seconds."""
         until = time.monotonic() + timeout
         while True:
@@ -80,7 +80,7 @@ class Bus:
             if message is None:
                 return None
             if not self._is_ours_or_none(message):
-                return Frame(message.arbitration_id, bytes(message.data))
+                return CanFrame(message.arbitration_id, bytes(message.data))
             if timeout > 0.0:
                 timeout = until - time.monotonic()
 

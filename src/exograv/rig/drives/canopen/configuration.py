@@ -6,7 +6,7 @@ from exograv.errors import ConfigError, RigError
 from exograv.rig.drives.settings import Drive, Drives
 
 from . import objects as at
-from .network import Asked
+from .network import SdoNode
 from .objects import Cob, Entry
 
 ABORT_IS_FAULT, SLOW_DOWN_ON_RAMP, GO_ON_TELLING = 1, 2, 1
@@ -24,7 +24,7 @@ INVALID = 1 << 31
 
 
 @dataclass(frozen=True)
-class Found:
+class DriveFeatures:
     """What a drive can do beside what it must."""
 
     has_damping: bool
@@ -37,7 +37,7 @@ class Found:
     """What it cannot, in sentences."""
 
 
-def configure(drives: Drives, drive: Drive, asked: Asked) -> Found:
+def configure(drives: Drives, drive: Drive, asked: SdoNode) -> DriveFeatures:
     """Check one drive against `drives.toml` and set it up; it is pre-operational and stays so.
 
     Raises:
@@ -60,10 +60,10 @@ def configure(drives: Drives, drive: Drive, asked: Asked) -> Found:
         )
     has_temperature = asked.read(at.TEMPERATURE) is not None
     _map_all(drives, drive, asked, has_damping, has_temperature)
-    return Found(has_damping, has_motor, has_temperature, rated_torque, asked.read(at.ERROR_CODE) or 0, notes)
+    return DriveFeatures(has_damping, has_motor, has_temperature, rated_torque, asked.read(at.ERROR_CODE) or 0, notes)
 
 
-def must(drive: Drive, asked: Asked, entry: Entry, value: int, otherwise: str) -> None:
+def must(drive: Drive, asked: SdoNode, entry: Entry, value: int, otherwise: str) -> None:
     """Set what the drive has to have.
 
     Raises:
@@ -76,7 +76,7 @@ def must(drive: Drive, asked: Asked, entry: Entry, value: int, otherwise: str) -
         )
 
 
-def _check_identity(drive: Drive, asked: Asked) -> None:
+def _check_identity(drive: Drive, asked: SdoNode) -> None:
     kind = asked.read(at.DEVICE_TYPE) or 0
     if kind & 0xFFFF != at.IS_402:
         raise RigError(
@@ -91,7 +91,7 @@ def _check_identity(drive: Drive, asked: Asked) -> None:
         )
 
 
-def _check_nameplate(drive: Drive, asked: Asked) -> float:
+def _check_nameplate(drive: Drive, asked: SdoNode) -> float:
     """Rated torque of the motor [N·m]."""
     rated = asked.read(at.RATED_CURRENT)
     if rated is None or abs(1e-3 * rated - drive.current_rated_A) > RATED_TOLERANCE * drive.current_rated_A:
@@ -104,7 +104,7 @@ def _check_nameplate(drive: Drive, asked: Asked) -> float:
     return 1e-3 * (asked.read(at.RATED_TORQUE) or 0)
 
 
-def _reactions(drives: Drives, drive: Drive, asked: Asked) -> tuple[str, ...]:
+def _reactions(drives: Drives, drive: Drive, asked: SdoNode) -> tuple[str, ...]:
     """Watchdogs, and what the drive does when they trip."""
     patience = round(drives.settings.watchdog_ms)
     asked.write(at.HEARTBEAT_MS, patience)
@@ -125,7 +125,7 @@ def _reactions(drives: Drives, drive: Drive, asked: Asked) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _map_all(drives: Drives, drive: Drive, asked: Asked, has_damping: bool, has_temperature: bool) -> None:
+def _map_all(drives: Drives, drive: Drive, asked: SdoNode, has_damping: bool, has_temperature: bool) -> None:
     command = (*at.COMMAND, at.DAMPING) if has_damping else at.COMMAND
     _map(drive, asked, 0x1400, Cob.COMMAND + drive.node, AT_ONCE, command)
     _map(drive, asked, 0x1800, Cob.MEASURED + drive.node, WITH_EACH_SYNC, at.MEASURED)
@@ -135,7 +135,7 @@ def _map_all(drives: Drives, drive: Drive, asked: Asked, has_damping: bool, has_
         _map(drive, asked, 0x1802, Cob.SLOW + drive.node, at.SLOW_SYNCS, at.SLOW)
 
 
-def _map(drive: Drive, asked: Asked, where: int, cob: int, kind: int, entries: tuple[Entry, ...]) -> None:
+def _map(drive: Drive, asked: SdoNode, where: int, cob: int, kind: int, entries: tuple[Entry, ...]) -> None:
     """One PDO: invalid while it changes, as CiA 301 wants it."""
     number, mapping = Entry(where, 1, "I"), where + 0x200
     asked.write(number, INVALID | cob)

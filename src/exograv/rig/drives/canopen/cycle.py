@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from exograv.rig.drive_status import DriveFault
 
 from . import objects as at
-from .bus import Bus, Frame
-from .node import Node
+from .bus import Bus, CanFrame
+from .node import CanopenNode
 from .objects import MASTER, Cob, Nmt
 
 TOLD, TOLD_DAMPED = at.layout(at.COMMAND), at.layout((*at.COMMAND, at.DAMPING))
@@ -17,10 +17,10 @@ FORGET_US = struct.Struct("<BHBI").pack(0x23, at.HEARTBEAT_WATCHED.index, at.HEA
 OUR_HEARTBEAT = bytes([Nmt.OPERATIONAL])
 
 
-class Cycle:
+class CanopenCycle:
     """Of one machine."""
 
-    def __init__(self, bus: Bus, nodes: Sequence[Node], beat_every: int):
+    def __init__(self, bus: Bus, nodes: Sequence[CanopenNode], beat_every: int):
         """Nothing is sent.
 
         Args:
@@ -76,7 +76,7 @@ class Cycle:
             frames += self._hear(frame)
         return frames
 
-    def order(self, command: int, nodes: Sequence[Node]) -> None:
+    def order(self, command: int, nodes: Sequence[CanopenNode]) -> None:
         """Change the NMT state of these."""
         for node in nodes:
             self._bus.send(Cob.NMT, bytes([command, node.drive.node]))
@@ -90,7 +90,7 @@ class Cycle:
     def _is_complete(self) -> bool:
         return all(node.has_answered or node.is_lost for node in self._nodes)
 
-    def _hear(self, frame: Frame) -> bool:
+    def _hear(self, frame: CanFrame) -> bool:
         """Whether it is a drive's measurement."""
         if (handler := self._handlers.get(frame.cob)) is not None:
             handler(frame.data)
@@ -107,7 +107,7 @@ def masters_frames(nodes: Sequence[int]) -> frozenset[int]:
     return frozenset({Cob.NMT, Cob.SYNC, Cob.HEARTBEAT + MASTER} | to_each)
 
 
-def _handlers(nodes: Sequence[Node]) -> dict[int, Callable[[bytes], None]]:
+def _handlers(nodes: Sequence[CanopenNode]) -> dict[int, Callable[[bytes], None]]:
     found = {}
     for node in nodes:
         number = node.drive.node

@@ -15,7 +15,7 @@ ANSWER_S = 0.5
 """How long a drive may take to answer a question [s]."""
 
 
-class Asked:
+class SdoNode:
     """One drive that answers."""
 
     def __init__(self, drive: Drive, sdo, aborted: type[Exception], error: type[Exception]):
@@ -59,7 +59,7 @@ class Asked:
 
 
 @contextlib.contextmanager
-def asking(bus: Bus, drives: tuple[Drive, ...]) -> Iterator[dict[str, Asked]]:
+def asking(bus: Bus, drives: tuple[Drive, ...]) -> Iterator[dict[str, SdoNode]]:
     """Each drive by joint, to be asked; a thread of `canopen` reads the bus meanwhile, and ends with it."""
     import can
     import canopen
@@ -77,7 +77,7 @@ def asking(bus: Bus, drives: tuple[Drive, ...]) -> Iterator[dict[str, Asked]]:
         for drive in drives:
             sdo = network.add_node(drive.node, canopen.ObjectDictionary()).sdo
             sdo.RESPONSE_TIMEOUT = ANSWER_S
-            asked[drive.joint] = Asked(drive, sdo, canopen.SdoAbortedError, canopen.SdoCommunicationError)
+            asked[drive.joint] = SdoNode(drive, sdo, canopen.SdoAbortedError, canopen.SdoCommunicationError)
         yield asked
     finally:
         network.notifier.stop()

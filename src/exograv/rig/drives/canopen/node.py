@@ -8,7 +8,7 @@ from exograv.rig.drives.settings import Drive
 from . import objects as at
 from .emergency import FRAME, fault_of
 from .objects import Nmt
-from .states import DISABLE_VOLTAGE, State, state_of
+from .states import DISABLE_VOLTAGE, Cia402State, state_of
 
 LOST_AFTER_S = 0.003
 """Of SYNCs in a row without any answer, after which a drive is lost: as many as the guard bridges (docs/safety.md), so
@@ -47,13 +47,13 @@ class Due:
         self._came_late = False
 
 
-class Node:
+class CanopenNode:
     """Of one joint; handlers take a frame's data, and a frame that is too short is none."""
 
     def __init__(self, drive: Drive, has_motor: bool, period_s: float):
         self.drive, self._has_motor = drive, has_motor
         self._misses_most = lost_after(period_s)
-        self.state = State.NOT_READY
+        self.state = Cia402State.NOT_READY
         self.counts = self.motor_counts = self.per_mille = 0
         self.control = DISABLE_VOLTAGE
         """What its commands carry."""
@@ -76,9 +76,9 @@ class Node:
     @property
     def is_faulty(self) -> bool:
         """Whether it does not do what it is told."""
-        if self.fault or self.state in (State.FAULT, State.FAULT_REACTION):
+        if self.fault or self.state in (Cia402State.FAULT, Cia402State.FAULT_REACTION):
             return True
-        return self.is_wanted and self.state is not State.OPERATION_ENABLED
+        return self.is_wanted and self.state is not Cia402State.OPERATION_ENABLED
 
     @property
     def has_answered(self) -> bool:
@@ -122,7 +122,7 @@ class Node:
         self._measured.came()
         word, self.counts, self.per_mille = MEASURED.unpack_from(data)
         self.state = state_of(word)
-        if self.is_wanted and self.state is not State.OPERATION_ENABLED:
+        if self.is_wanted and self.state is not Cia402State.OPERATION_ENABLED:
             self.control = DISABLE_VOLTAGE
 
     def on_motor(self, data: bytes) -> None:
@@ -151,7 +151,7 @@ class Node:
     def status(self) -> DriveStatus:
         """For an operator."""
         fault = self.fault
-        if not fault and self.state in (State.FAULT, State.FAULT_REACTION):
+        if not fault and self.state in (Cia402State.FAULT, Cia402State.FAULT_REACTION):
             fault = DriveFault.INTERNAL  # it has not said which
-        is_enabled = self.state is State.OPERATION_ENABLED and not self.is_lost
+        is_enabled = self.state is Cia402State.OPERATION_ENABLED and not self.is_lost
         return DriveStatus(is_enabled, fault, self.code, self.temperature_C)

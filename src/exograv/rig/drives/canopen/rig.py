@@ -16,8 +16,8 @@ from exograv.signals import Command, JointState, TorqueSource
 from .bringing_up import enable_all, set_up
 from .bus import Bus
 from .bus_load import load
-from .cycle import Cycle
-from .node import Node
+from .cycle import CanopenCycle
+from .node import CanopenNode
 from .objects import MASTER
 from .scaling import Scaling
 from .states import DISABLE_VOLTAGE, QUICK_STOP
@@ -69,9 +69,9 @@ class CanopenRig:
         self._answer_s, self._lock_step = patience_s if answer_s is None else answer_s, lock_step
         self._patience_s = max(self._answer_s, drives.period_s)
         has_motor = drives.rad_per_motor_count is not None
-        self._nodes = tuple(Node(drive, has_motor, drives.period_s) for drive in drives.each)
+        self._nodes = tuple(CanopenNode(drive, has_motor, drives.period_s) for drive in drives.each)
         self._bus: Bus | None = None
-        self._cycle: Cycle | None = None
+        self._cycle: CanopenCycle | None = None
         self._clock = Clock(drives.period_s, lock_step)
         self._state: JointState | None = None
         self._counts: Counter[str] = Counter()
@@ -200,7 +200,7 @@ class CanopenRig:
         self._clock.nobody_answers = True
 
     @property
-    def _running(self) -> Cycle:
+    def _running(self) -> CanopenCycle:
         if self._cycle is None:
             raise RigError("The CAN bus is not open. Use the machine inside `with rig:`.")
         return self._cycle
@@ -208,7 +208,7 @@ class CanopenRig:
     def _begin(self, bus: Bus) -> None:
         self._clock, self._state = Clock(self.period_s, self._lock_step), None
         beat_every = max(int(self._drives.watchdog_s / BEATS_PER_WATCHDOG / self.period_s), 1)
-        cycle = Cycle(bus, self._nodes, beat_every)
+        cycle = CanopenCycle(bus, self._nodes, beat_every)
         self.notes = set_up(self._drives, bus, cycle, self._nodes, self._patience_s, first=True)
         self._cycle = cycle
         self._state = self._measurement(self.t, ())

@@ -6,7 +6,7 @@ Source: CiA 402-2 (IEC 61800-7-201), state machine and tables of status and cont
 import enum
 
 
-class State(enum.Enum):
+class Cia402State(enum.Enum):
     """Of one drive; the value is a word for the operator."""
 
     NOT_READY = "not ready yet"
@@ -23,47 +23,47 @@ SHUTDOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, QUICK_STOP, RESET = 0x06, 0x07, 0x
 """Control words."""
 
 MASKED = (
-    (0x4F, 0x00, State.NOT_READY),
-    (0x4F, 0x40, State.SWITCH_ON_DISABLED),
-    (0x6F, 0x21, State.READY),
-    (0x6F, 0x23, State.SWITCHED_ON),
-    (0x6F, 0x27, State.OPERATION_ENABLED),
-    (0x6F, 0x07, State.QUICK_STOP),
-    (0x4F, 0x0F, State.FAULT_REACTION),
-    (0x4F, 0x08, State.FAULT),
+    (0x4F, 0x00, Cia402State.NOT_READY),
+    (0x4F, 0x40, Cia402State.SWITCH_ON_DISABLED),
+    (0x6F, 0x21, Cia402State.READY),
+    (0x6F, 0x23, Cia402State.SWITCHED_ON),
+    (0x6F, 0x27, Cia402State.OPERATION_ENABLED),
+    (0x6F, 0x07, Cia402State.QUICK_STOP),
+    (0x4F, 0x0F, Cia402State.FAULT_REACTION),
+    (0x4F, 0x08, Cia402State.FAULT),
 )
 """Mask of a status word, what it leaves, and the state that this is."""
 
 
-def _state_of(low_byte: int) -> State:
+def _state_of(low_byte: int) -> Cia402State:
     for mask, value, state in MASKED:
         if low_byte & mask == value:
             return state
-    return State.NOT_READY  # no state of the standard: nothing that could be trusted with torque
+    return Cia402State.NOT_READY  # no state of the standard: nothing that could be trusted with torque
 
 
 _BY_LOW_BYTE = tuple(_state_of(byte) for byte in range(256))
 
 
-def state_of(status_word: int) -> State:
+def state_of(status_word: int) -> Cia402State:
     """What a status word says; bits beside those of the state do not matter."""
     return _BY_LOW_BYTE[status_word & 0xFF]
 
 
 NEXT = {
-    State.NOT_READY: DISABLE_VOLTAGE,
-    State.SWITCH_ON_DISABLED: SHUTDOWN,
-    State.READY: SWITCH_ON,
-    State.SWITCHED_ON: ENABLE,
-    State.OPERATION_ENABLED: ENABLE,
-    State.QUICK_STOP: DISABLE_VOLTAGE,
-    State.FAULT_REACTION: DISABLE_VOLTAGE,
-    State.FAULT: RESET,
+    Cia402State.NOT_READY: DISABLE_VOLTAGE,
+    Cia402State.SWITCH_ON_DISABLED: SHUTDOWN,
+    Cia402State.READY: SWITCH_ON,
+    Cia402State.SWITCHED_ON: ENABLE,
+    Cia402State.OPERATION_ENABLED: ENABLE,
+    Cia402State.QUICK_STOP: DISABLE_VOLTAGE,
+    Cia402State.FAULT_REACTION: DISABLE_VOLTAGE,
+    Cia402State.FAULT: RESET,
 }
 """Control word of one step towards `OPERATION_ENABLED`."""
 
 
-def next_control(state: State, last: int) -> int:
+def next_control(state: Cia402State, last: int) -> int:
     """The control word that leads on from here; a reset counts by its rising edge, so it is not told twice in a row."""
     word = NEXT[state]
     return DISABLE_VOLTAGE if word == RESET == last else word

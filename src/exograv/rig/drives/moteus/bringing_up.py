@@ -8,12 +8,12 @@ from moteus import Register
 from exograv.errors import RigError
 from exograv.rig.drives.settings import Drives
 
-from .cycle import Cycle
+from .cycle import MoteusCycle
 from .diagnostic import Diagnostic
-from .fdcanusb import Fdcanusb, Frame
+from .fdcanusb import CanFdFrame, Fdcanusb
 from .modes import POWERLESS
 from .nameplate import read_plate
-from .node import Node
+from .node import MoteusNode
 
 LISTEN_S = 0.1
 """Before anything is said: a master cycles in milliseconds."""
@@ -22,14 +22,14 @@ ENABLE_S = 1.0
 """In which all drives have to be on."""
 
 
-def refuse_others(cycle: Cycle) -> None:
+def refuse_others(cycle: MoteusCycle) -> None:
     """Whether nobody else is heard.
 
     Raises:
         RigError: Somebody is.
     """
 
-    def refuse(frame: Frame) -> None:
+    def refuse(frame: CanFdFrame) -> None:
         raise RigError(
             f"Another host commands on this bus: frame 0x{frame.arbitration_id:04x} was heard before anything was "
             "said. End that program (or tview) first; two masters would take turns with the motors."
@@ -38,7 +38,7 @@ def refuse_others(cycle: Cycle) -> None:
     cycle.listen(LISTEN_S, refuse)
 
 
-def set_up(nodes: Sequence[Node], drives: Drives, link: Fdcanusb, source: int) -> None:
+def set_up(nodes: Sequence[MoteusNode], drives: Drives, link: Fdcanusb, source: int) -> None:
     """Read and check the settings of these; none is switched on.
 
     Raises:
@@ -56,7 +56,7 @@ def set_up(nodes: Sequence[Node], drives: Drives, link: Fdcanusb, source: int) -
             )
 
 
-def enable_all(nodes: Sequence[Node], cycle: Cycle, read: Callable[[], object], period_s: float) -> None:
+def enable_all(nodes: Sequence[MoteusNode], cycle: MoteusCycle, read: Callable[[], object], period_s: float) -> None:
     """Lead every drive to torque, at none, one order a period.
 
     Args:
@@ -88,7 +88,7 @@ def enable_all(nodes: Sequence[Node], cycle: Cycle, read: Callable[[], object], 
         raise RigError(f"The motors are not switched on. {why} Put that right at the machine, then enable again.")
 
 
-def _why_off(node: Node) -> str:
+def _why_off(node: MoteusNode) -> str:
     if node.fault:
         return node.status.sentence(node.drive.joint)
     return f"The moteus of {node.drive.joint} (id {node.drive.node}) stays in mode {node.said.mode}."

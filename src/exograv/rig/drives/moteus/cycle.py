@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 
 from exograv.rig.drive_status import DriveFault
 
-from .fdcanusb import Fdcanusb, Frame, head, line
+from .fdcanusb import CanFdFrame, Fdcanusb, head, line
 from .frames import QUESTION, answer
-from .node import Node
+from .node import MoteusNode
 
 BROADCAST = 0x7F
 OURS = 32
@@ -15,10 +15,10 @@ OURS = 32
 it belongs. Answers of a moteus carry nothing else that would."""
 
 
-class Cycle:
+class MoteusCycle:
     """Of one machine."""
 
-    def __init__(self, link: Fdcanusb, nodes: Sequence[Node]):
+    def __init__(self, link: Fdcanusb, nodes: Sequence[MoteusNode]):
         """Nothing is sent."""
         self._link, self._nodes = link, tuple(nodes)
         numbers = [node.drive.node for node in nodes]
@@ -54,7 +54,7 @@ class Cycle:
         """One order to each."""
         self._link.send(b"".join(orders))
 
-    def listen(self, seconds: float = 0.0, told: Callable[[Frame], None] = lambda frame: None) -> None:
+    def listen(self, seconds: float = 0.0, told: Callable[[CanFdFrame], None] = lambda frame: None) -> None:
         """Take what is on the bus, waiting so long for more."""
         until = time.monotonic() + seconds
         while (frame := self._link.receive(until)) is not None:
@@ -62,7 +62,7 @@ class Cycle:
             if self.is_of_another_master(frame):
                 told(frame)
 
-    def is_of_another_master(self, frame: Frame) -> bool:
+    def is_of_another_master(self, frame: CanFdFrame) -> bool:
         """Whether it commands one of our drives, or is the answer of one to somebody else."""
         by_number = self._by_number
         if frame.destination in by_number or frame.destination == BROADCAST:
@@ -72,7 +72,7 @@ class Cycle:
     def _is_complete(self) -> bool:
         return all(node.has_answered or node.is_silent for node in self._nodes)
 
-    def _hear(self, frame: Frame) -> None:
+    def _hear(self, frame: CanFdFrame) -> None:
         if self.is_of_another_master(frame):
             for node in self._nodes:
                 node.hold_against(DriveFault.OTHER_MASTER)

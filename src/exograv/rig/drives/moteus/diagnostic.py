@@ -7,7 +7,7 @@ from moteus import INT8, INT32, Controller, parse_registers
 
 from exograv.errors import RigError
 
-from .fdcanusb import Fdcanusb, Frame, head, line
+from .fdcanusb import CanFdFrame, Fdcanusb, head, line
 
 PIECE = 61
 """Bytes of a frame of 64."""
@@ -103,7 +103,7 @@ class Diagnostic:
         self._heard += said
         return bool(said)
 
-    def _exchange(self, data: bytes, is_answer: Callable[[bytes], bool]) -> Frame:
+    def _exchange(self, data: bytes, is_answer: Callable[[bytes], bool]) -> CanFdFrame:
         for _ in range(3):  # one may be lost
             self.link.send(line(head(self.number, self._source, wants_answer=True), data))
             ends = time.monotonic() + FRAME_S

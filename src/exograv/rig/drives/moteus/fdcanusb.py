@@ -28,7 +28,7 @@ for what is missing."""
 AT_ONCE = 4096
 
 
-class Frame(NamedTuple):
+class CanFdFrame(NamedTuple):
     """Heard on the bus."""
 
     arbitration_id: int
@@ -88,7 +88,7 @@ class Fdcanusb:
         if sent < len(data):
             self.counts["not sent"] += 1
 
-    def receive(self, until: float) -> Frame | None:
+    def receive(self, until: float) -> CanFdFrame | None:
         """The next frame that comes until then, on `time.monotonic`; what has come already, whenever that is."""
         while True:
             while self._lines:
@@ -113,7 +113,7 @@ class Fdcanusb:
         self._lines.extend(lines)
         return True
 
-    def _frame(self, text: bytes) -> Frame | None:
+    def _frame(self, text: bytes) -> CanFdFrame | None:
         words = text.split()
         if not words or words[0] == b"OK":
             return None
@@ -122,7 +122,7 @@ class Fdcanusb:
             self.error = text.decode("latin-1").strip()
             return None
         try:
-            return Frame(int(words[1], 16), bytes.fromhex(words[2].decode()))
+            return CanFdFrame(int(words[1], 16), bytes.fromhex(words[2].decode()))
         except (IndexError, ValueError):
             self.counts["garbled"] += 1
             return None

@@ -46,7 +46,7 @@ QUESTION = bytes(Controller(query_resolution=_Asked()).make_query().data)
 HEADS = tuple(bytes((QUESTION[k] + REPLIES, QUESTION[k + 1])) for k in range(0, len(QUESTION), 2))
 
 
-class Answer(NamedTuple):
+class MoteusAnswer(NamedTuple):
     """Of one moteus, by its own account."""
 
     mode: int
@@ -61,18 +61,18 @@ class Answer(NamedTuple):
     """A fault in mode 1; else what limits it."""
 
 
-def answer(data: bytes) -> Answer | None:
+def answer(data: bytes) -> MoteusAnswer | None:
     """What these bytes say; None where they are no answer to `QUESTION`, or it has no position or current."""
     said = None
     if len(data) >= ANSWER.size:
         a, mode, b, turns, c, current, d, halves, celsius, code = ANSWER.unpack_from(data)
         if (a, b, c, d) == HEADS:
-            said = Answer(mode, turns, current, VOLTS * halves, float(celsius), code)
+            said = MoteusAnswer(mode, turns, current, VOLTS * halves, float(celsius), code)
     said = said or _by_library(data)
     return said if said is not None and math.isfinite(said.turns) and math.isfinite(said.current_A) else None
 
 
-def _by_library(data: bytes) -> Answer | None:
+def _by_library(data: bytes) -> MoteusAnswer | None:
     """Of a drive that puts its registers otherwise."""
     asked = (
         Register.MODE, Register.POSITION, Register.Q_CURRENT, Register.VOLTAGE, Register.TEMPERATURE, Register.FAULT
@@ -82,7 +82,7 @@ def _by_library(data: bytes) -> Answer | None:
         mode, turns, current, supply, temperature, code = (found[register] for register in asked)
     except (KeyError, RuntimeError, ValueError, struct.error):
         return None
-    return Answer(int(mode), turns, current, supply, float(temperature), int(code))
+    return MoteusAnswer(int(mode), turns, current, supply, float(temperature), int(code))
 
 
 class Orders:

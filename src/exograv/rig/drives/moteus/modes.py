@@ -4,7 +4,7 @@ from moteus import Mode
 
 from exograv.rig.drive_status import DriveFault
 
-from .frames import Answer
+from .frames import MoteusAnswer
 
 POWERLESS = frozenset({Mode.STOPPED, Mode.FAULT, Mode.TIMEOUT, Mode.BRAKE})
 """In which no current is driven; it lets go in the first two."""
@@ -24,7 +24,7 @@ SUPPLY_V = 8.0
 """Below it a hardware stop has taken the supply: no moteus is made for less than 10."""
 
 
-def fault_of(said: Answer) -> DriveFault:
+def fault_of(said: MoteusAnswer) -> DriveFault:
     """What is wrong by its own account."""
     fault = DriveFault.STOP_LINE if said.supply_V < SUPPLY_V else DriveFault.NONE
     if said.mode == Mode.TIMEOUT:

@@ -7,7 +7,7 @@ from moteus import Mode
 from exograv.rig.drive_status import DriveFault, DriveStatus
 from exograv.rig.drives.settings import Drive
 
-from .frames import Answer, Orders
+from .frames import MoteusAnswer, Orders
 from .modes import fault_of
 from .nameplate import Plate
 
@@ -15,12 +15,12 @@ LOST_AFTER = 3
 """Questions in a row without an answer: as many as the guard bridges (docs/safety.md)."""
 
 
-class Node:
+class MoteusNode:
     """Of one joint."""
 
     def __init__(self, drive: Drive):
         self.drive = drive
-        self.said = Answer(Mode.STOPPED, math.nan, 0.0, math.nan, math.nan, 0)
+        self.said = MoteusAnswer(Mode.STOPPED, math.nan, 0.0, math.nan, math.nan, 0)
         self.is_wanted = False
         """Whether it shall give torque."""
         self.fault, self.code = DriveFault.NONE, 0
@@ -61,7 +61,7 @@ class Node:
         self.has_answered = False
         self._misses += 1
 
-    def answer(self, said: Answer) -> None:
+    def answer(self, said: MoteusAnswer) -> None:
         """To the question of this tick."""
         self.said, self.has_answered, self._misses = said, True, 0
         if self._is_waking:

@@ -16,9 +16,9 @@ from exograv.signals import Command, JointState, TorqueSource
 
 from .bringing_up import enable_all, refuse_others, set_up
 from .bus_load import load
-from .cycle import Cycle
+from .cycle import MoteusCycle
 from .fdcanusb import Fdcanusb
-from .node import Node
+from .node import MoteusNode
 
 ANSWER_SHARE = 0.55
 """Of a period, that the drives' answers are waited for: questions and answers of four take 0.8 ms of the wire."""
@@ -55,9 +55,9 @@ class MoteusRig:
         self._drives, self._units, self._path = drives, Units(drives), drives.settings.moteus.path
         self._answer_s = LOCK_STEP_S if lock_step else answer_share * drives.period_s
         self._lock_step, self._clock = lock_step, Clock(drives.period_s, lock_step)
-        self._nodes = tuple(Node(drive) for drive in drives.each)
+        self._nodes = tuple(MoteusNode(drive) for drive in drives.each)
         self._link: Fdcanusb | None = None
-        self._cycle: Cycle | None = None
+        self._cycle: MoteusCycle | None = None
         self._state: JointState | None = None
         self._is_on = self._was_on = False
         self._incomplete = self._expired = 0
@@ -185,14 +185,14 @@ class MoteusRig:
         return tuple(node.status for node in self._nodes)
 
     @property
-    def _running(self) -> Cycle:
+    def _running(self) -> MoteusCycle:
         if self._cycle is None:
             raise RigError("The adapter is not open. Use the machine inside `with rig:`.")
         return self._cycle
 
     def _begin(self, link: Fdcanusb) -> None:
         self._clock, self._state, self._was_on = Clock(self.period_s, self._lock_step), None, False
-        self._cycle = Cycle(link, self._nodes)
+        self._cycle = MoteusCycle(link, self._nodes)
         refuse_others(self._cycle)
         self._set_up(self._nodes)
         while not self._running.ask(FIRST_ANSWER_S):
@@ -200,7 +200,7 @@ class MoteusRig:
                 raise RigError(" ".join(node.status.sentence(node.drive.joint) for node in lost))
         self._state = self._measurement(self.t, self._faulty())
 
-    def _set_up(self, nodes: Sequence[Node]) -> None:
+    def _set_up(self, nodes: Sequence[MoteusNode]) -> None:
         cycle, link = self._cycle, self._link
         if cycle is not None and link is not None:
             set_up(nodes, self._drives, link, cycle.ours[0])

@@ -44,7 +44,7 @@ class FrontEnd(Protocol):
         ...
 
 
-class Bench:
+class SimulatedBench:
     """Lines come from a thread, and are obeyed between two steps: whoever types disturbs no drive's time."""
 
     def __init__(self, joints: tuple[str, ...], plant: Plant, front: FrontEnd, say: Callable[[str], None]):

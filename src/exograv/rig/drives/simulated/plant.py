@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -17,6 +17,7 @@ COMMAND_LIFE_S = 0.01
 """Longer than a step: the twin's own watchdog stays out of what these drives do."""
 
 
+@runtime_checkable
 class SimulatedMachine(Rig, Protocol):
     """A machine whose motors and people are computed, such as the twin."""
 

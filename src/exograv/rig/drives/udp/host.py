@@ -18,7 +18,7 @@ from exograv.rig.drives.units import Units
 from exograv.signals import Command, JointState, TorqueSource
 
 from .layout import STATE_JOINT, DriveFlag, Flag, is_newer
-from .link import CODE, CURRENT, FAULT, MOTOR_POSITION, POSITION, STATUS, TEMPERATURE, Answer, Link
+from .link import CODE, CURRENT, FAULT, MOTOR_POSITION, POSITION, STATUS, TEMPERATURE, Link, UdpAnswer
 from .nameplate import refuse_other_controller
 
 ANSWER_SHARE = 0.4
@@ -246,7 +246,7 @@ class UdpRig:
             time.sleep(max(due - time.monotonic(), 0.0))
         return False
 
-    def _state_of(self, answer: Answer) -> JointState:
+    def _state_of(self, answer: UdpAnswer) -> JointState:
         said = np.array(answer.packet.joints)
         q = self._units.positions(said[POSITION::STEP])
         current = self._units.joint_currents(said[CURRENT::STEP])
@@ -265,7 +265,7 @@ class UdpRig:
                 if q_motor is not None and self._state.q_motor is not None:
                     q_motor[joint] = self._state.q_motor[joint]
 
-    def _statuses_of(self, answer: Answer) -> tuple[DriveStatus, ...]:
+    def _statuses_of(self, answer: UdpAnswer) -> tuple[DriveStatus, ...]:
         said, statuses = answer.packet.joints, []
         for k in range(0, len(said), STEP):
             is_enabled, fault = _bits(said[k + STATUS] & STATUSES, said[k + FAULT] & FAULTS)

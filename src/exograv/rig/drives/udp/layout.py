@@ -50,7 +50,7 @@ class DriveFlag(enum.IntFlag):
     """The controller hears it; else its numbers mean nothing."""
 
 
-class Field(NamedTuple):
+class PacketField(NamedTuple):
     """One number, or a name."""
 
     name: str
@@ -63,59 +63,63 @@ class Field(NamedTuple):
 FORMATS = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "f32": "f", "f64": "d", "char": f"{NAME_BYTES}s"}
 
 HEADER = (
-    Field("magic", "u32", "", f"0x{MAGIC:08x}, the bytes `EXGV`"),
-    Field("version", "u8", "", f"{VERSION}"),
-    Field("type", "u8", "", "which of the packets below"),
-    Field("joints", "u8", "", f"in this packet, 0 to {JOINTS_MAX}"),
-    Field("flags", "u8", "", "bits, below"),
-    Field("session", "u32", "", "chosen by the host at random, not 0"),
-    Field("grant", "u32", "", "chosen by the controller at random for each session, not 0; 0 where there is none yet"),
-    Field("sequence", "u32", "", "counts the packets of its sender in this session; after the last comes 0"),
-    Field("answers", "u32", "", "sequence of the packet that this answers; 0 where it answers none"),
-    Field("time_ns", "u64", "ns", "when it was sent, on its sender's own clock that never goes back"),
+    PacketField("magic", "u32", "", f"0x{MAGIC:08x}, the bytes `EXGV`"),
+    PacketField("version", "u8", "", f"{VERSION}"),
+    PacketField("type", "u8", "", "which of the packets below"),
+    PacketField("joints", "u8", "", f"in this packet, 0 to {JOINTS_MAX}"),
+    PacketField("flags", "u8", "", "bits, below"),
+    PacketField("session", "u32", "", "chosen by the host at random, not 0"),
+    PacketField(
+        "grant", "u32", "", "chosen by the controller at random for each session, not 0; 0 where there is none yet"
+    ),
+    PacketField("sequence", "u32", "", "counts the packets of its sender in this session; after the last comes 0"),
+    PacketField("answers", "u32", "", "sequence of the packet that this answers; 0 where it answers none"),
+    PacketField("time_ns", "u64", "ns", "when it was sent, on its sender's own clock that never goes back"),
 )
 
 NAMEPLATE = (
-    Field("watchdog_us", "u32", "µs", "after which the drives brake if no command comes"),
-    Field("period_us", "u32", "µs", "of the loop for which the controller is set"),
+    PacketField("watchdog_us", "u32", "µs", "after which the drives brake if no command comes"),
+    PacketField("period_us", "u32", "µs", "of the loop for which the controller is set"),
 )
 NAMEPLATE_JOINT = (
-    Field("name", "char", "", f"of the joint, UTF-8, filled with zeros to {NAME_BYTES} bytes"),
-    Field("current_rated_A", "f32", "A", "that the motor may have for ever"),
-    Field("current_max_A", "f32", "A", "to which the drive limits itself"),
-    Field("brake_Nms_per_rad", "f32", "N·m·s/rad", "with which it brakes by itself"),
-    Field("reserved", "u32", "", "0"),
+    PacketField("name", "char", "", f"of the joint, UTF-8, filled with zeros to {NAME_BYTES} bytes"),
+    PacketField("current_rated_A", "f32", "A", "that the motor may have for ever"),
+    PacketField("current_max_A", "f32", "A", "to which the drive limits itself"),
+    PacketField("brake_Nms_per_rad", "f32", "N·m·s/rad", "with which it brakes by itself"),
+    PacketField("reserved", "u32", "", "0"),
 )
 STATE = (
-    Field("command", "u32", "", "sequence of the newest command that was taken, 0 if none"),
-    Field("refused", "u32", "", "packets that were refused since the controller started, of all reasons"),
+    PacketField("command", "u32", "", "sequence of the newest command that was taken, 0 if none"),
+    PacketField("refused", "u32", "", "packets that were refused since the controller started, of all reasons"),
 )
 STATE_JOINT = (
-    Field("position", "f64", "rad", "of the joint, in the drive's direction and from its zero"),
-    Field("motor_position", "f64", "rad", "by the encoder on the motor's shaft, as angle of the joint; NaN without"),
-    Field("current", "f32", "A", "measured in the motor"),
-    Field("temperature", "f32", "°C", "of the winding; NaN where it is not measured"),
-    Field("status", "u16", "", "bits, below"),
-    Field("fault", "u16", "", "bits, below"),
-    Field("code", "u16", "", "the maker's own error code, 0 none"),
-    Field("reserved", "u16", "", "0"),
+    PacketField("position", "f64", "rad", "of the joint, in the drive's direction and from its zero"),
+    PacketField(
+        "motor_position", "f64", "rad", "by the encoder on the motor's shaft, as angle of the joint; NaN without"
+    ),
+    PacketField("current", "f32", "A", "measured in the motor"),
+    PacketField("temperature", "f32", "°C", "of the winding; NaN where it is not measured"),
+    PacketField("status", "u16", "", "bits, below"),
+    PacketField("fault", "u16", "", "bits, below"),
+    PacketField("code", "u16", "", "the maker's own error code, 0 none"),
+    PacketField("reserved", "u16", "", "0"),
 )
 COMMAND = (
-    Field("age_us", "u32", "µs", "from sending the poll that led to the answered state to sending this"),
-    Field("life_us", "u32", "µs", "for which it holds from its receipt"),
+    PacketField("age_us", "u32", "µs", "from sending the poll that led to the answered state to sending this"),
+    PacketField("life_us", "u32", "µs", "for which it holds from its receipt"),
 )
 COMMAND_JOINT = (
-    Field("current", "f32", "A", "of the motor, in the drive's direction"),
-    Field("damping", "f32", "N·m·s/rad", "with which the drive brakes its motor besides, by its own encoder"),
+    PacketField("current", "f32", "A", "of the motor, in the drive's direction"),
+    PacketField("damping", "f32", "N·m·s/rad", "with which the drive brakes its motor besides, by its own encoder"),
 )
 
 
-def packed(fields: tuple[Field, ...]) -> struct.Struct:
+def packed(fields: tuple[PacketField, ...]) -> struct.Struct:
     """What reads and writes these fields."""
     return struct.Struct("<" + "".join(FORMATS[field.kind] for field in fields))
 
 
-def offsets(fields: tuple[Field, ...], begin: int = 0) -> dict[str, int]:
+def offsets(fields: tuple[PacketField, ...], begin: int = 0) -> dict[str, int]:
     """Where each field begins [byte]."""
     return {field.name: begin + packed(fields[:k]).size for k, field in enumerate(fields)}
 
@@ -125,11 +129,11 @@ CRC_BYTES = 4
 """The last of every packet: CRC-32 of zlib over all bytes before it."""
 
 
-class Layout(NamedTuple):
+class PacketLayout(NamedTuple):
     """One kind of packet: the header, its own fields, and each joint's."""
 
-    fields: tuple[Field, ...] = ()
-    joint: tuple[Field, ...] = ()
+    fields: tuple[PacketField, ...] = ()
+    joint: tuple[PacketField, ...] = ()
 
     @property
     def joints_at(self) -> int:
@@ -141,14 +145,14 @@ class Layout(NamedTuple):
         return self.joints_at + joints * packed(self.joint).size + CRC_BYTES
 
 
-_NAMEPLATE, _STATE = Layout(NAMEPLATE, NAMEPLATE_JOINT), Layout(STATE, STATE_JOINT)
+_NAMEPLATE, _STATE = PacketLayout(NAMEPLATE, NAMEPLATE_JOINT), PacketLayout(STATE, STATE_JOINT)
 LAYOUTS = {
-    Type.HELLO: Layout(),
+    Type.HELLO: PacketLayout(),
     Type.NAMEPLATE: _NAMEPLATE,
-    Type.POLL: Layout(),
+    Type.POLL: PacketLayout(),
     Type.STATE: _STATE,
-    Type.COMMAND: Layout(COMMAND, COMMAND_JOINT),
-    Type.BYE: Layout(),
+    Type.COMMAND: PacketLayout(COMMAND, COMMAND_JOINT),
+    Type.BYE: PacketLayout(),
 }
 
 

@@ -26,7 +26,7 @@ PRESENT = int(DriveFlag.PRESENT)
 POSITION, MOTOR_POSITION, CURRENT, TEMPERATURE, STATUS, FAULT, CODE = range(STEP - 1)
 
 
-class Answer(NamedTuple):
+class UdpAnswer(NamedTuple):
     """A state, and the poll that it answers."""
 
     tick: int
@@ -120,7 +120,7 @@ class Link:
         sequence = self._send(self._header(Type.POLL))
         self._polls[sequence % REMEMBERED] = sequence, tick, t
 
-    def collect(self, tick: int, until: float) -> Answer | None:
+    def collect(self, tick: int, until: float) -> UdpAnswer | None:
         """The newest state that came until then, on `time.monotonic`; at once when it answers this tick's poll."""
         newest = None
         for _ in range(READ_AT_ONCE):
@@ -205,7 +205,7 @@ class Link:
             self.counts[Refusal.SEQUENCE.value] += 1
         return None
 
-    def _answer(self, packet: Packet) -> Answer | None:
+    def _answer(self, packet: Packet) -> UdpAnswer | None:
         header = packet.header
         sequence, tick, t = self._polls[header.answers % REMEMBERED]
         if not is_newer(header.sequence, self._heard) or sequence != header.answers:
@@ -216,7 +216,7 @@ class Link:
             return None
         self._heard = header.sequence
         self._states[tick % REMEMBERED] = tick, header.sequence, t
-        return Answer(tick, t, packet)
+        return UdpAnswer(tick, t, packet)
 
 
 def _has_numbers(joints: tuple[Any, ...]) -> bool:

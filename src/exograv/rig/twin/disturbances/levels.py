@@ -21,7 +21,7 @@ ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Row:
+class LevelRow:
     """One disturbance: what it is, and its size at levels 0 to 4, in columns where the table tells cases apart."""
 
     meaning: str
@@ -36,40 +36,40 @@ class Row:
         return self.columns[column][0] if self.off is None else self.off[column]
 
 
-WEARER: Mapping[str, Row] = MappingProxyType(
+WEARER: Mapping[str, LevelRow] = MappingProxyType(
     {
-        "segment_residual": Row(
+        "segment_residual": LevelRow(
             "segment masses and centres against the regression, times the residual SD",
             {"share": (1.0, 1.0, 1.0, 1.5, 2.0)},
             off={"share": 0.0},
         ),
-        "between_study": Row("factor on segment mass, SD of its logarithm", {"sd": (0.0, 0.04, 0.08, 0.12, 0.20)}),
-        "between_arms": Row(
+        "between_study": LevelRow("factor on segment mass, SD of its logarithm", {"sd": (0.0, 0.04, 0.08, 0.12, 0.20)}),
+        "between_arms": LevelRow(
             "second arm of a person against the first: factor on segment mass, SD of its logarithm",
             {"sd": (0.0, 0.01, 0.02, 0.03, 0.05)},
         ),
-        "centre_off_axis": Row(
+        "centre_off_axis": LevelRow(
             "centre of mass off the bone axis, SD per axis [mm]", {"sd_mm": (0.0, 3.0, 8.0, 12.0, 15.0)}
         ),
-        "length_error": Row(
+        "length_error": LevelRow(
             "error of the segment lengths given to the software, SD [mm]", {"sd_mm": (0.0, 3.0, 6.0, 10.0, 15.0)}
         ),
-        "donning_offset": Row(
+        "donning_offset": LevelRow(
             "offset of the shoulder centre, uniform ± per axis [mm]", {"max_mm": (0.0, 5.0, 15.0, 25.0, 30.0)}
         ),
-        "glenohumeral_shift": Row(
+        "glenohumeral_shift": LevelRow(
             "share of the shift of the shoulder centre with elevation", {"share": (0.0, 0.25, 0.5, 1.0, 1.0)}
         ),
-        "cuff_stiffness": Row(
+        "cuff_stiffness": LevelRow(
             "along and across the limb [N/mm]",
             {"along": (100.0, 6.0, 3.0, 2.1, 2.1), "across": (100.0, 10.0, 6.0, 4.5, 4.5)},
         ),
-        "cuff_rotation": Row(
+        "cuff_rotation": LevelRow(
             "rotational stiffness about the limb and about the two other axes [N·m/°]",
             {"about_limb": (1.0, 0.06, 0.04, 0.035, 0.03), "about_others": (1.0, 0.3, 0.2, 0.2, 0.18)},
         ),
-        "cuff_damping": Row("[N·s/m]", {"value": (500.0, 100.0, 60.0, 30.0, 10.0)}, off={"value": 0.0}),
-        "passive_stiffness": Row(
+        "cuff_damping": LevelRow("[N·s/m]", {"value": (500.0, 100.0, 60.0, 30.0, 10.0)}, off={"value": 0.0}),
+        "passive_stiffness": LevelRow(
             "elasticity of the wearer's joints about their neutral angles [N·m/rad]",
             {
                 "shoulder": (0.0, 1.0, (1.0, 2.5), (1.0, 4.0), (2.0, 4.0)),
@@ -77,9 +77,11 @@ WEARER: Mapping[str, Row] = MappingProxyType(
                 "wrist": (0.0, 0.3, (0.3, 1.0), (0.3, 1.5), (0.5, 2.0)),
             },
         ),
-        "end_stops": Row("exponential end stops in the last 15° (1: present)", {"present": (0.0, 0.0, 1.0, 1.0, 1.0)}),
-        "hysteresis": Row("hysteresis of the passive torque, share", {"share": (0.0, 0.0, 0.1, 0.3, 0.5)}),
-        "passive_damping": Row(
+        "end_stops": LevelRow(
+            "exponential end stops in the last 15° (1: present)", {"present": (0.0, 0.0, 1.0, 1.0, 1.0)}
+        ),
+        "hysteresis": LevelRow("hysteresis of the passive torque, share", {"share": (0.0, 0.0, 0.1, 0.3, 0.5)}),
+        "passive_damping": LevelRow(
             "[N·m·s/rad]",
             {
                 "shoulder": (0.3, 0.3, (0.3, 0.7), (0.3, 1.0), (0.3, 1.0)),
@@ -88,7 +90,7 @@ WEARER: Mapping[str, Row] = MappingProxyType(
             },
             off={"shoulder": 0.0, "elbow": 0.0, "wrist": 0.0},
         ),
-        "slow_bias": Row(
+        "slow_bias": LevelRow(
             "not relaxed: slow muscle torque, RMS [N·m]",
             {
                 "shoulder": (0.0, 0.1, 0.3, 0.8, 2.0),
@@ -97,7 +99,7 @@ WEARER: Mapping[str, Row] = MappingProxyType(
             },
         ),
         # Assumed, all of it: docs/participants.md. The first donning of a seed has none of this.
-        "day_to_day": Row(
+        "day_to_day": LevelRow(
             "next donning against the first, SD: factors on segment mass, on joints' stiffness and damping; neutral "
             "angles [°]; factor on cuff stiffness",
             {
@@ -107,15 +109,17 @@ WEARER: Mapping[str, Row] = MappingProxyType(
                 "cuff": (0.0, 0.1, 0.2, 0.3, 0.4),
             },
         ),
-        "bursts": Row("not relaxed: bursts of 2-6 N·m for 0.3-1 s, per minute", {"rate": (0.0, 0.0, 0.5, 3.0, 6.0)}),
+        "bursts": LevelRow(
+            "not relaxed: bursts of 2-6 N·m for 0.3-1 s, per minute", {"rate": (0.0, 0.0, 0.5, 3.0, 6.0)}
+        ),
     }
 )
 
 # Drives at the wrist are small: about a tenth of the shoulder's where harmonic, a fifth where quasi-direct. A row
 # without such a column takes the drive's own. A joint without motor ("passive") has a bearing and nothing else.
-MACHINE: Mapping[str, Row] = MappingProxyType(
+MACHINE: Mapping[str, LevelRow] = MappingProxyType(
     {
-        "coulomb": Row(
+        "coulomb": LevelRow(
             "Coulomb friction [N·m]",
             {
                 "harmonic.shoulder": (1.0, (1.0, 2.0), (1.5, 3.5), (2.0, 4.0), (3.0, 5.0)),
@@ -141,11 +145,11 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
                 0.0,
             ),
         ),
-        "breakaway": Row("breakaway over Coulomb friction", {"ratio": (1.0, 1.1, 1.3, 1.5, 1.8)}),
-        "stribeck_velocity": Row(  # level 0 has no Stribeck effect (ratio 1): its entry is without consequence
+        "breakaway": LevelRow("breakaway over Coulomb friction", {"ratio": (1.0, 1.1, 1.3, 1.5, 1.8)}),
+        "stribeck_velocity": LevelRow(  # level 0 has no Stribeck effect (ratio 1): its entry is without consequence
             "[rad/s]", {"value": (0.05, 0.05, (0.02, 0.1), (0.02, 0.1), (0.02, 0.1))}
         ),
-        "viscous": Row(
+        "viscous": LevelRow(
             "viscous friction [N·m·s/rad]",
             {
                 "harmonic": (0.5, (0.5, 1.0), (0.8, 2.0), (1.0, 3.0), (1.0, 6.0)),
@@ -156,7 +160,7 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
             },
             off=dict.fromkeys(("harmonic", "quasi_direct", "harmonic.wrist", "quasi_direct.wrist", "passive"), 0.0),
         ),
-        "load_friction": Row(
+        "load_friction": LevelRow(
             "load-dependent friction, share of the load",
             {
                 "harmonic": (0.0, 0.02, 0.06, 0.09, 0.12),
@@ -164,8 +168,10 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
                 "passive": ABSENT,
             },
         ),
-        "asymmetry": Row("asymmetry of friction between directions, share", {"share": (0.0, 0.03, 0.08, 0.15, 0.2)}),
-        "friction_ripple": Row(
+        "asymmetry": LevelRow(
+            "asymmetry of friction between directions, share", {"share": (0.0, 0.03, 0.08, 0.15, 0.2)}
+        ),
+        "friction_ripple": LevelRow(
             "over one joint turn of the motor side [N·m]",
             {
                 "harmonic": (0.0, 0.03, 0.1, 0.2, 0.4),
@@ -175,11 +181,13 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
                 "passive": ABSENT,
             },
         ),
-        "warm_up": Row("viscous and Coulomb friction fall over 30 min, share", {"share": (0.0, 0.03, 0.1, 0.2, 0.3)}),
-        "gain_error": Row(
+        "warm_up": LevelRow(
+            "viscous and Coulomb friction fall over 30 min, share", {"share": (0.0, 0.03, 0.1, 0.2, 0.3)}
+        ),
+        "gain_error": LevelRow(
             "torque constant and efficiency before calibration, SD", {"sd": (0.0, 0.02, 0.05, 0.08, 0.1)}
         ),
-        "rotor_inertia": Row(
+        "rotor_inertia": LevelRow(
             "reflected to the joint [kg·m²]",
             {
                 "harmonic": (0.1, (0.1, 0.2), (0.1, 0.4), (0.1, 0.4), (0.1, 0.4)),
@@ -189,7 +197,7 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
                 "passive": ABSENT,
             },
         ),
-        "gear_stiffness": Row(
+        "gear_stiffness": LevelRow(
             "torsional [kN·m/rad]",
             {
                 "harmonic": (NONE, 30.0, 15.0, 8.0, 8.0),
@@ -198,7 +206,7 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
                 "passive": (NONE, NONE, NONE, NONE, NONE),
             },
         ),
-        "torque_bandwidth": Row(
+        "torque_bandwidth": LevelRow(
             "[Hz]",
             {
                 "harmonic": (NONE, 40.0, 25.0, 15.0, 10.0),
@@ -206,7 +214,7 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
                 "passive": (NONE, NONE, NONE, NONE, NONE),
             },
         ),
-        "current_noise": Row(
+        "current_noise": LevelRow(
             "at the joint, SD at 1 kHz [N·m]",
             {
                 "harmonic": (0.0, 0.1, 0.4, 0.8, 1.5),
@@ -216,21 +224,21 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
                 "passive": ABSENT,
             },
         ),
-        "encoder": Row(
+        "encoder": LevelRow(
             "bits per joint turn; offset, SD [°]",
             {"bits": (NONE, 19.0, 17.0, 15.0, 13.0), "offset_sd_deg": (0.0, 0.05, 0.15, 0.4, 1.0)},
         ),
-        "delay": Row("sensor and command together [ms]", {"value_ms": (0.0, 0.5, 1.5, 2.5, 4.0)}),
-        "base_tilt": Row(
+        "delay": LevelRow("sensor and command together [ms]", {"value_ms": (0.0, 0.5, 1.5, 2.5, 4.0)}),
+        "base_tilt": LevelRow(
             "of the base against gravity, SD about each horizontal axis [°]", {"sd_deg": (0.0, 0.1, 0.3, 0.7, 1.5)}
         ),
-        "links": Row(
+        "links": LevelRow(
             "mass and centre of the exoskeleton's links against its URDF, SD",
             {"mass": (0.0, 0.01, 0.03, 0.05, 0.1), "centre_mm": (0.0, 1.0, 3.0, 5.0, 10.0)},
         ),
         # Only machines with such sensors have this row. A data sheet's ±0.5 % of 200 N and 7 N·m, taken as three SD, is
         # level 2; another's ±2 % is level 4 (docs/disturbances.md). Gain and noise are assumed.
-        "cuff_sensors": Row(
+        "cuff_sensors": LevelRow(
             "force/torque sensors at the cuffs, SD: gain; what taring leaves; noise at 1 kHz [N, N·m]",
             {
                 "gain": (0.0, 0.005, 0.01, 0.015, 0.02),
@@ -243,7 +251,7 @@ MACHINE: Mapping[str, Row] = MappingProxyType(
     }
 )
 
-ROWS: Mapping[str, Row] = MappingProxyType({**WEARER, **MACHINE})
+ROWS: Mapping[str, LevelRow] = MappingProxyType({**WEARER, **MACHINE})
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from exograv.rig.twin.wearer.regressions import SAMPLE, TABLE
 from exograv.rig.twin.wearer.skeleton import GRIP_FRACTION, Bone, BoneJoint, Skeleton, axis_of
 
 from .model_joints import SLIDE, Hanging, find_body, joint_names, listed
-from .wearer_map import Point, WearerMap
+from .wearer_map import BodyPoint, WearerMap
 
 Vector = Float[np.ndarray, " 3"]
 
@@ -251,7 +251,7 @@ def _grip(seen: Anatomy, wrist: Vector, length: float | None) -> Vector:
     return wrist - np.array([0.0, 0.0, GRIP_FRACTION * (length or mean)])
 
 
-def _point(seen: Anatomy, point: Point) -> Vector:
+def _point(seen: Anatomy, point: BodyPoint) -> Vector:
     body = find_body(seen.model, point.body, "points")
     return seen.place(seen.data.xpos[body] + seen.data.xmat[body].reshape(3, 3) @ np.array(point.at_m))
 

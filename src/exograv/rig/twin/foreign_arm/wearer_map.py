@@ -22,7 +22,7 @@ SIZE_MAX = 1_000_000
 """Of the file [bytes]."""
 
 
-class Person(Settings):
+class MappedPerson(Settings):
     """What a scale, a tape and a form would tell the software about the person whom the model describes."""
 
     height_m: Annotated[float, Field(ge=1.2, le=2.2)]
@@ -68,7 +68,7 @@ class CoupledJoint(Settings):
     """The joint's angle [rad] or slide [m], lowest power of the freedom's angle [rad] first."""
 
 
-class Point(Settings):
+class BodyPoint(Settings):
     """A point on a body."""
 
     body: str
@@ -78,10 +78,10 @@ class Point(Settings):
 class Points(Settings):
     """Points that the model's joints do not tell."""
 
-    wrist: Point | None = None
+    wrist: BodyPoint | None = None
     """Centre of the wrist, where no joint moves it; the origin of the hand's body if it has one of its own."""
 
-    finger_tip: Point | None = None
+    finger_tip: BodyPoint | None = None
     """Of the third finger; without it the hand is as long as its owner's height says."""
 
 
@@ -98,7 +98,7 @@ class WearerMap(Settings):
     mass_scale: PositiveFloat = 1.0
     """Times which all masses and inertias are taken."""
 
-    body: Person
+    body: MappedPerson
     segments: Segments
     freedoms: dict[Freedom, MappedJoint] = Field(default_factory=dict)
     shoulder: Shoulder | None = None

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exograv.rig.drives.canopen.simulated.state_machine import State, StateMachine
+from exograv.rig.drives.canopen.simulated.state_machine import StateMachine, StatusState
 from exograv.rig.drives.canopen.states import ENABLE, next_control, state_of
-from exograv.rig.drives.canopen.states import State as Read
+from exograv.rig.drives.canopen.states import Cia402State as Read
 
 STANDARD = """
 2  SWITCH_ON_DISABLED   xxxx0xxxx110  READY_TO_SWITCH_ON
@@ -51,14 +51,14 @@ def fits(pattern: str, word: int) -> bool:
 ROWS = [line.split() for line in STANDARD.strip().splitlines()]
 
 
-@given(state=st.sampled_from(list(State)), word=WORDS)
-def test_every_control_word_leads_where_the_standard_says_and_nowhere_else(state: State, word: int):
+@given(state=st.sampled_from(list(StatusState)), word=WORDS)
+def test_every_control_word_leads_where_the_standard_says_and_nowhere_else(state: StatusState, word: int):
     machine = StateMachine()
     machine.state = state
     machine.control(word)
     to = {target for _, source, pattern, target in ROWS if source == state.name and fits(pattern, word)}
     # Switching on and enabling in one word goes one step at a time; the standard leaves both to the drive.
-    if state is State.READY_TO_SWITCH_ON and fits("xxxx0xxx1111", word):
+    if state is StatusState.READY_TO_SWITCH_ON and fits("xxxx0xxx1111", word):
         to = {"SWITCHED_ON"}
     assert machine.state.name in (to or {state.name})
     assert len(to) <= 1
@@ -72,10 +72,10 @@ def test_out_of_a_fault_leads_a_reset_that_the_drive_grants_and_nothing_else(wor
     for word in words:
         asks = machine.control(word)
         assert asks == bool(word & 0x80 and not before & 0x80)
-        assert machine.state is State.FAULT
+        assert machine.state is StatusState.FAULT
         before = word
     machine.reset()
-    assert machine.state is State.SWITCH_ON_DISABLED
+    assert machine.state is StatusState.SWITCH_ON_DISABLED
 
 
 @pytest.mark.parametrize("name", STATUS)
@@ -86,8 +86,8 @@ def test_a_status_word_is_read_as_the_standard_says_whatever_its_other_bits_are(
     assert all(state_of(word) is expected for word in words)
 
 
-@pytest.mark.parametrize("state", State)
-def test_what_a_simulated_drive_says_of_itself_is_what_the_standard_has_for_its_state(state: State):
+@pytest.mark.parametrize("state", StatusState)
+def test_what_a_simulated_drive_says_of_itself_is_what_the_standard_has_for_its_state(state: StatusState):
     assert fits(STATUS[state.name][0], state.value)
 
 
@@ -103,7 +103,7 @@ def test_from_wherever_a_drive_is_six_steps_enable_it(words: list[int], fails: b
         told = next_control(state_of(machine.state.value), told)
         if machine.control(told):
             machine.reset()
-    assert machine.state is State.OPERATION_ENABLED
+    assert machine.state is StatusState.OPERATION_ENABLED
     assert told == ENABLE
 
 
@@ -113,5 +113,5 @@ def test_no_drive_is_enabled_but_by_the_control_word_that_enables(words: list[in
     for word in words:
         before = machine.state
         machine.control(word)
-        if machine.state is State.OPERATION_ENABLED and before is not State.OPERATION_ENABLED:
+        if machine.state is StatusState.OPERATION_ENABLED and before is not StatusState.OPERATION_ENABLED:
             assert word & 0x8F == 0x0F

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from exograv.errors import RigError
-from exograv.rig.drives.canopen.bus import Bus, Frame, require_can
+from exograv.rig.drives.canopen.bus import Bus, CanFrame, require_can
 from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.simulated.plant import Plant
 
@@ -147,19 +147,19 @@ class CanopenDevices:
         while (frame := self._bus.receive(until - time.monotonic())) is not None:
             self._hear(frame)
 
-    def _hear(self, frame: Frame) -> None:
+    def _hear(self, frame: CanFrame) -> None:
         handler = self._handlers.get(frame.cob & KIND)
         if handler is not None:
             handler(frame, self.plant.now)
 
-    def _on_order(self, frame: Frame, now: float) -> None:
+    def _on_order(self, frame: CanFrame, now: float) -> None:
         if len(frame.data) != ORDER_BYTES:
             return
         for node in self._plugged():
             node.local.nmt.on_command(frame.cob, frame.data, now)
             node.order(node.local.nmt.state)
 
-    def _on_sync(self, frame: Frame, now: float) -> None:
+    def _on_sync(self, frame: CanFrame, now: float) -> None:
         if frame.cob & ~KIND:
             return  # somebody's emergency
         heard_at = time.monotonic()
@@ -172,16 +172,16 @@ class CanopenDevices:
             for _ in range(self._steps_a_sync):
                 self._step()
 
-    def _on_command(self, frame: Frame, now: float) -> None:
+    def _on_command(self, frame: CanFrame, now: float) -> None:
         for node in self._plugged():
             if node.received is not None and node.received.cob == frame.cob:
                 node.on_command(frame.data, now)
 
-    def _on_question(self, frame: Frame, now: float) -> None:
+    def _on_question(self, frame: CanFrame, now: float) -> None:
         if len(frame.data) == QUESTION_BYTES and frame.cob & ~KIND not in self._unplugged:
             self._network.notify(frame.cob, bytearray(frame.data), now)
 
-    def _on_heartbeat(self, frame: Frame, now: float) -> None:
+    def _on_heartbeat(self, frame: CanFrame, now: float) -> None:
         for node in self._plugged():
             node.on_heartbeat(frame.cob & ~KIND, now)
 

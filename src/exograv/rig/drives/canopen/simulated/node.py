@@ -12,7 +12,7 @@ from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.simulated.plant import Plant
 
 from .dictionary import INVALID, MAPPED_MOST, RECEIVED, SENT, object_dictionary
-from .state_machine import State, StateMachine
+from .state_machine import StateMachine, StatusState
 
 OPERATIONAL, PRE_OPERATIONAL = "OPERATIONAL", "PRE-OPERATIONAL"
 CYCLIC_TORQUE = 10
@@ -170,7 +170,7 @@ class SimulatedNode:
         machine.end_quick_stop()
         if drive.fault != self._fault:
             self._say(drive.fault)
-        if machine.state is not State.OPERATION_ENABLED and drive.is_enabled:
+        if machine.state is not StatusState.OPERATION_ENABLED and drive.is_enabled:
             drive.disable()
         self._beat(now)
 
@@ -180,9 +180,9 @@ class SimulatedNode:
             if self.drive.acknowledge():
                 self._machine.reset()
             self._say(self.drive.fault)
-        if self._machine.state is State.OPERATION_ENABLED:
+        if self._machine.state is StatusState.OPERATION_ENABLED:
             if not self.drive.is_enabled and not (self._mode == CYCLIC_TORQUE and self.drive.enable(now)):
-                self._machine.state = State.SWITCH_ON_DISABLED
+                self._machine.state = StatusState.SWITCH_ON_DISABLED
         else:
             self.drive.disable()
         most = _value(self.local, 0x6072, 0)

@@ -6,7 +6,7 @@ Written from the standard's tables without the master's reading of them (`rig.dr
 import enum
 
 
-class State(enum.Enum):
+class StatusState(enum.Enum):
     """The value is what the status word says of it."""
 
     SWITCH_ON_DISABLED = 0x0240
@@ -18,7 +18,7 @@ class State(enum.Enum):
     FAULT = 0x0218
 
 
-S = State
+S = StatusState
 TRANSITIONS = {
     "shutdown": {
         S.SWITCH_ON_DISABLED: S.READY_TO_SWITCH_ON,
@@ -54,13 +54,13 @@ class StateMachine:
     """Of one drive that is under power: it has gone through `not ready to switch on` already."""
 
     def __init__(self):
-        self.state = State.SWITCH_ON_DISABLED
+        self.state = StatusState.SWITCH_ON_DISABLED
         self._last = 0
 
     def control(self, word: int) -> bool:
         """A control word has come; whether it asks to reset a fault, which only the drive itself can grant."""
         rises, self._last = word & RESET and not self._last & RESET, word
-        if self.state is State.FAULT:
+        if self.state is StatusState.FAULT:
             return bool(rises)
         for mask, value, name in COMMANDS:
             if word & mask == value:
@@ -69,13 +69,13 @@ class StateMachine:
 
     def fail(self) -> None:
         """Something is wrong: its reaction is over at once, because a simulated drive brakes by itself when off."""
-        self.state = State.FAULT
+        self.state = StatusState.FAULT
 
     def reset(self) -> None:
         """What was wrong is over, and somebody has asked."""
-        self.state = State.SWITCH_ON_DISABLED
+        self.state = StatusState.SWITCH_ON_DISABLED
 
     def end_quick_stop(self) -> None:
         """It stands: off, as quick-stop option 2 says."""
-        if self.state is State.QUICK_STOP_ACTIVE:
-            self.state = State.SWITCH_ON_DISABLED
+        if self.state is StatusState.QUICK_STOP_ACTIVE:
+            self.state = StatusState.SWITCH_ON_DISABLED
