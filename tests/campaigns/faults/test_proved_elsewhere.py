@@ -15,7 +15,8 @@ from exograv.campaigns.faults.strikes import KINDS
 ROOT = Path(__file__).parents[3]
 PACKAGE = Path(exograv.__file__).parent
 MOVES = ("control", "safety", "runtime", "rig", "dynamics")
-MOVES_TOO = ("live/live_flight.py", "live/live_processes.py", "live/live_control.py", "loop/pilot.py", "loop/arm_controller.py")
+MOVES_TOO = ("live/live_flight.py", "live/live_processes.py", "live/live_control.py", "loop/pilot.py")
+MOVES_TOO = (*MOVES_TOO, "loop/arm_controller.py")
 
 
 def functions(path: Path) -> set[str]:
