@@ -91,7 +91,7 @@ def test_a_person_can_read_it(keep: Callable[..., Path]):
     text = keep().read_text(encoding="utf-8")
     assert text.startswith("# Calibration of an empty machine")
     assert 'joint = "elbow_flexion"' in text
-    assert "at_utc = 2026-11-21T12:00:00+00:00" in text
+    assert "at_utc = 2026-11-21T12:00:00Z" in text
     assert "coulomb_sd_Nm = " in text
 
 

@@ -8,10 +8,11 @@ import contextlib
 import logging
 import os
 import stat
-import tempfile
 from functools import cache
 from hashlib import blake2b
 from pathlib import Path
+
+from exograv.files import replace_file
 
 _log = logging.getLogger(__name__)
 
@@ -68,14 +69,7 @@ def write(name: str, code: bytes) -> None:
         place.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not _is_ours_alone(place):
             return
-        handle, temporary = tempfile.mkstemp(dir=place, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(_digest(name, code) + code)
-            Path(temporary).replace(place / name)
-        except OSError:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        replace_file(place / name, _digest(name, code) + code, is_private=True)
         _make_room(place)
     except OSError as error:
         _log.info("Kernels are not kept in %s: %s.", place, error.strerror)

@@ -1,17 +1,15 @@
-"""Small TOML files that are written at once or not at all, and sealed by a hash: calibrations, participants."""
+"""TOML files that carry a hash of their own values: calibrations, participants, passes, sheets."""
 
 import hashlib
 import json
-import os
-import tempfile
 import tomllib
-from datetime import datetime
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 from pydantic import ValidationError
 
 from exograv.errors import ConfigError
+from exograv.files import replace_file, toml_text
 from exograv.model.description import validation_sentences
 from exograv.model.rig_settings import Settings
 
@@ -47,18 +45,10 @@ def write_sealed(path: Path, whole: Sealed, head: str, option: str) -> None:
     Raises:
         ConfigError: The place cannot be written; `option` gives another.
     """
-    name = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(head + _toml(whole.model_dump()))
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(name, path)
+        replace_file(path, toml_text(whole.model_dump(), head), is_private=True)
     except OSError as error:
-        if name is not None:
-            Path(name).unlink(missing_ok=True)
         raise ConfigError(f"{path} cannot be written: {error.strerror}. Give another {option}.") from error
 
 
@@ -99,30 +89,3 @@ def _content(path: Path, give: str, again: str) -> dict[str, Any]:
         raise ConfigError(f"{path} cannot be read: {error.strerror}. {give}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path} is damaged: it is not valid TOML ({error}). {again}") from error
-
-
-def _toml(content: dict[str, Any]) -> str:
-    """Tables one level deep, and lists of tables: the shape of every kind of such file."""
-    tables = {key: value for key, value in content.items() if isinstance(value, dict) or _is_rows(value)}
-    plain = [f"{key} = {_value(value)}" for key, value in content.items() if key not in tables]
-    parts = ["\n".join(plain)]
-    for key, value in tables.items():
-        rows = [(f"[[{key}]]", row) for row in value] if _is_rows(value) else [(f"[{key}]", value)]
-        parts += ["\n".join([head, *(f"{k} = {_value(v)}" for k, v in row.items())]) for head, row in rows]
-    return "\n\n".join(parts) + "\n"
-
-
-def _is_rows(value: Any) -> bool:
-    return isinstance(value, (list, tuple)) and bool(value) and isinstance(value[0], dict)
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_value(inner)}" for key, inner in value.items()) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(_value, value)) + "]"
-    if isinstance(value, datetime):
-        return value.isoformat()
-    if isinstance(value, bool):
-        return str(value).lower()
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -1,9 +1,6 @@
 """What is kept beside the recording after each record, so that a run that was broken off can be gone on with."""
 
-import contextlib
 import json
-import os
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,6 +10,7 @@ from pydantic import Field, ValidationError
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError, RecordingError
+from exograv.files import replace_file
 from exograv.model.description import validation_sentences
 from exograv.model.rig_settings import Settings
 
@@ -72,18 +70,9 @@ def write_kept(path: Path, kept: KeptSession) -> None:
     Raises:
         RecordingError: The place cannot be written.
     """
-    name = None
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(kept.model_dump_json())
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(name, path)
+        replace_file(path, kept.model_dump_json(), is_private=True)
     except OSError as error:
-        if name is not None:
-            with contextlib.suppress(OSError):
-                Path(name).unlink(missing_ok=True)
         raise RecordingError(
             f"{path} cannot be written: {error.strerror}. Free some space there; the run can be gone on with by "
             "--resume from where it was kept last."

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from exograv.errors import ConfigError, RecordingError
-from exograv.study.folder.study_folder import write_text_whole
+from exograv.files import write_whole
 
 from .flight import flight_of
 from .options import Career, StudyOptions
@@ -56,7 +56,7 @@ def lived_of(
         for which, lived in arriving:
             job = jobs[left[which]]
             add(lived)
-            write_text_whole(job.file, json.dumps(asdict(lived)))
+            write_whole(job.file, json.dumps(asdict(lived)))
             done[left[which]] = lived
             going.pop(job.career.name, None)
     finally:

@@ -8,10 +8,11 @@ from pathlib import Path
 
 from exograv import __version__
 from exograv.errors import ConfigError, RecordingError
+from exograv.files import write_whole
 from exograv.study.dataset.beginning import begin_study
 from exograv.study.folder.journal import LOCK, locked
 from exograv.study.folder.settings import AS_PUBLISHED, Expected, StudySettings
-from exograv.study.folder.study_folder import StudyFolder, write_text_whole
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.register import new_participant
 
 from .options import Career, StudyOptions
@@ -77,7 +78,7 @@ def _begin(folder: Path, options: StudyOptions, everybody: Sequence[Career]) -> 
     for career in everybody:
         if career.code is not None:
             new_participant(study, "untrained" if career.condition is None else "trained", career.code)
-    write_text_whole(folder / SETTINGS, _bound(options))
+    write_whole(folder / SETTINGS, _bound(options))
     return study
 
 

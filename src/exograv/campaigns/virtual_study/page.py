@@ -9,13 +9,13 @@ import matplotlib as mpl
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from exograv.files import write_whole
 from exograv.report.study_figures.groups import JOURNAL
 from exograv.report.study_report.headline import Tile
 from exograv.report.study_report.page import write_figure
 from exograv.report.study_report.results import number
 from exograv.report.style.figure_style import house_style, inline_svg
 from exograv.report.style.templates import template
-from exograv.study.folder.study_folder import write_text_whole
 
 from . import ablation
 from . import figure_curves as curves
@@ -65,7 +65,7 @@ def write_virtual_page(folder: Path, content: Content) -> tuple[Path, tuple[Path
             svg = inline_svg(figure, name, letters="path")
             figures += write_figure(folder / "figures", name, figure)
             chapters.append({"name": name, "title": title, "text": text, "svg": Markup(svg)})
-    write_text_whole(folder / "virtual_study.html", render(content, chapters))
+    write_whole(folder / "virtual_study.html", render(content, chapters))
     return folder / "virtual_study.html", tuple(figures)
 
 

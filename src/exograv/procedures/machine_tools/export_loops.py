@@ -1,11 +1,11 @@
 """What no URDF can say about a machine with an arm in it: cuffs, shoulder offset, elasticity, gravity."""
 
-import json
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from exograv.files import toml_text
 from exograv.model.loops import ELEVATION_ROUNDING
 from exograv.model.mjcf_writer import ArmSprings
 from exograv.model.personal import Personal
@@ -56,16 +56,13 @@ def loops_text(
         {"joint": joint, "stiffness": stiffness, "neutral": springs.neutral[joint], "damping": springs.damping[joint]}
         for joint, stiffness in springs.stiffness.items()
     )
-    tables = [_table("source", source)]
-    for name, rows in (("arm", arms), ("cuff", cuffs), ("arm_joint", joints)):
-        tables += [_table(f"[{name}]", row) for row in rows]
-    return "\n".join([HEAD, *tables])
+    tables = {"source": source, "arm": list(arms), "cuff": list(cuffs), "arm_joint": list(joints)}
+    return toml_text(_plain(tables), HEAD + "\n")
 
 
-def _table(name: str, entries: dict[str, Any]) -> str:
-    lines = [f"{key} = {_value(value)}" for key, value in entries.items()]
-    return "\n".join([f"[{name}]", *lines, ""])
-
-
-def _value(value: Any) -> str:
-    return json.dumps(value.tolist() if isinstance(value, np.ndarray) else value, ensure_ascii=False)
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(inner) for name, inner in value.items()}
+    if isinstance(value, list):
+        return [_plain(inner) for inner in value]
+    return value.tolist() if isinstance(value, np.ndarray) else value

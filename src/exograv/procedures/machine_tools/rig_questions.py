@@ -1,9 +1,8 @@
 """The text of a new `rig.toml`: what is known stands there with its reason, what is not is asked with "?"."""
 
-import json
-
 import numpy as np
 
+from exograv.files import toml_value
 from exograv.model.guesses import ArmGuess, arms, place_of, side_of
 from exograv.model.limb import FREEDOMS
 from exograv.model.questions import MARK
@@ -46,7 +45,7 @@ def rig_text(tree: Tree, name: str, file: str, side: Side | None = None) -> str:
     """The file for this machine; `side` where the URDF's names do not tell."""
     side, found = side or side_of(tree), arms(tree)
     parts = [
-        HEAD.format(name=name, file=file, quoted=_quoted(name), title=_quoted(tree.name)),
+        HEAD.format(name=name, file=file, quoted=toml_value(name), title=toml_value(tree.name)),
         _urdf(file, side),
         _wearer(tree, found, side),
         *(_adjustment(arm) for arm in found),
@@ -62,7 +61,7 @@ def rig_text(tree: Tree, name: str, file: str, side: Side | None = None) -> str:
 
 def _urdf(file: str, side: Side | None) -> str:
     if side is not None:
-        return f"[urdf]\n{side} = {_quoted(file)}\n"
+        return f"[urdf]\n{side} = {toml_value(file)}\n"
     return (
         f"[urdf]\n"
         f'right = "?"  # {file} if this is the machine for the right arm; else delete this line\n'
@@ -91,7 +90,7 @@ def _wearer(tree: Tree, found: list[ArmGuess], side: Side | None) -> str:
 
 def _centre(arm: ArmGuess) -> str:
     if arm.shoulder_centre is not None:
-        return f"{_quoted(arm.shoulder_centre)}  # where the first three axes meet"
+        return f"{toml_value(arm.shoulder_centre)}  # where the first three axes meet"
     what = "link, fixed to the base, where the machine has the wearer's shoulder"
     if arm.meeting is None:
         return f'"?"  # {what}; the first three axes meet in no point'
@@ -105,7 +104,7 @@ def _adjustment(arm: ArmGuess) -> str:
     length = arm.upper_arm
     return (
         "# Delete this table if the machine cannot be set to the wearer's upper arm.\n[[adjustments]]\n"
-        f'joint = {_quoted(length.joint)}\nsegment = "upper_arm"\naxis = "{length.axis}"\n'
+        f'joint = {toml_value(length.joint)}\nsegment = "upper_arm"\naxis = "{length.axis}"\n'
         f"nominal_m = {length.metres:.6g}  # as in the URDF, along {length.axis} of its parent\n"
         'min_m = "?"  # shortest upper arm that it can be set to [m]\nmax_m = "?"  # longest [m]\n'
     )
@@ -118,7 +117,7 @@ def _cuffs(arm: ArmGuess, kind: ArmKind) -> str:
         prefix = f"{arm.side}_" if arm.side else ""
         frame = '"?"  # link whose z is along the limb, at the cuff on the ' + segment
         if len(arm.cuffs) == len(segments):
-            frame = f"{_quoted(arm.cuffs[i])}  # by its name; z along the limb"
+            frame = f"{toml_value(arm.cuffs[i])}  # by its name; z along the limb"
         side = f'side = "{arm.side}"\n' if arm.side else ""
         blocks.append(
             f'[[cuffs]]\nname = "{prefix}{segment}"\nexo_frame = {frame}\nsegment = "{segment}"\n{side}{CUFF_STIFFNESS}'
@@ -145,7 +144,7 @@ def _actuator(joint: Joint) -> str:
     kp = min(80.0, 1.5 * joint.effort)
     motor = MOTOR.format(effort=joint.effort, kp=round(kp, 2), kd=round(kp / 8.0, 2))
     return (
-        f"[[actuators]]\njoint = {_quoted(joint.name)}\nplace = {shown}\n"
+        f"[[actuators]]\njoint = {toml_value(joint.name)}\nplace = {shown}\n"
         f'drive = "?"  # "harmonic", "quasi_direct", or "passive" for an encoder without motor\n{motor}'
     )
 
@@ -167,7 +166,7 @@ def _calibration(tree: Tree) -> str:
     for joint, low, high in _limits(tree):
         middle, reach = 0.5 * (low + high), min(0.5 * SWEEP_DEG, (0.5 - SWEEP_MARGIN) * (high - low))
         blocks.append(
-            f"[[calibration.sweeps]]\njoint = {_quoted(joint.name)}\n"
+            f"[[calibration.sweeps]]\njoint = {toml_value(joint.name)}\n"
             f"from_deg = {middle - reach:.1f}  # proposed, off the limits\nto_deg = {middle + reach:.1f}\n"
             f'posture_deg = "?"  # {_angles(tree)}, of the other joints: where the weight loads this one\n'
         )
@@ -187,7 +186,7 @@ def _excitation(tree: Tree) -> str:
         "# The motion that identifies the arm: proposed and small; exograv design-motion finds better.\n"
         f"[excitation]\nperiod_s = {PERIOD_S}\n"
         f'centre_deg = "?"  # {_angles(tree)}: middle of the task workspace\n'
-        f"sine_deg = {rows['sine']}\ncosine_deg = {rows['cosine']}\n"
+        f"sine_deg = {toml_value(rows['sine'])}\ncosine_deg = {toml_value(rows['cosine'])}\n"
     )
 
 
@@ -199,8 +198,3 @@ def _limits(tree: Tree) -> list[tuple[Joint, float, float]]:
     """Of each joint in degrees; an endless one's are those of a turn."""
     ends = [np.clip([joint.lower, joint.upper], -np.pi, np.pi) for joint in tree.joints]
     return [(joint, *np.rad2deg(end).tolist()) for joint, end in zip(tree.joints, ends, strict=True)]
-
-
-def _quoted(text: str) -> str:
-    """As a string of TOML, which JSON's are."""
-    return json.dumps(text, ensure_ascii=False)

@@ -11,11 +11,11 @@ import matplotlib as mpl
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from exograv.files import write_whole
 from exograv.report.study_figures import deviation
 from exograv.report.study_figures.groups import DPI, JOURNAL, WIDTH_1
 from exograv.report.style.figure_style import house_style, inline_svg
 from exograv.report.style.templates import template
-from exograv.study.folder.study_folder import write_text_whole, written_whole
 from exograv.study.measures.study_data import StudyData
 from exograv.study.statistics.findings import StudyFindings
 
@@ -77,7 +77,7 @@ def write_page(folder: Path, content: Content) -> Written:
         if narrow is not None:
             figures += write_figure(folder / "figures", "deviation_one_column", narrow)
     html = render(content, chapters)
-    write_text_whole(folder / "report.html", html)
+    write_whole(folder / "report.html", html)
     pdf, remark = write_pdf(folder / "report.pdf", html)
     return Written(folder / "report.html", pdf, tuple(figures), remark)
 
@@ -97,8 +97,8 @@ def write_figure(folder: Path, name: str, figure: Figure) -> list[Path]:
     sized = inline_svg(figure, name).replace(
         "<svg ", f'<svg width="{25.4 * width:.1f}mm" height="{25.4 * height:.1f}mm" ', 1
     )
-    write_text_whole(folder / f"{name}.svg", sized)
-    written_whole(folder / f"{name}.png", png)
+    write_whole(folder / f"{name}.svg", sized)
+    write_whole(folder / f"{name}.png", png)
     return [folder / f"{name}.{kind}" for kind in ("svg", "png")]
 
 
@@ -147,9 +147,5 @@ def write_pdf(path: Path, html: str) -> tuple[Path | None, str | None]:
         logging.getLogger(name).setLevel(logging.ERROR)
     printed = io.BytesIO()
     weasyprint.HTML(string=html).write_pdf(printed)
-    written_whole(path, lambda partial: _write_bytes(partial, printed.getvalue()))
+    write_whole(path, printed.getvalue())
     return path, None
-
-
-def _write_bytes(path: Path, content: bytes) -> None:
-    path.write_bytes(content)

@@ -5,11 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from exograv.files import write_whole
 from exograv.study.dataset.making import refresh
 from exograv.study.dataset.quarantine import quarantined
 from exograv.study.folder.journal import alone, read_journal
 from exograv.study.folder.settings import read_settings
-from exograv.study.folder.study_folder import StudyFolder, write_text_whole
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.measures.stored import measure_study
 from exograv.study.measures.study_data import PRIMARY, StudyData
 from exograv.study.statistics.compare import CompareSettings, compare
@@ -47,7 +48,7 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
         written = write_page(folder.report, Content(data, found, why_not, flaws, measured.unpublished, planned))
         if found is not None:
             text = json.dumps(found.as_dict(), indent=1, ensure_ascii=False)
-            write_text_whole(folder.derivatives / "statistics.json", text + "\n")
+            write_whole(folder.derivatives / "statistics.json", text + "\n")
     return answer(data, found, why_not, written)
 
 

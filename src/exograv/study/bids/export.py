@@ -11,13 +11,14 @@ from typing import Any
 import pandas as pd
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.files import PARTIAL
 from exograv.study.dataset.making import refresh
 from exograv.study.dataset.sources import sha256_of
 from exograv.study.dataset.tables import Tables
 from exograv.study.folder.columns import KEY, SESSIONS, TABLES
 from exograv.study.folder.journal import alone
 from exograv.study.folder.settings import StudySettings, read_settings
-from exograv.study.folder.study_folder import PARTIAL, StudyFolder
+from exograv.study.folder.study_folder import StudyFolder
 
 from .behaviour import rows_of
 from .checking import problems_of

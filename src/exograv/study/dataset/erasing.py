@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.files import write_whole
 from exograv.study.folder.columns import TABLES
 from exograv.study.folder.journal import alone, note
 from exograv.study.folder.settings import read_settings
-from exograv.study.folder.study_folder import StudyFolder, write_text_whole
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.register import read_register, write_register
 from exograv.study.participants.searching import files_with, has_word
 
@@ -103,7 +104,7 @@ def erase(folder: StudyFolder, code: str) -> Receipt:
         at = datetime.now(UTC).replace(microsecond=0).isoformat()
         receipt = Receipt(secrets.token_hex(4), at, sessions, len(aside), removed, lines, exports, left, orphans)
         path = folder.path / "receipts" / f"erased-{receipt.number}.json"
-        write_text_whole(path, json.dumps(receipt.figures(), ensure_ascii=False, indent=1) + "\n")
+        write_whole(path, json.dumps(receipt.figures(), ensure_ascii=False, indent=1) + "\n")
         note(folder, "erased", f"Somebody was erased: receipt {receipt.number}.")
     return receipt
 
@@ -153,5 +154,5 @@ def _strip_log(folder: StudyFolder, words: list[str]) -> int:
         return 0
     lines = folder.log.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)
     kept = [line for line in lines if not has_word(line, words)]
-    write_text_whole(folder.log, "".join(kept))
+    write_whole(folder.log, "".join(kept))
     return len(lines) - len(kept)

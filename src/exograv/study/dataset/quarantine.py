@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import RecordingError
-from exograv.study.folder.study_folder import StudyFolder, sync
+from exograv.files import sync
+from exograv.study.folder.study_folder import StudyFolder
 
 from .sources import Source, copied, json_file, put_folder
 

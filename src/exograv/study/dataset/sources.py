@@ -15,8 +15,9 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationError
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.files import PARTIAL, sync
 from exograv.model.rig_settings import Settings
-from exograv.study.folder.study_folder import PARTIAL, StudyFolder, sync
+from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.imported import Imported, SessionKey
 from exograv.study.importers.xdf_mapping import XdfMapping
 

@@ -11,9 +11,10 @@ import pyarrow.parquet as pq
 
 from exograv import __version__
 from exograv.errors import RecordingError
+from exograv.files import write_whole
 from exograv.recording.code import code_sha256
 from exograv.study.folder.columns import TABLES, Column
-from exograv.study.folder.study_folder import StudyFolder, written_whole
+from exograv.study.folder.study_folder import StudyFolder
 
 SCHEMA_VERSION = 1
 """Of the tables; raised whenever a column's name, type or meaning changes."""
@@ -77,7 +78,7 @@ def write_parquet(path: Path, table: pa.Table) -> None:
         RecordingError: The disk is full, or the folder cannot be written.
     """
     write: Callable[[Path], None] = lambda to: pq.write_table(table, to, compression="zstd")  # noqa: E731
-    written_whole(path, write)
+    write_whole(path, write)
 
 
 def read_tables(folder: StudyFolder | Path) -> Tables:

@@ -1,19 +1,22 @@
 """`study.toml`: name, groups, sessions that are expected, authors, licence."""
 
-import json
 import tomllib
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar
 
+import tomlkit
 from pydantic import Field, ValidationError, model_validator
 
 from exograv.errors import ConfigError
+from exograv.files import toml_text, write_whole
 from exograv.model.rig_settings import Settings
 
-from .study_folder import StudyFolder, write_text_whole
+from .study_folder import StudyFolder
 
 VERSION = 1
 """Of `study.toml` and `participants.toml`."""
+
+HEAD = "# A study: what it is, and which sessions are expected. Checked by every `exograv study` command.\n"
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,30}$")]
 
@@ -90,22 +93,12 @@ def write_settings(folder: StudyFolder, settings: StudySettings) -> None:
     Raises:
         RecordingError: The folder cannot be written.
     """
-    lines = [
-        "# A study: what it is, and which sessions are expected. Checked by every `exograv study` command.",
-        f"schema_version = {settings.schema_version}",
-        f"name = {quoted(settings.name)}",
-        f"authors = [{', '.join(map(quoted, settings.authors))}]",
-        f"licence = {quoted(settings.licence)}  # under which data may be given on, such as CC-BY-4.0",
-        f"is_simulated = {str(settings.is_simulated).lower()}",
-        "",
-        "[groups]  # what happens to those who are in it",
-        *(f"{name} = {quoted(meaning)}" for name, meaning in settings.groups.items()),
-    ]
-    for one in settings.expected:
-        groups = ", ".join(map(quoted, one.groups))
-        lines += ["", "[[expected]]", f"protocol = {quoted(one.protocol)}", f"sessions = {one.sessions}"]
-        lines += [f"groups = [{groups}]  # nobody named: everybody"]
-    write_text_whole(folder.settings, "\n".join(lines) + "\n")
+    content: Any = tomlkit.parse(toml_text(settings.model_dump(), HEAD))
+    content["licence"].comment("under which data may be given on, such as CC-BY-4.0")
+    content["groups"].comment("what happens to those who are in it")
+    for row in content["expected"]:
+        row["groups"].comment("nobody named: everybody")
+    write_whole(folder.settings, tomlkit.dumps(content))
 
 
 Kind = TypeVar("Kind", bound=Settings)
@@ -137,8 +130,3 @@ def checked(kind: type[Kind], content: object, where: str) -> Kind:
     except ValidationError as error:
         places = [f"{'.'.join(map(str, one['loc'])) or 'all of it'}: {one['msg']}" for one in error.errors()]
         raise ConfigError(f"{where} cannot be used. {'; '.join(places)}. Correct it.") from None
-
-
-def quoted(text: str) -> str:
-    """A string of TOML."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

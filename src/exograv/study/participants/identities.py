@@ -6,7 +6,6 @@ filled up to whole blocks, so that its length tells little.
 """
 
 import json
-import os
 import secrets
 from base64 import b64decode, b64encode
 from collections.abc import Mapping
@@ -19,8 +18,8 @@ from cryptography.hazmat.primitives.kdf.scrypt import Scrypt
 from pydantic import Field, ValidationError
 
 from exograv.errors import ConfigError
+from exograv.files import write_whole
 from exograv.model.rig_settings import Settings
-from exograv.study.folder.study_folder import written_whole
 
 MARK = b"exograv identities 1\n"
 COST = 2**17
@@ -61,12 +60,7 @@ def write_identities(path: Path, passphrase: str, identities: Identities, cost: 
     content = json.dumps({code: dict(who) for code, who in identities.items()}, ensure_ascii=False).encode()
     content += b" " * (-len(content) % BLOCK_BYTES)
     sealed = AESGCM(_key(passphrase, salt, cost)).encrypt(nonce, content, head)
-
-    def write(to: Path) -> None:
-        with os.fdopen(os.open(to, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-            file.write(head + sealed)
-
-    written_whole(path, write)
+    write_whole(path, head + sealed, is_private=True)
 
 
 def read_identities(path: Path, passphrase: str) -> dict[str, dict[str, str]]:

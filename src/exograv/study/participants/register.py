@@ -5,12 +5,15 @@ from collections.abc import Sequence
 from pydantic import Field, model_validator
 
 from exograv.errors import ConfigError
+from exograv.files import toml_text, write_whole
 from exograv.model.rig_settings import Settings
-from exograv.study.folder.settings import VERSION, checked, quoted, read_settings, read_toml
-from exograv.study.folder.study_folder import StudyFolder, write_text_whole
+from exograv.study.folder.settings import VERSION, checked, read_settings, read_toml
+from exograv.study.folder.study_folder import StudyFolder
 
 from .codes import draw_code, typed_code
 from .participant_record import SEALED, ParticipantRow
+
+HEAD = "# Who takes part, by code. Names are elsewhere, in an encrypted file (docs/study.md).\n"
 
 
 class Register(Settings):
@@ -51,14 +54,8 @@ def write_register(folder: StudyFolder, rows: Sequence[ParticipantRow]) -> None:
     Raises:
         RecordingError: The folder cannot be written.
     """
-    lines = [
-        "# Who takes part, by code. Names are elsewhere, in an encrypted file (docs/study.md).",
-        f"schema_version = {VERSION}",
-    ]
-    for row in rows:
-        told = row.model_dump(exclude_none=True)
-        lines += ["", "[[participants]]", *(f"{name} = {quoted(str(value))}" for name, value in told.items())]
-    write_text_whole(folder.participants, "\n".join(lines) + "\n")
+    register = {"schema_version": VERSION, "participants": [row.model_dump(exclude_none=True) for row in rows]}
+    write_whole(folder.participants, toml_text(register, HEAD))
 
 
 def new_participant(folder: StudyFolder, group: str, code: str | None = None, **told: str | None) -> ParticipantRow:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from exograv.files import write_whole
 from exograv.report.style.templates import template
-from exograv.study.folder.study_folder import write_text_whole
 
 from .participant_record import AssistFile
 from .words import Words
@@ -22,7 +22,7 @@ def write_assist_page(path: Path, file: AssistFile, words: Words) -> None:
 
     with house_style():
         svg = inline_svg(draw_assist(course(file), words.page), "assist", letters="path")
-    write_text_whole(path, render(file, words, Markup(svg)))
+    write_whole(path, render(file, words, Markup(svg)))
 
 
 def course(file: AssistFile) -> list[dict[str, object]]:

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError
 
 from exograv.errors import ConfigError
+from exograv.files import write_whole
 from exograv.model.description import validation_sentences
 from exograv.model.rig_settings import Settings
-from exograv.study.folder.study_folder import write_text_whole
 from exograv.task.assist_as_needed import AssistState, first_session, next_session
 from exograv.task.assist_protocol import AssistProtocol, LoadedAssist
 
@@ -126,4 +126,4 @@ def write_assist(path: Path, file: AssistFile) -> None:
     Raises:
         RecordingError: The folder cannot be written.
     """
-    write_text_whole(path, file.model_dump_json(indent=1) + "\n")
+    write_whole(path, file.model_dump_json(indent=1) + "\n")

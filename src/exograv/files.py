@@ -1,0 +1,91 @@
+"""Files that are written completely or not at all, and the TOML that stands in them."""
+
+import os
+import secrets
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from .errors import RecordingError
+
+PARTIAL = ".partial-"
+"""Start of an unfinished file's name. A process that is killed leaves such a file behind; no reader opens it."""
+
+Content = str | bytes | Callable[[Path], None]
+"""Text, bytes, or a function that fills the file at a path."""
+
+
+def replace_file(path: Path, content: Content, *, is_private: bool = False) -> None:
+    """Write a temporary file beside `path`, force it to the disk and give it the name `path`.
+
+    Args:
+        path: The file, in a folder that exists.
+        content: New content.
+        is_private: True if only its owner may read the file.
+
+    Raises:
+        OSError: The file cannot be written. The old content is unchanged.
+    """
+    # The suffix keeps an unfinished file out of every search by suffix.
+    partial = path.with_name(f"{PARTIAL}{secrets.token_hex(4)}-{path.name}.part")
+    try:
+        if callable(content):
+            content(partial)
+        else:
+            _write(partial, content, 0o600 if is_private else 0o666)
+        sync(partial)
+        partial.replace(path)
+        sync(path.parent)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+def write_whole(path: Path, content: Content, *, is_private: bool = False) -> None:
+    """Make the folder of a file and replace the file, with an error for the operator.
+
+    Raises:
+        RecordingError: The disk is full, or the folder cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(path, content, is_private=is_private)
+    except OSError as error:
+        raise RecordingError(
+            f"{path} cannot be written: {error.strerror}. What was there is unchanged. Free space, or give a folder "
+            "that you may write."
+        ) from error
+
+
+def sync(path: Path) -> None:
+    """Force a file, or the names in a folder, to the disk."""
+    if os.name == "nt":  # Windows opens no folder, and forces no file that is open for reading only.
+        return
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def toml_text(content: Mapping[str, Any], head: str = "") -> str:
+    """Values as TOML, under the comment lines `head`."""
+    # Importing the package stays fast: only a writer of TOML loads the library.
+    import tomlkit
+
+    return head + tomlkit.dumps(content)
+
+
+def toml_value(value: Any) -> str:
+    """A single value as TOML: a quoted string, a number or a list."""
+    import tomlkit
+
+    return tomlkit.item(value).as_string()
+
+
+def _write(path: Path, content: str | bytes, mode: int) -> None:
+    data = content.encode() if isinstance(content, str) else content
+    with os.fdopen(
+        os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), mode), "wb"
+    ) as file:
+        file.write(data)
