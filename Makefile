@@ -51,7 +51,7 @@ format: setup-dev
 
 # Opponents that are not installed are reported as missing.
 bench: setup
-	$(BIN)/exograv bench --save benchmarks/results.json
+	$(BIN)/python benchmarks/kernels.py --save benchmarks/results.json
 	$(BIN)/python benchmarks/publish.py benchmarks/results.json
 
 bench-setup: $(VENV)/installed-bench

@@ -3,7 +3,7 @@
     python benchmarks/engines.py
 
 Each engine has a process of its own; the two take turns, so that noise of the machine hits both alike. Updates of the
-identification methods on both engines are rows of `exograv bench`.
+identification methods on both engines are rows of `make bench`.
 """
 
 import argparse

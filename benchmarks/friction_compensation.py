@@ -14,13 +14,13 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from friction_calibrations import calibrated
-from friction_candidates import CANDIDATES, KEPT, Candidate
-from friction_joint import DT, LOADS, Circumstances, Hand, JointWorld
 
 from exograv import motion
 from exograv.rig.twin.behaviour.acting import Nerves, Physiology
 from exograv.rig.twin.behaviour.practice import Practice
+from friction_calibrations import calibrated
+from friction_candidates import CANDIDATES, KEPT, Candidate
+from friction_joint import DT, LOADS, Circumstances, Hand, JointWorld
 
 REACH_FROM, REACH_RAD, REACH_S, PAUSE_S = 0.5, np.deg2rad(40.0), 1.0, 0.5
 REPETITIONS, COUNTED = 30, 4

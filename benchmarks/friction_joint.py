@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
-from friction_candidates import Candidate, Known, Seen
 
 from exograv import kernel
 from exograv.control.observer import observer_function
@@ -17,6 +16,7 @@ from exograv.rig.twin import Machine
 from exograv.rig.twin.machine.delays import Delays, passed
 from exograv.rig.twin.machine.drive import DRIVE_STATES, TAU_MOTOR, THETA, DriveInput, drive_step
 from exograv.rig.twin.world.scene import TIMESTEP
+from friction_candidates import Candidate, Known, Seen
 
 SUBSTEPS = 2
 DT = SUBSTEPS * TIMESTEP

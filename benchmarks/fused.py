@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from exograv.bench.opponents.generated_c import shared_library, single_call
-from exograv.bench.opponents.native import Native
-from exograv.bench.plan import task
-from exograv.bench.rounds import Effort, timed
 from exograv.kernel.program import straight_line
+from peers.opponents.generated_c import shared_library, single_call
+from peers.opponents.native import Native
+from peers.plan import task
+from peers.rounds import Effort, timed
 
 ROWS = ("rnea_7", "rnea_chain_12", "rnea_chain_20", "rnea_derivatives_7", "tick_general_4")
 EFFORT = Effort(40, 0.005)

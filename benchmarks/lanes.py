@@ -10,11 +10,11 @@ from functools import partial
 import numpy as np
 
 from exograv import kernel
-from exograv.bench.interface import Call, State, copy_into
-from exograv.bench.opponents.native import Native
-from exograv.bench.plan import task
-from exograv.bench.rounds import Effort, timed
-from exograv.bench.tasks import stacked
+from peers.opponents.native import Native
+from peers.plan import task
+from peers.rounds import Effort, timed
+from peers.tasks.arm_tasks import stacked
+from peers.tasks.interface import Call, State, copy_into
 
 LANES = (2, 4, 8)
 EFFORT = Effort(40, 0.005)

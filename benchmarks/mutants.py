@@ -36,10 +36,10 @@ import hypothesis
 import hypothesis.extra.numpy
 import numpy  # noqa: F401 - imported once for all children
 import pytest
-from wrong_lines import changes, visited
 
 import exograv.errors
 import exograv.signals  # noqa: F401 - no module of the room
+from wrong_lines import changes, visited
 
 ROOT = Path(__file__).parents[1]
 ROOM, TESTS = ROOT / "src" / "exograv" / "safety", ROOT / "tests" / "safety"

@@ -7,7 +7,7 @@ Independent chains, one after the other in a straight program; ns an operation i
 
 import casadi as ca
 
-from exograv.bench import peaks
+from peers import peaks
 
 DEPTHS, WIDTHS = (2, 4, 8, 16), (64, 256, 512, 1024)
 """Steps of a chain, each a multiplication and an addition; and number of chains."""

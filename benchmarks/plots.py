@@ -11,7 +11,7 @@ matplotlib.use("svg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from exograv.bench.opponents import OPPONENTS, Native
+from peers.opponents import OPPONENTS, Native
 
 COLOURS = {each.name: f"C{i}" if i < 10 else "black" for i, each in enumerate(OPPONENTS)}
 BARS = ("rnea_7", "torque_gradient_7", "tick_aligned_7", "tick_general_4")

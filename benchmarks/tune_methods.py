@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from streams import load
 
 from exograv.campaigns.benchmark_identification.streams import RecordedStream
 from exograv.errors import ExogravError
@@ -31,6 +30,7 @@ from exograv.identification.core.prior import prior
 from exograv.laboratory.truth_score import Examination
 from exograv.procedures.identification.estimator_session import setting_of, table_guess
 from exograv.procedures.identification.method_names import MethodName
+from streams import load
 
 CANDIDATES: Mapping[str, tuple[Mapping[str, float], ...]] = {
     "gradient": tuple({"step": step} for step in (1e-8, 3e-8, 1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4)),

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from donning import silent
 
+from donning import silent
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import ExogravError

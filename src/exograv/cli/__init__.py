@@ -44,7 +44,6 @@ from exograv.cli.simulation.transparency import Transparency, run_transparency_c
 from exograv.cli.simulation.validate_participant import ValidateParticipant, run_validate_participant
 from exograv.errors import ExogravError
 
-from .bench import Bench, run_bench_command
 from .study import COMMANDS as STUDY_COMMANDS
 
 Commands = dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]]
@@ -82,7 +81,6 @@ COMMANDS: Commands = {
     "mirror": (Mirror, run_mirror_command),
     "assist": (Assist, run_assist_command),
     "aircraft": (Aircraft, run_aircraft_command),
-    "bench": (Bench, run_bench_command),
     "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),
     "sweep": (Sweep, run_sweep_command),
 }

@@ -1,0 +1,29 @@
+"""Every implementation that takes part; each module is one engine, imported only when it is asked to build."""
+
+from peers.tasks.interface import Opponent
+
+from .adam import AdamCasadi as AdamCasadi
+from .adam import AdamJax as AdamJax
+from .drake import Drake as Drake
+from .frax import Frax as Frax
+from .generated_c import GeneratedC as GeneratedC
+from .jax_by_hand import JaxByHand as JaxByHand
+from .jax_translated import JaxTranslated as JaxTranslated
+from .mujoco import Mujoco as Mujoco
+from .native import Native as Native
+from .pinocchio import Pinocchio as Pinocchio
+from .virtual_machine import VirtualMachine as VirtualMachine
+
+OPPONENTS: tuple[Opponent, ...] = (
+    Native(),
+    VirtualMachine(),
+    GeneratedC(),
+    Pinocchio(),
+    Mujoco(),
+    JaxByHand(),
+    JaxTranslated(),
+    Frax(),
+    AdamCasadi(),
+    AdamJax(),
+    Drake(),
+)
