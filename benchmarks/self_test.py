@@ -43,12 +43,12 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
     """One self-test."""
     from dataclasses import replace
 
-    from exograv.laboratory.self_test_faults import HIDDEN
     from exograv.laboratory.twin_calibration import virtual_subject
     from exograv.model.description import load_rig
     from exograv.procedures.self_test.unworn import test_machine
     from exograv.rig.twin import Disturbances, draw_machine
     from exograv.storage.calibration_file import take_calibration, twin_identity
+    from self_test_faults import HIDDEN
 
     description = load_rig(rig)
     machine = draw_machine(description, Disturbances.at_level(level), seed)
@@ -80,7 +80,7 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
 
 def wanted(options: argparse.Namespace) -> Iterator[tuple[str, int, int, str]]:
     """Machines in good order, and then each fault."""
-    from exograv.laboratory.self_test_faults import HIDDEN
+    from self_test_faults import HIDDEN
 
     machines = [(rig, level) for level in _span(options.levels) for rig in options.rigs.split(",")]
     for seed in _span(options.faults):

@@ -33,10 +33,10 @@ def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
     Raises:
         ExogravError: The machine or the wearer was refused, or the guard stopped the run.
     """
-    from exograv.laboratory.support_level.known_answer import fly_answer, static_answer
     from exograv.laboratory.support_level.options import SupportOptions
     from exograv.laboratory.support_level.preparation import subject
     from exograv.laboratory.support_level.support_level_command import search_flight
+    from known_support_level import fly_answer, static_answer
 
     random = np.random.default_rng([seed, 83])
     strength, synergy = round(float(random.uniform(*STRENGTHS)), 3), round(float(random.uniform(0.1, SYNERGY_MAX)), 2)

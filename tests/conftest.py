@@ -8,6 +8,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 # As the command line does: threads of OpenBLAS wait for each other, and our matrices are small. Before NumPy comes.
@@ -21,12 +22,17 @@ settings.register_profile("desk", deadline=None)
 settings.register_profile("server", deadline=None, derandomize=True)
 settings.load_profile("server" if os.environ.get("CI") else "desk")
 
+BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+"""Its modules can be imported by tests and their scripts."""
+
 Verdicts = dict[str, dict[str, Any]]
 
 
 def verdicts(request: pytest.FixtureRequest, which: str) -> Verdicts:
     script = request.path.with_name(request.module.SCRIPT)
-    run = subprocess.run([sys.executable, str(script), which], check=True, capture_output=True, text=True)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(BENCHMARKS), os.environ.get("PYTHONPATH", "")])}
+    command = [sys.executable, str(script), which]
+    run = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
     return json.loads(run.stdout.splitlines()[-1])
 
 

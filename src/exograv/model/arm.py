@@ -79,12 +79,6 @@ class Arm:
         lower, upper = np.array([LIMITS[name] for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms]]).T
         return np.asarray(np.all((z > lower - REACH_MARGIN) & (z < upper + REACH_MARGIN), axis=-1))
 
-    def discomfort(self, z: Float[np.ndarray, " freedom"]) -> float:
-        """How far angles [rad] leave the freedoms' comfortable range, summed [rad]."""
-        names = [name for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms]]
-        lower, upper = np.deg2rad([COMFORT_DEG[name] for name in names]).T
-        return float(np.sum(np.maximum(lower - z, 0.0) + np.maximum(z - upper, 0.0)))
-
     def limb(self, side: ArmSide | None) -> Limb:
         """The arm of a side; the only one if no side is named."""
         return self.limbs[0] if side is None else next(limb for limb in self.limbs if limb.side == side)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from exograv.laboratory.self_test_faults import HIDDEN
+from self_test_faults import HIDDEN
 
 SCRIPT = "tested.py"
 BUSY_MAX_S = 60.0  # docs/safety.md, start-up self-test

@@ -13,12 +13,12 @@ import numpy as np
 from exograv.dynamics.loop_torque import GRAVITY
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
-from exograv.laboratory.self_test_faults import HIDDEN
 from exograv.laboratory.twin_calibration import virtual_subject
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.model.description import load_rig
 from exograv.procedures.self_test.unworn import test_machine as tested
 from exograv.rig.twin import Disturbances, draw_machine
+from self_test_faults import HIDDEN
 
 SEED, LEVEL = 1012, 1
 QUICK = {

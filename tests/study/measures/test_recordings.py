@@ -7,9 +7,7 @@ import pytest
 from tests.study.made_up_sessions import touch
 
 from exograv.recording import RecordingWriter
-from exograv.recording.device_stream import DeviceStream
 from exograv.recording.encoding import tick_dtype
-from exograv.study.measures.alignment import windows_on_stream
 from exograv.study.measures.recordings import Window, effort, read_measures, windowed
 
 from .test_reaches import CYCLE_S, cycles
@@ -84,18 +82,3 @@ def test_a_recording_tells_the_reaches_of_touches_that_count_and_nothing_of_a_ha
 def test_a_console_whose_computer_has_another_clock_changes_nothing(tmp_path: Path):
     same, other = (read_measures(write_session(tmp_path / f"{shift}.mcap", shift_s=shift), KEY) for shift in (0.0, 5e4))
     assert other.rows == same.rows
-
-
-def test_windows_stand_on_the_clock_of_a_stream_that_was_connected_all_the_time():
-    stamps = np.concatenate([5000.0 + np.arange(0.0, 10.0, 0.1), 70.0 + np.arange(0.0, 10.0, 0.1)])
-    t = np.concatenate([np.arange(0.0, 10.0, 0.1), np.arange(12.0, 22.0, 0.1)])
-    stream = DeviceStream("/stream/a", "float32", stamps, None, t, np.repeat([1, 2], 100), (), (), tick_rows(t))
-    stream.__dict__["t"] = t  # as if both clocks had been measured
-    windows = [Window(1, 1, 2.0, 4.0, ()), Window(2, 1, 8.0, 13.0, ()), Window(3, 1, 14.0, 16.0, ())]
-    found = windows_on_stream(stream, windows)
-    assert [(one.window, one.connection) for one in found] == [(1, 1), (3, 2)]
-    assert (found[0].opened, found[1].closed) == pytest.approx((5002.0, 74.0))
-
-
-def tick_rows(t: np.ndarray) -> np.ndarray:
-    return ticks(t)[:0]

@@ -118,9 +118,3 @@ def wake_guard(bench: SelfTestRun) -> list[Step]:
 
 def _said(reason: StopReason | None) -> str:
     return "not stopped" if reason is None else "stopped" if reason is StopReason.NOT_FINITE else reason.value
-
-
-def refuse_latched(bench: SelfTestRun) -> None:
-    """Raises RigError: the guard has stopped something that it should not have."""
-    if (stop := bench.pilot.envelope.stop) is not None:
-        raise RigError(f"The guard has stopped the self-test: {stop.value}")

@@ -70,11 +70,6 @@ class RecordingRig:
         """So many have passed."""
         return len(self._rows)
 
-    @property
-    def last_valid_until(self) -> float:
-        """Of the last command that the machine was given [s]."""
-        return -np.inf if self._last is None else self._last.valid_until
-
     def read(self) -> JointState:
         """What the machine says."""
         self._state = self._rig.read()

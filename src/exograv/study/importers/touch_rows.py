@@ -27,7 +27,6 @@ AGREE_PX = 0.51
 """By which a deviation may differ from contact minus target: each may have been rounded to whole pixels [px]."""
 
 WHOLE = ("session", "window", "attempt", "sequence")
-NUMBERS = (*NEEDED[1:], *TARGET, *DEVIATION, "deviation_x_mm", "deviation_y_mm", "contact_px", "interval_s")
 MISSING = frozenset({"", "na", "n/a", "nan"})
 WORDS: dict[str, dict[str, Any]] = {
     "pace": {word: word for word in ("too_short", "right", "too_long")},

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from exograv.laboratory.support_level.known_answer import FlownAnswer, crossing, fly_answer, isotonic
+from exograv.procedures.rehabilitation.support_level.search import SUPPORTS
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS
+from known_support_level import FlownAnswer, crossing, fly_answer, rising_share
 
 from .persons import Known
 
@@ -27,9 +28,12 @@ def test_the_known_answer_lies_between_two_supports_that_were_flown():
 
 
 def test_a_share_that_falls_is_pooled_by_how_often_it_was_tried():
-    once, thrice = np.ones(4, dtype=int), np.array([1, 3, 1, 1])
-    np.testing.assert_allclose(isotonic(np.array([0.0, 0.6, 0.4, 1.0]), once), [0.0, 0.5, 0.5, 1.0])
-    np.testing.assert_allclose(isotonic(np.array([0.0, 0.6, 0.4, 1.0]), thrice), [0.0, 0.55, 0.55, 1.0])
+    at = np.arange(4)
+    tries, hits = np.zeros((2, len(SUPPORTS), 1), dtype=int)
+    tries[at, 0], hits[at, 0] = [5, 15, 5, 5], [0, 9, 2, 5]
+    np.testing.assert_allclose(rising_share(hits, tries)[at, 0], [0.0, 0.55, 0.55, 1.0])
+    tries[at, 0], hits[at, 0] = [5, 5, 5, 5], [0, 3, 2, 5]
+    np.testing.assert_allclose(rising_share(hits, tries)[at, 0], [0.0, 0.5, 0.5, 1.0])
 
 
 @pytest.mark.slow

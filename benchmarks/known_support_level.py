@@ -8,16 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.optimize import isotonic_regression
 
+from exograv.laboratory.support_level.preparation import WeakSubject
+from exograv.laboratory.support_level.weak_person import PerFreedom, Place
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.support_level.search import CRITERION, SUPPORTS, Tries
 from exograv.procedures.rehabilitation.support_level.targets import TOLERANCE_M
 from exograv.procedures.rehabilitation.support_level.threshold import DRAWS_LAST, ThresholdSearch
 from exograv.rig.twin.behaviour.acting import usual_physiology
 from exograv.rig.twin.behaviour.weakness import ELBOW, involuntary, weak_physiology
-
-from .preparation import WeakSubject
-from .weak_person import PerFreedom, Place
 
 ABOUT = 5
 """Of `SUPPORTS`, to which whole blocks of targets narrow where the criterion is met: 12 points."""
@@ -68,7 +68,7 @@ def rising_share(
     columns = []
     for hit, tried in zip(hits.T, tries.T, strict=True):
         at = np.flatnonzero(tried)
-        columns.append(np.interp(SUPPORTS, SUPPORTS[at], isotonic(hit[at] / tried[at], tried[at])))
+        columns.append(np.interp(SUPPORTS, SUPPORTS[at], isotonic_regression(hit[at] / tried[at], weights=tried[at]).x))
     return np.column_stack(columns)
 
 
@@ -82,19 +82,6 @@ def crossing(supports: Float[np.ndarray, " support"], share: Float[np.ndarray, "
         return float(supports[0])
     part = (CRITERION - share[k - 1]) / (share[k] - share[k - 1])
     return float(supports[k - 1] + part * (supports[k] - supports[k - 1]))
-
-
-def isotonic(
-    values: Float[np.ndarray, " support"], weights: Int[np.ndarray, " support"]
-) -> Float[np.ndarray, " support"]:
-    """Nearest values, in weighted squares, that never fall: neighbours that do are pooled."""
-    pools: list[tuple[float, int, int]] = []
-    for value, weight in zip(values.tolist(), weights.tolist(), strict=True):
-        pools.append((value, weight, 1))
-        while len(pools) > 1 and pools[-2][0] > pools[-1][0]:
-            (a, n, i), (b, m, j) = pools[-2:]
-            pools[-2:] = [((a * n + b * m) / (n + m), n + m, i + j)]
-    return np.array([mean for mean, _, count in pools for _ in range(count)])
 
 
 def static_answer(one: WeakSubject, places: list[Place]) -> float | None:
