@@ -19,16 +19,11 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ExogravError
-from exograv.laboratory.preparation import pilot_of
+from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.result_rows import time_to_target
-from exograv.laboratory.truth_score import Examination
-from exograv.laboratory.twin_calibration import EmptyTwin
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.loop.arm_controller import ArmController
-from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.participant_session import ParticipantOptions, ParticipantRun
-from exograv.rig.twin import Twin, day_seed
+from exograv.rig.twin import day_seed
 from exograv.study.targets import TARGET_NM
 
 ASKED_S = (10.0, 20.0, 60.0)
@@ -43,8 +38,7 @@ def silent(_text: str, _share: float) -> None:
 def run(rig: str, level: int, seed: int) -> dict[str, Any]:
     """Both days of one wearer."""
     first = draw_laboratory(rig, None, level, seed)
-    empty = EmptyTwin(first.description, first.machine, seed, first.wearer.lengths_given)
-    calibration, t0 = empty.calibrate(lambda twin, gains: pilot_of(twin, gains, first, silent))
+    calibration, t0 = Preparation(first, seed).calibrate()
     machine = calibration.machine
     targets = [TARGET_NM[place] for place in first.description.places]
     result: dict[str, Any] = {"seed": seed, "level": level}
@@ -54,22 +48,21 @@ def run(rig: str, level: int, seed: int) -> dict[str, Any]:
             laboratory = draw_laboratory(rig, None, level, seed, donning=donning)
             assembly = laboratory.assembly()
             person = ParticipantRun(files, assembly, "benchmark", laboratory.body, NOON + timedelta(days=donning))
-            twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, day_seed(seed, donning), t0=t0)
-            pilot = pilot_of(twin, machine.actuators, laboratory, silent)
-            controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
+            preparation = Preparation(laboratory, day_seed(seed, donning))
+            worn = preparation.worn(preparation.known(calibration, t0, assembly))
 
             def note(_t, estimate, predicted, _outcome, person=person) -> None:
                 person.note(estimate, predicted)
 
-            identifier = Identifier(pilot, controller, machine, "recursive", "current", note, person.belief(machine))
+            identifier = worn.identifier(listener=note, belief=person.belief(machine))
             person.listen(identifier)
-            found = identify_arm(pilot, controller, identifier, SECONDS)
+            found = worn.identify(identifier, SECONDS)
             kept = person.keep(found, machine, "of the machine's description", "")
             if kept is not None and kept["file"] is None:
                 return result | {"broke_off": kept["why"]}
             result["file_bytes"] = file.stat().st_size
             if person.returning is not None:
-                examination = Examination(laboratory, assembly, machine)
+                examination = worn.examination()
                 result |= person.returning.figures
                 for name, estimates in (("from_file", found.estimates), ("cold", person.returning.cold_estimates)):
                     scores = {e.t: examination.score(e.x) for e in estimates}

@@ -30,9 +30,8 @@ from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import ExogravError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Sample
-from exograv.laboratory.preparation import pilot_of, prepare_machine
+from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.result_rows import parameter_rows
-from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Progress
@@ -41,7 +40,6 @@ from exograv.model.description import RigDescription, load_rig
 from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, RigSettings
 from exograv.procedures.identification.estimator_session import build_method
 from exograv.procedures.identification.float_arm import float_arm
-from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.weighing.known_weight import weigh
 from exograv.procedures.weighing.motion_samples import Kept
 from exograv.recording.rounding import percentiles, rounded
@@ -108,20 +106,20 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     disturbances = Disturbances.at_level(job.level).without(*job.without)
     wearer = draw_wearer(disturbances, job.seed, whole.side, kind=description.settings.wearer.arm)
     laboratory = VirtualLaboratory(description, draw_machine(description, disturbances, job.seed), wearer)
-    known = prepare_machine(laboratory, job.seed, progress)
+    preparation = Preparation(laboratory, job.seed, progress)
+    known = preparation.calibrated()
+    worn = preparation.worn(known)
     assembly, machine = known.assembly, known.machine
-    twin = Twin(description, laboratory.machine, wearer, job.seed, t0=known.t)
-    pilot = pilot_of(twin, machine.actuators, laboratory, progress)
-    controller = ArmController(assembly, machine, known.x, twin.period_s)
-    examination = Examination(laboratory, assembly, machine, held_out_postures(whole)[:, : job.joints])
+    twin, pilot, controller = worn.twin, worn.pilot, worn.controller
+    examination = worn.examination(held_out_postures(whole)[:, : job.joints])
     left: dict[float, np.ndarray] = {}
 
     def note(_t: float, estimate: Estimate, *_judged: object) -> None:
         left[estimate.t] = rms(examination.at_postures(estimate.x, ControlMode()))
 
-    identifier, kept = Identifier(pilot, controller, machine, "recursive", "current", note), Kept()
+    identifier, kept = worn.identifier(listener=note), Kept()
     identifier.followers.append(kept)
-    found = identify_arm(pilot, controller, identifier, job.seconds)
+    found = worn.identify(identifier, job.seconds)
     tick_us = percentiles(pilot.tick_us)
     at_postures, arm = examination.at_postures(found.last.x, ControlMode()), examination.arm_error(found.last.x)
     possible = examination.posterior_torque(found.last)

@@ -19,18 +19,16 @@ import numpy as np
 
 from exograv import motion
 from exograv.campaigns.benchmark_identification.cases import Case, by_machine, population
-from exograv.campaigns.benchmark_identification.streams import Calibrated, calibrate, worn_twin
+from exograv.campaigns.benchmark_identification.streams import Calibrated, calibrate
 from exograv.errors import ExogravError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Method
 from exograv.identification.core.sample_filter import SampleFilter
-from exograv.laboratory.preparation import pilot_of
 from exograv.laboratory.truth_score import Examination
-from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import TickSample
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
-from exograv.procedures.identification.estimator_session import build_method, table_guess
+from exograv.procedures.identification.estimator_session import build_method
 from exograv.procedures.identification.identify import TRAVEL, identification_motion
 from exograv.procedures.identification.motions import motion_parts
 from exograv.study.targets import TARGET_NM
@@ -72,21 +70,19 @@ def parts_of(name: str, subject: Any, method: Method, seconds: float, dt: float)
 
 def run(case: Case, calibrated: Calibrated, name: str, seconds: float) -> dict[str, Any]:
     """One wearer, one motion."""
-    laboratory, machine = case.laboratory(), calibrated.machine
-    assembly = laboratory.assembly()
-    twin = worn_twin(case, laboratory, calibrated)
-    pilot = pilot_of(twin, machine.actuators, laboratory, silent)
-    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
+    worn = calibrated.worn(case, case.laboratory(), silent)
+    assembly, machine = worn.known.assembly, worn.known.machine
+    twin, pilot, controller = worn.twin, worn.pilot, worn.controller
     controller.mode.drive = 1.0
     method = build_method("recursive", assembly, machine, ArmModel(assembly, machine))
-    listener = Listener(method, SampleFilter(assembly.n, twin.period_s), Examination(laboratory, assembly, machine))
+    listener = Listener(method, SampleFilter(assembly.n, twin.period_s), worn.examination())
     parts = parts_of(name, (assembly, machine), method, seconds, twin.period_s)
     first = next(parts)
     approach = [motion.go_to(pilot.q, first.q[0], TRAVEL, first.dt), motion.hold(first.q[0], 0.5, first.dt)]
     pilot.run(controller, motion.joined(approach), "Moving to the start")
     for part in chain([first], parts):
         pilot.run(controller, part, "Identifying", listener)
-    places = laboratory.description.places
+    places = worn.laboratory.description.places
     # The motion's first filtered sample is some ticks late: the last whole second may be missing.
     last = max(listener.left_over)
     at = {str(t): listener.left_over[min(t, last)] for t in AT_S if t <= seconds}

@@ -43,7 +43,7 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
     """One self-test."""
     from dataclasses import replace
 
-    from exograv.laboratory.twin_calibration import virtual_subject
+    from exograv.laboratory.twin_calibration import EmptyTwin
     from exograv.model.description import load_rig
     from exograv.procedures.self_test.unworn import test_machine
     from exograv.rig.twin import Disturbances, draw_machine
@@ -59,7 +59,7 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
         machine = HIDDEN[fault].machine(machine, joint)
     whole = taken.whole
     lengths = whole.measured.lengths_m
-    subject = virtual_subject(description, machine, whole.calibration(), lengths, RUN_SEED + seed)
+    subject = EmptyTwin(description, machine, RUN_SEED + seed, lengths).under_test(whole.calibration())
     if fault != NOTHING:
         driver = HIDDEN[fault].driver(subject.rig, joint, description.nominal_gain)
         subject = replace(subject, rig=driver, press=driver.press)

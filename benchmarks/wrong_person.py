@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from donning import silent
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import ExogravError
@@ -25,14 +24,11 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.prior import prior
 from exograv.identification.recursive.carried_over import carried_over, kept_part
-from exograv.laboratory.preparation import pilot_of
-from exograv.laboratory.twin_calibration import EmptyTwin
+from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.loop.arm_controller import ArmController
-from exograv.procedures.identification.estimator_session import Belief, table_guess
-from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.identification.estimator_session import Belief
 from exograv.procedures.identification.person_check import JUDGED_S, PersonCheck
-from exograv.rig.twin import Twin, day_seed
+from exograv.rig.twin import day_seed
 from exograv.storage.participant_file import other_body
 from exograv.storage.participant_schema import StoredPerson
 
@@ -43,17 +39,14 @@ KEPT_EVERY_S = 0.004
 def record(rig: str, level: int, seed: int) -> dict[str, Any]:
     """Both days of one person: what was learned on the first, the samples of the second."""
     first = draw_laboratory(rig, None, level, seed)
-    empty = EmptyTwin(first.description, first.machine, seed, first.wearer.lengths_given)
-    calibration, t0 = empty.calibrate(lambda twin, gains: pilot_of(twin, gains, first, silent))
+    calibration, t0 = Preparation(first, seed).calibrate()
     machine = calibration.machine
 
     def day(donning: int, seconds: float, belief: Belief | None) -> tuple[Estimate, list[Sample]]:
         laboratory = draw_laboratory(rig, None, level, seed, donning=donning)
-        assembly = laboratory.assembly()
-        twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, day_seed(seed, donning), t0=t0)
-        pilot = pilot_of(twin, machine.actuators, laboratory, silent)
-        controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
-        identifier = Identifier(pilot, controller, machine, "recursive", "current", lambda *_: None, belief)
+        preparation = Preparation(laboratory, day_seed(seed, donning))
+        worn = preparation.worn(preparation.known(calibration, t0))
+        identifier = worn.identifier(belief=belief)
         samples = list[Sample]()
 
         def listen(sample: Sample) -> None:
@@ -61,7 +54,7 @@ def record(rig: str, level: int, seed: int) -> dict[str, Any]:
                 samples.append(Sample(sample.t, *(a.copy() for a in (sample.q, sample.v, sample.a, sample.tau))))
 
         identifier.followers.append(listen)
-        return identify_arm(pilot, controller, identifier, seconds).last, samples
+        return worn.identify(identifier, seconds).last, samples
 
     found, _ = day(0, FIRST_S, None)
     assembly = first.assembly()

@@ -1,15 +1,19 @@
-"""`exograv console` on a twin that is as its files say: it is there in seconds, for tests that strike it."""
+"""`exograv console` on a twin with the machine of its data sheets: ready in seconds, for tests that strike it."""
 
 from exograv.cli import main
-from exograv.experiment.steered import prepared_machine as place
+from exograv.laboratory.preparation import Preparation
 from exograv.procedures.calibration.nominal_machine import nominal_machine
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.estimator_session import table_guess
 
 
-def nominal(laboratory, *_):
-    """Instead of a minute of calibration."""
-    return nominal_machine(laboratory.description, laboratory.assembly().exo.phi), 0.0
+def nominal_knowledge(self: Preparation, file=None, assembly=None) -> ControllerKnowledge:
+    """Replace a minute of calibration by the machine's data sheets."""
+    assembly = assembly or self.laboratory.assembly()
+    machine = nominal_machine(self.laboratory.description, assembly.exo.phi)
+    return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0)
 
 
 if __name__ == "__main__":
-    place.machine_of = nominal
+    Preparation.calibrated = nominal_knowledge
     main()

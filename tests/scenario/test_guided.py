@@ -8,7 +8,7 @@ import pytest
 
 from exograv import motion
 from exograv.errors import ConfigError, RigError
-from exograv.laboratory.guided.floating_twin import flown
+from exograv.laboratory.guided.guided_command import floating_twin
 from exograv.laboratory.guided.therapist_and_wearer import HOLDS_KD, HOLDS_KP, Holding, Therapist, drawn_movement
 from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
@@ -52,7 +52,7 @@ def _known(rig: str) -> Known:
 
 
 def _flown(known: Known) -> FloatingArm[Twin]:
-    return flown(*known, SEED, None, lambda _text, _share: None)
+    return floating_twin(*known, SEED, None, lambda _text, _share: None)
 
 
 @pytest.fixture(scope="module")

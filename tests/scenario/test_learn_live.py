@@ -16,10 +16,9 @@ from exograv.cli.machine.live_floating import run_live
 from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.errors import ConfigError
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.laboratory.preparation import Preparation
 from exograv.live.live_flight import LiveOptions
 from exograv.live.live_processes import Running
-from exograv.loop.pilot import Progress
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import read_recording
@@ -30,8 +29,9 @@ SHOULDER_NM, ELBOW_NM = 0.5, 0.25
 """The coarse target: half a minute at level 1 is more than it takes."""
 
 
-def known_machine(laboratory: VirtualLaboratory, _seed: int, _progress: Progress) -> ControllerKnowledge:
+def known_machine(preparation: Preparation, *_) -> ControllerKnowledge:
     """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
+    laboratory = preparation.laboratory
     prepared = prepared_by_truth(laboratory, 0.0)
     # The table's cuffs, as a session has them: from what it is told a replay makes the same model again.
     assembly = laboratory.assembly()
@@ -61,7 +61,7 @@ def learned(folder: Path, strike: signal.Signals) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Any]]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("exograv.cli.machine.live_floating.prepare_machine", known_machine)
+        patch.setattr(Preparation, "calibrated", known_machine)
         yield learned(tmp_path_factory.mktemp("live"), signal.SIGKILL)
 
 

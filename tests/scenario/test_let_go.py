@@ -8,7 +8,7 @@ import pytest
 from exograv import motion
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
-from exograv.laboratory.preparation import pilot_of
+from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
@@ -37,7 +37,7 @@ def test_a_relaxed_arm_that_was_pushed_comes_to_rest_and_stays(level: int, seed:
     x = known.x.copy()
     x[ParameterLayout.of(known.assembly).phi] *= TOO_HEAVY
     twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, start_posture=POSTURE, t0=1800.0)
-    pilot = pilot_of(twin, known.machine.actuators, laboratory, lambda _text, _share: None)
+    pilot = Preparation(laboratory, seed).pilot_of(twin, known.machine.actuators)
     controller = ArmController(known.assembly, known.machine, x, twin.period_s)
     controller.mode.drive = 1.0
     pilot.run(controller, motion.hold(POSTURE, 1.0, twin.period_s), "Held")

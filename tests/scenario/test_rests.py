@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from exograv.laboratory.preparation import pilot_of
+from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
@@ -37,7 +37,7 @@ def left_over(name: MethodName, *without: str) -> np.ndarray:
     assembly = laboratory.assembly()
     known = nominal_machine(description, assembly.exo.phi)
     twin, table = Twin(description, machine, laboratory.wearer, SEED), table_guess(assembly, known)
-    pilot = pilot_of(twin, known.actuators, laboratory, lambda _text, _share: None)
+    pilot = Preparation(laboratory, SEED).pilot_of(twin, known.actuators)
     controller, method = ArmController(assembly, known, table, twin.period_s), build_method(name, assembly, known)
     controller.mode.drive = 1.0
     rest_first(pilot, controller, method)

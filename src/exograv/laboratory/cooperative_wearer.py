@@ -130,6 +130,4 @@ def held_machine(laboratory: VirtualLaboratory, seed: int, t: float) -> Callable
 
 def held_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> CooperativeWearer:
     """The twin, its wearer holding the own arm in the donning posture, at the time `t` of its clock [s]."""
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
-    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
-    return CooperativeWearer(twin, own, REST_BEFORE_RAMP_S, RAMP_IN_S)
+    return CooperativeWearer(laboratory.twin(seed, t), laboratory.own_arm(), REST_BEFORE_RAMP_S, RAMP_IN_S)

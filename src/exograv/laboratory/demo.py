@@ -1,4 +1,4 @@
-"""The whole idea on the twin: calibrate, put the arm in, identify it online, float it, find a known weight, report."""
+"""Demonstration on the twin: calibrate, identify the arm online, float it, estimate a known weight, write a report."""
 
 import time
 from dataclasses import dataclass, field
@@ -9,34 +9,30 @@ from typing import Any
 import numpy as np
 
 from exograv.dynamics import parameters
-from exograv.dynamics.actuator import ActuatorGain
-from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Outcome, RestingMethod
-from exograv.loop.arm_controller import ArmController
-from exograv.loop.machine_limits import limits, refuse_motorless
-from exograv.loop.pilot import Pilot, Progress
+from exograv.loop.machine_limits import refuse_motorless
+from exograv.loop.pilot import Progress
 from exograv.model.arm import held_weight
-from exograv.procedures.identification.estimator_session import Identification, table_guess
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.estimator_session import Identification
 from exograv.procedures.identification.float_arm import Drift, float_arm
-from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.identification.identify import identify_arm
 from exograv.procedures.identification.motions import motion_parts
 from exograv.procedures.identification.participant_session import ParticipantRun
 from exograv.procedures.weighing.known_weight import weigh
 from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.recording import RecordingWriter
 from exograv.recording.rounding import percentiles, rounded
-from exograv.rig.twin import Twin, WearerModel
-from exograv.runtime.clock.pace import RealTimePace
-from exograv.safety.envelope import Envelope
-from exograv.storage.calibration_file import TakenCalibration, take_calibration, twin_identity
+from exograv.rig.twin import WearerModel
+from exograv.storage.calibration_file import TakenCalibration, take_calibration
 from exograv.study.targets import TARGET_NM
 
 from .demo_options import DemoOptions as DemoOptions
+from .preparation import Preparation, WornTwin
 from .provenance import provenance
 from .result_rows import calibration_rows, identifiability_rows, parameter_rows, time_to_target
 from .truth_score import Examination, Score
-from .twin_calibration import EmptyTwin
 from .virtual_laboratory import VirtualLaboratory, draw_laboratory
 
 FLOAT_S = 10.0
@@ -45,22 +41,23 @@ WEIGHT_KG = (0.5, 1.0)  # range of the known weight that the wearer takes into t
 
 @dataclass
 class _Run:
-    """What the phases of one demonstration share."""
+    """Values that the phases of one demonstration share."""
 
     options: DemoOptions
-    laboratory: VirtualLaboratory
+    preparation: Preparation
     recording: RecordingWriter
-    progress: Progress
     taken: TakenCalibration | None
     person: ParticipantRun
+    targets: list[float]
+    """Residual torque that counts as reached, by joint [N·m]."""
     result: dict[str, Any] = field(default_factory=dict)
     of_person: dict[str, Any] = field(default_factory=dict)
-    """Of the participant's file: shown, and no part of the recording."""
+    """Figures of the participant's file: shown, and not written to the recording."""
 
-    def pilot(self, twin: Twin, actuators: ActuatorGain) -> Pilot:
-        envelope = Envelope(limits(self.laboratory.description), twin.period_s)
-        pace = RealTimePace(twin.period_s) if self.options.realtime else None
-        return Pilot(twin, actuators, envelope, self.recording, self.progress, pace)
+    @property
+    def laboratory(self) -> VirtualLaboratory:
+        """Machine and wearer."""
+        return self.preparation.laboratory
 
 
 def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str, Any]:
@@ -89,7 +86,7 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     person = ParticipantRun(
         options.files,
         laboratory.assembly(),
-        twin_identity(options.level, options.seed),
+        laboratory.serial,
         laboratory.body,
         datetime.now(UTC).replace(microsecond=0),
     )
@@ -98,8 +95,9 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     if taken is not None:
         settings["hashes"]["calibration"] = taken.whole.content_sha256
     with RecordingWriter(path, laboratory.description.joints, settings) as recording:
-        run = _Run(options, laboratory, recording, progress, taken, person)
-        t, tick_us = _phases(run, targets)
+        preparation = Preparation(laboratory, options.day, progress, recording, options.realtime)
+        run = _Run(options, preparation, recording, taken, person, targets)
+        t, tick_us = _phases(run)
         recording.write("/result", t, {**run.result, "simulated_s": round(t, 3)})
     progress("Writing the report", 0.0)
     from exograv.report.of_recording.recording_report import (
@@ -112,7 +110,7 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
         **run.result,
         **run.of_person,
         "donning": options.donning,
-        **_told_by(laboratory.wearer_model),
+        **_model_figures(laboratory.wearer_model),
         "tick_us": percentiles(tick_us),
         "wall_s": round(time.perf_counter() - start, 2),
         "simulated_s": round(t, 3),
@@ -121,13 +119,14 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     }
 
 
-def _told_by(model: WearerModel | None) -> dict[str, Any]:
-    """Whose arm was the truth, and what of its model is not used."""
+def _model_figures(model: WearerModel | None) -> dict[str, Any]:
+    """Title of the third party's model that was the truth, and notes on what of it is not used."""
     return {} if model is None else {"wearer_model": {"title": model.title, "notes": list(model.notes)}}
 
 
-def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
-    options, laboratory = run.options, run.laboratory
+def _phases(run: _Run) -> tuple[float, list[float]]:
+    """Fill the results; return the rig's clock at the end [s] and the time of each tick [µs]."""
+    options, laboratory, person = run.options, run.laboratory, run.person
     description = laboratory.description
     run.result.update(
         rig=description.name,
@@ -137,56 +136,45 @@ def _phases(run: _Run, targets: list[float]) -> tuple[float, list[float]]:
         seed=options.seed,
         joints=list(description.joints),
     )
-    machine, t = _stage_0(run)
-
-    assembly = run.person.assembly
-    table = table_guess(assembly, machine)
-    twin = Twin(description, laboratory.machine, laboratory.wearer, options.day, t0=t)
-    pilot = run.pilot(twin, machine.actuators)
-    controller = ArmController(assembly, machine, table, twin.period_s)
-    examination = Examination(laboratory, assembly, machine)
+    known = _known_machine(run)
+    worn = run.preparation.worn(known)
+    examination = worn.examination()
     scores: dict[float, Score] = {}
 
     def note(when: float, estimate: Estimate, predicted: np.ndarray | None, outcome: Outcome) -> None:
-        rows = parameter_rows(assembly, identifier.result.prior, estimate, laboratory.wearer)
+        rows = parameter_rows(known.assembly, identifier.result.prior, estimate, laboratory.wearer)
         shown = [{k: v for k, v in row.items() if k != "truth"} for row in rows]
         message = {"motion_s": estimate.t, "parameters": shown, "outcome": outcome.value}
         if predicted is not None:
             message["predicted_left_over_Nm"] = predicted
         run.recording.write("/estimate", when, message)
-        run.person.note(estimate, predicted)
+        person.note(estimate, predicted)
         scores[estimate.t] = score = examination.score(estimate.x)
         run.recording.write("/left_over", when, {"motion_s": estimate.t, "total": score.total, "arm": score.arm})
 
-    identifier = Identifier(
-        pilot, controller, machine, options.method, options.torque_source, note, run.person.belief(machine)
-    )
-    run.person.listen(identifier)
-    parts = motion_parts(
-        options.motion, assembly, machine, identifier.result.method, options.seconds, twin.period_s
-    )  # fmt: skip
-    found = identify_arm(pilot, controller, identifier, options.seconds, parts)
-    _record_identification(run, found, examination, table, scores, targets, assembly)
-    _record_person(run, found, machine, examination, targets)
+    identifier = worn.identifier(options.method, options.torque_source, note, person.belief(known.machine))
+    person.listen(identifier)
+    method = identifier.result.method
+    parts = motion_parts(options.motion, known.assembly, known.machine, method, options.seconds, worn.twin.period_s)
+    found = identify_arm(worn.pilot, worn.controller, identifier, options.seconds, parts)
+    _record_identification(run, found, known, examination, scores)
+    _record_person(run, found, known, examination)
     if not options.only_identify:
-        _float_and_weigh(run, pilot, controller, identifier.model, found, examination)
-    return twin.t, pilot.tick_us
+        _float_and_weigh(run, worn, identifier.model, found, examination)
+    return worn.twin.t, worn.pilot.tick_us
 
 
 def _stored_calibration(options: DemoOptions, laboratory: VirtualLaboratory) -> TakenCalibration | None:
     if options.calibration is None:
         return None
-    machine = twin_identity(options.level, options.seed)
-    return take_calibration(options.calibration, laboratory.description, machine, datetime.now(UTC))
+    return take_calibration(options.calibration, laboratory.description, laboratory.serial, datetime.now(UTC))
 
 
-def _stage_0(run: _Run) -> tuple[CalibratedMachine, float]:
-    """The calibrated machine and its clock: stored, and cold again, or calibrated now."""
+def _known_machine(run: _Run) -> ControllerKnowledge:
+    """The machine by its stored calibration, then cold again, or as calibrated now."""
     laboratory, taken = run.laboratory, run.taken
     if taken is None:
-        seed, lengths = run.options.day, laboratory.wearer.lengths_given
-        empty = EmptyTwin(laboratory.description, laboratory.machine, seed, lengths)
-        calibration, t = empty.calibrate(run.pilot)
+        calibration, t = run.preparation.calibrate()
         run.result["calibration_used"] = {"source": "measured at the start of this run"}
     else:
         calibration, t = taken.whole.calibration(), 0.0
@@ -195,18 +183,17 @@ def _stage_0(run: _Run) -> tuple[CalibratedMachine, float]:
             run.recording.write("/event", t, {"kind": "warning", "text": taken.warning})
     joints = laboratory.description.joints
     run.result["calibration"] = calibration_rows(calibration.machine, laboratory.machine, t, joints)
-    return calibration.machine, t
+    return run.preparation.known(calibration, t, run.person.assembly)
 
 
 def _record_identification(
     run: _Run,
     found: Identification,
+    known: ControllerKnowledge,
     examination: Examination,
-    table: np.ndarray,
     scores: dict[float, Score],
-    targets: list[float],
-    assembly: Any,
 ) -> None:
+    table, assembly = known.x, known.assembly
     by_table, identified = examination.score(table), scores[found.last.t]
     run.result["left_over_rms_Nm"] = {
         "total": {
@@ -219,34 +206,28 @@ def _record_identification(
     stop = "The motion ran its full time."
     if found.stop_s is not None:
         stop = f"The stop rule would have ended the motion after {found.stop_s:.0f} s."
-    doubted = examination.posterior_torque(found.last)
+    possible = examination.posterior_torque(found.last)
     run.result["identification"] = {
         **({"rest_s": round(found.method.rest_s, 3)} if isinstance(found.method, RestingMethod) else {}),
         "motion_s": round(found.last.t, 3),
-        "time_to_target_s": time_to_target(scores, targets),
+        "time_to_target_s": time_to_target(scores, run.targets),
         "stop": stop,
         "outcome": found.outcome.value,
         "why": found.why,
         "restless_s": found.restless_s and round(found.restless_s, 2),
     }
     run.result["identifiability"] = identifiability_rows(assembly, found.prior_covariance, found.last)
-    run.result["possible_left_over_Nm"] = doubted and {
-        "median": rounded(doubted.median),
-        "p95": rounded(doubted.p95),
+    run.result["possible_left_over_Nm"] = possible and {
+        "median": rounded(possible.median),
+        "p95": rounded(possible.p95),
     }
     run.result["parameters"] = parameter_rows(assembly, found.prior, found.last, run.laboratory.wearer)
 
 
-def _record_person(
-    run: _Run,
-    found: Identification,
-    machine: CalibratedMachine,
-    examination: Examination,
-    targets: list[float],
-) -> None:
-    """What the participant's file did and what it holds now; the examiner's view is shown and never kept in it."""
+def _record_person(run: _Run, found: Identification, known: ControllerKnowledge, examination: Examination) -> None:
+    """Note the effect of the participant's file and its new content. The file holds nothing of the examiner's."""
     calibration = "" if run.taken is None else run.taken.whole.content_sha256
-    kept = run.person.keep(found, machine, run.options.motion, calibration)
+    kept = run.person.keep(found, known.machine, run.options.motion, calibration)
     if kept is not None:
         run.of_person["participant_kept"] = kept
     returning = run.person.returning
@@ -255,19 +236,15 @@ def _record_person(
         run.of_person["participant"] = returning.figures | {
             "examiner": {
                 "from_file_s": run.result["identification"]["time_to_target_s"],
-                "cold_s": time_to_target(cold, targets),
+                "cold_s": time_to_target(cold, run.targets),
             }
         }
 
 
 def _float_and_weigh(
-    run: _Run,
-    pilot: Pilot,
-    controller: ArmController,
-    model: ArmModel,
-    found: Identification,
-    examination: Examination,
+    run: _Run, worn: WornTwin, model: ArmModel, found: Identification, examination: Examination
 ) -> None:
+    pilot, controller = worn.pilot, worn.controller
     options, description = run.options, run.laboratory.description
     lower, upper = description.workspace
     posture = 0.5 * (lower + upper)
@@ -281,8 +258,7 @@ def _float_and_weigh(
     pilot.begin("weigh")
 
     def hang(loaded: bool) -> None:
-        if isinstance(pilot.rig, Twin):
-            pilot.rig.hang("hand", mass if loaded else 0.0)
+        worn.twin.hang("hand", mass if loaded else 0.0)
 
     weighing: Weighing = weigh(pilot, controller, model, found.last, hang)
     with_weight = found.last.x.copy()

@@ -21,7 +21,6 @@ from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.drives.simulated.bench import FrontEnd, SimulatedBench
 from exograv.rig.drives.simulated.plant import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin, draw_machine
-from exograv.rig.twin.behaviour.own_arm import OwnArm
 from exograv.runtime.clock.realtime import realtime
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
 
@@ -146,9 +145,9 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
         twin = Twin(description, machine, None, options.seed, starting_posture(read_exoskeleton(description)))
         return Plant(twin, drives, wiring)
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
-    twin = Twin(description, laboratory.machine, laboratory.wearer, options.seed)
+    twin = laboratory.twin(options.seed)
     plant = Plant(twin, drives, wiring)
-    grip = Grip(twin, OwnArm(description, laboratory.machine, laboratory.wearer))
+    grip = Grip(twin, laboratory.own_arm())
     is_told = False
 
     def hold() -> None:

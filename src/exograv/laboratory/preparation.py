@@ -1,88 +1,188 @@
-"""All that has to happen before a wearer is weightless: the empty machine calibrated, the arm in it identified."""
+"""Steps from a drawn laboratory to an identified arm: calibrated machine, worn twin, identified arm.
 
-from dataclasses import replace
+Each step can be taken alone. The seeds of a run are those of its `Preparation`; no step draws anything of its own.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from exograv.dynamics.actuator import ActuatorGain
-from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.calibration.empty_machine import Calibration
-from exograv.loop.arm_controller import ArmController
-from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Pilot, Progress
-from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
-from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.identification.identify import Identifier, identify_arm
-from exograv.procedures.identification.method_names import MethodName
-from exograv.rig.twin import Twin
-from exograv.safety.envelope import Envelope
-from exograv.storage.calibration_file import take_calibration, twin_identity
+import numpy as np
 
-from .twin_calibration import EmptyTwin
+from exograv.dynamics.actuator import ActuatorGain
+from exograv.dynamics.parameters import Parameters
+from exograv.errors import RigError
+from exograv.identification.calibration.empty_machine import Calibration
+from exograv.identification.core.interface import Estimate, Outcome
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.person_limits_manager import PersonLimitsManager
+from exograv.loop.pilot import Pilot, Progress
+from exograv.model.assembly import Assembly
+from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
+from exograv.procedures.identification.estimator_session import Belief, Identification, table_guess
+from exograv.procedures.identification.identify import Identifier, identify_arm
+from exograv.procedures.identification.method_names import MethodName, TorqueSourceName
+from exograv.procedures.self_test.bench import TestedMachine
+from exograv.recording import RecordingWriter
+from exograv.rig.twin import Twin
+from exograv.rig.twin.world.surroundings import Surroundings
+from exograv.storage.calibration_file import take_calibration
+
+from .truth_score import Examination, Postures
+from .twin_calibration import EmptyTwin, PilotOf, pilots
 from .virtual_laboratory import VirtualLaboratory
+
+EstimateListener = Callable[[float, Estimate, np.ndarray | None, Outcome], None]
+"""Receives once a second: rig time [s], estimate, predicted residual torque [N·m], verdict of the stop rule."""
+
+
+def no_progress(_text: str, _share: float) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True)
+class WornTwin:
+    """The machine with its wearer in it, flown by what the controller knows of both."""
+
+    laboratory: VirtualLaboratory
+    known: ControllerKnowledge
+    twin: Twin
+    pilot: Pilot
+    controller: ArmController
+
+    def identifier(
+        self,
+        method: MethodName = "recursive",
+        torque_source: TorqueSourceName = "current",
+        listener: EstimateListener = lambda *_: None,
+        belief: Belief | None = None,
+    ) -> Identifier:
+        """Make the estimator of this arm; it starts from the table where no `belief` is given."""
+        return Identifier(self.pilot, self.controller, self.known.machine, method, torque_source, listener, belief)
+
+    def identify(self, identifier: Identifier, seconds: float = MOTION_S) -> Identification:
+        """Move the relaxed arm by the machine's own motion and identify it.
+
+        Raises:
+            RigError: The envelope stopped the run.
+        """
+        return identify_arm(self.pilot, self.controller, identifier, seconds)
+
+    def limit_to_person(self, expected: Parameters | None = None) -> None:
+        """Give the guard the limits of the arm as known; `expected` parameters count until then, the same if absent."""
+        known, start = self.known, self.known.x if expected is None else expected
+        self.pilot.worn = PersonLimitsManager(self.pilot.envelope, known.assembly, known.machine, start)
+        self.pilot.worn.know(known.x)
+
+    def examination(self, postures: Postures | None = None) -> Examination:
+        """Make the examiner that scores estimates on the twin's truth."""
+        return Examination(self.laboratory, self.known.assembly, self.known.machine, postures)
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """One run on the twin, step by step."""
+
+    laboratory: VirtualLaboratory
+    seed: int
+    """Draws noise and muscles of the run."""
+    progress: Progress = no_progress
+    recording: RecordingWriter | None = None
+    is_realtime: bool = False
+    """True to keep the pace of the wall clock."""
+
+    @property
+    def pilot_of(self) -> PilotOf:
+        """Function that makes the pilot of a twin whose motors have given gains."""
+        return pilots(self.laboratory.description, self.progress, self.recording, self.is_realtime)
+
+    def calibrated(self, file: Path | None = None, assembly: Assembly | None = None) -> ControllerKnowledge:
+        """Know the machine by its stored calibration, or calibrate it now where no `file` is given.
+
+        Args:
+            file: Of the machine's calibration.
+            assembly: Machine and arm as told to the software; with the wearer's own body data where absent.
+
+        Raises:
+            ConfigError: The file is damaged, foreign or stale.
+            ExogravError: The machine or the run was refused.
+        """
+        if file is None:
+            return self.known(*self.calibrate(), assembly)
+        laboratory = self.laboratory
+        taken = take_calibration(file, laboratory.description, laboratory.serial, datetime.now(UTC))
+        return self.known(taken.whole.calibration(), 0.0, assembly)
+
+    def calibrate(self) -> tuple[Calibration, float]:
+        """Calibrate the empty machine from cold; return the result and the rig's clock at the end [s].
+
+        Raises:
+            ExogravError: The machine or the run was refused.
+        """
+        return self._empty.calibrate(self.pilot_of)
+
+    def under_test(self, known: ControllerKnowledge) -> TestedMachine:
+        """Return the empty machine for its self-test.
+
+        Raises:
+            RigError: The machine was not calibrated.
+        """
+        if known.calibration is None:
+            raise RigError("The machine was not calibrated, so there is nothing to test it by. Calibrate it first.")
+        return self._empty.under_test(known.calibration)
+
+    @property
+    def _empty(self) -> EmptyTwin:
+        laboratory = self.laboratory
+        return EmptyTwin(laboratory.description, laboratory.machine, self.seed, laboratory.wearer.lengths_given)
+
+    def known(self, calibration: Calibration, t: float, assembly: Assembly | None = None) -> ControllerKnowledge:
+        """Know the machine by this calibration at rig time `t` [s], and of the arm what the table says."""
+        assembly, machine = assembly or self.laboratory.assembly(), calibration.machine
+        return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), t, calibration)
+
+    def worn(self, known: ControllerKnowledge, surroundings: Surroundings | None = None) -> WornTwin:
+        """Put the wearer into the machine, at the rig time of what is known."""
+        return worn_twin(self.laboratory, known, self.seed, self.pilot_of, surroundings)
+
+    def identified(self, method: MethodName = "recursive") -> ControllerKnowledge:
+        """Calibrate the machine now and identify the arm in it.
+
+        Raises:
+            ExogravError: The machine, the wearer or the run was refused.
+        """
+        known = self.calibrated()
+        worn = self.worn(known)
+        found = worn.identify(worn.identifier(method))
+        return replace(known, x=found.last.x, t=worn.twin.t)
 
 
 def prepare(
     laboratory: VirtualLaboratory, seed: int, progress: Progress, method: MethodName = "recursive"
 ) -> ControllerKnowledge:
-    """Calibrate and identify one machine and its wearer, by this method.
+    """Calibrate a machine and identify its wearer's arm by this method.
 
     Raises:
         ExogravError: The machine, the wearer or the run was refused.
     """
-    known = prepare_machine(laboratory, seed, progress)
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=known.t)
-    pilot = pilot_of(twin, known.machine.actuators, laboratory, progress)
+    return Preparation(laboratory, seed, progress).identified(method)
+
+
+def unit_gains(joints: int) -> ActuatorGain:
+    """Gains of a machine whose motors give no torque: one newton metre per ampere."""
+    return ActuatorGain(np.ones(joints), np.zeros(joints))
+
+
+def worn_twin(
+    laboratory: VirtualLaboratory,
+    known: ControllerKnowledge,
+    seed: int,
+    pilot_of: PilotOf,
+    surroundings: Surroundings | None = None,
+) -> WornTwin:
+    """Put the wearer into the machine, flown by a pilot of this kind; `seed` draws noise and muscles."""
+    twin = laboratory.twin(seed, known.t, surroundings=surroundings)
+    pilot = pilot_of(twin, known.machine.actuators)
     controller = ArmController(known.assembly, known.machine, known.x, twin.period_s)
-    identifier = Identifier(pilot, controller, known.machine, method, "current", lambda *_found: None)
-    found = identify_arm(pilot, controller, identifier, MOTION_S)
-    return replace(known, x=found.last.x, t=twin.t)
-
-
-def prepare_machine(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> ControllerKnowledge:
-    """Calibrate the machine; of its wearer only what the table says is known.
-
-    Raises:
-        ExogravError: The machine, the wearer or the run was refused.
-    """
-    calibration, t = _calibrated(laboratory, seed, progress)
-    assembly, machine = laboratory.assembly(), calibration.machine
-    return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), t, calibration)
-
-
-def machine_of(
-    laboratory: VirtualLaboratory, level: int, seed: int, file: Path | None, progress: Progress
-) -> tuple[CalibratedMachine, float]:
-    """The machine by its stored calibration where there is a file, calibrated now without; and its clock then [s].
-
-    Raises:
-        ConfigError: The file is damaged, foreign or stale.
-        ExogravError: The machine or the run was refused.
-    """
-    calibration, t = calibration_of(laboratory, level, seed, file, progress)
-    return calibration.machine, t
-
-
-def calibration_of(
-    laboratory: VirtualLaboratory, level: int, seed: int, file: Path | None, progress: Progress
-) -> tuple[Calibration, float]:
-    """The same with all that a calibration says."""
-    if file is None:
-        return _calibrated(laboratory, seed, progress)
-    taken = take_calibration(file, laboratory.description, twin_identity(level, seed), datetime.now(UTC))
-    return taken.whole.calibration(), 0.0
-
-
-def pilot_of(twin: Twin, actuators: ActuatorGain, laboratory: VirtualLaboratory, progress: Progress) -> Pilot:
-    """Flies the twin without a recording."""
-    return Pilot(twin, actuators, Envelope(limits(laboratory.description), twin.period_s), progress=progress)
-
-
-def _calibrated(laboratory: VirtualLaboratory, seed: int, progress: Progress) -> tuple[Calibration, float]:
-    """The empty machine, and its clock when it is known."""
-
-    def pilot(twin: Twin, actuators: ActuatorGain) -> Pilot:
-        return pilot_of(twin, actuators, laboratory, progress)
-
-    empty = EmptyTwin(laboratory.description, laboratory.machine, seed, laboratory.wearer.lengths_given)
-    return empty.calibrate(pilot)
+    return WornTwin(laboratory, known, twin, pilot, controller)

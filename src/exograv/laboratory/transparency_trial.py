@@ -1,24 +1,23 @@
-"""One machine with one wearer: prepared once, then the same movement in six conditions."""
+"""Muscle effort of one machine with one wearer: prepared once, then the same movement in six conditions."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Controller, Progress
 from exograv.model.description import RigDescription
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
-from exograv.rig.twin.behaviour.own_arm import OwnArm, out_of_the_machine, weightless, worn_inertia
+from exograv.rig.twin import Disturbances
+from exograv.rig.twin.behaviour.own_arm import out_of_the_machine, weightless
 
 from .conditions import NoTorque, leave_the_arm, switch_off
 from .effort import Effort, Note, Performer, UsedTo
 from .ideal_from_truth import prepared_by_truth
 from .movements import WantedMovement
-from .preparation import pilot_of, prepare
-from .virtual_laboratory import VirtualLaboratory
+from .preparation import Preparation, prepare
+from .virtual_laboratory import VirtualLaboratory, laboratory_at
 
 CONDITIONS: Mapping[str, str] = {
     "uncompensated": "motors off",
@@ -47,12 +46,7 @@ class TransparencyTrial:
     def laboratory(self, *off: str) -> VirtualLaboratory:
         """Without the disturbances that are switched off; all others are as they were."""
         disturbances = Disturbances.at_level(self.level).without(*off)
-        side, kind = self.description.side, self.description.settings.wearer.arm
-        return VirtualLaboratory(
-            self.description,
-            draw_machine(self.description, disturbances, self.seed),
-            draw_wearer(disturbances, self.seed, side, kind=kind),
-        )
+        return laboratory_at(self.description, disturbances, self.seed, self.seed)
 
 
 def run_trial(trial: TransparencyTrial, movement: WantedMovement, progress: Progress) -> dict[str, Effort]:
@@ -81,34 +75,28 @@ def _effort(
     laboratory = trial.laboratory(*UNREST, *(FRICTION if condition == "dam_ideal_no_friction" else ()))
     if condition.startswith("dam_ideal"):
         known = prepared_by_truth(laboratory, known.t)
-    description, machine, wearer = laboratory.description, laboratory.machine, laboratory.wearer
-    twin = Twin(description, machine, wearer, trial.seed, t0=known.t)
-    pilot = pilot_of(twin, known.machine.actuators, laboratory, _silent)
-    used_to = UsedTo(OwnArm(description, machine, wearer), worn_inertia(description, machine, wearer))
-    performer = Performer(pilot, twin, used_to, movement, note)
-    carrying = ArmController(known.assembly, known.machine, known.x, twin.period_s)
+    worn = Preparation(laboratory, trial.seed).worn(known)
+    used_to = UsedTo(laboratory.own_arm(), laboratory.worn_inertia())
+    performer = Performer(worn.pilot, worn.twin, used_to, movement, note)
+    carrying, dt = worn.controller, worn.twin.period_s
     performer.go_to_start(carrying)
     controller: Controller = carrying
     if condition == "gcm":
-        controller = leave_the_arm(performer, carrying, twin.period_s)
+        controller = leave_the_arm(performer, carrying, dt)
     elif condition == "uncompensated":
-        controller = switch_off(performer, carrying, twin.period_s)
+        controller = switch_off(performer, carrying, dt)
     return performer.perform(controller, 0.0 if condition.startswith("dam") else 1.0)
 
 
 def _effort_alone(trial: TransparencyTrial, movement: WantedMovement, t: float, note: Note) -> Effort:
-    """As in the aircraft: nothing weighs, and the machine is not worn."""
-    laboratory = trial.laboratory(*UNREST)
-    description, machine, wearer = laboratory.description, laboratory.machine, laboratory.wearer
-    twin = Twin(description, weightless(machine), out_of_the_machine(wearer), trial.seed, t0=t)
-    actuators = ActuatorGain(description.nominal_gain, description.nominal_gain)  # no current will flow
-    pilot, controller = pilot_of(twin, actuators, laboratory, _silent), NoTorque(len(twin.joints))
-    own = OwnArm(description, machine, wearer)
+    """Measure the movement as in the aircraft: nothing weighs, and the machine is not worn."""
+    worn = trial.laboratory(*UNREST)
+    machine, wearer = weightless(worn.machine), out_of_the_machine(worn.wearer)
+    alone = Preparation(replace(worn, machine=machine, wearer=wearer), trial.seed)
+    twin, nominal = alone.laboratory.twin(trial.seed, t), trial.description.nominal_gain
+    # No current will flow.
+    pilot, controller = alone.pilot_of(twin, ActuatorGain(nominal, nominal)), NoTorque(len(twin.joints))
     n = movement.path.q.shape[1]
-    performer = Performer(pilot, twin, UsedTo(own, np.zeros((n, n))), movement, note)
+    performer = Performer(pilot, twin, UsedTo(worn.own_arm(), np.zeros((n, n))), movement, note)
     performer.go_to_start(controller)
     return performer.perform(controller, 0.0)
-
-
-def _silent(_text: str, _share: float) -> None:
-    """Progress is told by repetitions."""

@@ -1,9 +1,13 @@
-"""A virtual person in a virtual machine, and what the software is told about both."""
+"""A virtual wearer in a virtual machine, and the data about both that the controller receives."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Float
+
 from exograv.errors import ConfigError
+from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, Side, load_rig
@@ -12,6 +16,7 @@ from exograv.model.wearer_form import WearerForm
 from exograv.rig.twin import (
     Disturbances,
     Machine,
+    Twin,
     Wearer,
     WearerModel,
     donned_again,
@@ -19,21 +24,26 @@ from exograv.rig.twin import (
     draw_wearer,
     read_wearer_model,
 )
+from exograv.rig.twin.behaviour.own_arm import OwnArm, worn_inertia
+from exograv.rig.twin.world.surroundings import Surroundings
+from exograv.storage.calibration_file import twin_identity
 
 
 @dataclass(frozen=True)
 class VirtualLaboratory:
-    """One machine and one wearer, drawn from a seed; only the twin and its examiner look inside."""
+    """One machine and one wearer, drawn from a seed. Only the twin and its examiner may read their truth."""
 
     description: RigDescription
     machine: Machine
     wearer: Wearer
     wearer_model: WearerModel | None = None
-    """Whose arm it is where a third party's model is the truth."""
+    """Third party's model of the arm, where that is the truth."""
+    serial: str = ""
+    """Serial number of the machine, by which its stored calibration is known."""
 
     @property
     def body(self) -> Body:
-        """What somebody with a scale and a tape tells the software."""
+        """Body data as an operator measures them with a scale and a tape."""
         told = self.wearer.body
         return Body(told.height, told.mass, told.sex, dict(self.wearer.lengths_given))
 
@@ -43,8 +53,44 @@ class VirtualLaboratory:
         return WearerForm(self.body, dict(self.wearer.lengths_given))
 
     def assembly(self) -> Assembly:
-        """The machine with the arm of the table in it."""
+        """The machine with the arm of the anthropometric table in it."""
         return assemble(self.description, self.body)
+
+    def twin(
+        self,
+        seed: int,
+        t0: float = 0.0,
+        start_posture: Float[np.ndarray, " joint"] | None = None,
+        surroundings: Surroundings | None = None,
+    ) -> Twin:
+        """Put the wearer into the machine.
+
+        Args:
+            seed: Draws the run: noise and muscles.
+            t0: Time on the rig's clock [s].
+            start_posture: Of the machine's joints [rad]; the donning posture where absent.
+            surroundings: Objects that the hand can touch; an empty room where absent.
+        """
+        return Twin(self.description, self.machine, self.wearer, seed, start_posture, t0, surroundings=surroundings)
+
+    def own_arm(self) -> OwnArm:
+        """The wearer's knowledge of the own arm."""
+        return OwnArm(self.description, self.machine, self.wearer)
+
+    def worn_inertia(self) -> Float[np.ndarray, "arm arm"]:
+        """Inertia of the machine about the arm's freedoms [kg·m²]."""
+        return worn_inertia(self.description, self.machine, self.wearer)
+
+
+def driven_laboratory(rig: str, side: Side | None, level: int, seed: int) -> VirtualLaboratory:
+    """Draw machine and wearer of this seed; a machine with joints that have no motor is rejected.
+
+    Raises:
+        ConfigError: The machine cannot be read, or has joints without a motor.
+    """
+    laboratory = draw_laboratory(rig, side, level, seed)
+    refuse_motorless(laboratory.description)
+    return laboratory
 
 
 def draw_laboratory(
@@ -56,7 +102,7 @@ def draw_laboratory(
     wearer_map: str | None = None,
     donning: int = 0,
 ) -> VirtualLaboratory:
-    """Machine and wearer of this seed, at a disturbance level of 0 to 4.
+    """Draw machine and wearer of this seed, at a disturbance level of 0 to 4.
 
     Args:
         rig: Name or folder of the machine.
@@ -64,25 +110,41 @@ def draw_laboratory(
         level: Of all disturbances.
         seed: Draws machine and wearer.
         wearer_model: MJCF or URDF of an arm that is the truth in place of a drawn one (docs/wearer_models.md).
-        wearer_map: What its bodies and joints are.
+        wearer_map: Assignment of the model's bodies and joints.
         donning: Number of the day on which this wearer is in this machine, 0 the first.
 
     Raises:
         ConfigError: A file cannot be read or used, or one of model and map is missing.
         ModelError: The model is no arm that the machine moves.
     """
-    description = load_rig(rig, side)
-    disturbances = Disturbances.at_level(level)
-    machine = draw_machine(description, disturbances, seed)
-    if wearer_model is None and wearer_map is None:
-        wearer = draw_wearer(disturbances, seed, description.side, kind=description.settings.wearer.arm)
-        return VirtualLaboratory(description, machine, donned_again(wearer, disturbances, seed, donning))
-    if wearer_model is None or wearer_map is None:
+    description, disturbances = load_rig(rig, side), Disturbances.at_level(level)
+    foreign = None
+    if wearer_model is not None and wearer_map is not None:
+        foreign = read_wearer_model(Path(wearer_model), Path(wearer_map), description)
+    elif wearer_model is not None or wearer_map is not None:
         missing = "--wearer-model" if wearer_model is None else "--wearer-map"
         raise ConfigError(f"{missing} is missing: a wearer's model and its map go together (docs/wearer_models.md).")
-    foreign = read_wearer_model(Path(wearer_model), Path(wearer_map), description)
-    wearer = draw_wearer(disturbances, seed, foreign.skeleton.side, foreign.body, skeleton=foreign.skeleton)
-    return VirtualLaboratory(description, machine, donned_again(wearer, disturbances, seed, donning), foreign)
+    drawn = laboratory_at(description, disturbances, seed, seed, foreign)
+    wearer = donned_again(drawn.wearer, disturbances, seed, donning)
+    return VirtualLaboratory(description, drawn.machine, wearer, foreign, twin_identity(level, seed))
+
+
+def laboratory_at(
+    description: RigDescription,
+    disturbances: Disturbances,
+    machine_seed: int,
+    wearer_seed: int,
+    foreign: WearerModel | None = None,
+) -> VirtualLaboratory:
+    """Draw a machine and a wearer with these disturbances; the wearer's arm is a `foreign` model's if one is given."""
+    machine = draw_machine(description, disturbances, machine_seed)
+    if foreign is None:
+        kind = description.settings.wearer.arm
+        wearer = draw_wearer(disturbances, wearer_seed, description.side, kind=kind)
+    else:
+        skeleton = foreign.skeleton
+        wearer = draw_wearer(disturbances, wearer_seed, skeleton.side, foreign.body, skeleton=skeleton)
+    return VirtualLaboratory(description, machine, wearer, foreign)
 
 
 PASSIVE_RIG, ACTIVE_RIG = "recupera_like_passive", "recupera_like"

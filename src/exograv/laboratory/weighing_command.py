@@ -10,16 +10,12 @@ import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
-from exograv.loop.arm_controller import ArmController
-from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
 from exograv.model.arm import WeightPlace
 from exograv.model.description import Side
 from exograv.model.support import assemble
 from exograv.procedures.identification.controller_knowledge import MOTION_S
-from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.known_weight import HEAVIEST_KG, weigh
@@ -29,8 +25,8 @@ from exograv.rig.twin import Twin
 from exograv.rig.twin.wearer.parameter_truth import parameter_truth
 from exograv.storage.self_test_pass import NOT_NEEDED
 
-from .preparation import machine_of, pilot_of
-from .virtual_laboratory import VirtualLaboratory, draw_laboratory
+from .preparation import Preparation
+from .virtual_laboratory import VirtualLaboratory, driven_laboratory
 
 DRAWN_KG = (0.5, 1.0, 1.5, 2.0)
 RESTLESS_TEXT = "The person does not relax: the form cannot be checked. Ask the person to let go, then repeat."
@@ -93,8 +89,7 @@ def run_weighing(options: WeighOptions, progress: Progress) -> dict[str, Any]:
         RigError: The envelope stopped the run, or the machine cannot carry a weight.
     """
     start = time.perf_counter()
-    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
-    refuse_motorless(laboratory.description)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
     own = laboratory.body
     typed = own.mass_kg if options.body_mass_kg is None else options.body_mass_kg
     found, t = _Found(), 0.0
@@ -111,20 +106,18 @@ def run_weighing(options: WeighOptions, progress: Progress) -> dict[str, Any]:
 def _weigh_all(
     options: WeighOptions, laboratory: VirtualLaboratory, body: Body, found: _Found, progress: Progress
 ) -> float:
-    """Fills `found`; returns the rig's clock at the end [s]."""
-    machine, t = machine_of(laboratory, options.level, options.seed, options.calibration, progress)
-    assembly = assemble(laboratory.description, body)
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, options.seed, t0=t)
-    pilot = pilot_of(twin, machine.actuators, laboratory, progress)
-    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
-    model = ArmModel(assembly, machine)
+    """Fill `found`; return the rig's clock at the end [s]."""
+    preparation = Preparation(laboratory, options.seed, progress)
+    worn = preparation.worn(preparation.calibrated(options.calibration, assemble(laboratory.description, body)))
+    twin, pilot, controller = worn.twin, worn.pilot, worn.controller
+    model = ArmModel(worn.known.assembly, worn.known.machine)
     judge, gentle = ArmJudge(model), first_motion(pilot, controller, model)
     found.check = judge.judge([gentle], body.mass_kg)
     if is_enough(found.check, wants_weights=bool(options.weights)):
         return twin.t
-    identifier, kept = Identifier(pilot, controller, machine, "recursive", "current", lambda *_found: None), Kept()
+    identifier, kept = worn.identifier(), Kept()
     identifier.followers.append(kept)
-    identified = identify_arm(pilot, controller, identifier, MOTION_S)
+    identified = worn.identify(identifier)
     arm, found.identified_s = identified.last, MOTION_S
     both = judge.judge([gentle, kept.samples], body.mass_kg)
     found.check = in_doubt_not_refused(both, identified.restless_s is not None)

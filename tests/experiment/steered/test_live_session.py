@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.console.nominal_console import nominal_knowledge
 
 from exograv.cli.recordings.replaying import ReplayOptions, run_replay
-from exograv.experiment.steered import prepared_machine as place
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.requests import ACT, Answer
 from exograv.experiment.steered.session_controller import SteeredDesk
+from exograv.laboratory.preparation import Preparation
 from exograv.loop.replay.what_if import Instead
-from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.recording import read_recording
 from exograv.runtime.control_loop.exchange import STOP_PRESSED
@@ -74,11 +74,7 @@ class Operator:
 @pytest.fixture
 def operator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Operator]:
     """The machine is taken to be as its files say: what is looked at is who may do what, and when."""
-
-    def nominal(laboratory, *_) -> tuple:
-        return nominal_machine(laboratory.description, laboratory.assembly().exo.phi), 0.0
-
-    monkeypatch.setattr(place, "machine_of", nominal)
+    monkeypatch.setattr(Preparation, "calibrated", nominal_knowledge)
     options = SteeredOptions(level=1, seed=1001, identify_s=10.0, session_s=600.0, participants=tmp_path / "people")
     desk = SteeredDesk(LiveFlight(options, tmp_path))
     yield Operator(desk)

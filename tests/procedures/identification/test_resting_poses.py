@@ -6,7 +6,7 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.identification.core.interface import Rest
-from exograv.laboratory.preparation import pilot_of
+from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Pilot
@@ -37,7 +37,7 @@ def rested(description: RigDescription) -> tuple[Rest, VirtualLaboratory, Pilot]
     assembly = laboratory.assembly()
     machine = nominal_machine(description, assembly.exo.phi)
     twin = Twin(description, laboratory.machine, laboratory.wearer, 3)
-    pilot = pilot_of(twin, machine.actuators, laboratory, lambda _text, _share: None)
+    pilot = Preparation(laboratory, 3).pilot_of(twin, machine.actuators)
     controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
     controller.mode.drive = 1.0
     return take_rests(pilot, controller, POSTURE[None, :])[0], laboratory, pilot

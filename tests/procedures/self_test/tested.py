@@ -13,7 +13,7 @@ import numpy as np
 from exograv.dynamics.loop_torque import GRAVITY
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
-from exograv.laboratory.twin_calibration import virtual_subject
+from exograv.laboratory.twin_calibration import EmptyTwin
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.model.description import load_rig
 from exograv.procedures.self_test.unworn import test_machine as tested
@@ -59,7 +59,7 @@ def verdict(fault: str, joint: int, rig: str = "recupera_like") -> dict[str, Any
     calibration, lengths = calibrated(rig)
     if fault != "nothing":
         machine = HIDDEN[fault].machine(machine, joint)
-    subject = virtual_subject(description, machine, calibration, lengths, SEED)
+    subject = EmptyTwin(description, machine, SEED, lengths).under_test(calibration)
     if fault != "nothing":
         driver = HIDDEN[fault].driver(subject.rig, joint, description.nominal_gain)
         subject = replace(subject, rig=driver, press=driver.press)

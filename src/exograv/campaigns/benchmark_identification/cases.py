@@ -7,9 +7,9 @@ from types import MappingProxyType
 from typing import Literal
 
 from exograv.errors import ConfigError
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, laboratory_at
 from exograv.model.description import RigDescription, load_rig
-from exograv.rig.twin import Disturbances, WearerModel, draw_machine, draw_wearer, read_wearer_model
+from exograv.rig.twin import Disturbances, WearerModel, read_wearer_model
 from exograv.rig.twin.disturbances.levels import MACHINE
 
 ProfileName = Literal["harmonic", "qdd"]
@@ -84,16 +84,9 @@ class Case:
             ConfigError: A third party's arm is not there.
             ModelError: It cannot be used.
         """
-        description, disturbances = self.description, self.disturbances
-        machine = draw_machine(description, disturbances, self.machine_seed)
-        if self.arm == "drawn":
-            kind = description.settings.wearer.arm
-            wearer = draw_wearer(disturbances, self.wearer_seed, description.side, kind=kind)
-            return VirtualLaboratory(description, machine, wearer)
-        foreign = _foreign_arm(self.arm, description)
-        side, skeleton = foreign.skeleton.side, foreign.skeleton
-        wearer = draw_wearer(disturbances, self.wearer_seed, side, foreign.body, skeleton=skeleton)
-        return VirtualLaboratory(description, machine, wearer, foreign)
+        description = self.description
+        foreign = None if self.arm == "drawn" else _foreign_arm(self.arm, description)
+        return laboratory_at(description, self.disturbances, self.machine_seed, self.wearer_seed, foreign)
 
 
 def population(

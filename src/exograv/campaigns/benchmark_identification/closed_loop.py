@@ -3,15 +3,11 @@
 import numpy as np
 
 from exograv.identification.core.interface import Estimate
-from exograv.laboratory.preparation import pilot_of
-from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Progress
-from exograv.procedures.identification.estimator_session import table_guess
-from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.method_names import MethodName
 
 from .stream_replay import MethodTrace
-from .streams import Calibrated, worn_twin
+from .streams import Calibrated
 from .subject import BenchmarkSubject, StopVerdict
 
 
@@ -23,15 +19,10 @@ def fly(
     Raises:
         ExogravError: The run was stopped.
     """
-    assembly, machine = subject.assembly, subject.machine
-    twin = worn_twin(subject.case, subject.laboratory, calibrated)
-    pilot = pilot_of(twin, machine.actuators, subject.laboratory, progress)
-    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
+    worn = calibrated.worn(subject.case, subject.laboratory, progress)
     estimates: list[Estimate] = []
-    identifier = Identifier(
-        pilot, controller, machine, name, "current", lambda _t, estimate, *_: estimates.append(estimate)
-    )
-    found = identify_arm(pilot, controller, identifier, seconds)
+    identifier = worn.identifier(name, listener=lambda _t, estimate, *_: estimates.append(estimate))
+    found = worn.identify(identifier, seconds)
     # The loop's work is not timed here: the replay did that, with nothing else between the samples.
     return MethodTrace(estimates, np.empty(0), 0.0, np.empty(0), 0.0), StopVerdict(
         found.outcome, found.stop_s, found.restless_s

@@ -3,14 +3,11 @@
 from dataclasses import replace
 
 from exograv.identification.core.interface import Estimate, Method, RestingMethod
-from exograv.laboratory.preparation import pilot_of
-from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Progress
-from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.resting_poses import rest_first
 
 from .stream_replay import NOTE_S
-from .streams import MOTION_S, Calibrated, worn_twin
+from .streams import MOTION_S, Calibrated
 from .subject import BenchmarkSubject
 
 
@@ -26,11 +23,8 @@ def rested(method: Method, subject: BenchmarkSubject, calibrated: Calibrated, pr
     if not isinstance(method, RestingMethod):
         return []
     before = method.estimate()
-    assembly, machine = subject.assembly, subject.machine
-    twin = worn_twin(subject.case, subject.laboratory, calibrated)
-    pilot = pilot_of(twin, machine.actuators, subject.laboratory, progress)
-    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
-    controller.mode.drive = 1.0
-    rest_first(pilot, controller, method)
+    worn = calibrated.worn(subject.case, subject.laboratory, progress)
+    worn.controller.mode.drive = 1.0
+    rest_first(worn.pilot, worn.controller, method)
     seconds = range(1, int(min(method.rest_s, MOTION_S) / NOTE_S) + 1)
     return [replace(before, t=NOTE_S * second) for second in seconds]

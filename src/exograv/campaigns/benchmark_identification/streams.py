@@ -7,21 +7,17 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import motion
-from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
+from exograv.identification.calibration.empty_machine import Calibration
 from exograv.identification.core.interface import RequestedMotion, Sample
 from exograv.identification.core.sample_filter import SampleFilter
-from exograv.laboratory.preparation import pilot_of
-from exograv.laboratory.twin_calibration import EmptyTwin
+from exograv.laboratory.preparation import Preparation, WornTwin
+from exograv.laboratory.twin_calibration import EmptyTwin, pilots
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
-from exograv.loop.arm_controller import ArmController
-from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Pilot, Progress, TickSample
+from exograv.loop.pilot import Progress, TickSample
 from exograv.model.assembly import Assembly
-from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import TRAVEL, identification_motion
-from exograv.rig.twin import Twin, draw_machine
-from exograv.safety.envelope import Envelope
+from exograv.rig.twin import draw_machine
 
 from .cases import Case
 
@@ -82,15 +78,21 @@ class RecordedStream:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A machine after stage 0, ready for several wearers."""
+    """A calibrated machine, ready for several wearers."""
 
-    machine: CalibratedMachine
+    calibration: Calibration
     t: float
     """Its clock when stage 0 was done [s]."""
 
-    def clock(self, case: Case) -> float:
-        """The same when this wearer is in [s]."""
-        return self.t + case.turn * DONNING_S
+    @property
+    def machine(self) -> CalibratedMachine:
+        """The machine as calibrated."""
+        return self.calibration.machine
+
+    def worn(self, case: Case, laboratory: VirtualLaboratory, progress: Progress) -> WornTwin:
+        """Put the wearer of this case into the machine, at the time on its clock; of the arm the table is known."""
+        preparation = Preparation(laboratory, case.wearer_seed, progress)
+        return preparation.worn(preparation.known(self.calibration, self.t + case.turn * DONNING_S))
 
 
 def calibrate(case: Case, progress: Progress) -> Calibrated:
@@ -102,12 +104,8 @@ def calibrate(case: Case, progress: Progress) -> Calibrated:
     description = case.description
     machine = draw_machine(description, case.disturbances, case.machine_seed)
     lengths = {adjustment.segment: adjustment.nominal_m for adjustment in description.settings.adjustments}
-
-    def pilot(twin: Twin, actuators: ActuatorGain) -> Pilot:
-        return Pilot(twin, actuators, Envelope(limits(description), twin.period_s), progress=progress)
-
-    calibration, t = EmptyTwin(description, machine, case.machine_seed, lengths).calibrate(pilot)
-    return Calibrated(calibration.machine, t)
+    empty = EmptyTwin(description, machine, case.machine_seed, lengths)
+    return Calibrated(*empty.calibrate(pilots(description, progress)))
 
 
 def record_stream(case: Case, calibrated: Calibrated, progress: Progress, seconds: float = MOTION_S) -> RecordedStream:
@@ -117,24 +115,15 @@ def record_stream(case: Case, calibrated: Calibrated, progress: Progress, second
         ExogravError: The wearer does not fit into the machine, or the run was stopped.
     """
     laboratory = case.laboratory()
-    assembly, machine = laboratory.assembly(), calibrated.machine
-    twin = worn_twin(case, laboratory, calibrated)
-    pilot = pilot_of(twin, machine.actuators, laboratory, progress)
-    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
+    worn = calibrated.worn(case, laboratory, progress)
+    assembly, machine, pilot, controller = worn.known.assembly, worn.known.machine, worn.pilot, worn.controller
     controller.mode.drive = 1.0
-    path = identification_motion(assembly, seconds, twin.period_s)
+    path = identification_motion(assembly, seconds, pilot.rig.period_s)
     approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, path.dt), motion.hold(path.q[0], 0.5, path.dt)]
     pilot.run(controller, motion.joined(approach), "Moving to the start")
-    recorder = _Recorder(SampleFilter(assembly.n, twin.period_s))
+    recorder = _Recorder(SampleFilter(assembly.n, path.dt))
     pilot.run(controller, path, "Recording the stream", recorder)
     return RecordedStream(case, Stream(assembly, machine, recorder.samples()), laboratory)
-
-
-def worn_twin(case: Case, laboratory: VirtualLaboratory, calibrated: Calibrated) -> Twin:
-    """The machine with the wearer in it, at the time on its clock."""
-    return Twin(
-        laboratory.description, laboratory.machine, laboratory.wearer, case.wearer_seed, t0=calibrated.clock(case)
-    )
 
 
 class _Recorder:

@@ -149,7 +149,7 @@ class Swaying:
 
 def twin_of(laboratory: VirtualLaboratory, start: FlightStart, t0: float) -> Twin:
     """The person in the machine, the arm held in a posture, as long after it was switched on as `t0` [s]."""
-    return Twin(laboratory.description, laboratory.machine, laboratory.wearer, start.seed, start.posture, t0)
+    return laboratory.twin(start.seed, t0, start.posture)
 
 
 class TwinStand:

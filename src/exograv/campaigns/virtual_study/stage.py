@@ -13,14 +13,14 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.laboratory.conditions import NoTorque
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.preparation import prepare, prepare_machine
+from exograv.laboratory.preparation import Preparation, unit_gains
 from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import PASSIVE_RIG, VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.pilot import Controller, Progress
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Machine, Twin, day_seed
-from exograv.rig.twin.behaviour.own_arm import OwnArm, out_of_the_machine, worn_inertia
+from exograv.rig.twin.behaviour.own_arm import OwnArm, out_of_the_machine
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.rig.twin.world.water import Water
 from exograv.task.protocol import load_protocol
@@ -139,7 +139,7 @@ def familiarisation_stage(seed: int, level: int, day: int) -> Stage:
     laboratory = draw_laboratory(PASSIVE_RIG, None, level, seed)
     surroundings, n = _surroundings(laboratory), len(laboratory.description.joints)
     twin = _twin(laboratory, surroundings, seed, day, 0.0)
-    return _worn(laboratory, twin, NoTorque(n), _no_current(n), surroundings, "passive", None)
+    return _worn(laboratory, twin, NoTorque(n), unit_gains(n), surroundings, "passive", None)
 
 
 def flight_stage(seed: int, level: int, day: int) -> Stage:
@@ -160,10 +160,10 @@ def _alone(seed: int, level: int, day: int, water: Water | None) -> Stage:
     laboratory = replace(worn, wearer=out_of_the_machine(worn.wearer))
     surroundings = replace(_surroundings(worn), water=water)
     twin, n = _twin(laboratory, surroundings, seed, day, 0.0), len(laboratory.description.joints)
-    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+    own = laboratory.own_arm()
     freedoms = len(twin.truth.q_arm)
     return Stage(
-        laboratory, twin, NoTorque(n), _no_current(n), own, np.zeros((freedoms, freedoms)), surroundings, "passive",
+        laboratory, twin, NoTorque(n), unit_gains(n), own, np.zeros((freedoms, freedoms)), surroundings, "passive",
         left_over_Nm=None, friction_Nm=None,
     )  # fmt: skip
 
@@ -177,20 +177,19 @@ def _worn(
     exo: ExoMode,
     left_over_Nm: float | None,
 ) -> Stage:
-    description, machine, wearer = laboratory.description, laboratory.machine, laboratory.wearer
     return Stage(
-        laboratory, twin, controller, actuators, OwnArm(description, machine, wearer),
-        worn_inertia(description, machine, wearer), surroundings, exo,
-        left_over_Nm, float(machine.friction.coulomb.mean()),
+        laboratory, twin, controller, actuators, laboratory.own_arm(), laboratory.worn_inertia(), surroundings, exo,
+        left_over_Nm, float(laboratory.machine.friction.coulomb.mean()),
     )  # fmt: skip
 
 
 def _known(condition: Condition, laboratory: VirtualLaboratory, seed: int, progress: Progress) -> ControllerKnowledge:
     if condition.training == "ideal":
         return prepared_by_truth(laboratory, READY_S)
+    preparation = Preparation(laboratory, seed, progress)
     if condition.training in ("table", "gcm"):
-        return prepare_machine(laboratory, seed, progress)
-    return prepare(laboratory, seed, progress, "gradient" if condition.training == "gradient" else "recursive")
+        return preparation.calibrated()
+    return preparation.identified("gradient" if condition.training == "gradient" else "recursive")
 
 
 def _laboratory(condition: Condition, seed: int, level: int) -> VirtualLaboratory:
@@ -214,11 +213,4 @@ def _surroundings(laboratory: VirtualLaboratory) -> Surroundings:
 
 
 def _twin(laboratory: VirtualLaboratory, surroundings: Surroundings, seed: int, day: int, t: float) -> Twin:
-    return Twin(
-        laboratory.description, laboratory.machine, laboratory.wearer, day_seed(seed, day), t0=t,
-        surroundings=surroundings,
-    )  # fmt: skip
-
-
-def _no_current(joints: int) -> ActuatorGain:
-    return ActuatorGain(np.ones(joints), np.zeros(joints))
+    return laboratory.twin(day_seed(seed, day), t, surroundings=surroundings)

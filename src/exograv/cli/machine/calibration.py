@@ -7,19 +7,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.laboratory.calibration_outcome import calibration_figures, warnings
-from exograv.laboratory.twin_calibration import EmptyTwin
+from exograv.laboratory.twin_calibration import EmptyTwin, pilots
 from exograv.live.on_drives.calibration import calibrated_on_drives, rechecked_on_drives, settings_of_lengths
 from exograv.live.on_drives.connection import DrivesAsked, Say, connected
-from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Pilot, Progress
+from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription, Side, load_rig
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
-from exograv.rig.twin import Disturbances, Machine, Twin, draw_machine
-from exograv.safety.envelope import Envelope
+from exograv.rig.twin import Disturbances, Machine, draw_machine
 from exograv.storage.bring_up_sheet import FILE as SHEET
 from exograv.storage.bring_up_sheet import refuse_not_brought_up
 from exograv.storage.calibration_file import (
@@ -127,10 +124,7 @@ def _on_twin(
     lengths = settings_of_lengths(description, ())
     empty = EmptyTwin(description, machine, options.seed, lengths)
     serial = twin_identity(options.level, options.seed)
-
-    def pilot_of(twin: Twin, gains: ActuatorGain) -> Pilot:
-        return Pilot(twin, gains, Envelope(limits(description), twin.period_s), None, progress)
-
+    pilot_of = pilots(description, progress)
     if options.recheck:
         before = take_calibration(options.file, description, serial, now).whole
         calibration, t = empty.recheck(before.calibration(), pilot_of)

@@ -8,15 +8,14 @@ from typing import Any
 
 from exograv.errors import RigError
 from exograv.laboratory.cooperative_wearer import held_machine
-from exograv.laboratory.preparation import prepare, prepare_machine
+from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.truth_score import ScoredWearer
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, driven_laboratory
 from exograv.live.live_control import SKIPPED, LivePlan
 from exograv.live.live_figures import flown_figures, learned_figures
 from exograv.live.live_flight import LiveOptions, fly_plan, lesson_plan
 from exograv.live.live_identification import unknown_person
 from exograv.live.live_processes import Running
-from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Progress
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -59,12 +58,11 @@ def _run(
     started: Callable[[Running], object],
     listening: Listening | None,
 ) -> dict[str, Any]:
-    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
-    refuse_motorless(laboratory.description)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
     refuse_small_disk(folder / "live.mcap", len(laboratory.description.joints), options.loop_s)
-    prepare_all = prepare_machine if options.identify_s else prepare
-    prepared = prepare_all(laboratory, options.seed, progress)
-    self_test = _tested(laboratory, prepared, options.seed, progress) if options.self_test else SKIPPED
+    preparation = Preparation(laboratory, options.seed, progress)
+    prepared = preparation.calibrated() if options.identify_s else preparation.identified()
+    self_test = _tested(preparation, prepared, progress) if options.self_test else SKIPPED
     said = {"disturbance_level": options.level, "seed": options.seed, "settings": {"options": asdict(options)}}
     with contextlib.ExitStack() as stack:
         plan, seconds = _plan(options, laboratory, prepared, progress, stack)
@@ -113,20 +111,15 @@ def _plan(
     return plan, options.loop_s
 
 
-def _tested(laboratory: VirtualLaboratory, prepared: ControllerKnowledge, seed: int, progress: Progress) -> str:
-    """The self-test of the machine without its wearer.
+def _tested(preparation: Preparation, prepared: ControllerKnowledge, progress: Progress) -> str:
+    """Self-test the machine without its wearer.
 
     Raises:
         RigError: It has not passed.
     """
-    from exograv.laboratory.twin_calibration import virtual_subject
     from exograv.procedures.self_test.unworn import test_machine
 
-    if prepared.calibration is None:
-        raise RigError("The machine was not calibrated, so there is nothing to test it by. Calibrate it first.")
-    lengths = laboratory.wearer.lengths_given
-    subject = virtual_subject(laboratory.description, laboratory.machine, prepared.calibration, lengths, seed)
-    steps, busy_s = test_machine(subject, progress)
+    steps, busy_s = test_machine(preparation.under_test(prepared), progress)
     for step in steps:
         if not step.passed:
             raise RigError(f"The self-test has failed ({step.name}). {step.what_to_do}")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.laboratory.twin_calibration import press_software_stop, virtual_subject
+from exograv.laboratory.twin_calibration import EmptyTwin, press_software_stop
 from exograv.laboratory.weighing_command import WeighOptions, run_weighing
 from exograv.live.on_drives.connection import Connected, DrivesAsked, Say, connected
 from exograv.loop.pilot import Progress
@@ -146,7 +146,7 @@ def _subject(
         known = whole.calibration()
         return TestedMachine(description, tree, known, connection.rig, press_software_stop, brake, connection.lock_step)
     machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
-    return virtual_subject(description, machine, whole.calibration(), whole.measured.lengths_m, options.seed)
+    return EmptyTwin(description, machine, options.seed, whole.measured.lengths_m).under_test(whole.calibration())
 
 
 def _worn(options: SelfTestOptions, steps: list[Step], progress: Progress) -> list[Step]:

@@ -60,5 +60,4 @@ class AttentiveTwin(OverTwin):
 
 def attentive_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> AttentiveTwin:
     """The twin at the time `t` of its clock [s], in the donning posture."""
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, t0=t)
-    return AttentiveTwin(twin, OwnArm(laboratory.description, laboratory.machine, laboratory.wearer))
+    return AttentiveTwin(laboratory.twin(seed, t), laboratory.own_arm())

@@ -4,14 +4,12 @@ from functools import cached_property
 
 import numpy as np
 
-from exograv.laboratory.preparation import machine_of
+from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.arm_worker import LearnedArm
 from exograv.loop.machine_limits import limits, refuse_motorless
 from exograv.model.rig_settings import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.identification.estimator_session import table_guess
-from exograv.storage.calibration_file import twin_identity
 
 from .options import SteeredOptions
 from .participants import People
@@ -30,7 +28,7 @@ class PreparedMachine:
         self.laboratory = draw_laboratory(options.rig, side, options.level, options.seed, donning=options.donning)
         self.description = self.laboratory.description
         refuse_motorless(self.description)
-        self.people = People(self.laboratory, twin_identity(options.level, options.seed), options.participants)
+        self.people = People(self.laboratory, self.laboratory.serial, options.participants)
         self.participants = tuple(self.people.files())
         """Codes of those who may be put in."""
         self.torque_max_Nm = tuple(limits(self.description).torque_max_Nm.tolist())
@@ -48,9 +46,8 @@ class PreparedMachine:
         Raises:
             ExogravError: The file is of another machine or side, or the calibration was refused.
         """
-        options, assembly = self._options, self.laboratory.assembly()
-        machine, t = machine_of(self.laboratory, options.level, options.seed, options.calibration, lambda *_: None)
-        return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), t)
+        options = self._options
+        return Preparation(self.laboratory, options.seed).calibrated(options.calibration)
 
     def keep(
         self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray

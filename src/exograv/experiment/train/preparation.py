@@ -1,33 +1,28 @@
 """Before the first window: the empty machine known and tested, the arm checked against the form and identified."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
 from exograv import motion
-from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError, RigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate
 from exograv.identification.core.prior import prior
 from exograv.laboratory.conditions import NoTorque
-from exograv.laboratory.preparation import calibration_of
-from exograv.laboratory.twin_calibration import virtual_subject
+from exograv.laboratory.preparation import Preparation, unit_gains, worn_twin
+from exograv.laboratory.twin_calibration import PilotOf
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.laboratory.weighing_command import in_doubt_not_refused
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.pilot import Controller, Pilot, Progress
 from exograv.loop.replay_log import read_machine
-from exograv.procedures.identification.controller_knowledge import MOTION_S
-from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
 from exograv.procedures.identification.float_arm import TRAVEL
-from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.participant_session import ParticipantOptions, ParticipantRun
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.self_test.unworn import test_machine
@@ -37,12 +32,9 @@ from exograv.procedures.weighing.motion_samples import Kept
 from exograv.recording.rounding import rounded
 from exograv.rig.twin import Twin
 from exograv.rig.twin.world.surroundings import Surroundings
-from exograv.storage.calibration_file import twin_identity
 from exograv.storage.session_checkpoint import KnownPerson
 
 from .options import TrainOptions
-
-PilotOf = Callable[[Twin, ActuatorGain], Pilot]
 
 
 @dataclass
@@ -61,56 +53,51 @@ def recording_only(
     laboratory: VirtualLaboratory, surroundings: Surroundings, day: int, pilot_of: PilotOf, t: float
 ) -> Ready:
     """A machine that gives no torque: it has no motors, or they are off."""
-    twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, day, t0=t, surroundings=surroundings)
+    twin = laboratory.twin(day, t, surroundings=surroundings)
     n = len(twin.joints)
-    return Ready(pilot_of(twin, ActuatorGain(np.ones(n), np.zeros(n))), twin, NoTorque(n))
+    return Ready(pilot_of(twin, unit_gains(n)), twin, NoTorque(n))
 
 
-def empty_machine(
+def tested_machine(
     options: TrainOptions, laboratory: VirtualLaboratory, progress: Progress
-) -> tuple[CalibratedMachine, float, dict[str, Any]]:
-    """The machine as calibrated, its clock [s], and what its self-test said.
+) -> tuple[ControllerKnowledge, dict[str, Any]]:
+    """Calibrate and self-test the empty machine; return what is known of it, and the figures of the self-test.
 
     Raises:
         RigError: The self-test has failed.
         ExogravError: The calibration was refused, or the file is of another machine.
     """
-    level, seed = options.level, options.seed
-    calibration, t = calibration_of(laboratory, level, seed, options.calibration, progress)
-    lengths = laboratory.wearer.lengths_given
-    subject = virtual_subject(laboratory.description, laboratory.machine, calibration, lengths, seed)
-    steps, busy_s = test_machine(subject, progress)
+    preparation = Preparation(laboratory, options.seed, progress)
+    known = preparation.calibrated(options.calibration)
+    steps, busy_s = test_machine(preparation.under_test(known), progress)
     failed = [step for step in steps if not (step.passed or step.locks_only)]
     if failed:
         raise RigError(
             f"The self-test has failed: {failed[0].name}. {failed[0].what_to_do} Nobody may be in this machine before "
             "`exograv self-test` passes."
         )
-    return calibration.machine, t + busy_s, {"self_test": {"passed": True, "steps": len(steps)}}
+    return replace(known, t=known.t + busy_s), {"self_test": {"passed": True, "steps": len(steps)}}
 
 
 def known_arm(
     options: TrainOptions,
     laboratory: VirtualLaboratory,
     surroundings: Surroundings,
-    empty: tuple[CalibratedMachine, float, dict[str, Any]],
+    tested: tuple[ControllerKnowledge, dict[str, Any]],
     day: int,
     pilot_of: PilotOf,
 ) -> Ready:
-    """The arm in the machine: twenty seconds for the form, then identified, then laid down on its support.
+    """Check the arm against the form for twenty seconds, identify it, then lay it down on its support.
 
     Raises:
         ConfigError: The arm is not that of the form, or of the participant's file.
         RigError: The envelope stopped the run.
     """
-    machine, t, figures = empty
-    assembly = laboratory.assembly()
-    twin = Twin(
-        laboratory.description, laboratory.machine, laboratory.wearer, day, t0=t, surroundings=surroundings
-    )  # fmt: skip
+    known, figures = tested
+    machine, assembly = known.machine, known.assembly
+    worn = worn_twin(laboratory, known, day, pilot_of, surroundings)
+    pilot, controller, twin = worn.pilot, worn.controller, worn.twin
     twin.put_surroundings(False)
-    pilot = pilot_of(twin, machine.actuators)
-    controller = ArmController(assembly, machine, table_guess(assembly, machine), twin.period_s)
     model = ArmModel(assembly, machine)
     judge, person = ArmJudge(model), _person_run(options, laboratory, assembly)
     pilot.begin("check arm")
@@ -118,15 +105,14 @@ def known_arm(
     check = judge.judge([gentle], laboratory.body.mass_kg)
     if check.is_sure:
         _refuse_other_arm(check)
-    identifier = Identifier(
-        pilot, controller, machine, "recursive", "current", lambda _t, estimate, predicted, _outcome: person.note(
-            estimate, predicted
-        ), person.belief(machine),
-    )  # fmt: skip
+    identifier = worn.identifier(
+        listener=lambda _t, estimate, predicted, _outcome: person.note(estimate, predicted),
+        belief=person.belief(machine),
+    )
     kept = Kept()
     person.listen(identifier)
     identifier.followers.append(kept)
-    found = identify_arm(pilot, controller, identifier, MOTION_S if person.before is None else FROM_FILE_S)
+    found = worn.identify(identifier, MOTION_S if person.before is None else FROM_FILE_S)
     if not check.is_sure:
         both = judge.judge([gentle, kept.samples], laboratory.body.mass_kg)
         check = in_doubt_not_refused(both, found.restless_s is not None)
@@ -164,14 +150,10 @@ def known_again(
         RigError: The envelope stopped the run.
     """
     machine, x, assembly = read_machine(person.machine), np.array(person.x), laboratory.assembly()
-    twin = Twin(
-        laboratory.description, laboratory.machine, laboratory.wearer, day, t0=t, surroundings=surroundings
-    )  # fmt: skip
+    worn = worn_twin(laboratory, ControllerKnowledge(assembly, machine, x, t), day, pilot_of, surroundings)
+    twin, pilot, controller = worn.twin, worn.pilot, worn.controller
     twin.put_surroundings(False)
-    pilot = pilot_of(twin, machine.actuators)
-    pilot.worn = PersonLimitsManager(pilot.envelope, assembly, machine, prior(assembly, machine)[0])
-    pilot.worn.know(x)
-    controller = ArmController(assembly, machine, x, twin.period_s)
+    worn.limit_to_person(prior(assembly, machine)[0])
     controller.mode.drive = 1.0
     lay_down(pilot, controller, twin)
     return Ready(pilot, twin, controller, person, model=ArmModel(assembly, machine))
@@ -202,7 +184,7 @@ def _person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: 
         participant=file if file is not None and file.exists() else None,
     )
     now = datetime.now(UTC).replace(microsecond=0)
-    return ParticipantRun(files, assembly, twin_identity(options.level, options.seed), laboratory.body, now)
+    return ParticipantRun(files, assembly, laboratory.serial, laboratory.body, now)
 
 
 def _refuse_other_arm(check: ArmCheck) -> None:

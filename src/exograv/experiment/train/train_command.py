@@ -19,7 +19,6 @@ from exograv.loop.pilot import Pilot, Progress
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.twin import Twin, day_seed
-from exograv.rig.twin.behaviour.own_arm import OwnArm, worn_inertia
 from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
 from exograv.storage.session_checkpoint import KeptSession, read_kept, refuse_kept, write_kept
@@ -30,7 +29,7 @@ from exograv.task.records import Record, marker
 from exograv.task.run import TaskRun
 
 from .options import TrainingRequest, TrainOptions, asked_for
-from .preparation import Ready, empty_machine, known_again, known_arm, recording_only
+from .preparation import Ready, known_again, known_arm, recording_only, tested_machine
 from .recording_pilot import RecordingPilot
 from .verification import verify_between
 
@@ -163,18 +162,17 @@ class _Training:
         elif before is not None and before.person is not None:
             ready = known_again(laboratory, surroundings, before.person, t, seed, pilot_of)
         else:
-            empty = empty_machine(self._options, laboratory, self._progress)
-            ready = known_arm(self._options, laboratory, surroundings, empty, seed, pilot_of)
+            tested = tested_machine(self._options, laboratory, self._progress)
+            ready = known_arm(self._options, laboratory, surroundings, tested, seed, pilot_of)
         if before is not None:
             ready.figures = before.before
         return ready
 
     def _participant(self, twin: Twin) -> PointingPerson:
         laboratory, protocol = self._laboratory, self._plan.protocol
-        own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
         person = PointingPerson(
-            own,
-            worn_inertia(laboratory.description, laboratory.machine, laboratory.wearer),
+            laboratory.own_arm(),
+            laboratory.worn_inertia(),
             self._surroundings,
             self._room.on_panel(*self._room.target_px(protocol.target)),
             protocol.pace.too_short.shape,

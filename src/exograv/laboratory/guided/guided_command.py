@@ -10,10 +10,9 @@ from typing import Any, Literal
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.laboratory.preparation import prepare
+from exograv.laboratory.preparation import Preparation, prepare
 from exograv.laboratory.provenance import laboratory_settings
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
-from exograv.loop.machine_limits import refuse_motorless
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, driven_laboratory
 from exograv.loop.pilot import Progress
 from exograv.model.description import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -26,7 +25,6 @@ from exograv.procedures.rehabilitation.guided.teach import teach
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin
 
-from .floating_twin import flown
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
 AFTER_S = 1.0
@@ -90,7 +88,7 @@ def run_teach(
     recorded = folder / "teach.mcap"
     with writer_of(recorded, options, laboratory, "exograv teach") as recording:
         known = preparing(laboratory, options.seed, progress)
-        arm = flown(laboratory, known, options.seed, recording, progress)
+        arm = floating_twin(laboratory, known, options.seed, recording, progress)
         start = laboratory.description.donning_posture
         movement = drawn_movement(laboratory.description, options.seed, start, arm.rig.period_s)
         therapist = Therapist(arm.rig, movement)
@@ -127,7 +125,7 @@ def run_repeat(
     recorded = folder / "repeat.mcap"
     with writer_of(recorded, options, laboratory, "exograv repeat") as recording:
         known = preparing(laboratory, options.seed, progress)
-        arm = flown(laboratory, known, options.seed, recording, progress)
+        arm = floating_twin(laboratory, known, options.seed, recording, progress)
         true_errors: list[np.ndarray] = []
         muscles = np.zeros_like(arm.rig.tau_voluntary)
 
@@ -144,19 +142,24 @@ def run_repeat(
     return result | about_run(options, laboratory, recorded)
 
 
-def laboratory_of(options: GuidedOptions) -> VirtualLaboratory:
-    """Machine and wearer.
+def floating_twin(
+    laboratory: VirtualLaboratory,
+    known: ControllerKnowledge,
+    seed: int,
+    recording: RecordingWriter | None,
+    progress: Progress,
+) -> FloatingArm[Twin]:
+    """Put the twin with an identified arm behind the guard; it floats from the first tick on.
 
-    Raises:
-        ConfigError: The machine cannot be used.
+    `seed` draws the noise of the run.
     """
-    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
-    refuse_motorless(laboratory.description)
-    return laboratory
+    worn = Preparation(laboratory, seed, progress, recording).worn(known)
+    worn.limit_to_person()
+    return FloatingArm(worn.twin, worn.pilot, worn.controller)
 
 
 def _of_one_arm(options: GuidedOptions) -> VirtualLaboratory:
-    laboratory = laboratory_of(options)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
     if len(laboratory.description.arm_sides) > 1:
         raise ConfigError(
             f"{options.rig} holds both arms, and nothing keeps the hands apart on the way to a path: a path is of one "

@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from exograv.errors import ConfigError
 from exograv.laboratory.preparation import prepare
+from exograv.laboratory.virtual_laboratory import driven_laboratory
 from exograv.loop.pilot import Progress
 from exograv.motion import Trajectory
 from exograv.procedures.rehabilitation.guided.mirror import mirror
@@ -16,8 +17,7 @@ from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S
 
-from .floating_twin import flown
-from .guided_command import GuidedOptions, Preparing, about_run, laboratory_of, writer_of
+from .guided_command import GuidedOptions, Preparing, about_run, floating_twin, writer_of
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
 MEETS_S = 3.0
@@ -54,13 +54,13 @@ def run_mirror(
         ConfigError: The machine has not two arms that are mirror images, or an option cannot be used.
         RigError: The envelope stopped the run.
     """
-    laboratory = laboratory_of(options)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
     description, assembly = laboratory.description, laboratory.assembly()
     which = MirrorMap.of(description, assembly.exo, options.lead)
     recorded = folder / "mirror.mcap"
     with writer_of(recorded, options, laboratory, "exograv mirror") as recording:
         known = preparing(laboratory, options.seed, progress)
-        arms = flown(laboratory, known, options.seed, recording, progress)
+        arms = floating_twin(laboratory, known, options.seed, recording, progress)
         twin = arms.rig
         begins_s = twin.t + SETTLE_S + MEETS_S
         holding = Holding(twin, begins_s + HOLDS_AFTER_S, np.inf, _slice(which.follow))

@@ -5,16 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.laboratory.preparation import pilot_of, prepare
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
-from exograv.loop.arm_controller import ArmController
-from exograv.loop.machine_limits import refuse_motorless
-from exograv.loop.person_limits_manager import PersonLimitsManager
-from exograv.loop.pilot import Pilot, Progress
+from exograv.laboratory.preparation import Preparation, prepare
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, driven_laboratory
+from exograv.loop.pilot import Progress
 from exograv.model.assembly import read_exoskeleton
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.recording import RecordingWriter
-from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.weakness import Weakness, weakened
 
 from .flight import SupportFlight
@@ -41,16 +37,10 @@ class WeakSubject:
         Raises:
             RigError: The envelope stopped the way to rest.
         """
-        laboratory, known = self.laboratory, self.known
-        twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, run_seed, t0=known.t)
-        pilot: Pilot = pilot_of(twin, known.machine.actuators, laboratory, lambda _text, _share: None)
-        if recording is not None:
-            pilot = Pilot(twin, known.machine.actuators, pilot.envelope, recording)
-        pilot.worn = PersonLimitsManager(pilot.envelope, known.assembly, known.machine, known.x)
-        pilot.worn.know(known.x)
-        controller = ArmController(known.assembly, known.machine, known.x, twin.period_s)
-        person = ReachingPerson(self.body, self.weakness, twin, run_seed)
-        return SupportFlight(pilot, controller, person, laboratory.wearer.arms[0].side)
+        worn = Preparation(self.laboratory, run_seed, recording=recording).worn(self.known)
+        worn.limit_to_person()
+        person = ReachingPerson(self.body, self.weakness, worn.twin, run_seed)
+        return SupportFlight(worn.pilot, worn.controller, person, self.laboratory.wearer.arms[0].side)
 
 
 def subject(options: SupportOptions, progress: Progress) -> WeakSubject:
@@ -60,9 +50,8 @@ def subject(options: SupportOptions, progress: Progress) -> WeakSubject:
         ConfigError: An option, a file or the machine cannot be used.
         ExogravError: The machine, the wearer or the run was refused.
     """
-    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
     description = laboratory.description
-    refuse_motorless(description)
     if len(description.joints) != 4 or len(laboratory.wearer.arms) != 1 or description.settings.donning.arm_posture_deg:
         raise ConfigError(
             f"{description.name} has not four joints like one arm's; the targets are for such machines. Choose "

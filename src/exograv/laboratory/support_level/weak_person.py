@@ -15,7 +15,7 @@ from exograv.laboratory.movements import REST_DEG, TARGET_DEG
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.motion import Trajectory
 from exograv.rig.twin import Twin
-from exograv.rig.twin.behaviour.own_arm import OwnArm, worn_inertia
+from exograv.rig.twin.behaviour.own_arm import OwnArm
 from exograv.rig.twin.behaviour.weakness import Weakness, WeakWearer
 
 MOVE_S = 2.0
@@ -47,9 +47,7 @@ class BodyKnowledge:
     @classmethod
     def of(cls, laboratory: VirtualLaboratory, lower: PerFreedom, upper: PerFreedom) -> "BodyKnowledge":
         """Of the laboratory's wearer in its machine."""
-        description, machine, wearer = laboratory.description, laboratory.machine, laboratory.wearer
-        own = OwnArm(description, machine, wearer)
-        return cls(own, worn_inertia(description, machine, wearer), lower, upper)
+        return cls(laboratory.own_arm(), laboratory.worn_inertia(), lower, upper)
 
     def posture_at(self, place: Place) -> PerFreedom:
         """The most usual posture in which the fingertip is at a place [m], or nearest to it."""
