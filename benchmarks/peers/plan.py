@@ -1,6 +1,5 @@
 """What a run measures, in full and in a minute."""
 
-import os
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, partial
 from typing import Literal
@@ -23,8 +22,8 @@ from peers.tasks.interface import BatchShape, Task
 from .measurement import Measurement
 from .rounds import Effort
 
-Section = Literal["single", "one", "all"]
-"""Single states; batches on one core; batches on all cores. Each has a process of its own."""
+Section = Literal["single", "batch"]
+"""Single states; batches on one core. Each has a process of its own."""
 
 SIZES = (1, 64, 1024, 16384)
 CHAIN = (4, 8, 12, 16, 20, 24, 28)
@@ -38,7 +37,7 @@ BATCH_FULL, BATCH_QUICK = Effort(12, 0.03), Effort(4, 0.01)
 QUICK = "left out of --quick: "
 SLOW_JAX = "JAX compiles it for half a minute; a full run does"
 SLOW_C = "the C compiler takes seconds; a full run does"
-ONCE = "JAX compiles it for half a minute, so only at 1024 states in double precision on one core"
+ONCE = "JAX compiles it for half a minute, so only at 1024 states in double precision"
 
 
 @cache
@@ -59,7 +58,7 @@ def task(name: str) -> Task:
 
 def measurements(section: Section, quick: bool) -> list[Measurement]:
     """Of one section, in order."""
-    return list(_single(quick) if section == "single" else _batches(section, quick))
+    return list(_single(quick) if section == "single" else _batches(quick))
 
 
 def _single(quick: bool) -> Iterator[Measurement]:
@@ -87,27 +86,23 @@ def _left_out_of_single(name: str) -> dict[str, str]:
     return left_out
 
 
-def _batches(cores: Literal["one", "all"], quick: bool) -> Iterator[Measurement]:
-    if cores == "all" and (os.cpu_count() or 1) == 1:
-        return
+def _batches(quick: bool) -> Iterator[Measurement]:
     effort = BATCH_QUICK if quick else BATCH_FULL
     for name in ("rnea_7", "torque_gradient_7", "tick_aligned_7", "tick_general_4"):
-        for batch in _shapes(name, cores, quick):
+        for batch in _shapes(quick):
             left_out = _left_out_of_batch(name, batch, quick)
             yield Measurement(partial(task, name), f"batch_{name}_{batch.suffix}", batch, effort, left_out)
 
 
-def _shapes(name: str, cores: Literal["one", "all"], quick: bool) -> Iterable[BatchShape]:
+def _shapes(quick: bool) -> Iterable[BatchShape]:
     if not quick:
-        return [BatchShape(size, cores, dtype) for dtype in ("float64", "float32") for size in SIZES]
-    if cores == "all":
-        return [BatchShape(16384, cores, "float64")] if name != "tick_general_4" else []
-    return [*(BatchShape(size, cores, "float64") for size in SIZES), BatchShape(1024, cores, "float32")]
+        return [BatchShape(size, dtype) for dtype in ("float64", "float32") for size in SIZES]
+    return [*(BatchShape(size, "float64") for size in SIZES), BatchShape(1024, "float32")]
 
 
 def _left_out_of_batch(name: str, batch: BatchShape, quick: bool) -> dict[str, str]:
     left_out = {}
-    is_middle = batch == BatchShape(1024, "one", "float64")
+    is_middle = batch == BatchShape(1024, "float64")
     if name == "tick_general_4" and not (is_middle and not quick):
         left_out[JaxTranslated.name] = QUICK + SLOW_JAX if quick else ONCE
     if quick and name == "tick_general_4":

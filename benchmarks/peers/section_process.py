@@ -39,20 +39,16 @@ def _own_output() -> TextIO:
 
 def _prepare(section: str) -> None:
     """Before any engine is imported: each asks for the number of cores when it starts."""
-    if section == "one" and hasattr(os, "sched_setaffinity"):
+    if section == "batch" and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    if section == "all":
-        for variable in ONE_THREAD:
-            os.environ.pop(variable, None)
-    else:
-        os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {SINGLE_THREAD}".strip()
-        os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {SINGLE_THREAD}".strip()
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     os.environ["JAX_ENABLE_X64"] = "1"
     os.environ["JAX_PLATFORMS"] = "cpu"
 
 
 def _section(name: str) -> Callable[[dict[str, Any], Callable[[dict[str, Any]], None]], None]:
-    if name in ("single", "one", "all"):
+    if name in ("single", "batch"):
         return _contests
     from .kernel_section import own_section
     from .start_section import start_section

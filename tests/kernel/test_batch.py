@@ -1,10 +1,6 @@
-"""A batch gives every state the bits of a single call, whatever its size, its lanes, its threads and its neighbours."""
+"""A batch gives every state the bits of a single call, whatever its size, its lanes and its neighbours."""
 
 import gc
-import os
-import signal
-import threading
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -45,96 +41,10 @@ def test_a_batch_has_the_bits_of_single_states(lanes: int, size: int):
         np.testing.assert_array_equal(got, expected)
 
 
-@pytest.mark.parametrize("threads", [2, 3, 5])
-def test_threads_change_nothing(threads: int):
-    compiled, values = kernel.compile(small_function(), lanes=8), states(5000)
-    for got, expected in zip(compiled.of(*values, threads=threads), compiled.of(*values), strict=True):
-        np.testing.assert_array_equal(got, expected)
-
-
-def test_a_pool_serves_thousands_of_jobs_and_two_callers_at_once():
-    compiled = kernel.compile(small_function(), lanes=8)
-    wrong: list[int] = []
-
-    def call_often(seed: int) -> None:
-        values = states(400, seed)
-        expected = compiled.of(*values)
-        bound = compiled.bind(400, threads=3)
-        for buffer, value in zip(bound.inputs.values(), values, strict=True):
-            buffer[...] = value
-        for _ in range(1000):
-            bound.outputs["y"][...] = np.nan
-            if not np.array_equal(bound()["y"], expected[0]):
-                wrong.append(seed)
-
-    callers = [threading.Thread(target=call_often, args=(1000 + i,)) for i in range(2)]
-    for caller in callers:
-        caller.start()
-    for caller in callers:
-        caller.join()
-    assert not wrong
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_the_callable_outlives_its_batch(threads: int):
-    evaluate = kernel.compile(small_function(), lanes=8).bind(100_000, threads).evaluate
+def test_the_callable_outlives_its_batch():
+    evaluate = kernel.compile(small_function(), lanes=8).bind(100_000).evaluate
     gc.collect()
     evaluate()
-
-
-def test_many_first_callers_share_one_pool():
-    compiled, values = kernel.compile(small_function(), lanes=8), states(2000)
-    expected = compiled.of(*values)[0]
-    barrier, right = threading.Barrier(4), []
-
-    def call() -> None:
-        barrier.wait()
-        right.append(np.array_equal(compiled.of(*values, threads=7)[0], expected))
-
-    before = threading.active_count()
-    callers = [threading.Thread(target=call) for _ in range(4)]
-    for caller in callers:
-        caller.start()
-    for caller in callers:
-        caller.join()
-    assert right == [True] * 4
-    assert threading.active_count() - before == 6
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
-@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
-def test_a_forked_process_has_its_own_threads_even_for_a_batch_in_use():
-    compiled, values = kernel.compile(small_function(), lanes=8), states(2000)
-    expected = compiled.of(*values)[0]
-    bound = compiled.bind(2000, threads=2)
-    for buffer, value in zip(bound.inputs.values(), values, strict=True):
-        buffer[...] = value
-    stop = threading.Event()
-
-    def keep_busy() -> None:
-        while not stop.is_set():
-            bound.evaluate()
-
-    busy = threading.Thread(target=keep_busy)
-    busy.start()
-    try:
-        for _ in range(10):
-            assert _answer_of_a_child(bound, expected) == 0
-    finally:
-        stop.set()
-        busy.join()
-
-
-def _answer_of_a_child(bound: kernel.BoundBatch, expected: np.ndarray) -> int:
-    child = os.fork()
-    if child == 0:
-        code = 1
-        try:
-            signal.alarm(20)
-            code = 0 if np.array_equal(bound()["y"], expected) else 2
-        finally:
-            os._exit(code)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
 def test_a_shared_argument_is_the_same_for_every_state():
@@ -191,25 +101,6 @@ def test_single_precision_has_twice_the_lanes():
     assert single.lanes == 2 * wide.lanes
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="reads the time of each thread from Linux")
-def test_the_pools_threads_do_work():
-    bound = kernel.compile(small_function(), lanes=8).bind(50_000, threads=2)
-    bound()
-    workers = [thread for thread in threading.enumerate() if thread.name.startswith("exograv batch")]
-
-    def worked() -> int:
-        """Clock ticks of all workers; the 12th field after the name is time in user mode."""
-        fields = [Path(f"/proc/self/task/{w.native_id}/stat").read_text().rpartition(")")[2].split() for w in workers]
-        return sum(int(field[11]) for field in fields)
-
-    before = worked()
-    for _ in range(20_000):
-        bound()
-        if worked() > before:
-            return
-    raise AssertionError("no worker took a chunk of 20 000 batches")
-
-
 def test_what_a_batch_cannot_be_is_refused():
     with pytest.raises(ValueError, match="has 2, 4, 8, 16, 32 lanes, not 3"):
         kernel.compile(small_function(), lanes=3)
@@ -222,7 +113,7 @@ def test_what_a_batch_cannot_be_is_refused():
     with pytest.raises(ValueError, match="no argument z to share"):
         kernel.compile(small_function(), lanes=4, shared=["z"])
     compiled = kernel.compile(small_function(), lanes=4)
-    with pytest.raises(ValueError, match="needs a state and a thread, not 0 and 1"):
+    with pytest.raises(ValueError, match="needs a state, not 0"):
         compiled.bind(0)
     with pytest.raises(TypeError, match="takes A, x, s; 1 values were given"):
         compiled.of(np.zeros((2, 3, 4)))

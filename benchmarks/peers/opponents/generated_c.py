@@ -19,7 +19,7 @@ FLAGS = ("-O3", "-march=native", "-shared", "-fPIC")
 
 
 class GeneratedC:
-    """Single states through CasADi's buffers, batches by a loop in C, over OpenMP's threads where asked."""
+    """Single states through CasADi's buffers, batches by a loop in C."""
 
     name = "CasADi generated C"
 
@@ -45,7 +45,7 @@ class GeneratedC:
             element = "double" if batch.dtype == "float64" else "float"
             loop = _loop(function, element, task.shared)
             with tempfile.TemporaryDirectory() as folder:
-                path = shared_library(function, Path(folder), element, loop, "-fopenmp")
+                path = shared_library(function, Path(folder), element, loop)
                 self._libraries[key] = ctypes.CDLL(str(path))
         return self._libraries[key]
 
@@ -69,7 +69,7 @@ def _batch_call(library: ctypes.CDLL, task: Task, function: ca.Function, batch: 
         (ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays.values()))
         for arrays in (memory.inputs, memory.outputs)
     ]
-    run = partial(library.exograv_batch, *pointers, ctypes.c_longlong(batch.size), ctypes.c_int(batch.threads))
+    run = partial(library.exograv_batch, *pointers, ctypes.c_longlong(batch.size))
     return Call(memory.load, run, lambda: memory.results, (library, memory))
 
 
@@ -79,20 +79,16 @@ def _loop(function: ca.Function, element: str, shared: tuple[str, ...]) -> str:
     out_steps = ", ".join(str(function.numel_out(i)) for i in range(function.n_out()))
     n_in, n_out = function.n_in(), function.n_out()
     return f"""
-void exograv_batch(const {element} **in, {element} **out, long long count, int threads) {{
+void exograv_batch(const {element} **in, {element} **out, long long count) {{
   static const long long in_step[] = {{{in_steps}}}, out_step[] = {{{out_steps}}};
-  #pragma omp parallel num_threads(threads)
-  {{
     const {element} *arg[{function.sz_arg() + n_in}];
     {element} *res[{function.sz_res() + n_out}], w[{function.sz_w() + 1}];
     long long iw[{function.sz_iw() + 1}];
-    #pragma omp for schedule(static)
     for (long long k = 0; k < count; ++k) {{
       for (int i = 0; i < {n_in}; ++i) arg[i] = in[i] + k * in_step[i];
       for (int i = 0; i < {n_out}; ++i) res[i] = out[i] + k * out_step[i];
       {function.name()}(arg, res, iw, w, 0);
     }}
-  }}
 }}
 """
 

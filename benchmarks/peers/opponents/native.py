@@ -32,7 +32,7 @@ class Native:
             raise Missing(str(error)) from error
         if many.engine != "native":
             raise Missing("no native code on this computer")
-        bound = many.bind(batch.size, batch.threads)
+        bound = many.bind(batch.size)
         return Call(partial(copy_into, bound.inputs), bound.evaluate, lambda: bound.outputs, (many, bound))
 
     def _many(self, task: Task, batch: BatchShape) -> kernel.Batch:

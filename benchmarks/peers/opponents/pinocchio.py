@@ -84,12 +84,10 @@ def _in_parallel(pinocchio: Any, model: Any, task: Task, batch: BatchShape) -> C
         raise Missing("computes in double precision")
     if not getattr(pinocchio, "WITH_OPENMP", False):
         raise Missing("this build has no OpenMP, so no rneaInParallel")
-    pool = pinocchio.ModelPool(model, batch.threads)
+    pool = pinocchio.ModelPool(model, 1)
     inputs = {name: np.zeros((model.nv, batch.size), order="F") for name in ("q", "v", "a")}
     tau = np.zeros((model.nv, batch.size), order="F")
-    run: Callable[[], object] = partial(
-        pinocchio.rneaInParallel, batch.threads, pool, inputs["q"], inputs["v"], inputs["a"], tau
-    )
+    run: Callable[[], object] = partial(pinocchio.rneaInParallel, 1, pool, inputs["q"], inputs["v"], inputs["a"], tau)
 
     def load(state: State) -> None:
         copy_into(inputs, state)

@@ -30,9 +30,9 @@ def _mapped(task: Task, batch: BatchShape) -> Call:
     if batch.dtype != "float64":
         raise Missing("computes in double precision")
     function = straight_line(task.function).function
-    # A map over threads takes no shared arguments; repeated ones cost it nothing that one could measure.
+    # Repeating shared arguments costs the map nothing that one could measure.
     memory = StateAfterState(task, function, batch, repeat_shared=True)
-    mapped = function.map(batch.size, "thread", batch.threads) if batch.threads > 1 else function.map(batch.size)
+    mapped = function.map(batch.size)
     buffer, run = mapped.buffer()
     for i, array in enumerate(memory.inputs.values()):
         buffer.set_arg(i, array.data)  # pyright: ignore[reportCallIssue] - CasADi's stub knows raw pointers only

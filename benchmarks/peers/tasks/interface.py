@@ -1,7 +1,6 @@
 """What is timed, and what an opponent is: it makes one call out of a task, or says why it cannot."""
 
 import importlib
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, runtime_checkable
@@ -44,21 +43,15 @@ class Task:
 
 @dataclass(frozen=True)
 class BatchShape:
-    """How many states at once, on what."""
+    """How many states at once, in which precision; one core computes them."""
 
     size: int
-    cores: Literal["one", "all"]
     dtype: Literal["float64", "float32"]
-
-    @property
-    def threads(self) -> int:
-        """One a core."""
-        return 1 if self.cores == "one" else os.cpu_count() or 1
 
     @property
     def suffix(self) -> str:
         """Of the row's name."""
-        return f"{self.size}_{self.dtype.replace('float', 'f')}_{self.cores}_core{'s' if self.cores == 'all' else ''}"
+        return f"{self.size}_{self.dtype.replace('float', 'f')}_one_core"
 
 
 @dataclass(frozen=True)

@@ -44,8 +44,8 @@ class Resting:
 class RestingTorque:
     """The tick without motion, as a batch: its postures are closed by Newton's method, all at the same time."""
 
-    def __init__(self, assembly: Assembly, machine: CalibratedMachine, threads: int = 1):
-        self._n, self._threads = assembly.n, threads
+    def __init__(self, assembly: Assembly, machine: CalibratedMachine):
+        self._n = assembly.n
         self._batch = kernel.compile(_resting_function(assembly, machine), lanes=0, shared=("mode",))
         self._solver, self._layout, self._arm = LoopSolver(assembly), ParameterLayout.of(assembly), assembly.arm
         self._bound: dict[int, kernel.BoundBatch] = {}
@@ -107,7 +107,7 @@ class RestingTorque:
 
     def _memory(self, size: int) -> kernel.BoundBatch:
         if size not in self._bound:
-            self._bound = {size: self._batch.bind(size, self._threads)}
+            self._bound = {size: self._batch.bind(size)}
         return self._bound[size]
 
 

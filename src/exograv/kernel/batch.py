@@ -1,4 +1,4 @@
-"""One program on many states at once: each instruction on several lanes, each core on its share of the states."""
+"""One program on many states at once: each instruction works on several lanes."""
 
 import ctypes
 from collections.abc import Callable, Iterable, Mapping
@@ -11,16 +11,12 @@ from . import virtual_machine
 from .emission import MemoryLayout
 from .native import MachineCode, machine_code
 from .object_code import processor
-from .pool import Job, runner, threads_can_wait
 from .program import Program, straight_line
 
 ELEMENTS = {"float64": "double", "float32": "float"}
 LANES = (2, 4, 8, 16, 32)
 ALIGNMENT_BYTES = 64
 """Of a cache line and of the widest vectors."""
-
-CHUNKS_PER_THREAD, CHUNK_MIN = 4, 64
-"""A thread that the system has taken away for a moment leaves its chunks to the others; too small ones cost more."""
 
 
 @dataclass(frozen=True)
@@ -72,17 +68,17 @@ class Batch:
     shared: tuple[str, ...]
     """Arguments that are the same for every state."""
 
-    bind: Callable[..., BoundBatch]
-    """`bind(size, threads=1)`: memory for as many states, and how many threads work on them."""
+    bind: Callable[[int], BoundBatch]
+    """`bind(size)`: memory for as many states."""
 
-    def of(self, *values: np.ndarray, threads: int = 1) -> tuple[np.ndarray, ...]:
+    def of(self, *values: np.ndarray) -> tuple[np.ndarray, ...]:
         """Copies of all outputs for these inputs in their order, states along the last axis.
 
         Raises:
             TypeError: The number of values is wrong.
             ValueError: All arguments are shared, or a value does not fit.
         """
-        bound = self.bind(self._size_of(values), threads)
+        bound = self.bind(self._size_of(values))
         for buffer, value in zip(bound.inputs.values(), values, strict=True):
             buffer[...] = value
         return tuple(output.copy() for output in bound().values())
@@ -133,14 +129,14 @@ class _NativeBatch:
     dtype: np.dtype
     shared: tuple[str, ...]
 
-    def bind(self, size: int, threads: int = 1) -> BoundBatch:
-        """Memory for `size` states, which `threads` threads share.
+    def bind(self, size: int) -> BoundBatch:
+        """Memory for `size` states.
 
         Raises:
-            ValueError: There is no state, or no thread.
+            ValueError: There is no state.
         """
-        if size < 1 or threads < 1:
-            raise ValueError(f"A batch of {self.program.name} needs a state and a thread, not {size} and {threads}.")
+        if size < 1:
+            raise ValueError(f"A batch of {self.program.name} needs a state, not {size}.")
         n_blocks = -(-size // self.lanes)
         # An odd number of blocks a row: rows a power of two apart would all want the same places of the cache.
         row = (n_blocks | 1) * self.lanes
@@ -151,14 +147,11 @@ class _NativeBatch:
         arrays = (*inputs.values(), *outputs.values(), constants)
         pointers = (ctypes.c_int64 * (len(arrays) + 1))(*(array.ctypes.data for array in arrays), row)
         alive = (self, arrays, pointers)
-        evaluate = self._runner(ctypes.addressof(pointers), n_blocks * self.lanes, threads, alive)
+        evaluate = self._runner(ctypes.addressof(pointers), n_blocks * self.lanes, alive)
         return BoundBatch(inputs, outputs, size, evaluate)
 
-    def _runner(self, arguments: int, end: int, threads: int, alive: object) -> Callable[[], object]:
+    def _runner(self, arguments: int, end: int, alive: object) -> Callable[[], object]:
         run = self.made.loaded.address("run")
-        chunk = -(-end // (threads * CHUNKS_PER_THREAD * self.lanes)) * self.lanes
-        if threads > 1 and end > 2 * CHUNK_MIN and threads_can_wait():
-            return runner(threads, Job(run, arguments, end, max(chunk, CHUNK_MIN)), alive)
         # ctypes gives Python's other threads the interpreter while this one computes.
         function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)(run)
         values = ctypes.c_void_p(arguments), ctypes.c_int64(0), ctypes.c_int64(end)
@@ -188,7 +181,7 @@ def _on_the_virtual_machine(function: ca.Function, program: Program, shared: tup
     def memory(name: str, buffer: np.ndarray, size: int) -> np.ndarray:
         return np.zeros(buffer.shape if name in shared else (*buffer.shape, size), dtype)
 
-    def bind(size: int, threads: int = 1) -> BoundBatch:
+    def bind(size: int) -> BoundBatch:
         inputs = {name: memory(name, buffer, size) for name, buffer in one.inputs.items()}
         outputs = {name: memory("", buffer, size) for name, buffer in one.outputs.items()}
 

@@ -12,7 +12,7 @@ from peers.tasks.arm_tasks import stacked
 from peers.tasks.interface import BatchShape, Call, Missing
 
 QUICK_TO_BUILD = ("rnea_4", "rnea_7", "regressor_7", "torque_gradient_4", "tick_aligned_4", "tick_aligned_7")
-SHAPES = [BatchShape(size, "one", dtype) for size in (1, 13, 100) for dtype in ("float64", "float32")]
+SHAPES = [BatchShape(size, dtype) for size in (1, 13, 100) for dtype in ("float64", "float32")]
 NOT_JAX = [opponent for opponent in OPPONENTS if "JAX" not in opponent.name and opponent.name != "frax"]
 
 
@@ -70,7 +70,7 @@ def test_an_implementation_that_is_a_little_off_is_refused(spoilt: float):
 
 @pytest.mark.parametrize("place", [0, 99])
 def test_a_batch_that_is_wrong_at_one_end_is_refused(place: int):
-    task, shape = plan.task("rnea_4"), BatchShape(100, "one", "float64")
+    task, shape = plan.task("rnea_4"), BatchShape(100, "float64")
     right = Native().build(task, shape)
 
     def read() -> dict[str, np.ndarray]:
