@@ -1,5 +1,6 @@
-"""What a recording must say about where it came from."""
+"""Head of a recording on the twin: machine, person as told, settings, versions and hashes."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -14,22 +15,42 @@ if TYPE_CHECKING:
 
 def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: list[float]) -> dict[str, Any]:
     """The `/settings` of a demonstration on the twin."""
-    whole = laboratory_settings(laboratory)
     # Neither the pace nor a file's place changes what is computed; which files were read stands in the hashes.
-    whole["settings"]["options"] = asdict(options) | {"realtime": False, "calibration": None, "files": None}
-    return whole | {
-        "command": "exograv identify" if options.only_identify else "exograv demo",
+    given = asdict(options) | {"realtime": False, "calibration": None, "files": None}
+    command = "exograv identify" if options.only_identify else "exograv demo"
+    return run_settings(laboratory, command, options.level, options.seed, {"options": given}) | {
         "method": options.method,
         "torque_source": options.torque_source,
-        "disturbance_level": options.level,
-        "seed": options.seed,
         "gravity_level": options.gravity_level,
         "targets_Nm": targets,
     }
 
 
-def laboratory_settings(laboratory: VirtualLaboratory) -> dict[str, Any]:
-    """What every `/settings` says of the machine and of what was told of the person."""
+def run_settings(
+    laboratory: VirtualLaboratory,
+    command: str,
+    level: int,
+    seed: int,
+    settings: Mapping[str, Any],
+    hashes: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """The `/settings` of a run of this command in the laboratory.
+
+    Args:
+        laboratory: Machine and wearer.
+        command: As typed, without options.
+        level: Disturbance level.
+        seed: Of the run.
+        settings: Settings of the run itself, by name: options, protocol and the like.
+        hashes: Of the files that were read, by their kind.
+    """
+    whole = _laboratory_settings(laboratory)
+    whole["settings"] |= settings
+    whole["hashes"] |= hashes or {}
+    return whole | {"command": command, "disturbance_level": level, "seed": seed}
+
+
+def _laboratory_settings(laboratory: VirtualLaboratory) -> dict[str, Any]:
     description, body = laboratory.description, laboratory.body
     envelope = limits(description)
     return {

@@ -15,7 +15,7 @@ import numpy as np
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.pilot import Progress
 from exograv.study.dataset.adding import AddOptions, add_files, worst
@@ -186,16 +186,11 @@ def _settings(
     pointer: Pointer,
     room: SimulatedRoom,
 ) -> dict[str, Any]:
-    whole = laboratory_settings(laboratory)
-    whole["settings"] |= {
+    settings = {
         "options": {"participant": somebody.code, "protocol": loaded.settings.name, "session": session},
         "protocol": loaded.recorded,
         "room": room.model_dump(),
         "participant_model": asdict(pointer.character),
     }
-    whole["hashes"] |= {"protocol": loaded.sha256}
-    return whole | {
-        "command": "exograv study example --simulate",
-        "disturbance_level": LEVEL,
-        "seed": somebody.seed,
-    }
+    command, hashes = "exograv study example --simulate", {"protocol": loaded.sha256}
+    return run_settings(laboratory, command, LEVEL, somebody.seed, settings, hashes)

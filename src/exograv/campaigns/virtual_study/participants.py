@@ -10,7 +10,7 @@ from exograv.errors import ConfigError, IdentificationError, RigError
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
-from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.provenance import run_settings
 from exograv.loop.pilot import Progress
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import day_seed
@@ -169,20 +169,15 @@ class Life:
         return person
 
     def _settings(self, stage: Stage, loaded: LoadedProtocol, number: int, seed: int, habits: Habits) -> dict[str, Any]:
-        whole = laboratory_settings(stage.laboratory)
-        whole["settings"] |= {
+        settings = {
             "options": {"participant": self._career.code, "protocol": loaded.settings.name, "session": number},
             "protocol": loaded.recorded,
             "room": self._room.model_dump(),
             "participant_model": asdict(habits),
             "condition": self._career.condition_name,
         }
-        whole["hashes"] |= {"protocol": loaded.sha256}
-        return whole | {
-            "command": "exograv simulate-study --simulate",
-            "disturbance_level": self._options.level,
-            "seed": seed,
-        }
+        command, hashes = "exograv simulate-study --simulate", {"protocol": loaded.sha256}
+        return run_settings(stage.laboratory, command, self._options.level, seed, settings, hashes)
 
     def _tell(self, _text: str, share: float) -> None:
         """The share of all that this person does; that of one part of it comes in."""

@@ -12,7 +12,7 @@ from exograv.laboratory.participant.habits import Habits, register
 from exograv.laboratory.participant.task_course import TaskCourse, silence, task_message
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
-from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
@@ -250,18 +250,10 @@ class _Training:
     def _settings(self) -> dict[str, Any]:
         options, asked = self._options, self._asked
         habits = Habits(interval_s=asked.loaded.settings.windows.interval_s)
-        whole = laboratory_settings(self._laboratory)
-        whole["settings"] |= {
-            # A file's place changes nothing; which files were read stands in the hashes.
-            "options": asdict(options)
-            | {
-                "rig": asked.rig,
-                "calibration": None,
-                "person_file": None,
-                "allocation": None,
-                "resume": False,
-                "lsl": False,
-            },
+        # A file's place changes nothing; which files were read stands in the hashes.
+        places = dict.fromkeys(("calibration", "person_file", "allocation"))
+        settings = {
+            "options": asdict(options) | places | {"rig": asked.rig, "resume": False, "lsl": False},
             "protocol": asked.loaded.recorded,
             "room": self._room.model_dump(),
             "surroundings": {
@@ -272,14 +264,11 @@ class _Training:
             "participant_model": asdict(habits),
             "participant_constants": [asdict(one) for one in register(habits)],
         }
-        whole["hashes"] |= {"protocol": asked.loaded.sha256}
+        hashes = {"protocol": asked.loaded.sha256}
         if asked.allocation_sha256 is not None:
-            whole["hashes"]["allocation"] = asked.allocation_sha256
-        return whole | {
-            "command": "exograv train --simulate",
-            "disturbance_level": options.level,
-            "seed": options.seed,
-        }
+            hashes["allocation"] = asked.allocation_sha256
+        command = "exograv train --simulate"
+        return run_settings(self._laboratory, command, options.level, options.seed, settings, hashes)
 
 
 def how_to_go_on(options: TrainOptions, folder: Path) -> str | None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.support_level.preparation import WeakSubject, subject
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.assist.page import write_assist_page
@@ -112,14 +112,9 @@ def how_to_go_on(options: AssistOptions, folder: Path) -> str:
 
 
 def _settings(options: AssistOptions, one: WeakSubject, loaded: LoadedAssist, session: AssistSession) -> dict[str, Any]:
-    whole = laboratory_settings(one.laboratory)
-    whole["settings"] |= {
+    settings = {
         "options": options.kept | {"participant": options.participant, "session": session.number},
         "protocol": loaded.settings.model_dump(mode="json"),
     }
-    whole["hashes"] |= {"protocol": loaded.sha256}
-    return whole | {
-        "command": "exograv assist --simulate",
-        "disturbance_level": options.level,
-        "seed": options.seed,
-    }
+    command, hashes = "exograv assist --simulate", {"protocol": loaded.sha256}
+    return run_settings(one.laboratory, command, options.level, options.seed, settings, hashes)

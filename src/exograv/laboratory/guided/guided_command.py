@@ -11,7 +11,7 @@ import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.laboratory.preparation import Preparation, prepare
-from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, driven_laboratory
 from exograv.loop.pilot import Progress
 from exograv.model.description import Side
@@ -183,10 +183,8 @@ def _person(kind: PersonKind, arm: FloatingArm[Twin]) -> Callable[[], bool]:
 
 def writer_of(path: Path, options: GuidedOptions, laboratory: VirtualLaboratory, command: str) -> RecordingWriter:
     """A recording of this run, to be entered."""
-    whole = laboratory_settings(laboratory)
-    whole["settings"]["options"] = asdict(options)
-    about = {"command": command, "disturbance_level": options.level, "seed": options.seed}
-    return RecordingWriter(path, laboratory.description.joints, whole | about)
+    settings = run_settings(laboratory, command, options.level, options.seed, {"options": asdict(options)})
+    return RecordingWriter(path, laboratory.description.joints, settings)
 
 
 def about_run(options: GuidedOptions, laboratory: VirtualLaboratory, recorded: Path) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from exograv.laboratory.provenance import laboratory_settings
+from exograv.laboratory.provenance import run_settings
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.support_level.outcome import figures
 from exograv.procedures.rehabilitation.support_level.recorded_attempts import recorded_attempts
@@ -88,12 +88,9 @@ def _drawn(result: dict[str, Any], folder: Path, name: str) -> dict[str, Any]:
 
 
 def _settings(options: SupportOptions, one: WeakSubject) -> dict[str, Any]:
-    whole = laboratory_settings(one.laboratory)
     # A file's place changes nothing; what it says is the weakness.
-    whole["settings"]["options"] = asdict(options) | {"person_file": None}
-    whole["settings"]["weakness"] = asdict(one.weakness) | {"strength": one.weakness.strength.tolist()}
-    return whole | {
-        "command": "exograv support-level",
-        "disturbance_level": options.level,
-        "seed": options.seed,
+    settings = {
+        "options": asdict(options) | {"person_file": None},
+        "weakness": asdict(one.weakness) | {"strength": one.weakness.strength.tolist()},
     }
+    return run_settings(one.laboratory, "exograv support-level", options.level, options.seed, settings)
