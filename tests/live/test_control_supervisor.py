@@ -127,6 +127,6 @@ def test_controls_that_die_at_once_are_given_up(make_desk):
     while desk.keeper.restarts < FRUITLESS_MAX and time.monotonic() < end:
         desk.keeper.check()
         time.sleep(0.05)
-    desk.keeper._process.join(SOON_S)
+    desk.keeper._child.await_exit(SOON_S)
     desk.keeper.check()
     assert desk.keeper.restarts == FRUITLESS_MAX

@@ -59,7 +59,7 @@ def test_each_word_is_passed_on_once(
         started.append((Process(), ours, its))
         return started[-1][0], ours
 
-    monkeypatch.setattr("exograv.live.worker_supervisor.spawned", spawned)
+    monkeypatch.setattr("exograv.runtime.processes.supervisor.spawned", spawned)
     memory = WorkerMemory(1, 1, 10)
     findings = memory.finding_ring()
     keeper = WorkerKeeper(WorkerJob(unbuilt, memory), findings, lambda *_: None, heard.append)

@@ -46,7 +46,7 @@ def learned(folder: Path, strike: signal.Signals) -> dict[str, Any]:
     def started(running: Running) -> None:
         worker = running.worker
         assert worker is not None
-        pid = worker.process.pid or 0
+        pid = worker.pid
 
         def later() -> None:
             time.sleep(20.0)

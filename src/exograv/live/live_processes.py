@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
@@ -22,12 +20,12 @@ from exograv.runtime.control_loop.guard_process import GuardedRig, GuardJob, Gua
 from exograv.runtime.control_loop.worker import WorkerJob
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.processes.shared_memory import Mailbox
-from exograv.runtime.processes.spawn import spawned
+from exograv.runtime.processes.supervisor import Supervisor
 from exograv.runtime.recorder.recorder import Recorder, RecorderReport, timing_message
 from exograv.runtime.ros2.bridging import Bridging
 
 from .arm_worker import LearnedArm, PassesResult
-from .control_supervisor import ControlKeeper, await_word
+from .control_supervisor import ControlKeeper
 from .footprint import Footprint
 from .worker_supervisor import WorkerKeeper
 
@@ -80,7 +78,7 @@ class LiveResult:
 class Running:
     """What runs, for whoever wants to disturb it."""
 
-    guard: BaseProcess
+    guard: Supervisor[GuardJob]
     control: ControlKeeper
     recorder: Recorder
     states: Mailbox
@@ -124,9 +122,9 @@ def fly(
             parts.guard, channels, round(seconds * 1e9 / parts.period_ns), parts.mode_names, notes=parts.notes,
             period_ns=parts.period_ns, is_steered=parts.is_steered
         )  # fmt: skip
-        guard, to_guard = spawned("guard", guard_process, job)
+        guard = Supervisor("guard", guard_process, job)
         stack.callback(_end, guard)
-        line = GuardLine(to_guard, bell)
+        line = GuardLine(guard.connection, bell)
         control = ControlKeeper(parts.control, parts.control_again, channels, states, answers)
         stack.callback(control.close)
         worker = None if parts.worker is None else _worker(parts.worker, recorder, line, stack)
@@ -135,18 +133,18 @@ def fly(
             stack.callback(ros2.close)
             ros2.begin(recorder, states, line.send)
         control.await_ready()
-        await_word(guard, to_guard)
+        guard.await_ready()
         if worker is not None:
-            await_word(worker.process, worker.connection)
+            worker.await_ready()
         if listening is not None:
             listening.begin(recorder.write)
-        to_guard.send("go")
+        guard.send("go")
         begun = time.monotonic()
         started(Running(guard, control, recorder, states, answers, line, worker))
         pids = {"guard": guard, "control": control, "recorder": recorder}
         footprint = Footprint({"session": os.getpid} | {name: partial(_pid, one) for name, one in pids.items()})
         others = (recorder, control, worker, footprint, listening, ros2)
-        report = _watched(guard, to_guard, line, others, progress, seconds, hears)
+        report = _watched(guard, line, others, progress, seconds, hears)
         wall_s = time.monotonic() - begun
         if worker is not None:
             worker.note()
@@ -171,13 +169,12 @@ def _worker(job: WorkerJob, recorder: Recorder, line: GuardLine, stack: contextl
     return keeper
 
 
-def _pid(process: BaseProcess | ControlKeeper | Recorder) -> int:
-    return process.pid or 0
+def _pid(process: Supervisor[GuardJob] | ControlKeeper | Recorder) -> int:
+    return process.pid
 
 
-def _end(guard: BaseProcess) -> None:
-    guard.join(2.0)
-    if guard.is_alive():
+def _end(guard: Supervisor[GuardJob]) -> None:
+    if guard.await_exit(2.0) is None:
         guard.kill()
 
 
@@ -201,8 +198,7 @@ class Watched(Protocol):
 
 
 def _watched(
-    guard: BaseProcess,
-    connection: Connection,
+    guard: Supervisor[GuardJob],
     line: GuardLine,
     others: Sequence[Watched | None],
     progress: Progress,
@@ -213,10 +209,15 @@ def _watched(
     begun = time.monotonic()
     while True:
         try:
-            if connection.poll(CHECK_S):
-                word = connection.recv()
-                if isinstance(word, GuardReport):
-                    return word
+            word = guard.next_word(CHECK_S)
+            if isinstance(word, GuardReport):
+                return word
+            if guard.has_hung_up:
+                raise RigError(
+                    f"The guard's process died (exit status {guard.await_exit(1.0)}); the drives' own watchdog brakes "
+                    "the arm."
+                )
+            if word is not None:
                 hears(word)
                 continue
             for other in others:
@@ -225,8 +226,3 @@ def _watched(
             progress("Floating live", min((time.monotonic() - begun) / seconds, 1.0))
         except KeyboardInterrupt:
             line.send(ENDS)
-        except EOFError:
-            guard.join(1.0)
-            raise RigError(
-                f"The guard's process died (exit status {guard.exitcode}); the drives' own watchdog brakes the arm."
-            ) from None

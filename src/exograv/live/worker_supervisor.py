@@ -1,14 +1,11 @@
 """The parent's side of a worker: it is started, replaced when it dies, and what it finds is recorded and passed on."""
 
-import contextlib
 from collections.abc import Callable, Mapping
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from typing import Any
 
 from exograv.runtime.control_loop.worker import WorkerJob, worker_process
 from exograv.runtime.processes.shared_memory import Ring
-from exograv.runtime.processes.spawn import spawned
+from exograv.runtime.processes.supervisor import Supervisor
 
 from .arm_worker import Judged, LearnedArm, PassesResult
 
@@ -33,22 +30,29 @@ class WorkerKeeper:
             accept: Told what was learned in the end, and that a verification's passes have been flown.
         """
         self._job, self._findings, self._record, self._accept = job, findings, record, accept
-        self.restarts = 0
         self.learned: LearnedArm | None = None
         self.passed: PassesResult | None = None
         self.judged: Judged | None = None
         """How far it is."""
-        self._start()
+        self._child = Supervisor("worker", worker_process, job, RESTARTS_MAX)
 
     @property
-    def process(self) -> BaseProcess:
-        """The worker in charge."""
-        return self._process
+    def pid(self) -> int:
+        """Identifier of the worker in charge."""
+        return self._child.pid
 
     @property
-    def connection(self) -> Connection:
-        """To it."""
-        return self._connection
+    def restarts(self) -> int:
+        """Workers that had to be replaced."""
+        return self._child.restarts
+
+    def await_ready(self) -> None:
+        """Wait until the worker has built what it needs.
+
+        Raises:
+            RigError: The worker has died, or takes too long.
+        """
+        self._child.await_ready()
 
     def figures(self) -> dict[str, Any]:
         """As `Flown` has them."""
@@ -60,15 +64,10 @@ class WorkerKeeper:
         self.note()
         if self._is_over:
             return
-        try:
-            while self._connection.poll():
-                self._hear(self._connection.recv())
-        except (EOFError, OSError):
-            self._process.join(1.0)
-        if not self._is_over and not self._process.is_alive() and self.restarts < RESTARTS_MAX:
-            self._connection.close()
-            self.restarts += 1
-            self._start()
+        for word in self._child.heard():
+            self._hear(word)
+        if not self._is_over and not self._child.is_alive:
+            self._child.replace(self._job)
 
     def note(self) -> None:
         """Have what is new recorded."""
@@ -77,13 +76,7 @@ class WorkerKeeper:
 
     def close(self) -> None:
         """Say that it is over."""
-        with contextlib.suppress(OSError):
-            self._connection.send("over")
-        self._process.join(2.0)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join(1.0)
-        self._connection.close()
+        self._child.end(2.0, "over")
 
     def _hear(self, word: object) -> None:
         # One that follows on another learns all anew; the guard knows the person already.
@@ -100,6 +93,3 @@ class WorkerKeeper:
     def _is_over(self) -> bool:
         newest = self.passed or self.learned
         return newest is not None and not newest.is_led
-
-    def _start(self) -> None:
-        self._process, self._connection = spawned("worker", worker_process, self._job)

@@ -137,7 +137,7 @@ def test_events_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
             control.put(5)
             wait_for(lambda k=k: recorder.check().acknowledged == 5 * (k + 1), "ticks on disk")
             os.kill(recorder.pid, signal.SIGKILL)
-            wait_for(lambda: not recorder._process.is_alive(), "its end")
+            wait_for(lambda: not recorder._child.is_alive, "its end")
         recorder.finish()
     assert [note["text"] for note in read_recording(tmp_path / "a.mcap").messages("/event")] == ["0", "1", "2"]
 
@@ -286,7 +286,7 @@ def test_an_alteration_of_the_file_under_a_killed_recorder_is_reported(tmp_path:
         control.put(100)
         wait_for(lambda: recorder.check().acknowledged == 100, "ticks on disk")
         os.kill(recorder.pid, signal.SIGKILL)
-        wait_for(lambda: not recorder._process.is_alive(), "its end")
+        wait_for(lambda: not recorder._child.is_alive, "its end")
         altered = path.read_bytes()[:-50]
         path.write_bytes(altered)
         wait_for(lambda: not recorder.check().recording_ok, "an alarm")

@@ -1,6 +1,5 @@
 """The parent's side of other devices: a listener, and another when it dies; what becomes of their streams is noted."""
 
-import contextlib
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -10,7 +9,7 @@ from typing import Any
 from exograv.errors import ConfigError, RigError
 from exograv.recording.stream_block import packed_size
 from exograv.runtime.processes.shared_memory import Ring
-from exograv.runtime.processes.spawn import spawned
+from exograv.runtime.processes.supervisor import Supervisor
 
 from .blocks import BLOCK, DATA_BYTES, SLOTS, RecordedDevices
 from .library import require_lsl
@@ -46,9 +45,9 @@ class Listening:
         require_lsl()
         self._ring = Ring(BLOCK, SLOTS)
         self._job = ListenerJob(self._ring.name, tuple(wanted), within_s)
-        self._connections, self._record, self.restarts = Counter[str](), None, 0
+        self._connections, self._record = Counter[str](), None
         self._notes = Counter[str]()
-        self._start()
+        self._child = Supervisor("listener", listen, self._job, RESTARTS_MAX)
         try:
             self.found: tuple[FoundStream, ...] = self._found(within_s + START_MAX_S)
         except BaseException:
@@ -59,34 +58,34 @@ class Listening:
     @property
     def pid(self) -> int:
         """Of the listener."""
-        return self._process.pid or 0
+        return self._child.pid
+
+    @property
+    def restarts(self) -> int:
+        """Listeners that had to be replaced."""
+        return self._child.restarts
 
     def begin(self, record: Record) -> None:
         """Record from now on; `record` takes the messages of `/stream`."""
         self._record = record
-        with contextlib.suppress(OSError):  # it has died; `check` starts another
-            self._line.send("begin")
+        self._child.send("begin")  # if the listener has died, `check` starts another
 
     def check(self) -> None:
         """Pass on what is new, and start another listener if this one has died. To be called some times a second."""
         self._hear()
-        if self._record is not None and not self._process.is_alive() and self.restarts < RESTARTS_MAX:
-            self.restarts += 1
-            self._line.close()
+        if self._record is not None and not self._child.is_alive:
             connections = tuple(self._connections[one.topic] for one in self.devices.streams)
-            self._job = replace(self._job, found=self.found, connections=connections)
-            self._start()
-            self.begin(self._record)
+            if self._child.replace(replace(self._job, found=self.found, connections=connections)):
+                self.begin(self._record)
 
     def finish(self) -> None:
         """Have the last samples handed over; before the recorder completes its file."""
         if self._record is None:
             return
-        with contextlib.suppress(OSError):
-            self._line.send("over")
+        self._child.send("over")
         until = time.monotonic() + END_MAX_S + 1.0
-        while self._process.is_alive() and time.monotonic() < until and not self._hear():
-            self._process.join(0.02)
+        while self._child.is_alive and time.monotonic() < until and not self._hear():
+            self._child.await_exit(0.02)
         self._hear()
         self._record = None
 
@@ -105,11 +104,7 @@ class Listening:
     def close(self) -> None:
         """End it, and let go of the memory."""
         self.finish()
-        self._line.close()
-        self._process.join(0.5)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join(1.0)
+        self._child.end(0.5)
         self._ring.close()
 
     def __enter__(self) -> "Listening":
@@ -118,14 +113,8 @@ class Listening:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _start(self) -> None:
-        self._process, self._line = spawned("listener", listen, self._job)
-
     def _found(self, within_s: float) -> tuple[FoundStream, ...]:
-        try:
-            word = self._line.recv() if self._line.poll(within_s) else None
-        except EOFError:
-            word = None
+        word = self._child.next_word(within_s)
         if word is None:
             raise RigError("The listener for streams of LSL did not begin. What it wrote above says why.")
         if isinstance(word, ConfigError):
@@ -139,16 +128,12 @@ class Listening:
         return word
 
     def _hear(self) -> bool:
-        """Whether the listener has said its last word."""
-        try:
-            while self._line.poll():
-                word = self._line.recv()
-                if word is None:
-                    return True
-                if isinstance(word, dict) and self._record is not None:
-                    self._connections[word["topic"]] = word["connection"]
-                    self._notes[f"{word['topic']} {word['kind']}"] += 1
-                    self._record("/stream", 0.0, word)
-        except (EOFError, OSError):
-            pass  # it has died
+        """True if the listener has said its last word."""
+        for word in self._child.heard():
+            if word is None:
+                return True
+            if isinstance(word, dict) and self._record is not None:
+                self._connections[word["topic"]] = word["connection"]
+                self._notes[f"{word['topic']} {word['kind']}"] += 1
+                self._record("/stream", 0.0, word)
         return False

@@ -27,7 +27,7 @@ from exograv.runtime.lsl.blocks import RecordedDevices
 from exograv.runtime.lsl.library import require_lsl
 from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
-from exograv.runtime.processes.spawn import spawned
+from exograv.runtime.processes.supervisor import Supervisor
 
 from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, RecorderJob, record
 
@@ -118,12 +118,12 @@ class Recorder:
         self._status = Mailbox(STATUS)
         self.inlet = Inlet(len(joints), self._ticks.name, self._events.name)
         self._job = RecorderJob(
-            path, tuple(joints), dict(settings), self.inlet, self._status.name, 0, sync_every_s, outlets, devices
+            path, tuple(joints), dict(settings), self.inlet, self._status.name, 1, sync_every_s, outlets, devices
         )
-        self._failure, self._fruitless, self._safe_at_start = "", 0, 0
+        self._failure, self._safe_at_start = "", 0
         self._messages: list[tuple[str, float, dict[str, Any]]] = []
         self._one_at_a_time = threading.RLock()
-        self._start()
+        self._child = Supervisor("recorder", record, self._job, FRUITLESS_MAX - 1)
         self._await_start()
 
     @property
@@ -134,7 +134,7 @@ class Recorder:
     @property
     def pid(self) -> int:
         """Of the recorder process."""
-        return self._process.pid or 0
+        return self._child.pid
 
     @property
     def failure(self) -> str:
@@ -144,7 +144,7 @@ class Recorder:
     def check(self) -> RecorderReport:
         """Start another recorder if it has died, and say how the recording is. To be called some times a second."""
         self._failure = self.failure
-        if not self._failure and not self._process.is_alive():
+        if not self._failure and not self._child.is_alive:
             self._replace()
         return self._report()
 
@@ -155,7 +155,7 @@ class Recorder:
         """
         with self._one_at_a_time:
             self._messages.append((topic, t, dict(message)))
-            self._pass_on(self._messages[-1])
+            self._child.send(self._messages[-1])
 
     def finish(self, timing: Mapping[str, Any] | None = None) -> RecorderReport:
         """Complete the file when control has put its last tick.
@@ -165,13 +165,12 @@ class Recorder:
         """
         until = time.monotonic() + END_MAX_S
         self._say_end(timing)
-        while not self._failure and self._process.exitcode != 0:
-            self._process.join(0.1)
-            if self._process.exitcode:
+        while not self._failure and self._child.exit_status != 0:
+            if self._child.await_exit(0.1):
                 self._replace()
                 self._say_end(timing)
             if time.monotonic() > until:
-                self._process.kill()
+                self._child.kill()
                 self._failure = (
                     f"The recorder did not complete {self._job.path} within {END_MAX_S:g} s. The file can be read as "
                     "far as it goes; look whether its disk still works."
@@ -181,8 +180,7 @@ class Recorder:
     def close(self) -> None:
         """Complete the file, if that has not happened, and let go of the memory."""
         self.finish()
-        self._parent_end.close()
-        self._process.join(1.0)
+        self._child.hang_up(1.0)
         for memory in (self._ticks, self._events, self._status):
             memory.close()
 
@@ -192,39 +190,32 @@ class Recorder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _start(self) -> None:
-        self._job = dataclasses.replace(self._job, start=self._job.start + 1)
-        self._safe_at_start = self._ticks.acknowledged
-        with self._one_at_a_time:
-            self._process, self._parent_end = spawned("recorder", record, self._job)
-            for message in self._messages:  # it leaves out those that its file holds already
-                self._pass_on(message)
-
-    def _pass_on(self, message: tuple[str, float, dict[str, Any]]) -> None:
-        with contextlib.suppress(OSError):  # it has died; its successor is told
-            self._parent_end.send(message)
-
     def _replace(self) -> None:
-        code = self._process.exitcode
-        self._parent_end.close()
+        code = self._child.exit_status
         if code == GAVE_UP:
             self._failure = self._said("why").decode()
             return
         is_fruitless = code != -signal.SIGKILL and self._ticks.acknowledged == self._safe_at_start
-        self._fruitless = self._fruitless + 1 if is_fruitless else 0
-        if self._fruitless >= FRUITLESS_MAX:
+        if not self._start_another(is_fruitless):
             self._failure = (
                 f"{FRUITLESS_MAX} recorders in a row ended by themselves (exit code {code}) and wrote nothing to "
                 f"{self._job.path}. Their last words are on this terminal; please report them."
             )
-            return
-        self._start()
+
+    def _start_another(self, is_fruitless: bool) -> bool:
+        safe, job = self._ticks.acknowledged, dataclasses.replace(self._job, start=self._child.restarts + 2)
+        with self._one_at_a_time:
+            if not self._child.replace(job, is_fruitless):
+                return False
+            self._safe_at_start = safe
+            for message in self._messages:  # the recorder leaves out those that its file holds already
+                self._child.send(message)
+        return True
 
     def _await_start(self) -> None:
         until = time.monotonic() + START_MAX_S
         while self._status.read() is None and not self._failure and time.monotonic() < until:
-            self._process.join(0.02)
-            if self._process.exitcode is not None:
+            if self._child.await_exit(0.02) is not None:
                 self._replace()
         if self._status.read() is None:
             self._failure = self._failure or f"The recorder did not start within {START_MAX_S:g} s."
@@ -233,13 +224,12 @@ class Recorder:
             raise RecordingError(why)
 
     def _say_end(self, timing: Mapping[str, Any] | None) -> None:
-        message = {**timing, "ticks_lost": self._ticks.lost, "recorder_restarts": self._job.start - 1} if timing else {}
-        with contextlib.suppress(OSError):  # it has died; its successor is told
-            self._parent_end.send(message)
+        counts = {"ticks_lost": self._ticks.lost, "recorder_restarts": self._child.restarts}
+        self._child.send({**timing, **counts} if timing else {})
 
     def _report(self) -> RecorderReport:
         safe, lost, why = self._ticks.acknowledged, self._ticks.lost, self._failure
-        waiting, restarts = self._ticks.written - safe, self._job.start - 1
+        waiting, restarts = self._ticks.written - safe, self._child.restarts
         if not why and lost:
             why = f"{lost} ticks are missing in {self._job.path}: its disk or its recorder stood still for too long."
         if not why and waiting > TICKS_WAITING_MAX:

@@ -4,14 +4,12 @@ import contextlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from typing import Any
 
 from exograv.errors import ConfigError, RigError
 from exograv.runtime.control_loop.exchange import FeltLevel
 from exograv.runtime.processes.shared_memory import Mailbox
-from exograv.runtime.processes.spawn import spawned
+from exograv.runtime.processes.supervisor import Supervisor
 from exograv.runtime.recorder.recorder import Recorder
 
 from .bridge import BridgeJob, bridge_process
@@ -58,14 +56,14 @@ class Bridging:
     def __init__(self, wanted: Ros2, joints: tuple[str, ...]):
         """Nothing is started yet."""
         self._wanted, self._joints, self.levels = wanted, joints, Levels(wanted.accepts_level)
-        self._process: BaseProcess | None = None
+        self._child: Supervisor[BridgeJob] | None = None
         self._published: int | None = None
         self._ended = ""
 
     @property
     def pid(self) -> int:
         """Of the bridge."""
-        return 0 if self._process is None else self._process.pid or 0
+        return 0 if self._child is None else self._child.pid
 
     def begin(self, recorder: Recorder, states: Mailbox, tell: Callable[[FeltLevel], object]) -> None:
         """Start it, and wait until it has joined the graph; before anything moves.
@@ -81,8 +79,8 @@ class Bridging:
         """
         self._states, self._tell, self._record = states, tell, recorder.write
         job = BridgeJob(recorder.inlet, self._joints, self._wanted.router, self._wanted.domain)
-        self._process, self._line = spawned("ros2", bridge_process, job)
-        word = _first_word(self._line)
+        self._child = Supervisor("ros2", bridge_process, job)
+        word = self._child.next_word(READY_MAX_S)
         if isinstance(word, ConfigError):
             raise word
         if word is None:
@@ -90,17 +88,15 @@ class Bridging:
 
     def check(self) -> None:
         """Pass on what is new; to be called some times a second. A bridge that has died is not missed."""
-        if self._process is None or self._ended:
+        if self._child is None or self._ended:
             return
         newest = self._states.read()
         if newest is not None:
             self.levels.look(int(newest[1]["safe_state"]))
-        try:
-            while self._line.poll():
-                self._hear(self._line.recv(), 0.0 if newest is None else float(newest[1]["now"]))
-        except (EOFError, OSError):
-            self._process.join(1.0)
-            status = self._process.exitcode
+        for level in self._child.heard():
+            self._child.send(self._answer(level, 0.0 if newest is None else float(newest[1]["now"])))
+        if self._child.has_hung_up:
+            status = self._child.exit_status
             self._ended = f"The bridge to ROS 2 has ended (exit status {status}), and the run went on without it."
 
     def figures(self) -> dict[str, Any]:
@@ -114,32 +110,20 @@ class Bridging:
 
     def close(self) -> None:
         """End it."""
-        if self._process is None:
+        if self._child is None:
             return
-        with contextlib.suppress(EOFError, OSError):
-            self._line.send(None)
-            while self._line.poll(2.0):
-                if isinstance(word := self._line.recv(), int):
-                    self._published = word
-        self._line.close()
-        self._process.join(1.0)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join(1.0)
-        self._process = None
+        self._child.send(None)
+        while (word := self._child.next_word(2.0)) is not None:
+            if isinstance(word, int):
+                self._published = word
+        self._child.end(1.0)
+        self._child = None
 
-    def _hear(self, level: float, now: float) -> None:
+    def _answer(self, level: float, now: float) -> str:
         why = self.levels.ask(level, now)
         if why:
-            self._line.send(f"{level:g} is refused: {why}.")
-            return
+            return f"{level:g} is refused: {why}."
         self._record("/control", now, {"act": "level", "gravity_level": level})
-        self._tell(FeltLevel(level))
-        self._line.send(f"{level:g} of the arm's weight is asked for; the guard decides.")
-
-
-def _first_word(line: Connection) -> object:
-    try:
-        return line.recv() if line.poll(READY_MAX_S) else None
-    except EOFError:
-        return None
+        with contextlib.suppress(OSError):  # the guard has died, which its parent notices by itself
+            self._tell(FeltLevel(level))
+        return f"{level:g} of the arm's weight is asked for; the guard decides."

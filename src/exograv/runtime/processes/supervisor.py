@@ -1,0 +1,154 @@
+"""Parent's side of a child process: start it, hear it, replace it when it is dead or hangs, and end it.
+
+A supervisor holds one process at a time. Its owner decides when the process is to be replaced and what a replacement is
+started with; the supervisor counts replacements and refuses those beyond the limit.
+"""
+
+import contextlib
+from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
+from typing import Any, Generic, TypeVar
+
+from exograv.errors import RigError
+
+from .spawn import spawned
+
+READY_MAX_S = 120.0
+"""For a process to build what it needs, including the compilation of its kernels [s]."""
+
+EXIT_S = 1.0
+"""For a process that was killed, or that closed its line, to leave its exit status [s]."""
+
+
+Job = TypeVar("Job")
+
+
+class Supervisor(Generic[Job]):
+    """One process, and its replacements."""
+
+    def __init__(
+        self,
+        name: str,
+        target: Callable[[Job, Connection], object],
+        job: Job,
+        fruitless_max: int = 0,
+    ):
+        """Start the first process.
+
+        Args:
+            name: Name of the process.
+            target: Function that the process runs; it gets the job and its end of the line.
+            job: Argument of the first process.
+            fruitless_max: Limit of processes in a row that are replaced though they achieved nothing.
+        """
+        self._name, self._target, self._fruitless_max = name, target, fruitless_max
+        self.restarts = self._fruitless = 0
+        self._start(job)
+
+    @property
+    def pid(self) -> int:
+        """Identifier of the process in charge; 0 if there is none."""
+        return self._process.pid or 0
+
+    @property
+    def is_alive(self) -> bool:
+        """True if the process runs, even if it hangs."""
+        return self._process.is_alive()
+
+    @property
+    def exit_status(self) -> int | None:
+        """Exit status; None while the process runs."""
+        return self._process.exitcode
+
+    @property
+    def connection(self) -> Connection:
+        """Parent's end of the line to the process in charge."""
+        return self._line
+
+    def kill(self) -> None:
+        """Kill the process at once."""
+        self._process.kill()
+
+    def send(self, word: object) -> None:
+        """Send a message; a process that has died does not get it."""
+        with contextlib.suppress(OSError):
+            self._line.send(word)
+
+    def heard(self) -> Iterator[Any]:
+        """Messages that have arrived. Sets `has_hung_up` when the process has closed its line."""
+        try:
+            while self._line.poll():
+                yield self._line.recv()
+        except (EOFError, OSError):
+            self.has_hung_up = True
+            self._process.join(EXIT_S)
+
+    def next_word(self, within_s: float) -> Any:
+        """Next message; None if the process is silent for so long, or has closed its line (`has_hung_up`)."""
+        try:
+            return self._line.recv() if self._line.poll(within_s) else None
+        except (EOFError, OSError):
+            self.has_hung_up = True
+            return None
+
+    def await_ready(self) -> None:
+        """Wait for the first message, which says that the process is ready.
+
+        Raises:
+            RigError: The process has died, or takes too long.
+        """
+        if self.next_word(READY_MAX_S) is None:
+            self._process.join(EXIT_S)
+            raise RigError(
+                f"The process '{self._name}' was not ready (exit status {self.exit_status}). What it wrote above says "
+                "why; then repeat."
+            )
+
+    def await_exit(self, within_s: float) -> int | None:
+        """Wait for the end of the process; its exit status, None if it still runs."""
+        self._process.join(within_s)
+        return self.exit_status
+
+    def succeeded(self) -> None:
+        """Count fruitless replacements from zero again: the process in charge has achieved something."""
+        self._fruitless = 0
+
+    def replace(self, job: Job, was_fruitless: bool = True) -> bool:
+        """Kill the process if it still runs, and start another; False if the limit of replacements is reached.
+
+        Args:
+            job: Argument of the next process.
+            was_fruitless: True if the process that is replaced counts for the limit; else the count begins again.
+        """
+        if was_fruitless and self._fruitless >= self._fruitless_max:
+            return False
+        self._fruitless = self._fruitless + 1 if was_fruitless else 0
+        self.restarts += 1
+        self._kill()
+        self._line.close()
+        self._start(job)
+        return True
+
+    def hang_up(self, patience_s: float) -> None:
+        """Close the line, which tells the process that the parent is gone, and wait for its end."""
+        self._line.close()
+        self._process.join(patience_s)
+
+    def end(self, patience_s: float, word: object = None) -> None:
+        """End the process: say `word`, or close the line if there is none; kill what runs after `patience_s`."""
+        if word is None:
+            self.hang_up(patience_s)
+        else:
+            self.send(word)
+            self._process.join(patience_s)
+        self._kill()
+        self._line.close()
+
+    def _start(self, job: Job) -> None:
+        self._process, self._line = spawned(self._name, self._target, job)
+        self.has_hung_up = False
+
+    def _kill(self) -> None:
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join(EXIT_S)
