@@ -1,6 +1,7 @@
 """Every method gets every sample; what is done is kept, whoever stops it."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,13 @@ from exograv.campaigns.benchmark_identification import benchmark
 from exograv.campaigns.benchmark_identification.benchmark import run_benchmark
 from exograv.campaigns.benchmark_identification.cases import Case
 from exograv.campaigns.benchmark_identification.options import BenchmarkOptions
-from exograv.campaigns.benchmark_identification.process_pool import run_all
 from exograv.campaigns.benchmark_identification.runs import Intervals, MethodRun, RunFile
 from exograv.campaigns.benchmark_identification.stream_replay import replay
 from exograv.campaigns.benchmark_identification.streams import Samples
-from exograv.campaigns.benchmark_identification.work import WearerTask
+from exograv.campaigns.benchmark_identification.work import WearerTask, run_machine
 from exograv.errors import RecordingError
 from exograv.identification.core.interface import Estimate, Sample
+from exograv.runtime.processes.process_pool import results_of
 
 CASE = Case("harmonic", 2, wearer_seed=0, machine_seed=0)
 
@@ -93,11 +94,11 @@ def test_a_new_start_keeps_the_old_runs_beside(tmp_path: Path):
 
 def test_the_keyboard_stops_it_and_what_is_done_is_kept(tmp_path: Path, monkeypatch):
     def two_then_stop(*_):
-        yield done("recursive", 0)
-        yield done("gradient", 0)
+        yield 0, done("recursive", 0)
+        yield 0, done("gradient", 0)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(benchmark, "run_all", two_then_stop)
+    monkeypatch.setattr(benchmark, "results_of", two_then_stop)
     options = BenchmarkOptions(wearers=0, streams=3, methods=("recursive", "gradient"))
     result = run_benchmark(options, tmp_path, lambda _text, _share: None)
     assert (result["interrupted"], result["runs_done"], result["runs_wanted"]) == (True, 2, 6)
@@ -107,7 +108,10 @@ def test_the_keyboard_stops_it_and_what_is_done_is_kept(tmp_path: Path, monkeypa
 def test_several_processes_bring_the_same_runs_as_one():
     # A level that does not exist: refused in every process, in a moment, and counted.
     tasks = [[WearerTask(replace(CASE, level=9, wearer_seed=k), ("recursive", "ekf"), ())] for k in range(2)]
-    alone, together = (list(run_all(tasks, 1.0, processes, lambda _text: None)) for processes in (1, 2))
+    work = partial(run_machine, seconds=1.0)
+    alone, together = (
+        [run for _, run in results_of(work, tasks, processes, lambda _text: None, "lost")] for processes in (1, 2)
+    )
     assert all("level 9 does not exist" in (one.failed or "") for one in alone)
     assert sorted(alone, key=repr) == sorted(together, key=repr)
     assert len(alone) == 4

@@ -190,10 +190,10 @@ def test_a_process_that_is_killed_loses_nothing(study_of: StudyOf, tmp_path: Pat
     struck = []
 
     def strike(_text: str, share: float) -> None:
-        busy = [worker for worker in runner.crew if worker.batch is not None]
+        busy = runner.pool.busy
         if share > 0.2 and busy and not struck:
-            struck.append(busy[0].process.pid)
-            busy[0].process.kill()
+            struck.append(busy[0].pid)
+            busy[0].kill()
 
     result = run_sweep(study, SweepOptions(), tmp_path / "struck", strike)
     assert struck

@@ -3,21 +3,27 @@
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from exograv.loop.pilot import Progress
+from exograv.runtime.processes.process_pool import results_of
 
 from .bootstrap import RESAMPLES
 from .comparison import paired, parts, ratios, winner
 from .measures import left_over, rounded, row, time_to
 from .options import BenchmarkOptions, machines
-from .process_pool import run_all
 from .runs import MethodRun, RunFile
 from .stream_replay import DURATIONS_S
-from .work import WearerTask
+from .work import WearerTask, run_machine
 
 FILE = "benchmark_identification.jsonl"
+
+LOST = (
+    "A process of the benchmark was ended from outside, perhaps because memory ran out. Runs that were done are kept: "
+    "go on with --resume, and with fewer --processes."
+)
 
 Group = tuple[str, int, str, str | None, str | None, bool]
 """Setting, level, profile, and what is varied: runs that may be compared."""
@@ -62,9 +68,10 @@ def _work_off(
     def tell(text: str) -> None:
         progress(f"{count}/{len(wanted)}: {text}", count / len(wanted))
 
-    arriving = run_all([tasks for tasks in left if tasks], options.seconds, options.processes, tell)
+    machines_left = [tasks for tasks in left if tasks]
+    arriving = results_of(partial(run_machine, seconds=options.seconds), machines_left, options.processes, tell, LOST)
     try:
-        for run in arriving:
+        for _, run in arriving:
             file.add(run)
             count += 1
             tell(f"wearer {run.case.wearer_seed}, '{run.method}' done")

@@ -20,7 +20,7 @@ from .subject import BenchmarkSubject
 BREAKDOWNS = (ExogravError, np.linalg.LinAlgError, FloatingPointError, ValueError)
 """How a run can fail: it is counted, and the others go on. Linear algebra says `ValueError` to what is not finite."""
 
-Tell = Callable[[str], None]
+Tell = Callable[[str], object]
 """What is going on."""
 
 
@@ -47,7 +47,7 @@ class WearerTask:
         )
 
 
-def run_machine(tasks: Sequence[WearerTask], seconds: float, tell: Tell) -> Iterator[MethodRun]:
+def run_machine(tasks: Sequence[WearerTask], tell: Tell, seconds: float) -> Iterator[MethodRun]:
     """All runs of one machine, each as soon as it is done; one that fails is a result too."""
     case = tasks[0].case
     try:

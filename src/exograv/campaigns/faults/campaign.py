@@ -3,13 +3,11 @@
 import contextlib
 import math
 import os
-import signal
 import sys
 import tempfile
 from collections.abc import Container, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +16,7 @@ from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.drive_sim import Bus
 from exograv.live.live_control import LivePlan
 from exograv.loop.pilot import Progress
-from exograv.runtime.processes.spawn import keyboard_ignored
+from exograv.runtime.processes.process_pool import ProcessPool, Tell, in_order
 
 from .checkpoint import KeptVerdicts
 from .driver_faults import ALL, ONLY_DRIVES
@@ -32,6 +30,11 @@ from .through_driver import driven_ground
 
 CHUNK = 20
 REPLAYS_MAX = 20
+
+LOST = (
+    "A process of the campaign was ended from outside, perhaps because memory ran out. Verdicts that were reached are "
+    "kept with --out: go on with --resume, and with fewer --processes."
+)
 
 STRIKES_MAX = 60
 """Of each kind; a live run lasts at most two hours."""
@@ -136,7 +139,9 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
             return _replayed(campaign, Path(folder), progress)
         kept = KeptVerdicts(campaign.out or Path(folder), campaign.identity, campaign.resume)
         verdicts, people = _flown(campaign, Path(folder), kept, progress)
-        bad = [verdict for verdict in verdicts if is_bad(verdict)][:REPLAYS_MAX]
+        # A campaign that was stopped early may know no file of a person whose verdicts it has kept.
+        bad = [one for one in verdicts if is_bad(one) and one.scenario.number % campaign.persons < len(people)]
+        bad = bad[:REPLAYS_MAX]
         small = []
         for k, verdict in enumerate(bad):
             progress("Shrinking what went wrong", k / len(bad))
@@ -145,7 +150,7 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
         # Processes are stopped and their rights taken as Linux does it.
         may_strike = len(verdicts) == len(campaign.numbers) and sys.platform.startswith("linux")
         # Strikes are at the processes of a live run on the twin, whatever was flown before.
-        may_strike = may_strike and campaign.through is None
+        may_strike = may_strike and campaign.through is None and bool(people)
         live = _struck(campaign, people[0], progress) if campaign.strikes and may_strike else None
     return with_strikes(_told(campaign, verdicts), live) | {"replay": [scenario.command for scenario in small]}
 
@@ -188,22 +193,18 @@ def _flown(
     Ctrl-C ends it with what was flown, if anything was.
     """
     people: list[Path] = []
-    with _workers(campaign) as pool:
+    # Processes of their own, even if it is one: a scenario that takes its process down takes no more.
+    with ProcessPool(campaign.processes or os.cpu_count() or 1) as pool:
         try:
             progress("Preparing persons", 0.0)
-            with keyboard_ignored():
-                known = [
-                    pool.submit(make_known, campaign.seed, person, campaign.level, folder)
-                    for person in range(min(campaign.persons, len(campaign.numbers)))
-                ]
-            for k, future in enumerate(known, start=1):
-                people.append(future.result())
-                progress("Preparing persons", k / len(known))
-            with keyboard_ignored():  # some of the processes begin only now
-                left = _chunks(campaign, kept.verdicts)
-                chunks = [pool.submit(_fly_chunk, people[k], campaign, chunk) for k, chunk in left]
-            for done, future in enumerate(as_completed(chunks), start=1):
-                kept.add(future.result())
+            wanted = range(min(campaign.persons, len(campaign.numbers)))
+            for path in in_order(pool.results(partial(_make_known, campaign, folder), wanted, LOST)):
+                people.append(path)
+                progress("Preparing persons", len(people) / len(wanted))
+            chunks = _chunks(campaign, kept.verdicts)
+            arriving = pool.results(partial(_fly_chunk, campaign, people), chunks, LOST)
+            for done, (_, verdicts) in enumerate(arriving, start=1):
+                kept.add(verdicts)
                 progress("Flying scenarios", done / len(chunks))
         except KeyboardInterrupt:
             if not kept.verdicts:
@@ -220,27 +221,16 @@ def _chunks(campaign: Campaign, done: Container[int] = ()) -> list[tuple[int, li
     return sorted(chunks, key=lambda chunk: chunk[1][0])
 
 
-@contextlib.contextmanager
-def _workers(campaign: Campaign) -> Iterator[ProcessPoolExecutor]:
-    """Processes of their own, even if it is one: a scenario that takes its process down takes no more."""
-    processes = campaign.processes or os.cpu_count() or 1
-    pool = ProcessPoolExecutor(processes, get_context("spawn"), initializer=_begin)
-    try:
-        yield pool
-    finally:
-        for process in list(pool._processes.values()):
-            process.terminate()
-        pool.shutdown(wait=True, cancel_futures=True)
+def _make_known(campaign: Campaign, folder: Path, person: int, _tell: Tell) -> Iterator[Path]:
+    yield make_known(campaign.seed, person, campaign.level, folder)
 
 
-def _begin() -> None:
-    # Ctrl-C reaches every process of the terminal; this one is ended by the one that started it.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _fly_chunk(path: Path, campaign: Campaign, numbers: Sequence[int]) -> list[ScenarioVerdict]:
-    with _ground(path, campaign) as (who, ground):
-        return [fly(who, campaign.scenario(number), ground) for number in numbers]
+def _fly_chunk(
+    campaign: Campaign, people: Sequence[Path], chunk: tuple[int, list[int]], _tell: Tell
+) -> Iterator[list[ScenarioVerdict]]:
+    person, numbers = chunk
+    with _ground(people[person], campaign) as (who, ground):
+        yield [fly(who, campaign.scenario(number), ground) for number in numbers]
 
 
 @contextlib.contextmanager

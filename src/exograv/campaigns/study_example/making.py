@@ -1,11 +1,9 @@
 """All sessions of all participants of the example, one process a participant: learning goes from session to session."""
 
-import multiprocessing
 import os
 import random
 import tempfile
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -18,6 +16,7 @@ from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.pilot import Progress
+from exograv.runtime.processes.process_pool import Tell, in_order, results_of
 from exograv.study.dataset.adding import AddOptions, add_files, worst
 from exograv.study.dataset.beginning import begin_study
 from exograv.study.folder.settings import AS_PUBLISHED, StudySettings
@@ -37,6 +36,10 @@ GROUPS = {"trained": "training", "untrained": "familiarisation"}
 """What a group does before the flight."""
 
 PARTICIPANTS_MAX, SESSIONS_MAX = 100, 99
+
+LOST = (
+    "A process that simulates sessions was ended from outside, perhaps because memory ran out. Begin in another folder."
+)
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,10 @@ def make_example(options: ExampleOptions, path: Path, progress: Progress, worker
         new_participant(folder, somebody.group, somebody.code)
     total, done = sum(len(somebody.files) for somebody in everybody), 0
     with tempfile.TemporaryDirectory(prefix=".simulated-", dir=path) as place:
-        for paths in _recordings(everybody, Path(place), workers or os.cpu_count() or 1):
+        work = partial(_sessions_of, folder=Path(place))
+        # The study's files follow the order of participants.
+        arriving = results_of(work, everybody, workers or os.cpu_count() or 1, lambda _: None, LOST)
+        for paths in in_order(arriving):
             progress("Simulating sessions, adding them", done / total)
             outcomes = add_files(folder, paths, AddOptions())
             if worst(outcomes):
@@ -146,18 +152,7 @@ def _people(options: ExampleOptions) -> list[Somebody]:
     ]
 
 
-def _recordings(everybody: list[Somebody], folder: Path, workers: int) -> Iterator[list[Path]]:
-    """Everybody's files, one person after the other."""
-    if workers == 1:
-        for somebody in everybody:
-            yield _sessions_of(somebody, folder)
-        return
-    # Whoever takes longest first would not be in order; a pool's map is.
-    with ProcessPoolExecutor(min(workers, len(everybody)), multiprocessing.get_context("spawn")) as pool:
-        yield from pool.map(partial(_sessions_of, folder=folder), everybody)
-
-
-def _sessions_of(somebody: Somebody, folder: Path) -> list[Path]:
+def _sessions_of(somebody: Somebody, _tell: Tell, folder: Path) -> Iterator[list[Path]]:
     """Write all recordings of one person; learning goes from one to the next."""
     paths = list[Path]()
     room, protocols = SimulatedRoom(), {name: load_protocol(name) for name in (*GROUPS.values(), "flight")}
@@ -175,7 +170,7 @@ def _sessions_of(somebody: Somebody, folder: Path) -> list[Path]:
         example.record(path, tuple(laboratory.description.joints), settings)
         pointer.adaptation.night()
         paths.append(path)
-    return paths
+    yield paths
 
 
 def _settings(

@@ -107,7 +107,7 @@ def _run(tasks: Sequence[SweepTask], /) -> Iterator[tuple[SweepTask, Values | st
     wearers = [
         WearerTask(case, _methods(by_key, "open_loop", case), _methods(by_key, "closed_loop", case)) for case in cases
     ]
-    for run in run_machine(wearers, tasks[0].settings.motion_s, lambda _text: None):
+    for run in run_machine(wearers, lambda _text: None, tasks[0].settings.motion_s):
         yield by_key[run.key], run.failed if run.failed is not None else _values(run)
 
 

@@ -1,17 +1,26 @@
 """What came of careers, a file each: read where it is kept, gone through where it is not."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.files import write_whole
+from exograv.runtime.processes.process_pool import Tell, results_of
 
 from .flight import flight_of
 from .options import Career, StudyOptions
-from .participants import Lived
-from .process_pool import live_all
+from .participants import Lived, live
+
+TOLD_EVERY = 0.01
+"""Share of a career between two messages of its process."""
+
+LOST = (
+    "A process of the study was ended from outside, perhaps because memory ran out. Careers that were done are kept: "
+    "go on with --resume, and with fewer --processes."
+)
 
 
 @dataclass(frozen=True)
@@ -46,12 +55,11 @@ def lived_of(
     left = [k for k in range(len(jobs)) if k not in done]
     going = dict[str, float]()
 
-    def told(name: str, share: float) -> None:
-        going[name] = share
+    def told(message: tuple[str, float]) -> None:
+        going[message[0]] = message[1]
         tell(min((len(done) + sum(going.values())) / len(jobs), 1.0))
 
-    asked = [(jobs[k].career, jobs[k].options) for k in left]
-    arriving = live_all(asked, recordings, min(processes, max(len(left), 1)), told)
+    arriving = results_of(partial(_live, recordings=recordings), [jobs[k] for k in left], processes, told, LOST)
     try:
         for which, lived in arriving:
             job = jobs[left[which]]
@@ -62,6 +70,18 @@ def lived_of(
     finally:
         arriving.close()
     return [done[k] for k in range(len(jobs))]
+
+
+def _live(job: CareerJob, tell: Tell, recordings: Path) -> Iterator[Lived]:
+    said = ("", -1.0)
+
+    def told(text: str, share: float) -> None:
+        nonlocal said
+        if text != said[0] or share >= said[1] + TOLD_EVERY:
+            said = (text, share)
+            tell(said)
+
+    yield live(job.career, job.options, recordings, told)
 
 
 def read_lived(path: Path) -> Lived | None:

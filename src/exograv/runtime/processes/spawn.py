@@ -10,14 +10,17 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 
-def spawned(name: str, target: Callable[[Any, Connection], object], job: object) -> tuple[BaseProcess, Connection]:
+def spawned(
+    name: str, target: Callable[[Any, Connection], object], job: object, *, is_daemon: bool = True
+) -> tuple[BaseProcess, Connection]:
     """A fresh interpreter that runs `target(job, line)`, and the parent's end of the line.
 
-    It ends with its parent. Do not take real-time rights before: it inherits them.
+    Do not take real-time rights before: the process inherits them. A daemon ends when its parent exits, and can start
+    no processes.
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=_begin, args=(target, job, theirs), name=name, daemon=True)
+    process = context.Process(target=_begin, args=(target, job, theirs), name=name, daemon=is_daemon)
     with keyboard_ignored():
         process.start()
     theirs.close()
