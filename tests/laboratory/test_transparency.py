@@ -9,13 +9,14 @@ import pytest
 
 import exograv
 from exograv.errors import ConfigError
-from exograv.laboratory.conditions import Fading, NoTorque
+from exograv.laboratory.conditions import Fading
 from exograv.laboratory.effort import Effort
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.movements import pointing
 from exograv.laboratory.transparency import TransparencyOptions, movement_for
 from exograv.laboratory.transparency_summary import profile, rig_result
 from exograv.laboratory.transparency_trial import CONDITIONS, TransparencyTrial, _effort
+from exograv.loop.output_feedback import NoTorque
 from exograv.model.description import load_rig
 from exograv.rig.twin.twin import PERIOD
 from exograv.signals import Reference

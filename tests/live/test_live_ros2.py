@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from exograv.live.guard_process import GuardedRig
 from exograv.live.live_processes import Parts, Running, fly
 from exograv.recording import read_recording
 from exograv.rig import Rig
-from exograv.runtime.control_loop.guard_process import GuardedRig
 from exograv.runtime.recorder.recorder import Recorder
 from exograv.runtime.ros2.bridge import WANTED
 from exograv.runtime.ros2.bridging import Bridging, Ros2
@@ -72,7 +72,7 @@ def guarded() -> GuardedRig:
     envelope = Envelope(Limits(np.array([30.0]), np.array([10.0])), PERIOD_S)
     envelope.person = GuardedPerson(PersonLimits(table, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
     rig: Rig = StandingRig()
-    return GuardedRig(rig, Guard.of_machine(envelope, PERIOD_S), np.ones(1), 1.0)
+    return GuardedRig(rig, Guard.of_machine(envelope, PERIOD_S), np.ones(1))
 
 
 @pytest.mark.slow

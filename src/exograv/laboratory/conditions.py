@@ -4,7 +4,8 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Controller, TickSample
+from exograv.loop.output_feedback import Controller, NoTorque
+from exograv.loop.pilot import TickSample
 from exograv.signals import Reference
 
 from .effort import Performer
@@ -12,21 +13,6 @@ from .effort import Performer
 HAND_OVER_S = 4.0  # 11 N·m, a heavy arm, at 2.8 N·m/s: a person follows that (docs/safety.md)
 
 Joints = Float[np.ndarray, " joint"]
-
-
-class NoTorque:
-    """`Controller` of a machine whose motors are off."""
-
-    closure_slope, clearance = 0.0, 1.0
-    """No loop and no posture is relied on."""
-
-    def __init__(self, joints: int):
-        self.tau_feedforward = np.zeros(joints)
-        """Nothing is expected [N·m]."""
-
-    def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """Nothing (joint,) [N·m]."""
-        return self.tau_feedforward
 
 
 class Fading:

@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import motion
-from exograv.loop.pilot import Controller, Pilot, TickSample
+from exograv.loop.output_feedback import Controller
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.motion import Trajectory
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.acting import ActingWearer, usual_physiology

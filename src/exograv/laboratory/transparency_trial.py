@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.loop.pilot import Controller, Progress
+from exograv.loop.output_feedback import Controller, NoTorque
+from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Disturbances
 from exograv.rig.twin.behaviour.own_arm import out_of_the_machine, weightless
 
-from .conditions import NoTorque, leave_the_arm, switch_off
+from .conditions import leave_the_arm, switch_off
 from .effort import Effort, Note, Performer, UsedTo
 from .ideal_from_truth import prepared_by_truth
 from .movements import WantedMovement

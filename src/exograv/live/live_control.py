@@ -7,17 +7,15 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from exograv.control.observer import Observer
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
 from exograv.loop.mode_ramp import SECONDS
-from exograv.loop.pilot import CLOSURE_SLOPE_MAX
+from exograv.loop.output_feedback import OutputFeedback
 from exograv.model.description import RigDescription
 from exograv.model.wearer_form import WearerForm
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig import Rig
 from exograv.runtime.clock.timing import PERIOD_NS
-from exograv.runtime.control_loop.guard_process import GuardedRig
 from exograv.runtime.control_loop.steering import ASKABLE
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
@@ -26,6 +24,7 @@ from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.signals import Reference
 from exograv.storage.self_test_pass import MachineKey, unlock
 
+from .guard_process import GuardedRig
 from .live_identification import LiveIdentification, LiveIdentificationPlan
 
 SKIPPED = "skipped: twin"
@@ -92,7 +91,7 @@ def guarded_rig(plan: LivePlan) -> GuardedRig:
     envelope.person.drive(plan.lesson is not None)
     guard = Guard.of_machine(envelope, rig.period_s, gain.gain.tolist())
     announce = rig.hear if isinstance(rig, Hearer) else lambda _mode: None
-    return GuardedRig(rig, guard, gain.gain, CLOSURE_SLOPE_MAX, announce)
+    return GuardedRig(rig, guard, gain.gain, announce)
 
 
 class LiveControl:
@@ -113,7 +112,6 @@ class LiveControl:
         self._is_steered, self._obeyed = is_steered, 0 if is_first else None
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._controller.mode.gravity_level = gravity_level
-        self._observer = Observer(prepared.assembly.n, period_s)
         self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
         self._modes = ModeMachine() if is_first else ModeMachine(Mode.SAFE)
         self._rested_s, self._has_begun = 0.0, not is_first
@@ -125,6 +123,8 @@ class LiveControl:
         self._controller.step(posture, self._still, self._hold(self._still))
         self._controller = self._controller.again(prepared.x)
         self._controller.mode.gravity_level = gravity_level
+        self._feedback = OutputFeedback(prepared.assembly.n, period_s, self._controller)
+        self._feedback.guide = self._guide
 
     @property
     def mode(self) -> Mode:
@@ -133,28 +133,34 @@ class LiveControl:
 
     def answer(self, state: np.void, row: np.ndarray) -> None:
         """One tick."""
-        self._observer.update(state["q"])
-        q, v, now = self._observer.q, self._observer.v, float(state["now"])
-        self._follow(state, q, v)
-        self._learn(now, int(state["persons"]), q)
-        reference = self._reference(now, q)
-        self._controller.mode.arm_share = self._modes.arm_share
-        self._controller.mode.gravity_level = float(state["gravity_level"])
-        tau = self._controller.step(q, v, reference)
+        self._state, feedback = state, self._feedback
+        tau = feedback.step(state["q"])
+        reference = feedback.reference
         row["tau"] = tau if self.mode is Mode.EXO_ONLY or self.mode in WORN else self._still
-        row["tau_feedforward"], row["v"] = self._controller.tau_feedforward, v
+        row["tau_feedforward"], row["v"] = self._controller.tau_feedforward, feedback.v
         row["q_reference"] = reference.q if self._controller.mode.drive else np.nan
         row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self.mode)
         row["findings"] = 0 if self._lesson is None else self._lesson.findings
         row["drive"], row["gravity_level"], row["arm_share"] = astuple(self._controller.mode)
         if self._lesson is not None and self.mode is Mode.MOVING:
-            self._lesson.told(now, state["q"], self._actuators.torque(state["current"]), reference.q)
+            self._lesson.told(float(state["now"]), state["q"], self._actuators.torque(state["current"]), reference.q)
 
     def forget(self, mode: Mode, arm_share: float) -> None:
         """Begin anew in this mode with this share of the arm: after a time that nobody saw."""
-        self._observer = Observer(len(self._still), self._period_s)
+        self._feedback.forget()
         self._modes, self._rested_s, self._has_begun = ModeMachine(mode, arm_share), 0.0, True
         self._controller.forget()
+
+    def _guide(self, q: np.ndarray, v: np.ndarray) -> Reference:
+        """Bring the mode up to date, then say what to follow in it."""
+        state = self._state
+        now = float(state["now"])
+        self._follow(state, q, v)
+        self._learn(now, int(state["persons"]), q)
+        reference = self._reference(now, q)
+        self._controller.mode.arm_share = self._modes.arm_share
+        self._controller.mode.gravity_level = float(state["gravity_level"])
+        return reference
 
     def _hold(self, q: np.ndarray) -> Reference:
         return Reference(q, self._still, self._still)

@@ -16,7 +16,6 @@ from exograv.runtime.clock.timing import PERIOD_NS
 from exograv.runtime.control_loop.answering import Answering
 from exograv.runtime.control_loop.exchange import Channels, LedPerson, answer_dtype, state_dtype
 from exograv.runtime.control_loop.guard_commands import BELL, ENDS, GuardLine
-from exograv.runtime.control_loop.guard_process import GuardedRig, GuardJob, GuardReport, guard_process
 from exograv.runtime.control_loop.worker import WorkerJob
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.processes.shared_memory import Mailbox
@@ -27,6 +26,7 @@ from exograv.runtime.ros2.bridging import Bridging
 from .arm_worker import LearnedArm, PassesResult
 from .control_supervisor import ControlKeeper
 from .footprint import Footprint
+from .guard_process import GuardedRig, GuardJob, GuardReport, guard_process
 from .worker_supervisor import WorkerKeeper
 
 CHECK_S = 0.25

@@ -9,15 +9,16 @@ import numpy as np
 from exograv.dynamics.parameters import Parameters
 from exograv.errors import ConfigError
 from exograv.loop.person_limits import person_limits
-from exograv.loop.pilot import CLOSURE_SLOPE_MAX, Progress
+from exograv.loop.pilot import Progress
 from exograv.loop.replay.columns import Again, Columns, each_tick
-from exograv.loop.replay.guard_replay import SETTLED_S, Guarding
+from exograv.loop.replay.guard_replay import SETTLED_S, GuardReplay
 from exograv.loop.replay.recorded_run import RecordedRun, readable
 from exograv.loop.replay.what_if import Instead
 from exograv.loop.replay_log import read_machine, read_person
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.verification.postures import Verification
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
+from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
 from exograv.safety.modes import Mode
 from exograv.signals import JointState
 
@@ -44,7 +45,9 @@ class LiveAgain:
         self._again = Again.of(len(self._columns), joints)
         self._state, self._row = np.zeros(1, state_dtype(joints)), np.zeros((), answer_dtype(joints))
         self._waiting: deque[np.void] = deque(maxlen=REACH)
-        self._settles_at = -np.inf
+        self._settles_at, self._k, self._safe_state_before = -np.inf, 0, SafeState.NONE
+        self.closure_slope = 0.0
+        """Slope of the loops by the answer to this tick, 0 without one [N·m]."""
         live, level = recorded.live or {}, instead.gravity_level
         with readable(path):
             machine = instead.machine(read_machine(live["machine"]), recorded.assembly)
@@ -59,7 +62,7 @@ class LiveAgain:
             ]
             levels = asked if instead.gravity_level is None else []
             period_s, is_other = live["period_s"], instead.is_anything
-            self._guarding = Guarding(
+            self._guarding = GuardReplay(
                 recorded.description, actuators, period_s, limits, level, levels, is_other_run=is_other
             )
         if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
@@ -93,19 +96,22 @@ class LiveAgain:
             self._wear()
         if event := columns.acts[k] >> EVENT_SHIFT:
             self._state["asked"], self._state["event"] = self._state["asked"] + 1, event - 1
-        before = guarding.safe_state
-        believed, tau = guarding.see(k, columns), None
-        if believed is not None:
-            self._waiting.append(self._told(believed, columns.now[k], int(before)))
-        has_answered = bool(columns.seen[k]) and believed is not None
-        if has_answered:
-            self._answer(k)
-            tau = self._row["tau"].copy()
-            again.tau_desired[k] = tau
+        self._k, self._safe_state_before = k, guarding.safe_state
         again.knows_control[k] = columns.t[k] >= self._settles_at
-        guarding.decide(k, columns, tau, again)
-        if has_answered and not self._row["slope"] < CLOSURE_SLOPE_MAX:
-            guarding.guard.lose_model()
+        guarding.take(k, columns, self, again)
+
+    def answer(self, believed: JointState | None, now: float) -> Submitted | None:
+        """Answer of control, if it came in time in the run."""
+        k, self.closure_slope = self._k, 0.0
+        if believed is None:
+            return None
+        self._waiting.append(self._told(believed, now, int(self._safe_state_before)))
+        if not self._columns.seen[k]:
+            return None
+        self._catch_up(k)
+        tau = self._row["tau"].copy()
+        self._again.tau_desired[k], self.closure_slope = tau, float(self._row["slope"])
+        return Submitted(believed.sequence, now + COMMAND_LIFE_S, tau)
 
     def _told(self, believed: JointState, now: float, safe_state: int) -> np.void:
         state = self._state.copy()
@@ -137,7 +143,7 @@ class LiveAgain:
     def _parameters(self, message: dict[str, Any]) -> Parameters:
         return self._instead.parameters(np.array(message["x"]), self._machine, self._recorded.assembly)
 
-    def _answer(self, k: int) -> None:
+    def _catch_up(self, k: int) -> None:
         """To every measurement that control has answered to since its last answer, this one the last."""
         seen, newest, self._found = self._columns.seen[k], self._columns.sequence[k], self._columns.control[k]
         for state in self._waiting:

@@ -10,7 +10,8 @@ from exograv import motion
 from exograv.safety.guard import GRAVITY_LEVEL_S
 
 from .arm_controller import ArmController
-from .pilot import Guide, Pilot, TickSample
+from .output_feedback import Guide
+from .pilot import Pilot, TickSample
 
 SECONDS = {
     "drive": 1.0,  # feedback, inertial feed-forward and the wearer's passive torque

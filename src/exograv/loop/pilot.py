@@ -3,12 +3,10 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv.control.observer import Observer
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import RigError
 from exograv.model.loops import NEAR_SINGULAR
@@ -18,12 +16,14 @@ from exograv.rig import Powered, Rig, may_be_worn
 from exograv.runtime.clock.pace import RealTimePace
 from exograv.runtime.control_loop.exchange import ASTRAY
 from exograv.safety.envelope import Envelope
-from exograv.safety.guard import COMMAND_LIFE_S, Guard, Submitted
-from exograv.signals import Command, JointState, Reference
+from exograv.safety.guard import Guard
+from exograv.signals import JointState, Reference
 from exograv.storage.self_test_pass import MachineKey, unlock, withdraw_pass
 
 from .arm_controller import ArmController
+from .control_step import ControlStep
 from .interrupt import HeldInterrupt
+from .output_feedback import Controller, Guide, OutputFeedback
 from .person_limits_manager import PersonLimitsManager
 from .replay_log import ReplayLog, mode_fields
 from .stop_message import stopped_text
@@ -32,39 +32,11 @@ Joints = Float[np.ndarray, " joint"]
 Progress = Callable[[str, float], None]
 """Called with a sentence and the share done, now and then."""
 
-Guide = Callable[[Joints, Joints], Reference]
-"""What to follow, by where the joints are [rad] and how fast they move [rad/s]: asked in every tick."""
-
 PROGRESS_TICKS = 200
 NEAR_SINGULAR_TEXT = (
     "The arm is near a posture in which its angles mean little (abduction near 90°); it is carried, not learned from."
 )
 GAIN_SD_KNOWN = 0.05  # share: so well calibrated, a motor's current tells its torque to the guard
-CLOSURE_SLOPE_MAX = 0.01  # N·m: a tenth of the smallest target; in good order it is 1e-12
-
-
-@runtime_checkable
-class Controller(Protocol):
-    """Decides a torque; `ExoTick`, or an arm's tick with its parameters."""
-
-    @property
-    def tau_feedforward(self) -> Joints:
-        """What the model expects [N·m]."""
-        ...
-
-    @property
-    def closure_slope(self) -> float:
-        """How far the loops are from closed [N·m]."""
-        ...
-
-    @property
-    def clearance(self) -> float:
-        """How far the arm is from a singular posture, 1 far, 0 at it [-]."""
-        ...
-
-    def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """Desired torque [N·m]."""
-        ...
 
 
 @dataclass
@@ -105,11 +77,14 @@ class Pilot:
 
     def __post_init__(self):
         joints, period_s = len(self.rig.joints), self.rig.period_s
-        self.observer, self._no_answer = Observer(joints, period_s), np.full(joints, np.nan)
+        self.feedback = OutputFeedback(joints, period_s)
+        """Control's half of each tick."""
+        self._no_answer = np.full(joints, np.nan)
         # An empty machine that is tried for the first time is held by the envelope alone: what is wrong with encoders
         # and motors the nudge finds and names, and a current says little of a torque yet.
         is_known = bool((self.actuators.gain_sd <= GAIN_SD_KNOWN * np.abs(self.actuators.gain)).all())
         self.guard = Guard.of_machine(self.envelope, period_s, self.actuators.gain.tolist(), is_known)
+        self._step = ControlStep(self.guard, self.actuators.gain)
         self._near_singular = False
         self._account = None if self.recording is None else ReplayLog(self.recording, self.actuators, period_s)
         self._stop_known = self.envelope.stop
@@ -175,25 +150,17 @@ class Pilot:
             self._account.note(state.t, controller, self.envelope.person)
         # Whoever watches a motion may have tripped the envelope between two ticks.
         acts = ASTRAY if self.envelope.stop is not self._stop_known else 0
+        feedback = self.feedback
+        feedback.controller, feedback.reference, feedback.guide = controller, reference, guide
         start = time.perf_counter_ns()
-        believed, submitted = self.guard.see(state, now), None
-        q, v = self.observer.q, self.observer.v
-        if believed is not None:
-            self.observer.update(believed.q)
-            reference = reference if guide is None else guide(q, v)
-            tau_desired = controller.step(q, v, reference)
-            submitted = Submitted(believed.sequence, now + COMMAND_LIFE_S, tau_desired)
-            self.q = believed.q
-        guarded = self.guard.decide(submitted, now)
-        tau_desired = self._no_answer if submitted is None else submitted.tau
-        tau_commanded, current = guarded.tau, self.actuators.current(guarded.tau)
+        decision = self._step.take(state, now, feedback)
         tick_us = 1e-3 * (time.perf_counter_ns() - start)
-        until = now + COMMAND_LIFE_S
-        self.rig.write(Command(now, state.sequence, until, tau_commanded, current, guarded.drive_damping))
+        believed, submitted, command = decision.believed, decision.submitted, decision.command
+        self.rig.write(command)
         self.tick_us.append(tick_us)
-        slope = controller.closure_slope
-        if not slope < CLOSURE_SLOPE_MAX:
-            self.guard.lose_model()
+        if believed is not None:
+            self.q = believed.q
+        reference, v = feedback.reference, feedback.v
         self._stop_known = self.envelope.stop
         self._watch_posture(controller.clearance, state.t)
         tau_measured = self.actuators.torque(state.current)
@@ -205,9 +172,9 @@ class Pilot:
                 control=self.recording.count("/control"),
                 faulty=sum(1 << joint for joint in state.faulty),
                 acts=acts,
-                closure_slope=slope,
+                closure_slope=decision.closure_slope,
                 tick_us=tick_us,
-                safe_state=guarded.safe_state + 1,
+                safe_state=decision.safe_state + 1,
                 sequence=state.sequence,
                 q_measured=state.q,
                 q_reference=reference.q,
@@ -218,14 +185,14 @@ class Pilot:
                 current=state.current,
                 tau_measured=tau_measured,
                 tau_feedforward=controller.tau_feedforward,
-                tau_desired=tau_desired,
-                tau_commanded=tau_commanded,
+                tau_desired=self._no_answer if submitted is None else submitted.tau,
+                tau_commanded=command.tau,
             )
         if self.pace is not None:
             self.pace.wait()
         if believed is None:
             return None
-        return TickSample(believed, q, v, tau_measured, tau_commanded, controller.tau_feedforward, reference)
+        return TickSample(believed, feedback.q, v, tau_measured, command.tau, controller.tau_feedforward, reference)
 
     def _watch_posture(self, clearance: float, t: float) -> None:
         """Note when the arm comes near a singular posture, once each time."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from exograv.campaigns.virtual_study.rows import TickRows
-from exograv.laboratory.conditions import NoTorque
+from exograv.loop.output_feedback import NoTorque
 from exograv.signals import JointState, TorqueSource
 
 

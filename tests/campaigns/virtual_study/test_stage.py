@@ -18,8 +18,8 @@ from exograv.campaigns.virtual_study.stage import (
     stage_on,
     training_stage,
 )
-from exograv.laboratory.conditions import NoTorque
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.output_feedback import NoTorque
 from exograv.signals import Command, Reference
 
 SEED, LEVEL = 1000, 1

@@ -12,6 +12,7 @@ from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.live.guard_process import GuardJob, GuardLoop
 from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
 from exograv.live.live_flight import settings_of
 from exograv.loop.replay.recorded_run import gaps
@@ -21,9 +22,7 @@ from exograv.procedures.identification.controller_knowledge import ControllerKno
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
-from exograv.runtime.control_loop import guard_process as live
 from exograv.runtime.control_loop.exchange import Channels, FeltLevel, answer_dtype, answered_to, state_dtype
-from exograv.runtime.control_loop.guard_process import GuardJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.guard import COMMAND_LIFE_S, GRAVITY_LEVEL_S
@@ -45,7 +44,7 @@ MISSED = (FLOATS + 300, FLOATS + 301, FLOATS + 501)
 """Measurements that control never gets to see."""
 
 
-class Forgetful(live._Guarding):
+class Forgetful(GuardLoop):
     """A guard whose control is forgotten by the computer now and then."""
 
     control: LiveControl

@@ -12,6 +12,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.experiment.steered.listening_wearer import attentive_twin
 from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.live.guard_process import GuardJob, GuardLoop
 from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
 from exograv.live.live_flight import settings_of
 from exograv.model.assembly import Assembly
@@ -19,9 +20,7 @@ from exograv.procedures.identification.controller_knowledge import ControllerKno
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import read_recording
 from exograv.recording.encoding import tick_dtype
-from exograv.runtime.control_loop import guard_process as live
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, Channels, FeltLevel, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_process import GuardJob
 from exograv.runtime.control_loop.steering import ASKABLE, GuardRequest, Leased, Pressed
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
@@ -54,7 +53,7 @@ class Clock:
         return self.now
 
 
-class InTurn(live._Guarding):
+class InTurn(GuardLoop):
     """Guard and control, one after the other."""
 
     control: LiveControl

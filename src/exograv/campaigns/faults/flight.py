@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.control.observer import Observer
-from exograv.loop.pilot import CLOSURE_SLOPE_MAX
+from exograv.loop.control_step import CLOSURE_SLOPE_MAX
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
 from exograv.safety.person import GuardedPerson

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Controller
+from exograv.loop.output_feedback import Controller
 from exograv.recording import RecordingWriter
 from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
 from exograv.signals import JointState

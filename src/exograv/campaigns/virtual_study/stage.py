@@ -10,14 +10,14 @@ from jaxtyping import Float
 
 from exograv.control.tick import ControlMode
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.laboratory.conditions import NoTorque
 from exograv.laboratory.ideal_from_truth import prepared_by_truth
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.preparation import Preparation, unit_gains
 from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import PASSIVE_RIG, VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Controller, Progress
+from exograv.loop.output_feedback import Controller, NoTorque
+from exograv.loop.pilot import Progress
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Machine, Twin, day_seed
 from exograv.rig.twin.behaviour.own_arm import OwnArm, out_of_the_machine

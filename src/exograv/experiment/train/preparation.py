@@ -12,14 +12,14 @@ from exograv.errors import ConfigError, RigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate
 from exograv.identification.core.prior import prior
-from exograv.laboratory.conditions import NoTorque
 from exograv.laboratory.preparation import Preparation, unit_gains, worn_twin
 from exograv.laboratory.twin_calibration import PilotOf
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.laboratory.weighing_command import in_doubt_not_refused
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.pilot import Controller, Pilot, Progress
+from exograv.loop.output_feedback import Controller, NoTorque
+from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.replay_log import read_machine
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
 from exograv.procedures.identification.float_arm import TRAVEL

@@ -1,6 +1,7 @@
 """Who flies a machine that gives no torque: what would stop a driven one is written down, and the recording goes on."""
 
-from exograv.loop.pilot import Controller, Pilot
+from exograv.loop.output_feedback import Controller
+from exograv.loop.pilot import Pilot
 from exograv.signals import Reference
 
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from exograv import motion
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import Controller, Pilot, TickSample
+from exograv.loop.output_feedback import Controller
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.procedures.identification.identify import SKELETON_TICKS, record_skeleton
 from exograv.rig.twin import Twin
 from exograv.task.events import Distance, Event, Pause, Resume, Stop, Tick

@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from exograv.dynamics.actuator import ActuatorGain
+from exograv.loop.control_step import AnsweringControl, ControlStep, Decision
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import GAIN_SD_KNOWN
 from exograv.model.description import RigDescription
 from exograv.runtime.control_loop.exchange import ASTRAY, RESET, STOP_PRESSED, TOLD_LEVEL
 from exograv.safety.envelope import Envelope, StopReason
-from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
+from exograv.safety.guard import Guard, SafeState
 from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.signals import JointState
 
@@ -22,7 +23,7 @@ SETTLED_S = 0.5
 the friction returned some motion."""
 
 
-class Guarding:
+class GuardReplay:
     """One guard, from the beginning of its machine."""
 
     def __init__(
@@ -66,6 +67,7 @@ class Guarding:
         gain = self._actuators
         is_known = bool((gain.gain_sd <= GAIN_SD_KNOWN * np.abs(gain.gain)).all())
         self.guard = Guard.of_machine(envelope, self._period_s, gain.gain.tolist(), is_known)
+        self._step = ControlStep(self.guard, gain.gain)
         self.safe_state = SafeState.NONE
         self._stop: StopReason | None = None
 
@@ -97,8 +99,8 @@ class Guarding:
         self._settles_at = columns.t[k] + SETTLED_S
         self._is_blind = True
 
-    def see(self, k: int, columns: Columns) -> JointState | None:
-        """First half of a tick, after what was done to the guard since the last one."""
+    def take(self, k: int, columns: Columns, control: AnsweringControl, again: Again) -> Decision:
+        """One step, after what was done to the guard since the last one."""
         if self._is_blind and columns.safe_state[k] <= SafeState.BRIDGE + 1:
             # A latch that was found after a gap is over; what the guard held before it is unknown.
             self._is_blind = False
@@ -112,26 +114,20 @@ class Guarding:
             self.guard.envelope.trip(StopReason.ASTRAY)
         if acts & TOLD_LEVEL:
             self._want_level(columns.now[k])
-        believed = self.guard.see(self._state(k, columns), columns.now[k])
-        if self._resumes and not self._is_blind:
-            self._want_level(columns.now[k])  # after the tick whose level is known
-        self._resumes = False
-        return believed
-
-    def decide(self, k: int, columns: Columns, tau: np.ndarray | None, again: Again) -> Guarded:
-        """Second half; `tau` is what control answers in time, None if it does not."""
         now = columns.now[k]
-        submitted = None if tau is None else Submitted(columns.sequence[k], now + COMMAND_LIFE_S, tau)
-        guarded = self.guard.decide(submitted, now)
-        self.safe_state = guarded.safe_state
-        self._told_more = guarded.tau - columns["tau_commanded"][k]
-        again.tau_commanded[k], again.safe_state[k] = guarded.tau, guarded.safe_state + 1
+        decision = self._step.take(self._state(k, columns), now, control)
+        if self._resumes and not self._is_blind:
+            self._want_level(now)  # after the tick whose level is known
+        self._resumes = False
+        self.safe_state = decision.safe_state
+        self._told_more = decision.command.tau - columns["tau_commanded"][k]
+        again.tau_commanded[k], again.safe_state[k] = decision.command.tau, decision.safe_state + 1
         again.knows_guard[k] = not self._is_blind and columns.t[k] >= self._settles_at
-        was, stop = self._stop, self.guard.envelope.stop
+        was, stop = self._stop, decision.stop
         self._stop = stop
         if stop is not None and was is None:
             again.stops.append((columns.t[k], stop.value))
-        return guarded
+        return decision
 
     def _state(self, k: int, columns: Columns) -> JointState:
         state, more = columns.state(k), self._told_more

@@ -1,21 +1,20 @@
 """A run in lock-step once more: pilots, controllers and what these were told, as the recording has it."""
 
-from dataclasses import astuple
 from typing import Any
 
 import numpy as np
 
 from exograv.control.exo_tick import ExoTick
-from exograv.control.observer import Observer
 from exograv.control.tick import ControlMode
 from exograv.errors import RecordingError
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.pilot import CLOSURE_SLOPE_MAX, Progress
+from exograv.loop.output_feedback import NoTorque, OutputFeedback
+from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import read_actuators, read_machine, read_person
 from exograv.signals import Reference
 
 from .columns import Again, Columns, each_tick
-from .guard_replay import SETTLED_S, Guarding
+from .guard_replay import SETTLED_S, GuardReplay
 from .recorded_run import RecordedRun, readable
 from .what_if import Instead
 
@@ -76,8 +75,8 @@ class _Pilot:
         self._recorded, self._instead, self._columns, self._again = recorded, instead, columns, again
         self._period_s, joints = message["period_s"], len(recorded.recording.joints)
         actuators, is_other = read_actuators(message["actuators"]), instead.is_anything
-        self._guarding = Guarding(recorded.description, actuators, self._period_s, is_other_run=is_other)
-        self._observer = Observer(joints, self._period_s)
+        self._guarding = GuardReplay(recorded.description, actuators, self._period_s, is_other_run=is_other)
+        self._feedback, self._recorded_torque = OutputFeedback(joints, self._period_s), NoTorque(joints)
         self._controllers: list[ExoTick | ArmController | None] = []
         self._flying: ExoTick | ArmController | None = None
         self._settles_at = -np.inf
@@ -133,35 +132,31 @@ class _Pilot:
     def lose(self, k: int) -> None:
         """Ticks are missing before this one: what filters remember is of another time."""
         self._guarding.lose(k, self._columns)
-        self._observer = Observer(len(self._recorded.recording.joints), self._period_s)
+        self._feedback.forget()
         self._settles_at = self._columns.t[k] + SETTLED_S
         for controller in self._controllers:
             if isinstance(controller, ArmController):
                 controller.forget()
 
     def tick(self, k: int) -> None:
-        """One tick, as `session.pilot` has it."""
+        """One tick, as the pilot took it."""
         self.is_new = False
-        columns, again, observer, flying = self._columns, self._again, self._observer, self._flying
-        believed, tau = self._guarding.see(k, columns), None
-        if believed is not None:
-            observer.update(believed.q)
-            tau = self._torque(k)
-            again.tau_desired[k] = tau
+        columns, again, feedback, flying = self._columns, self._again, self._feedback, self._flying
+        if flying is None:
+            # Control was not recorded: what it asked for is what was recorded of it.
+            self._recorded_torque.tau_feedforward = columns["tau_desired"][k]
+        feedback.controller = self._recorded_torque if flying is None else flying
+        feedback.reference = Reference(*(columns[name][k] for name in ("q_reference", "v_reference", "a_reference")))
+        if isinstance(flying, ArmController):
+            self._set_mode(flying.mode, k)
         again.is_rebuilt[k] = flying is not None
         again.knows_control[k] = columns.t[k] >= self._settles_at
-        self._guarding.decide(k, columns, tau, again)
-        if flying is not None and not flying.closure_slope < CLOSURE_SLOPE_MAX:
-            self._guarding.guard.lose_model()
+        decision = self._guarding.take(k, columns, feedback, again)
+        if decision.submitted is not None:
+            again.tau_desired[k] = decision.submitted.tau
 
-    def _torque(self, k: int) -> np.ndarray:
-        columns, flying, observer = self._columns, self._flying, self._observer
-        if flying is None:
-            return columns["tau_desired"][k]
-        q, v, a = (columns[name][k] for name in ("q_reference", "v_reference", "a_reference"))
-        if isinstance(flying, ArmController):
-            drive, gravity_level, arm_share = columns.mode[k]
-            instead = self._instead.gravity_level
-            mode = ControlMode(drive, gravity_level if instead is None else instead, arm_share)
-            flying.mode.drive, flying.mode.gravity_level, flying.mode.arm_share = astuple(mode)
-        return flying.step(observer.q, observer.v, Reference(q, v, a))
+    def _set_mode(self, mode: ControlMode, k: int) -> None:
+        instead = self._instead.gravity_level
+        mode.drive, mode.gravity_level, mode.arm_share = self._columns.mode[k]
+        if instead is not None:
+            mode.gravity_level = instead

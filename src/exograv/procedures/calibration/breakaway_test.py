@@ -119,7 +119,7 @@ class Nudger:
 
     def _ways(self, joint: int, pushes: int) -> tuple[tuple[float, int], tuple[float, int]]:
         """Directions in their order, and how often: one that lies on its stop is first brought off it."""
-        limits, q = self._run.tree.joints[joint], float(self._run.pilot.observer.q[joint])
+        limits, q = self._run.tree.joints[joint], float(self._run.pilot.feedback.q[joint])
         if q > limits.upper:
             return (-1.0, pushes + 1), (1.0, pushes)
         if q < limits.lower:
@@ -157,7 +157,7 @@ class Nudger:
         """Push harder and harder until something moves or the motor may no more."""
         rig, push, run = self._run.pilot.rig, self._push, self._run
         rows: list[tuple[float, Joints, Joints, Joints]] = []
-        q_start, way, size = run.pilot.observer.q.copy(), np.zeros(len(self._joints)), first
+        q_start, way, size = run.pilot.feedback.q.copy(), np.zeros(len(self._joints)), first
         self._speed = 0.0
 
         def harder(moment: TickSample) -> None:

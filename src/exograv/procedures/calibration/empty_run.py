@@ -11,7 +11,8 @@ from exograv.errors import IdentificationError, RigError
 from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S, V_CLEAR, V_START, Sweeps
 from exograv.identification.calibration.empty_model import FILTER_DELAY_S
 from exograv.identification.core.sample_filter import SampleFilter
-from exograv.loop.pilot import Controller, Pilot, TickSample
+from exograv.loop.output_feedback import Controller
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, hold

@@ -10,7 +10,8 @@ from exograv.control.exo_tick import most_damping
 from exograv.errors import IdentificationError, RigError
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Controller, Pilot, Progress, TickSample
+from exograv.loop.output_feedback import Controller
+from exograv.loop.pilot import Pilot, Progress, TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, go_to, hold

@@ -6,8 +6,8 @@ from exograv import motion
 from exograv.control.observer import Observer
 from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics.parameters import Parameters
+from exograv.loop.control_step import CLOSURE_SLOPE_MAX
 from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import CLOSURE_SLOPE_MAX
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig

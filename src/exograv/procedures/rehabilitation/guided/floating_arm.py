@@ -9,7 +9,8 @@ import numpy as np
 from exograv import motion
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.pilot import Guide, Pilot, TickSample
+from exograv.loop.output_feedback import Guide
+from exograv.loop.pilot import Pilot, TickSample
 from exograv.rig import Rig
 
 LOOK_S = 0.02

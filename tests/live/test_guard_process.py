@@ -8,10 +8,10 @@ from multiprocessing import Pipe
 import numpy as np
 import pytest
 
+from exograv.live.guard_process import GIVEN_UP_AFTER, GuardedRig, GuardJob, GuardLoop, answer_by_ns
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drive_status import DriveStatus
 from exograv.runtime.control_loop.exchange import TOLD_LEVEL, Channels, FeltLevel, LedPerson, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_process import GIVEN_UP_AFTER, GuardedRig, GuardJob, _Guarding, answer_by_ns
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.envelope import Envelope, Limits, StopReason
@@ -66,7 +66,7 @@ class StandingRig:
 class Table:
     """The guard's tick with a control that answers when it is told to."""
 
-    def __init__(self, guarding: _Guarding, rig: StandingRig, guard: Guard, answers: Mailbox):
+    def __init__(self, guarding: GuardLoop, rig: StandingRig, guard: Guard, answers: Mailbox):
         self.guarding, self.rig, self.guard, self._answers = guarding, rig, guard, answers
         self.looks = 0
         self._read = guarding._answers.read
@@ -100,7 +100,7 @@ class Clock:
 
 @pytest.fixture(params=[True])
 def table(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Table]:
-    monkeypatch.setattr("exograv.runtime.control_loop.guard_process.time", Clock())
+    monkeypatch.setattr("exograv.live.guard_process.time", Clock())
     rig = StandingRig()
     rig.is_virtual = request.param
     guard = Guard.of_machine(Envelope(LIMITS, PERIOD_S), PERIOD_S)
@@ -116,9 +116,9 @@ def table(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> It
         ]
         states, answers, ticks, events = (memory.name for memory in made)
         channels = Channels(1, states, answers, Inlet(1, ticks, events))
-        build = lambda: GuardedRig(rig, guard, np.ones(1), 1.0)  # noqa: E731 - one line says it
+        build = lambda: GuardedRig(rig, guard, np.ones(1))  # noqa: E731 - one line says it
         guards_end, _parents_end = Pipe()
-        guarding = _Guarding(GuardJob(build, channels, 1000, ("floating",)), guards_end)
+        guarding = GuardLoop(GuardJob(build, channels, 1000, ("floating",)), guards_end)
         mailbox = made[1]
         assert isinstance(mailbox, Mailbox)
         yield Table(guarding, rig, guard, mailbox)

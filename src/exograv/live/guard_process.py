@@ -12,20 +12,21 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
+from exograv.loop.control_step import ControlStep
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import Rights, realtime
 from exograv.runtime.clock.timing import PERIOD_NS, Timing
+from exograv.runtime.control_loop.answering import POLL_S
+from exograv.runtime.control_loop.exchange import UNANSWERED, Channels, answer_dtype, state_dtype
+from exograv.runtime.control_loop.guard_commands import BELL, Hearing
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import PHASE, event
-from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
+from exograv.safety.guard import Guard, SafeState, Submitted
 from exograv.safety.modes import Mode
-from exograv.signals import Command, JointState
-
-from .answering import POLL_S
-from .exchange import UNANSWERED, Channels, answer_dtype, state_dtype
-from .guard_commands import BELL, Hearing
+from exograv.safety.stops import StopReason
+from exograv.signals import JointState
 
 LIMITS_NS, LIMITS_SHARE = 350_000, 0.35
 """What the guard keeps of a period, to limit a torque and to write it [ns], and at most so much of it."""
@@ -43,9 +44,6 @@ class GuardedRig:
     guard: Guard
     gain: np.ndarray
     """Torque per motor current, as calibrated (joint,) [N·m/A]."""
-
-    slope_max: float
-    """Beyond which control's own model of the loops does not fit any more [N·m]."""
 
     announce: Callable[[str], object] = lambda _name: None
     """Told the mode that begins, by its name: what somebody in the machine hears of it."""
@@ -106,7 +104,7 @@ def answer_by_ns(period_ns: int) -> int:
 
 def guard_process(job: GuardJob, parent: Connection) -> None:
     """Be the guard process: build, say so, wait for the word, run, report."""
-    guarding = _Guarding(job, parent)
+    guarding = GuardLoop(job, parent)
     try:
         with guarding.rig:
             parent.send("ready")
@@ -121,12 +119,15 @@ def guard_process(job: GuardJob, parent: Connection) -> None:
         guarding.close()
 
 
-class _Guarding:
+class GuardLoop:
     """The tick of the guard process."""
 
     def __init__(self, job: GuardJob, parent: Connection):
         self._job, self._parent, made = job, parent, job.build()
-        self.rig, self._guard, self._gain, self._slope_max = made.rig, made.guard, made.gain, made.slope_max
+        self.rig, self._guard, self._gain = made.rig, made.guard, made.gain
+        self._step, self._answer, self._woken = ControlStep(made.guard, made.gain), None, 0
+        self.closure_slope = 0.0
+        """Slope of control's loops by its answer, 0 without one [N·m]."""
         channels, self._announce = job.channels, made.announce
         self._states = Mailbox(state_dtype(channels.joints), channels.states)
         self._answers = Mailbox(answer_dtype(channels.joints), channels.answers)
@@ -159,25 +160,19 @@ class _Guarding:
 
     def tick(self, period: int) -> bool:
         """Look, ask, decide, command, record; whether it is over before its time."""
-        woken = time.monotonic_ns()
+        woken = self._woken = time.monotonic_ns()
         state, now = self.rig.read(), self.rig.t
         if not self._has_begun:
             # From the torque that the motors give, and as it is recorded, so that a replay begins there too.
             self._guard.envelope.begin(self._gain * state.current)
             self._has_begun, self._started_ns = True, woken
         self._row["monotonic"] = 1e-9 * time.monotonic_ns()  # beside `now`: the two clocks are compared in every tick
-        believed = self._guard.see(state, now)
-        answer = None if believed is None else self._asked(believed, now, woken)
-        submitted = None
-        if answer is not None:
-            submitted = Submitted(int(answer["sequence"]), float(answer["valid_until"]), answer["tau"])
-            self._enter(int(answer["mode"]), now)
-        guarded = self._guard.decide(submitted, now)
-        tau, current = guarded.tau, guarded.tau / self._gain
-        self.rig.write(Command(now, state.sequence, now + COMMAND_LIFE_S, tau, current, guarded.drive_damping))
-        self._safe_state = guarded.safe_state
-        self._look_for_stops(period, now)
-        self._record(period, now, state, tau, answer, woken)
+        decision = self._step.take(state, now, self)
+        answer, command = self._answer, decision.command
+        self.rig.write(command)
+        self._safe_state = decision.safe_state
+        self._look_for_stops(period, now, decision.stop)
+        self._record(period, now, state, command.tau, answer, woken)
         # Nobody hands an arm to a control that is not there: it has to answer first.
         if self._was_stopped and self._resets and not self.hearing.is_asked_to_end and answer is not None:
             self.hearing.reset(now, "The virtual operator has reset the latch.")
@@ -185,6 +180,16 @@ class _Guarding:
         self.hearing.listen(period, now, mode, is_answered=answer is not None)
         is_over = self.hearing.is_asked_to_end or (self._was_stopped and self._ends_stopped)
         return is_over and self._guard.envelope.descent_is_over
+
+    def answer(self, believed: JointState | None, now: float) -> Submitted | None:
+        """Answer of control's process, if it comes in time."""
+        answer = self._answer = None if believed is None else self._asked(believed, now, self._woken)
+        if answer is None:
+            self.closure_slope = 0.0
+            return None
+        self.closure_slope = answer["slope"]
+        self._enter(int(answer["mode"]), now)
+        return Submitted(int(answer["sequence"]), float(answer["valid_until"]), answer["tau"])
 
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
         """At the end."""
@@ -232,9 +237,9 @@ class _Guarding:
     def _note(self, now: float, text: str) -> None:
         self._events.put(event(now, "note", text))
 
-    def _look_for_stops(self, period: int, now: float) -> None:
+    def _look_for_stops(self, period: int, now: float, stop: StopReason | None) -> None:
         """Each stop once, when it comes."""
-        stop, was_stopped = self._guard.envelope.stop, self._was_stopped
+        was_stopped = self._was_stopped
         self._was_stopped = stop is not None
         if stop is not None and not was_stopped:
             self._latches.append(Latch(stop.value, period, 1e-9 * (time.monotonic_ns() - self._started_ns)))
@@ -263,6 +268,4 @@ class _Guarding:
             row["seen"], row["control"] = answer["seen"] & 0xFFFFFFFF, answer["findings"]
             row["v"], row["q_reference"], row["tau_desired"] = answer["v"], answer["q_reference"], answer["tau"]
             row["tau_feedforward"], row["closure_slope"] = answer["tau_feedforward"], answer["slope"]
-            if not answer["slope"] < self._slope_max:
-                self._guard.lose_model()
         self._ticks.put(row)
