@@ -4,14 +4,15 @@ The run is in lock-step: on the twin itself the same seed gives the same run, bi
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv.control.observer import Observer
-from exograv.loop.control_step import CLOSURE_SLOPE_MAX
+from exograv.loop.control_step import NO_MEASUREMENT, ControlStep, Decision
+from exograv.loop.output_feedback import OutputFeedback
 from exograv.safety.envelope import Envelope
-from exograv.safety.guard import COMMAND_LIFE_S, Guard, Guarded, SafeState, Submitted
+from exograv.safety.guard import Guard, SafeState, Submitted
 from exograv.safety.person import GuardedPerson
 from exograv.signals import Command, JointState, Reference
 
@@ -38,16 +39,17 @@ class FaultFlight:
         """
         prepared, period_s = subject.prepared, stand.period_s
         self._stand, self._controller = stand, subject.controller.again(prepared.x)
-        self._gain = prepared.machine.actuators
-        self._observer = Observer(len(posture), period_s)
         self._person = GuardedPerson(subject.person)
         self._envelope = Envelope(subject.limits, period_s)
         self._envelope.person = self._person
         self._envelope.begin(self._controller.torque_at_rest(posture, prepared.x))
-        self._guard = Guard.of_machine(self._envelope, period_s, self._gain.gain.tolist())
+        gain = prepared.machine.actuators.gain
+        self._guard = Guard.of_machine(self._envelope, period_s, gain.tolist())
+        self._step, feedback = ControlStep(self._guard, gain), OutputFeedback(len(posture), period_s, self._controller)
+        self._control = _FaultyControl(feedback, self._envelope)
         self._oracle = EnvelopeOracle(subject.limits, subject.person, period_s)
-        self._faults, self._still = faults, np.zeros(len(posture))
-        self._last = Command(stand.t, -1, stand.t, self._still, self._still)
+        self._faults, still = faults, np.zeros(len(posture))
+        self._last = Command(stand.t, NO_MEASUREMENT, stand.t, still, still)
         self.watch = TruthWatch(min((fault.onset for fault in faults), default=None), round(1e3 * period_s))
 
     def fly(self, ticks: int) -> ScenarioLog:
@@ -79,33 +81,50 @@ class FaultFlight:
         now, sequence = self._stand.t, state.sequence
         for fault in active:
             state = fault.measured(state, tick)
-        believed = self._guard.see(state, now)
-        # Who is found too fast by what goes out is isolated after this posture was believed, and stays where it was.
-        isolated = self._envelope.isolated
-        submitted = self._answer(believed, now)
-        for fault in active:
-            submitted = fault.answered(submitted, tick)
-        guarded = self._guard.decide(submitted, now)
-        self._note(tick, believed, isolated, guarded)
-        tau, until = guarded.tau, now + COMMAND_LIFE_S
-        command = Command(now, sequence, until, tau, self._gain.current(tau), guarded.drive_damping)
+        control = self._control
+        control.faults, control.tick = active, tick
+        decision = self._step.take(state, now, control)
+        self._note(tick, decision, control.isolated)
+        command = replace(decision.command, sequence=sequence)
         for fault in active:
             command = fault.commanded(command, tick)
         self._last = command
         self._stand.write(command)
 
-    def _answer(self, believed: JointState | None, now: float) -> Submitted | None:
-        """Control: observes and decides, as in a session."""
-        if believed is None:
-            return None
-        self._observer.update(believed.q)
-        hold = Reference(believed.q, self._still, self._still)
-        tau = self._controller.step(self._observer.q, self._observer.v, hold)
-        if not self._controller.closure_slope < CLOSURE_SLOPE_MAX:
-            self._guard.lose_model()
-        return Submitted(believed.sequence, now + COMMAND_LIFE_S, tau.copy())
+    def _note(self, tick: int, decision: Decision, isolated: frozenset[int]) -> None:
+        tau, q = decision.command.tau, None if decision.believed is None else decision.believed.q
+        self._oracle.note(tau, q, isolated, self._person.gravity_level)
+        self.watch.commanded(tick, tau, decision.safe_state, self._envelope.stop)
 
-    def _note(self, tick: int, believed: JointState | None, isolated: frozenset[int], guarded: Guarded) -> None:
-        envelope, q = self._envelope, None if believed is None else believed.q
-        self._oracle.note(guarded.tau, q, isolated, self._person.gravity_level)
-        self.watch.commanded(tick, guarded.tau, guarded.safe_state, envelope.stop)
+
+class _FaultyControl:
+    """Control as in a session, with faults in its answer."""
+
+    def __init__(self, feedback: OutputFeedback, envelope: Envelope):
+        """No fault is active."""
+        self._feedback, self._envelope = feedback, envelope
+        self._still = np.zeros_like(feedback.q)
+        self.faults: Sequence[Injector] = ()
+        """Faults that are active in this tick."""
+        self.tick = 0
+        self.isolated: frozenset[int] = frozenset()
+        """Joints that were isolated when the measurement was believed. A joint that is found too fast afterwards, by
+        the decision, stays where it was."""
+
+    @property
+    def closure_slope(self) -> float:
+        """Slope of the controller's loops [N·m]."""
+        return self._feedback.closure_slope
+
+    def answer(self, believed: JointState | None, now: float) -> Submitted | None:
+        """Observe and decide, then let the faults change the answer."""
+        self.isolated, submitted = self._envelope.isolated, None
+        if believed is not None:
+            self._feedback.reference = Reference(believed.q, self._still, self._still)
+            submitted = self._feedback.answer(believed, now)
+        if submitted is not None:
+            # A fault may keep the answer, and the controller overwrites its torque in the next step.
+            submitted = replace(submitted, tau=submitted.tau.copy())
+        for fault in self.faults:
+            submitted = fault.answered(submitted, self.tick)
+        return submitted
