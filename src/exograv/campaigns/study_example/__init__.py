@@ -1,5 +1,5 @@
 """A whole study with nobody in it: end points by a model of adaptation, protocols and recordings as in a real one.
 
-It shows what the study room makes of recordings. No machine is simulated, unlike in `session/train/`; it is no evidence
+It shows what the study room makes of recordings. No machine is simulated, unlike in `experiment/train/`; it is no evidence
 about people.
 """

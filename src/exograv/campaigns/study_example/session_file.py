@@ -31,7 +31,7 @@ STEP_S = 0.1
 
 REACTION_S = 1.4
 """From a window's opening to the first movement: 0.35 s, and 1 s in which muscles are tensed; assumed, as in
-`session/train/`."""
+`experiment/train/`."""
 
 REACH_S, STAY_S = 0.9, 0.2
 """There, and back; on the screen."""
