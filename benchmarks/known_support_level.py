@@ -16,7 +16,7 @@ from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.support_level.search import CRITERION, SUPPORTS, Tries
 from exograv.procedures.rehabilitation.support_level.targets import TOLERANCE_M
 from exograv.procedures.rehabilitation.support_level.threshold import DRAWS_LAST, ThresholdSearch
-from exograv.rig.twin.behaviour.acting import usual_physiology
+from exograv.rig.twin.behaviour.acting_wearer import usual_physiology
 from exograv.rig.twin.behaviour.weakness import ELBOW, involuntary, weak_physiology
 
 ABOUT = 5

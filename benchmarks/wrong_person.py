@@ -23,7 +23,7 @@ from exograv.errors import ExogravError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.prior import prior
-from exograv.identification.recursive.carried_over import carried_over, kept_part
+from exograv.identification.recursive.previous_session import carried_over, kept_part
 from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.procedures.identification.estimator_session import Belief

@@ -13,7 +13,7 @@ from exograv.identification.core.relaxation import SHARE_SD, Relaxing
 from exograv.identification.core.setting import Setting
 from exograv.identification.recursive.recursive import Recursive
 
-from .baselines import adam, ekf, forgetting, gradient_full, gradient_prior, kaczmarz, least_squares, nlms, oracle
+from .baselines import adam, ekf, gradient_full, gradient_prior, kaczmarz, least_squares, nlms, oracle, rls
 
 Builder = Callable[..., Method]
 
@@ -41,7 +41,7 @@ BUILDERS: Mapping[str, Builder] = MappingProxyType(
         "gradient-prior": gradient_prior.GradientPrior,
         "nlms": nlms.Nlms,
         "kaczmarz": kaczmarz.Kaczmarz,
-        "rls": forgetting.Forgetting,
+        "rls": rls.RecursiveLeastSquares,
         "ekf": ekf.LogCholeskyFilter,
         "least-squares": least_squares.LeastSquares,
         "oracle": oracle.OracleMethod,
@@ -55,7 +55,7 @@ CANDIDATES: Mapping[str, tuple[Mapping[str, float], ...]] = MappingProxyType(
         "adam": adam.CANDIDATES,
         "gradient-prior": gradient_prior.CANDIDATES,
         "nlms": nlms.CANDIDATES,
-        "rls": forgetting.CANDIDATES,
+        "rls": rls.CANDIDATES,
         "ekf": ekf.CANDIDATES,
         "kaczmarz": kaczmarz.CANDIDATES,
         "least-squares": least_squares.CANDIDATES,

@@ -8,7 +8,7 @@ from types import TracebackType
 import numpy as np
 
 from exograv.rig.twin import Twin
-from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
 from exograv.signals import Command, JointState
 

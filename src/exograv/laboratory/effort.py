@@ -14,8 +14,8 @@ from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.motion import Trajectory
 from exograv.rig.twin import Twin
-from exograv.rig.twin.behaviour.acting import ActingWearer, usual_physiology
-from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.behaviour.acting_wearer import ActingWearer, usual_physiology
+from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.rig.twin.behaviour.practice import Practice, tensed
 
 from .movements import WantedMovement

@@ -11,7 +11,7 @@ from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Disturbances
-from exograv.rig.twin.behaviour.own_arm import out_of_the_machine, weightless
+from exograv.rig.twin.behaviour.internal_model import out_of_the_machine, weightless
 
 from .conditions import leave_the_arm, switch_off
 from .effort import Effort, Note, Performer, UsedTo

@@ -24,7 +24,7 @@ from exograv.rig.twin import (
     draw_wearer,
     read_wearer_model,
 )
-from exograv.rig.twin.behaviour.own_arm import OwnArm, worn_inertia
+from exograv.rig.twin.behaviour.internal_model import OwnArm, worn_inertia
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.calibration_file import twin_identity
 

@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 
 from exograv.errors import ConfigError
 
-from .questions import open_questions
+from .open_questions import open_questions
 from .rig_settings import Actuator as Actuator
 from .rig_settings import ArmSide as ArmSide
 from .rig_settings import CalibrationSettings as CalibrationSettings

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from pydantic import AfterValidator, AwareDatetime, Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
 from exograv.dynamics.parameters import ParameterLayout, names_and_units
-from exograv.identification.recursive.carried_over import kept_part
+from exograv.identification.recursive.previous_session import kept_part
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Settings

@@ -9,7 +9,7 @@ from exograv.identification.core.setting import Setting
 from exograv.identification.methods import CANDIDATES, built
 from exograv.identification.payload.payload import NOTHING, PAYLOAD, PayloadModel, payload_prior
 from exograv.identification.payload.payload_gradient import PayloadGradient, rehearsed_step
-from exograv.identification.payload.rehearsal import TRIAL_LOAD, found_after, rehearsed, with_trial_load
+from exograv.identification.payload.trial_load import TRIAL_LOAD, found_after, rehearsed, with_trial_load
 from exograv.model.tree import inertial_parameters, is_physical
 from exograv.model.urdf import read_urdf
 

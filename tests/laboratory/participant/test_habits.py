@@ -7,7 +7,7 @@ import pytest
 from exograv.errors import ConfigError
 from exograv.laboratory.participant.adaptation import Rates
 from exograv.laboratory.participant.habits import Habits, register, swept, with_constant
-from exograv.rig.twin.behaviour.acting import Nerves
+from exograv.rig.twin.behaviour.acting_wearer import Nerves
 
 
 def test_no_constant_is_left_out_and_no_name_is_there_twice():

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from exograv.laboratory.movements import TARGET_DEG
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.rig.twin.world.surroundings import FINGER_RADIUS
 from exograv.task.protocol import load_protocol
 

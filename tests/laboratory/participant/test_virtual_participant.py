@@ -7,7 +7,7 @@ from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import Doing, PointingPerson
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.picture import ParticipantPicture
 from exograv.task.protocol import load_protocol

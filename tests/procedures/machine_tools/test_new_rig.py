@@ -7,7 +7,7 @@ import pytest
 
 from exograv.errors import ConfigError, ModelError
 from exograv.model.description import Side, load_rig, robots_folder
-from exograv.model.questions import open_questions
+from exograv.model.open_questions import open_questions
 from exograv.procedures.machine_tools.check_rig import CheckOptions, check_rig
 from exograv.procedures.machine_tools.new_rig import NewRigOptions, new_rig
 

@@ -9,7 +9,7 @@ from exograv.laboratory.movements import REST_DEG, TARGET_DEG
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import skeleton_function
-from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.task.task_settings import TargetSettings
 
 NODES = 25

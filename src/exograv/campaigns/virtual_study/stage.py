@@ -20,7 +20,7 @@ from exograv.loop.output_feedback import Controller, NoTorque
 from exograv.loop.pilot import Progress
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Machine, Twin, day_seed
-from exograv.rig.twin.behaviour.own_arm import OwnArm, out_of_the_machine
+from exograv.rig.twin.behaviour.internal_model import OwnArm, out_of_the_machine
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.rig.twin.world.water import Water
 from exograv.task.protocol import load_protocol

@@ -12,7 +12,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.core.interface import Estimate, Parameters, Sample
 from exograv.model.assembly import Assembly
 
-from .resting import table_arm
+from .resting_correction import table_arm
 
 
 class Average:

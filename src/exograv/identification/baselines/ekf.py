@@ -10,7 +10,7 @@ from exograv.identification.core.coordinates import Coordinates
 from exograv.identification.core.interface import Covariance, Estimate, Sample
 from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened import square_root_but
+from exograv.identification.core.whitened_model import square_root_but
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"noise_factor": noise_factor, "drift": drift})

@@ -23,7 +23,7 @@ from exograv.model.assembly import Assembly
 
 from .rest_choice import Gain
 from .rest_statics import RestStatics
-from .resting import RestingCorrection, scaled_body
+from .resting_correction import RestingCorrection, scaled_body
 
 RESTS = 1
 

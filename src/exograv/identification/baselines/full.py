@@ -22,7 +22,7 @@ from exograv.model.assembly import Assembly
 
 from .rest_choice import Gain, gravity_spread
 from .rest_statics import RestStatics
-from .resting import RestingCorrection, measured_body
+from .resting_correction import RestingCorrection, measured_body
 
 RESTS = 2
 

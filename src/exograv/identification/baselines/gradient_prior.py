@@ -9,7 +9,7 @@ from exograv.identification.core.coordinates import Coordinates
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened import square_root_but
+from exograv.identification.core.whitened_model import square_root_but
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"step": step}) for step in (3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened import Unknowns, Whitened
+from exograv.identification.core.whitened_model import Unknowns, Whitened
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"window_s": window_s, "ridge": ridge}) for window_s in (1.0, 4.0) for ridge in (1e-2, 1e-1, 1.0)

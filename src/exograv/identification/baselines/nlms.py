@@ -8,7 +8,7 @@ import numpy as np
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened import Whitened
+from exograv.identification.core.whitened_model import Whitened
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"share": share}) for share in (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)

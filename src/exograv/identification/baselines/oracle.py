@@ -10,7 +10,7 @@ from exograv.identification.core.interface import Estimate, Joints, Parameters, 
 from exograv.identification.core.physical import PhysicalProjection
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened import PLAUSIBLE_SD, Unknowns, Whitened
+from exograv.identification.core.whitened_model import PLAUSIBLE_SD, Unknowns, Whitened
 from exograv.identification.recursive.recursive import USUAL_SCALES
 
 SAMPLES_MAX = 800

@@ -10,7 +10,7 @@ from exograv.identification.core.log_cholesky import phi_from_theta, theta_from_
 from exograv.identification.core.setting import Setting
 
 from .payload import NOTHING, PAYLOAD, PayloadModel, about_body, robot_torque
-from .rehearsal import SHARES_OF_STABLE, TRIAL_LOAD, found_after, with_trial_load
+from .trial_load import SHARES_OF_STABLE, TRIAL_LOAD, found_after, with_trial_load
 
 
 class PayloadGradient:

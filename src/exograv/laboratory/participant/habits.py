@@ -8,7 +8,7 @@ import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.laboratory.movements import REACH_S
-from exograv.rig.twin.behaviour.acting import Nerves
+from exograv.rig.twin.behaviour.acting_wearer import Nerves
 from exograv.rig.twin.disturbances.constant import Constant, constant, constants_of
 
 from .adaptation import Rates

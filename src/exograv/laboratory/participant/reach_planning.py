@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from exograv import motion
 from exograv.motion import Trajectory
-from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.rig.twin.world.surroundings import Surroundings
 
 from .habits import Habits

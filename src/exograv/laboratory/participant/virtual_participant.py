@@ -15,8 +15,8 @@ from jaxtyping import Float
 from exograv import motion
 from exograv.laboratory.movements import REST_DEG, TARGET_DEG
 from exograv.motion import Trajectory
-from exograv.rig.twin.behaviour.acting import ActingWearer, Physiology, usual_physiology
-from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.behaviour.acting_wearer import ActingWearer, Physiology, usual_physiology
+from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, Wander
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.session_checkpoint import LearnedState

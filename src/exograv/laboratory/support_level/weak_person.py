@@ -15,7 +15,7 @@ from exograv.laboratory.movements import REST_DEG, TARGET_DEG
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.motion import Trajectory
 from exograv.rig.twin import Twin
-from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.rig.twin.behaviour.weakness import Weakness, WeakWearer
 
 MOVE_S = 2.0

@@ -9,7 +9,7 @@ from exograv.identification.core.interface import Sample
 from exograv.identification.core.noise import Noise
 from exograv.identification.core.prior import disturbance_sd
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
-from exograv.identification.recursive.contradiction import Unexplained, log_odds
+from exograv.identification.recursive.prior_comparison import Unexplained, log_odds
 
 from .estimator_session import Belief
 

@@ -18,7 +18,7 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Outcome, Sample
 from exograv.identification.core.left_over import TARGET_NM, LeftOverPrediction, StopRule
 from exograv.identification.core.prior import prior
-from exograv.identification.recursive.carried_over import carried_over
+from exograv.identification.recursive.previous_session import carried_over
 from exograv.model.assembly import Assembly
 from exograv.storage.participant_schema import StoredParticipant
 

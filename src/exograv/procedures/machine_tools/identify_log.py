@@ -16,8 +16,8 @@ from exograv.identification.payload.payload_gradient import PayloadGradient, reh
 from exograv.identification.payload.payload_outcome import judge, mass_interval, refuse_negative_mass
 from exograv.identification.payload.payload_samples import refuse_other_robots, samples_of_log
 from exograv.identification.payload.payload_setting import payload_setting
-from exograv.identification.payload.rehearsal import rehearsed
 from exograv.identification.payload.robot_from_log import RobotFromLog, robot_from_log
+from exograv.identification.payload.trial_load import rehearsed
 from exograv.loop.pilot import Progress
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError
-from exograv.model.questions import open_questions
+from exograv.model.open_questions import open_questions
 from exograv.model.rig_settings import Side
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf

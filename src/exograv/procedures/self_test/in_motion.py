@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from exograv.identification.calibration.empty_again import Changed, weigh_again
+from exograv.identification.calibration.calibration_drift import Changed, weigh_again
 from exograv.identification.calibration.empty_checks import SURE_SD
 from exograv.motion import go_to, hold, joined
 from exograv.procedures.calibration.breakaway_test import Nudger

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv import motion
-from exograv.rig.twin.behaviour.acting import ActingWearer, usual_physiology
+from exograv.rig.twin.behaviour.acting_wearer import ActingWearer, usual_physiology
 from exograv.rig.twin.behaviour.practice import TENSION_MAX, Learner, Practice, smooth_derivatives, tensed
 
 DT = 4e-3

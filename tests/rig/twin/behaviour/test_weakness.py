@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from exograv.motion import hold
 from exograv.rig.twin import Disturbances, draw_wearer
-from exograv.rig.twin.behaviour.acting import usual_physiology
+from exograv.rig.twin.behaviour.acting_wearer import usual_physiology
 from exograv.rig.twin.behaviour.weakness import (
     ELBOW,
     Weakness,

@@ -8,7 +8,7 @@ import pytest
 
 from exograv.model.description import RigDescription
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
-from exograv.rig.twin.behaviour.own_arm import OwnArm
+from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.rig.twin.world.surroundings import FINGER_RADIUS, Surroundings, fingertip_of
 from exograv.signals import Command
 

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from exograv.model.description import rig_folder, validation_sentence
-from exograv.model.questions import MARK, open_questions
+from exograv.model.open_questions import MARK, open_questions
 from exograv.model.rig_settings import RigSettings
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf

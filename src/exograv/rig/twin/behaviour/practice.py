@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from exograv.motion import Trajectory
 
-from .acting import Physiology
+from .acting_wearer import Physiology
 
 Table = Float[np.ndarray, "tick arm"]
 

@@ -17,7 +17,7 @@ from exograv.motion import Trajectory
 from exograv.rig.twin.disturbances.streams import stream
 from exograv.rig.twin.wearer.wearer import Wearer
 
-from .acting import ActingWearer, Physiology, usual_physiology
+from .acting_wearer import ActingWearer, Physiology, usual_physiology
 
 PerFreedom = Float[np.ndarray, " arm"]
 
@@ -34,7 +34,7 @@ class Weakness:
     """What is left of one arm's muscles."""
 
     strength: PerFreedom
-    """Of a healthy adult's greatest torque, `acting.USUAL` (arm,) [-]. Source: some half is lost on average in chronic
+    """Of a healthy adult's greatest torque, `USUAL` (arm,) [-]. Source: some half is lost on average in chronic
     stroke, 52 % of the shoulder's peak torque (Braz J Phys Ther 2014, 18:3, abstract). Whoever cannot lift the arm has
     far less than the other half: those are the people of this test."""
 

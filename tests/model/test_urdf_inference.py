@@ -5,7 +5,7 @@ import pytest
 
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import Side, load_rig, rig_names
-from exograv.model.guesses import arms, place_of, side_of
+from exograv.model.urdf_inference import arms, place_of, side_of
 
 MACHINES = [(rig, side) for rig in rig_names() for side in load_rig(rig).settings.urdf.sides]
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from exograv import motion
 from exograv.model.description import load_rig
 from exograv.rig.twin import Disturbances, Examiner, Twin, draw_machine, draw_wearer
-from exograv.rig.twin.behaviour.acting import ActingWearer, Nerves, usual_physiology
-from exograv.rig.twin.behaviour.own_arm import out_of_the_machine, weightless
+from exograv.rig.twin.behaviour.acting_wearer import ActingWearer, Nerves, usual_physiology
+from exograv.rig.twin.behaviour.internal_model import out_of_the_machine, weightless
 from exograv.signals import Command
 
 DT = 1e-3

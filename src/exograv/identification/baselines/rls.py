@@ -8,7 +8,7 @@ import numpy as np
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened import Whitened
+from exograv.identification.core.whitened_model import Whitened
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"memory_s": memory_s, "noise_factor": noise_factor})
@@ -20,7 +20,7 @@ MEMORY_S, NOISE_FACTOR = np.inf, 1e3
 start's P against R, which the textbook leaves to the user; python benchmarks/tune_methods.py."""
 
 
-class Forgetting:
+class RecursiveLeastSquares:
     """`Method`: K = P Hᵀ (λ R + H P Hᵀ)⁻¹, x += K (τ − τ̂), P = (P − K H P) / λ, every 0.02 s.
 
     λ = exp(−period/memory). P starts from the prior covariance, not from a large multiple of one; R is a multiple of

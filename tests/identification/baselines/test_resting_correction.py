@@ -11,7 +11,7 @@ from exograv.identification.baselines.average import average
 from exograv.identification.baselines.equilibrium import equilibrium
 from exograv.identification.baselines.full import full
 from exograv.identification.baselines.rest_statics import RestStatics
-from exograv.identification.baselines.resting import MASS_MIN, RestingCorrection, table_arm
+from exograv.identification.baselines.resting_correction import MASS_MIN, RestingCorrection, table_arm
 from exograv.identification.core.interface import Method, Rest, RestingMethod, Sample
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly

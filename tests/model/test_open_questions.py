@@ -7,7 +7,7 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.model.description import load_rig, robots_folder
-from exograv.model.questions import Question, open_questions
+from exograv.model.open_questions import Question, open_questions
 
 TEXT = """\
 name = "machine"  # not a "?" of its own

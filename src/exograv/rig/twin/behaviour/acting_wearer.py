@@ -3,7 +3,7 @@
     tau = lag(anticipated(t) + reflex(t − delay) + hold) + stiffness · (q_wanted − q) + damping · (v_wanted − v)
 
 It knows where its own arm is and what it wants, never what the machine does. What it anticipates is learned by practice
-(`practice`) or comes from a model of the own arm (`own_arm`); either may be wrong.
+(`practice`) or comes from a model of the own arm (`internal_model`); either may be wrong.
 """
 
 from dataclasses import dataclass, field

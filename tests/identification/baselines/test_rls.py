@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from exograv.identification.baselines.forgetting import Forgetting
+from exograv.identification.baselines.rls import RecursiveLeastSquares
 from exograv.identification.core.sample_pace import DESCENT_PERIOD_S
 
 OFF = np.linspace(-1.0, 1.0, 11)
 
 
-def run(setting, samples, memory_s: float) -> Forgetting:
-    method = Forgetting(setting, memory_s, noise_factor=1.0)
+def run(setting, samples, memory_s: float) -> RecursiveLeastSquares:
+    method = RecursiveLeastSquares(setting, memory_s, noise_factor=1.0)
     for sample in samples:
         method.update(sample)
     return method

@@ -6,8 +6,8 @@ import pytest
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.noise import Noise
-from exograv.identification.recursive import contradiction
-from exograv.identification.recursive.contradiction import Unexplained, log_odds
+from exograv.identification.recursive import prior_comparison as contradiction
+from exograv.identification.recursive.prior_comparison import Unexplained, log_odds
 
 NOISE = Noise(np.array([0.1, 0.1]), np.array([0.1, 0.1]), np.array([0.3, 0.3]))
 UNEXPLAINED = Unexplained(NOISE, Discrepancy(np.array([0.05, 0.05]), 0.5, 8))

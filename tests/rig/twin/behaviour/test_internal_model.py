@@ -8,7 +8,7 @@ import numpy as np
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.rig.twin import Disturbances, draw_machine, draw_wearer
-from exograv.rig.twin.behaviour.own_arm import OwnArm, weightless, worn_inertia
+from exograv.rig.twin.behaviour.internal_model import OwnArm, weightless, worn_inertia
 from exograv.rig.twin.wearer.passive import follower_paths
 from exograv.rig.twin.world.link_truth import link_truth
 from exograv.rig.twin.world.scene import build_scene

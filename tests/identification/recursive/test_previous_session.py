@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.dynamics.parameters import ParameterLayout
-from exograv.identification.recursive.carried_over import ARM_NEW, carried_over, kept_part
+from exograv.identification.recursive.previous_session import ARM_NEW, carried_over, kept_part
 
 LAYOUT = ParameterLayout(segments=2, freedoms=4, arms=1, joints=4)
 
