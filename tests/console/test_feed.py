@@ -12,7 +12,7 @@ from tests.experiment.test_aircraft import line as datagram
 from tests.task.of_run import short_plan
 
 from exograv.console.broadcaster import News
-from exograv.console.feed import TOPIC, Feed, receiver_of
+from exograv.console.feed import Feed, receiver_of
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.sentences import say
@@ -21,6 +21,7 @@ from exograv.experiment.aircraft import AircraftReceiver, Emulation, emulate
 from exograv.task.events import Start, Tick
 from exograv.task.flight_profile import FlightProfile, Network
 from exograv.task.plan import TaskPlan
+from exograv.task.record_sinks import AIRCRAFT_TOPIC
 
 from .fake_desk import FakeDesk
 from .of_clock import SetClock
@@ -75,7 +76,7 @@ def test_g_opens_a_window_and_one_that_is_not_closed_any_more_ends_by_the_clock(
     said = shown(hub, begun + 1.2)
     assert said["sample"] == {"g": 0.02, "parabola": 3, "announcement": "UNKNOWN"}
     assert (said["is_window"], said["is_lost"], round(said["age_s"], 3)) == (True, False, 0.0)
-    samples = [message for topic, _, message in desk.written if topic == TOPIC]
+    samples = [message for topic, _, message in desk.written if topic == AIRCRAFT_TOPIC]
     assert len(samples) == 13
     assert samples[-1] == {"g": [0.0, 0.0, 0.02], "parabola": 3, "announcement": "UNKNOWN"}
     # Silence: an alarm, and the window goes on to its nominal end.
@@ -125,7 +126,7 @@ def test_an_emulated_flight_of_another_process_opens_windows_until_it_ends_in_on
         aircraft.start()
         house.loop.call_soon_threadsafe(setattr, house.hub, "feed", Feed(receiver, trial, house.hub.diary))
         wait_until(lambda: receiver.heard > 0, 20.0)
-        house.loop.call_soon_threadsafe(trial.feed, Start(t=house.desk.now()))
+        house.loop.call_soon_threadsafe(trial.run.feed, Start(t=house.desk.now()))
         wait_until(lambda: [each.is_complete for each in trial.run.state.windows] == [True, False], 20.0)
         aircraft.kill()
         wait_until(lambda: len(trial.run.state.complete) == 2, 20.0)
@@ -153,7 +154,7 @@ def fly(hub: Hub, receiver: AircraftReceiver, levels: list[float], begun: float)
 def step(hub: Hub, t: float) -> None:
     assert hub.feed is not None
     hub.feed.step(t)
-    trial_of(hub).feed(Tick(t=t))
+    trial_of(hub).run.feed(Tick(t=t))
 
 
 def shown(hub: Hub, t: float) -> dict[str, Any]:

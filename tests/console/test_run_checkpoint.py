@@ -49,10 +49,10 @@ def closed(trial: ProtocolTrial) -> None:
 def test_what_was_kept_comes_back_with_its_touches_side_and_screen(tmp_path: Path, trial: Begun):
     first = trial(tmp_path, 1)
     first.side = "left"
-    first.feed(Start(t=100.0))
-    first.feed(Tick(t=140.0))
-    first.feed(touch(140.0, 0))
-    first.feed(Tick(t=151.0))
+    first.run.feed(Start(t=100.0))
+    first.run.feed(Tick(t=140.0))
+    first.run.feed(touch(140.0, 0))
+    first.run.feed(Tick(t=151.0))
     closed(first)
     again = trial(tmp_path, 2, resumes=True)
     assert again.run.state == first.run.state
@@ -62,31 +62,33 @@ def test_what_was_kept_comes_back_with_its_touches_side_and_screen(tmp_path: Pat
 
 def test_a_run_that_has_not_begun_leaves_no_file_and_one_that_has_is_not_written_over(tmp_path: Path, trial: Begun):
     first = trial(tmp_path, 1)
-    first.feed(Tick(t=100.0))
+    first.run.feed(Tick(t=100.0))
     closed(first)
     assert not list(tmp_path.glob("*.run.json"))
     again = trial(tmp_path, 2)
-    again.feed(Start(t=100.0))
+    again.run.feed(Start(t=100.0))
     closed(again)
     with pytest.raises(ConfigError, match="--resume"):
         kept(tmp_path)
     assert kept(tmp_path, session=2) is not None
 
 
-def test_it_is_kept_every_ten_seconds_whatever_happens(tmp_path: Path, trial: Begun):
-    begun = trial(tmp_path, 1)
-    begun.feed(Start(t=100.0))
-    begun.feed(Tick(t=109.9))
-    assert begun._kept_at == 100.0
-    begun.feed(Tick(t=110.1))
-    assert begun._kept_at == 110.1
+def test_it_is_kept_every_ten_seconds_whatever_happens(tmp_path: Path, trial: Begun, monkeypatch: pytest.MonkeyPatch):
+    begun, times = trial(tmp_path, 1), list[float]()
+    assert begun._kept is not None
+    monkeypatch.setattr(begun._kept, "keep", lambda _run, t, _circumstances: times.append(t))
+    begun.run.feed(Start(t=100.0))
+    begun.run.feed(Tick(t=109.9))
+    assert times == [100.0]
+    begun.run.feed(Tick(t=110.1))
+    assert times == [100.0, 110.1]
     closed(begun)
 
 
 def test_a_run_that_is_over_or_of_somebody_else_is_not_gone_on_with(tmp_path: Path, trial: Begun):
     first = trial(tmp_path, 1)
-    first.feed(Start(t=100.0))
-    first.feed(Stop(t=101.0))
+    first.run.feed(Start(t=100.0))
+    first.run.feed(Stop(t=101.0))
     closed(first)
     with pytest.raises(ConfigError, match="is over"):
         trial(tmp_path, 2, resumes=True)
@@ -102,7 +104,7 @@ def test_a_place_that_cannot_be_written_is_an_alarm_and_no_end(tmp_path: Path, t
     begun = trial(folder, 1)
     assert begun._kept is not None
     begun._kept.path = folder / "missing" / "x.run.json"
-    begun.feed(Start(t=100.0))
+    begun.run.feed(Start(t=100.0))
     closed(begun)
     assert "cannot be written" in begun.why_not_kept
 

@@ -6,12 +6,11 @@ from exograv.errors import ConfigError
 from exograv.experiment.aircraft import AircraftReceiver
 from exograv.task.aircraft_line import AircraftSample
 from exograv.task.plan import TaskPlan
+from exograv.task.record_sinks import aircraft_sink
 
 from .event_log import Diary
 from .sentences import say
 from .trial import ProtocolTrial
-
-TOPIC = "/aircraft"
 
 
 def receiver_of(plan: TaskPlan | None, port: int, sender: str | None) -> AircraftReceiver:
@@ -40,17 +39,18 @@ class Feed:
         self._heard_at: float | None = None
         self._missed = False
 
+        write = aircraft_sink(diary)
+
         def told(t: float, sample: AircraftSample) -> None:
             self._heard_at = t
-            message = {"g": list(sample.g), "parabola": sample.parabola, "announcement": sample.announcement}
-            diary.write(TOPIC, t, message)
+            write(t, sample)
 
         receiver.told = told
 
     def step(self, t: float) -> str:
         """Take what has come until `t` [s]; a sentence for an alarm where nothing ever came."""
         for event in self._receiver.receive(t):
-            self._trial.feed(event)
+            self._trial.run.feed(event)
         is_missed = self._heard_at is None and self._trial.is_running
         was_missed, self._missed = self._missed, is_missed
         return say("aircraft.not_heard") if is_missed and not was_missed else ""

@@ -76,7 +76,7 @@ def run_console(
             diary.write("/console/protocol", desk.now(), plan.loaded.recorded)
         if trial is not None and kept is not None and kept.before is not None:
             # The machine carries nothing of a run that was broken off: somebody has to begin anew, and say so.
-            trial.feed(Interrupted(t=desk.now()))
+            trial.run.feed(Interrupted(t=desk.now()))
         try:
             serve(hub, options.address, listening, host, options.opens_browser, say)
         finally:

@@ -10,9 +10,6 @@ from exograv.model.rig_settings import Settings, Side
 from exograv.storage.session_checkpoint import KeptSession, read_kept, refuse_kept, write_kept
 from exograv.task.screen import ScreenCalibration
 
-KEPT_EVERY_S = 10.0
-"""At least, whatever happens [s]."""
-
 
 class Circumstances(Settings):
     """What a run was begun with, besides its protocol."""

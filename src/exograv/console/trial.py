@@ -10,20 +10,20 @@ from exograv.task.events import Acknowledge as AcknowledgeAlarm
 from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
 from exograv.task.plan import TaskPlan
-from exograv.task.records import Record, Refused, TouchJudged
+from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink
+from exograv.task.records import Record, Refused, TouchJudged, shared
 from exograv.task.run import TaskRun
 from exograv.task.screen import ScreenSpan, calibrate_with_card, calibrate_with_ruler
 
 from .event_log import Diary
 from .messages import Calibrate, PageTouch, RunWord
 from .page_clocks import PageClocks
-from .run_checkpoint import KEPT_EVERY_S, Circumstances, KeptRun
+from .run_checkpoint import Circumstances, KeptRun
 from .sentences import say
 
 CARRIED = frozenset({"floating", "weighing"})
 """Modes in which an active protocol goes on."""
 
-TOPIC = "/task"
 RAW = "/console/touch"
 
 
@@ -36,7 +36,7 @@ class ProtocolTrial:
         Raises:
             ConfigError: What was kept is of another protocol, or over.
         """
-        self.clocks, self._diary, self._kept, self._kept_at = clocks, diary, kept, -1e12
+        self.clocks, self._diary, self._kept = clocks, diary, kept
         self.run = TaskRun(plan)
         if kept is not None and kept.before is not None:
             self.run = TaskRun.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
@@ -46,7 +46,12 @@ class ProtocolTrial:
         """Whose arm it was begun with: protocols have none, and a session has one."""
 
         self.news = list[Record]()
-        """Records that pages have not been shown; whoever shows them empties it."""
+        """Records that the pages have not been shown; the broadcaster empties it."""
+        self.run.sinks = (
+            self._write,
+            lambda _t, records: self.news.extend(records),
+            *(() if kept is None else (checkpoint_sink(self._keep),)),
+        )
 
     @property
     def plan(self) -> TaskPlan:
@@ -68,24 +73,21 @@ class ProtocolTrial:
         """Whether its clock goes."""
         return self.run.state.status == "running"
 
-    def feed(self, event: Event) -> tuple[Record, ...]:
-        """Tell it something; every record is kept."""
-        records = self.run.feed(event)
+    def _write(self, _t: float, records: tuple[Record, ...]) -> None:
         for record in records:
-            self._diary.write(TOPIC, record.t, record.model_dump(mode="json"))
-        self.news += records
-        is_begun = self.run.state.status != "ready"
-        if self._kept is not None and is_begun and (records or event.t - self._kept_at > KEPT_EVERY_S):
-            self._kept_at = event.t
-            self._kept.keep(self.run.kept(), event.t, Circumstances(side=self.side, screen=self.plan.screen))
-        return records
+            self._diary.write(TASK_TOPIC, record.t, record.model_dump(mode="json"))
+
+    def _keep(self, t: float) -> None:
+        """Store a checkpoint of a run that has begun."""
+        if self._kept is not None and self.run.state.status != "ready":
+            self._kept.keep(self.run.kept(), t, Circumstances(side=self.side, screen=self.plan.screen))
 
     def tick(self, t: float, shown: Shown) -> str:
-        """So late it is; a sentence for an alarm where the run had to be paused."""
-        self.feed(Tick(t=t))
+        """Tell the run the time; returns a sentence for an alarm where the run had to be paused."""
+        self.run.feed(Tick(t=t))
         if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
             return ""
-        self.feed(Pause(t=t, why=f"The machine: {shown.mode_text}"[:500]))
+        self.run.feed(Pause(t=t, why=f"The machine: {shown.mode_text}"[:500]))
         return say("trial.paused")
 
     def level(self, t: float) -> float | None:
@@ -112,16 +114,16 @@ class ProtocolTrial:
             self.side = shown.side
             told = {"rig": shown.rig, "side": self.side, "participant": shown.participant}
             self._diary.write("/console/run", t, told)
-        return _why_refused(self.feed(events[word.word]))
+        return _why_refused(self.run.feed(events[word.word]))
 
     def acknowledge(self, alarm: int, t: float) -> str:
         """One of the run's; a sentence where there is none."""
-        return _why_refused(self.feed(AcknowledgeAlarm(t=t, alarm=alarm)))
+        return _why_refused(self.run.feed(AcknowledgeAlarm(t=t, alarm=alarm)))
 
     def interrupt(self, t: float, why: str) -> None:
         """Pause it if it runs."""
         if self.is_running:
-            self.feed(Pause(t=t, why=why))
+            self.run.feed(Pause(t=t, why=why))
 
     def touch(self, raw: PageTouch, received: float) -> TouchJudged | None:
         """One touch of the page, as often as it sends it; kept raw whatever becomes of it."""
@@ -131,19 +133,12 @@ class ProtocolTrial:
             when |= {"placed": placed.t, "bound_s": placed.bound_s}
         self._diary.write(RAW, received, {**raw.model_dump(mode="json"), **when})
         touch = Touch(
+            **shared(raw, Touch),
             t=received if placed is None else placed.t,
             received=received,
-            page=raw.page,
-            sequence=raw.sequence,
-            x_px=raw.x_px,
-            y_px=raw.y_px,
-            target_x_px=raw.target_x_px,
-            target_y_px=raw.target_y_px,
-            pointer=raw.pointer,
-            is_primary=raw.is_primary,
             contact_px=max(raw.width_px, raw.height_px),
         )
-        judged = [record for record in self.feed(touch) if isinstance(record, TouchJudged)]
+        judged = [record for record in self.run.feed(touch) if isinstance(record, TouchJudged)]
         return judged[-1] if judged else None
 
     def calibrate(self, measured: Calibrate, t: float) -> None:
@@ -160,7 +155,7 @@ class ProtocolTrial:
             spans = [ScreenSpan.model_validate(span.model_dump()) for span in measured.spans]
             screen = calibrate_with_ruler(spans)
         self._diary.write("/console/screen", t, {**measured.model_dump(mode="json"), **screen.model_dump(mode="json")})
-        self.run = TaskRun(replace(self.plan, screen=screen), self.run.state)
+        self.run = TaskRun(replace(self.plan, screen=screen), self.run.state, self.run.sinks)
 
     def participant(self, t: float) -> ParticipantPicture:
         """What the page in front of the arm shows."""

@@ -31,6 +31,15 @@ def tick_dtype(n_joints: int, version: int = SCHEMA_VERSION) -> np.dtype:
     return np.dtype([("cdr_header", "u1", (4,)), *columns])
 
 
+def empty_ticks(n: int, n_joints: int) -> np.ndarray:
+    """Ticks (tick,) with the default of every field that has one, and zero elsewhere."""
+    ticks = np.zeros(n, tick_dtype(n_joints))
+    for name, value in TICK_DEFAULTS.items():
+        ticks[name] = value
+    ticks["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+    return ticks
+
+
 def unpacked_ticks(data: bytes | bytearray, n_joints: int, version: int) -> np.ndarray:
     """Ticks (tick,) of this version as records of the present one; what they lack has its default."""
     stored = np.frombuffer(data, tick_dtype(n_joints, version))

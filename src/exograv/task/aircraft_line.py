@@ -42,6 +42,11 @@ class AircraftSample:
         """Of the measured g: the axes are the aircraft's, and it is never level to a degree."""
         return math.hypot(*self.g)
 
+    @property
+    def message(self) -> dict[str, object]:
+        """Message of the sample on the channel `/aircraft` of a recording."""
+        return {"g": list(self.g), "parabola": self.parabola, "announcement": self.announcement}
+
 
 def parse_line(datagram: bytes) -> AircraftSample | str:
     """The sample in it, or why there is none."""

@@ -63,28 +63,24 @@ class PointingCycle(Settings):
 
 
 class Deviation(NamedTuple):
-    """Contact minus target, right and down."""
+    """Contact minus target, right and down; the fields of `records.TouchJudged`, None without a calibrated screen."""
 
-    x_px: float
-    y_px: float
-    x_mm: float | None
-    y_mm: float | None
-
-    @property
-    def norm_px(self) -> float:
-        """[px], of the panel."""
-        return math.hypot(self.x_px, self.y_px)
-
-    @property
-    def norm_mm(self) -> float | None:
-        """[mm]; None where the screen is not calibrated."""
-        return None if self.x_mm is None or self.y_mm is None else math.hypot(self.x_mm, self.y_mm)
+    deviation_x_px: float
+    deviation_y_px: float
+    deviation_px: float
+    deviation_x_mm: float | None = None
+    deviation_y_mm: float | None = None
+    deviation_mm: float | None = None
 
 
 def deviation(touch: Touch, screen: ScreenCalibration | None) -> Deviation:
-    """How far off it was."""
+    """Distance of a touch from its target."""
     dx, dy = touch.x_px - touch.target_x_px, touch.y_px - touch.target_y_px
-    return Deviation(dx, dy, *(screen.to_mm(dx, dy) if screen is not None else (None, None)))
+    off = Deviation(dx, dy, math.hypot(dx, dy))
+    if screen is None:
+        return off
+    x_mm, y_mm = screen.to_mm(dx, dy)
+    return off._replace(deviation_x_mm=x_mm, deviation_y_mm=y_mm, deviation_mm=math.hypot(x_mm, y_mm))
 
 
 def unfit(protocol: Protocol, screen: ScreenCalibration | None, touch: Touch) -> Reason | None:
@@ -99,7 +95,7 @@ def unfit(protocol: Protocol, screen: ScreenCalibration | None, touch: Touch) ->
         largest_px = rules.contact_max_mm / max(screen.pitch_x_mm, screen.pitch_y_mm)
     if touch.contact_px > largest_px:
         return Reason.PALM
-    return Reason.OFF_TARGET if deviation(touch, screen).norm_px > rules.area_radius_px else None
+    return Reason.OFF_TARGET if deviation(touch, screen).deviation_px > rules.area_radius_px else None
 
 
 def too_soon(protocol: Protocol, cycle: PointingCycle, t: float) -> Reason | None:

@@ -1,6 +1,6 @@
 """What a run says: one immutable record for each thing that happened, with a JSON form that stays the same."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
 
@@ -67,40 +67,32 @@ class WindowClosed(Settings):
     marks: tuple[Mark, ...]
 
 
+NOT_CALIBRATED = Field(description="NA on a screen that was not calibrated")
+
+
 class TouchJudged(Settings):
-    """One touch, exactly once."""
+    """One touch, exactly once. The same fields in recording, markers, checkpoints and the table of touches."""
 
     kind: Literal["touch"] = "touch"
     t: float
     received: float
-    page: str
-    sequence: int
-    window: int | None
-    """In which it fell."""
-
-    attempt: int | None
-    is_accepted: bool
-    reason: Reason | None
-    """Why not."""
-
-    x_px: float
-    y_px: float
-    deviation_x_px: float
-    deviation_y_px: float
-    deviation_px: float
-    """Contact minus target, right and down, of the panel's pixels."""
-
-    deviation_x_mm: float | None
-    deviation_y_mm: float | None
-    deviation_mm: float | None
-    """None where the screen is not calibrated."""
-
+    page: str = Field(description="which page sent it")
+    sequence: int = Field(description="number that the page gave it; with `page` unique in a session")
+    window: int | None = Field(description="in which it fell; NA outside of windows")
+    attempt: int | None = Field(description="of the window, from 1; NA outside of windows")
+    is_accepted: bool = Field(description="it counts")
+    reason: Reason | None = Field(description="why it does not count")
+    x_px: float = Field(description="contact on the panel, right")
+    y_px: float = Field(description="contact on the panel, down")
+    deviation_x_px: float = Field(description="contact minus target, right")
+    deviation_y_px: float = Field(description="contact minus target, down")
+    deviation_px: float = Field(description="its length")
+    deviation_x_mm: float | None = NOT_CALIBRATED
+    deviation_y_mm: float | None = NOT_CALIBRATED
+    deviation_mm: float | None = NOT_CALIBRATED
     contact_px: float
-    interval_s: float | None
-    """Since the last accepted touch of the window, or since it opened; None outside."""
-
-    pace: Pace | None
-    """Of that interval."""
+    interval_s: float | None = Field(description="since the last that counts, or since the window opened")
+    pace: Pace | None = Field(description="`too_short`, `right` or `too_long`")
 
 
 class PaceChanged(Settings):
@@ -182,6 +174,11 @@ Record = (
 )
 RECORD: TypeAdapter[Record] = TypeAdapter(Annotated[Record, Field(discriminator="kind")])
 """Reads a record from its JSON."""
+
+
+def shared(source: Settings, target: type[Settings]) -> dict[str, Any]:
+    """Values of `source` by name, of the fields that `target` has too."""
+    return {name: getattr(source, name) for name in target.model_fields if name in type(source).model_fields}
 
 
 def marker(record: Record) -> str:

@@ -1,6 +1,6 @@
 """A run of a protocol: events in, records out. All that happens depends on state, event and the times in them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pydantic import ValidationError
@@ -12,6 +12,7 @@ from .events import Acknowledge, Distance, Event, Return, Touch
 from .operating import OPERATING
 from .plan import TaskPlan
 from .pointing import returned
+from .record_sinks import RecordSink
 from .records import AlarmAcknowledged, Record, Refused
 from .state import RunState
 from .timed_transitions import Step, advanced, made_level
@@ -22,14 +23,29 @@ from .touching import judge
 class TaskRun:
     """One session of one person; its state can be kept, and a run made again from it."""
 
-    def __init__(self, plan: TaskPlan, state: RunState | None = None):
-        """Begin, or go on where a state was kept (tell it `Interrupted` if the program was away)."""
-        self.plan, self.state = plan, state or RunState()
+    def __init__(self, plan: TaskPlan, state: RunState | None = None, sinks: Sequence[RecordSink] = ()):
+        """Begin a run, or continue one from its stored state (feed `Interrupted` if the program was restarted).
+
+        Args:
+            plan: Protocol, machine and screen.
+            state: Stored state; a new run where absent.
+            sinks: Each takes the records of every event, in this order.
+        """
+        self.plan, self.state, self.sinks = plan, state or RunState(), tuple(sinks)
 
     def feed(self, event: Event) -> tuple[Record, ...]:
-        """Tell it something, and hear what has happened until then."""
+        """Process one event and hand its records to all sinks."""
         self.state, records = step(self.plan, self.state, event)
+        for sink in self.sinks:
+            sink(event.t, records)
         return records
+
+    def is_over(self, t: float) -> bool:
+        """True if all windows are complete and the time after the last one has passed at `t` [s]."""
+        if not self.state.complete >= set(self.plan.protocol.windows.numbers):
+            return False
+        closed = self.state.windows[-1].closed
+        return closed is not None and t >= closed + self.plan.protocol.after_last_s
 
     def made_level(self, t: float) -> float:
         """Gravity level that the machine is asked for at `t`, not before the last event [-]."""

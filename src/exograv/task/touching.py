@@ -4,7 +4,7 @@ from .events import Touch
 from .pace import Pace, pace
 from .plan import TaskPlan
 from .pointing import AHEAD_MAX_S, Reason, deviation, too_soon, touched, unfit
-from .records import Record, TouchJudged
+from .records import Record, TouchJudged, shared
 from .state import RunState
 from .timed_transitions import Step, tell_pace
 
@@ -61,26 +61,14 @@ def _record(
     plan: TaskPlan, state: RunState, touch: Touch, index: int | None, reason: Reason | None, interval_s: float | None
 ) -> TouchJudged:
     window = None if index is None else state.windows[index]
-    off = deviation(touch, plan.screen)
     told: Pace | None = None if interval_s is None else pace(plan.protocol, interval_s)
     return TouchJudged(
-        t=touch.t,
-        received=touch.received,
-        page=touch.page,
-        sequence=touch.sequence,
+        **shared(touch, TouchJudged),
+        **deviation(touch, plan.screen)._asdict(),
         window=None if window is None else window.number,
         attempt=None if window is None else window.attempt,
         is_accepted=reason is None,
         reason=reason,
-        x_px=touch.x_px,
-        y_px=touch.y_px,
-        deviation_x_px=off.x_px,
-        deviation_y_px=off.y_px,
-        deviation_px=off.norm_px,
-        deviation_x_mm=off.x_mm,
-        deviation_y_mm=off.y_mm,
-        deviation_mm=off.norm_mm,
-        contact_px=touch.contact_px,
         interval_s=interval_s,
         pace=told,
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from exograv.recording import RecordingWriter
-from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
+from exograv.recording.encoding import empty_ticks
 from exograv.recording.stream_block import StreamBlock, StreamFormat, packed
 from exograv.study.bids.export import write_dataset
 from exograv.study.dataset.tables import Tables, frame, read_tables, write_tables
@@ -40,10 +40,7 @@ CODES = ("K7MR4XP", "A3CD4EF")
 def ticks(seconds: float = SECONDS, lost: slice = slice(0, 0)) -> np.ndarray:
     """A slow swing; the `lost` ones are missing."""
     t = BEGINS_S + np.arange(int(seconds * RATE_HZ)) / RATE_HZ
-    rows = np.zeros(len(t), tick_dtype(len(JOINTS)))
-    for name, value in TICK_DEFAULTS.items():
-        rows[name] = value
-    rows["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+    rows = empty_ticks(len(t), len(JOINTS))
     rows["t"] = rows["now"] = t
     rows["monotonic"] = t + AHEAD_S
     rows["sequence"] = np.arange(1, len(t) + 1)

@@ -1,6 +1,5 @@
 """One session of the example: the run of the protocol by the real task room, and a recording as a real one has it."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,14 +7,15 @@ from typing import Any
 import numpy as np
 
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
-from exograv.laboratory.participant.task_course import task_message
+from exograv.laboratory.participant.screen_session import ScreenSession
+from exograv.laboratory.participant.touch_panel import Panel
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.motion import smooth_share
 from exograv.recording import RecordingWriter
-from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
-from exograv.task.aircraft_line import AircraftSample
-from exograv.task.events import Event, Start, Stop, Tick, Touch
+from exograv.recording.encoding import empty_ticks
+from exograv.task.events import Start
 from exograv.task.plan import TaskPlan
+from exograv.task.record_sinks import aircraft_sink, recording_sink
 from exograv.task.records import Record, WindowClosed, WindowOpened
 from exograv.task.run import TaskRun
 
@@ -54,16 +54,6 @@ class ScreenReach:
     """Of the posture at the screen [rad]."""
 
 
-class _Sky:
-    """What `AircraftFeed` accelerates: nobody's room."""
-
-    def __init__(self) -> None:
-        self.t = 0.0
-
-    def fly(self, g: np.ndarray) -> None:
-        """Nothing here feels it."""
-
-
 class ExampleSession:
     """Somebody before a screen, for one protocol."""
 
@@ -77,12 +67,11 @@ class ExampleSession:
             pointer: The person.
             seed: Draws the flight and all noise of this session.
         """
-        self._plan, self._room, self._tables, self._pointer, self._seed = plan, room, tables, pointer, seed
+        self._plan, self._tables, self._pointer, self._seed = plan, tables, pointer, seed
         self._random = np.random.default_rng([seed, 42])
-        self.run = TaskRun(plan)
+        self.run, self.t, self._step = TaskRun(plan), 0.0, 0
         self._reaches = list[ScreenReach]()
-        self._coming = list[Touch]()
-        self._count = 0
+        self._panel = Panel(room, plan.protocol.target, self._random, "simulated")
 
     def record(self, path: Path, joints: tuple[str, ...], settings: dict[str, Any]) -> None:
         """Run it and write it.
@@ -100,54 +89,44 @@ class ExampleSession:
                 "simulated_s": round(self.run.state.t, 3),
             })  # fmt: skip
 
+    @property
+    def is_settling(self) -> bool:
+        """False: there is no machine."""
+        return False
+
+    def fly(self, g: np.ndarray) -> None:
+        """Ignore the acceleration of the aircraft: the pointer takes its level from the windows."""
+
+    def advance(self, session: ScreenSession) -> None:
+        """Go on by one step; a rest between windows of a clock is passed over in one."""
+        self._step += 1
+        if self._plan.is_clocked and self.run.state.window is None and self._panel.is_empty:
+            timeline = self._plan.timeline
+            phase = timeline.phase_at(self._step * STEP_S)
+            self._step = max(self._step, int(min(phase.end_s, timeline.duration_s) / STEP_S) + 1)
+        self.t = self._step * STEP_S
+        session.tell(self.t)
+
+    def why_over(self, run: TaskRun) -> str:
+        """Reason to stop a run before the next step."""
+        return "all windows are complete" if run.is_over((self._step + 1) * STEP_S) else ""
+
     def _go_through(self, recording: RecordingWriter) -> None:
-        def heard(t: float, sample: AircraftSample) -> None:
-            message = {"g": list(sample.g), "parabola": sample.parabola, "announcement": sample.announcement}
-            recording.write("/aircraft", t, message)
+        self.run.sinks = (recording_sink(recording), self._see_windows)
+        aircraft = ()
+        if not self._plan.is_clocked:
+            aircraft = (AircraftFeed(self._plan.protocol, self, self._seed, aircraft_sink(recording)),)
+        self.run.feed(Start(t=0.0))
+        ScreenSession(self.run, (*aircraft, self._panel.reported)).fly(self)
 
-        feed = None if self._plan.is_clocked else AircraftFeed(self._plan.protocol, _Sky(), self._seed, heard)
-        self._feed(recording, Start(t=0.0))
-        for t in self._times():
-            if feed is not None:
-                for event in feed(t):
-                    self._feed(recording, event)
-            while self._coming and self._coming[0].received <= t:
-                self._feed(recording, self._coming.pop(0))
-            self._feed(recording, Tick(t=t))
-        if self.run.state.status == "running":
-            self._feed(recording, Stop(t=self.run.state.t, why="all windows are complete"))
-
-    def _times(self) -> Iterator[float]:
-        """Every step where something can happen; a clock's rests are passed in one."""
-        step, end = 0, self._plan.timeline.duration_s
-        while self.run.state.status == "running":
-            step += 1
-            t = step * STEP_S
-            if self._plan.is_clocked and self.run.state.window is None and not self._coming:
-                phase = self._plan.timeline.phase_at(t)
-                step = max(step, int(min(phase.end_s, end) / STEP_S) + 1)
-            elif not self._plan.is_clocked and self._is_over(t):
-                return
-            yield step * STEP_S
-
-    def _is_over(self, t: float) -> bool:
-        run, protocol = self.run, self._plan.protocol
-        closed = run.state.windows[-1].closed if run.state.windows else None
-        is_done = run.state.complete >= set(protocol.windows.numbers)
-        return is_done and closed is not None and t >= closed + protocol.after_last_s
-
-    def _feed(self, recording: RecordingWriter, event: Event) -> None:
-        for record in self.run.feed(event):
-            recording.write("/task", record.t, task_message(record))
-            self._hear(record)
-
-    def _hear(self, record: Record) -> None:
-        """The person sees the window open and close; the task's own words are all that is known of it."""
-        if isinstance(record, WindowOpened):
-            self._pointer.window(record.gravity_level if self._feels(record) else 1.0)
-            self._plan_window(record.t)
-        elif isinstance(record, WindowClosed):
-            self._coming = [touch for touch in self._coming if touch.t < record.t]
+    def _see_windows(self, _t: float, records: tuple[Record, ...]) -> None:
+        """Draw the touches of a window that opens; drop those that a closed window does not take any more."""
+        for record in records:
+            if isinstance(record, WindowOpened):
+                self._pointer.window(record.gravity_level if self._feels(record) else 1.0)
+                self._plan_window(record.t)
+            elif isinstance(record, WindowClosed):
+                self._panel.withdraw(record.t)
 
     def _feels(self, record: WindowOpened) -> bool:
         """Whether the level of the window is there: made by the machine, or by the aircraft."""
@@ -159,7 +138,7 @@ class ExampleSession:
         while contact + STAY_S < closes:
             change, landed_mm = self._pointer.reach()
             self._reaches.append(ScreenReach(contact, change))
-            self._coming.append(self._touch(contact, landed_mm))
+            self._panel.draw(contact, landed_mm)
             interval = max(self._pointer.interval(), REACH_S + STAY_S + REACH_S)
             self._show_arrow(interval - windows.interval_s)
             contact += interval
@@ -168,22 +147,6 @@ class ExampleSession:
         pace = self._plan.protocol.pace
         if pace.shown and abs(late_s) > pace.tolerance_s:
             self._pointer.see_arrow(late_s)
-
-    def _touch(self, contact: float, landed_mm: np.ndarray) -> Touch:
-        room, target = self._room, self._room.target_px(self._plan.protocol.target)
-        at = contact + max(room.touch_lag_s + room.touch_lag_sd_s * float(self._random.standard_normal()), 0.0)
-        self._count += 1
-        return Touch(
-            t=at,
-            received=at + room.delivery_s,
-            page="simulated",
-            sequence=self._count - 1,
-            x_px=target[0] + float(landed_mm[0]) / room.pitch_mm,
-            y_px=target[1] - float(landed_mm[1]) / room.pitch_mm,
-            target_x_px=target[0],
-            target_y_px=target[1],
-            contact_px=room.contact_mm / room.pitch_mm,
-        )
 
     def _write_ticks(self, recording: RecordingWriter) -> None:
         """Where the arm was, and the torque that carried it."""
@@ -194,10 +157,7 @@ class ExampleSession:
         level = self._levels(t)
         weights = np.column_stack([np.interp(share * (NODES - 1), np.arange(NODES), w) for w in tables.weights.T])
         tau = (1.0 - level)[:, None] * weights
-        rows = np.zeros(len(t), tick_dtype(n))
-        for name, value in TICK_DEFAULTS.items():
-            rows[name] = value
-        rows["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+        rows = empty_ticks(len(t), n)
         rows["t"] = rows["now"] = t
         rows["phase"], rows["sequence"] = 1, np.arange(1, len(t) + 1)
         rows["gravity_level"], rows["arm_share"], rows["tick_us"] = level, 1.0, np.nan

@@ -4,6 +4,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from exograv.errors import RigError
+from exograv.task.records import TouchJudged
+
 FAMILIARISED = "familiarised"
 """Condition of those who did nothing before the flight but get used to the passive machine."""
 
@@ -28,6 +31,18 @@ class FlownTouch:
     up_mm: float
     deviation_px: float
     deviation_mm: float
+
+    @classmethod
+    def of(cls, touch: TouchJudged, number: int) -> "FlownTouch":
+        """Touch number `number` of its window, from a record of the task.
+
+        Raises:
+            RigError: The screen was not calibrated.
+        """
+        right, down, off = touch.deviation_x_mm, touch.deviation_y_mm, touch.deviation_mm
+        if right is None or down is None or off is None or touch.window is None:
+            raise RigError("The simulated screen is not calibrated. Give the plan a room's calibration.")
+        return cls(touch.window, number, right, -down, touch.deviation_px, off)
 
 
 @dataclass(frozen=True)

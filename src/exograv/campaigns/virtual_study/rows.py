@@ -6,7 +6,7 @@ from jaxtyping import Float
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import Controller
 from exograv.recording import RecordingWriter
-from exograv.recording.encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
+from exograv.recording.encoding import empty_ticks
 from exograv.signals import JointState
 
 Joints = Float[np.ndarray, " joint"]
@@ -20,10 +20,7 @@ class TickRows:
 
     def __init__(self, joints: int):
         """None yet."""
-        self._empty = np.zeros(1, tick_dtype(joints))
-        for name, value in TICK_DEFAULTS.items():
-            self._empty[name] = value
-        self._empty["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+        self._empty = empty_ticks(1, joints)
         self._empty["phase"], self._empty["tick_us"] = 1, np.nan
         for name in ("q_reference", "v_reference", "a_reference", "q_motor"):
             self._empty[name] = np.nan

@@ -5,29 +5,29 @@ nobody can be hurt, and a test holds that it would change no torque of such a se
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from exograv.control.observer import Observer
-from exograv.errors import RigError
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
-from exograv.laboratory.participant.task_course import TASK_TICKS, silence, task_message
-from exograv.laboratory.participant.touch_panel import Panel
+from exograv.laboratory.participant.lockstep_screen import LEVEL_TICKS, TASK_TICKS
+from exograv.laboratory.participant.screen_session import ScreenSeat, ScreenSession
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import Doing, PointingPerson
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
+from exograv.procedures.identification.identify import SKELETON_TICKS
 from exograv.recording import RecordingWriter
 from exograv.safety.envelope import Envelope
 from exograv.signals import Command, Reference
 from exograv.task.aircraft_line import AircraftSample
-from exograv.task.events import Event, Start, Stop, Tick
-from exograv.task.picture import participant_picture
+from exograv.task.events import Start
 from exograv.task.plan import TaskPlan
-from exograv.task.records import TouchJudged
+from exograv.task.record_sinks import aircraft_sink, recording_sink
+from exograv.task.records import Record, TouchJudged
 from exograv.task.run import TaskRun
 
 from .flight import FlownTouch
@@ -37,8 +37,6 @@ from .stage import Stage
 ACT_TICKS = 2
 """Ticks between two acts of the person: muscles are slower by far."""
 
-LEVEL_TICKS = 10
-SKELETON_TICKS = 50
 LEAD_S = {"clock": 3.0, "aircraft": 7.0}
 """Before a window from when on the twin runs: an arm gets ready; in flight two seconds of 1.8 g and the way down."""
 
@@ -85,11 +83,11 @@ class Sitting:
             person: Acts every `ACT_TICKS` periods of the twin.
             seed: Draws the panel's delays and the flight.
         """
-        self.stage, self.person, self.run = stage, person, TaskRun(plan)
+        self.stage, self.person, self.run = stage, person, TaskRun(plan, sinks=(self._note,))
         self.touches = list[FlownTouch]()
         """Those that count, so far."""
         self._twin, self._seed = stage.twin, seed
-        self._panel = Panel(room, plan.protocol.target, seed, "simulated")
+        self._seat = ScreenSeat(stage.twin, person, room, plan.protocol.target, seed, "simulated")
         self._envelope = Envelope(limits(stage.laboratory.description), self._twin.period_s)
         self.stops = 0
         """How often the envelope brought the machine down: somebody was too fast for it."""
@@ -99,7 +97,7 @@ class Sitting:
         self._is_driven = isinstance(stage.controller, ArmController)
         self._rows = TickRows(len(self._twin.joints))
         self._ticks = 0
-        self._feed_from: Callable[[float], Iterable[Event]] = silence
+        self._progress: Callable[[float], None] = lambda _share: None
 
     @property
     def simulated_s(self) -> float:
@@ -117,32 +115,56 @@ class Sitting:
             RigError: The twin diverged.
             RecordingError: The disk is full.
         """
-        twin, run, self._recording = self._twin, self.run, recording
-        plan = run.plan
+        self._recording, self._progress, self._begun = recording, progress, self._twin.t
         if recording is not None:
-            recording.phase(twin.t, "task")
-        begun, times = twin.t, self._begin()
-        duration_s = max(closes for _, closes in times.windows) - begun
-        while run.state.status == "running":
-            if times.is_awake(twin.t) or self.person.doing is not Doing.LYING:
-                self._act(TASK_TICKS)
-            else:
-                self._pass(times.until_awake(twin.t))
-            progress(min((twin.t - begun) / duration_s, 1.0))
-            landed = twin.t > begun + duration_s + plan.protocol.after_last_s + LANDED_S
-            if not plan.is_clocked and (self._is_over() or landed):
-                self._feed(Stop(t=twin.t, why="the flight is over"))
+            recording.phase(self._begun, "task")
+            self.run.sinks = (recording_sink(recording), *self.run.sinks)
+        self._begin().fly(self)
         if recording is not None:
             self._rows.write(recording)
 
-    def _begin(self) -> Times:
-        twin, plan = self._twin, self.run.plan
-        protocol, begun = plan.protocol, twin.t
-        feed = None if plan.is_clocked else AircraftFeed(protocol, twin, self._seed, self._hear_aircraft)
-        self._feed(Start(t=begun))
-        self._set_level(protocol.windows.level_of(protocol.windows.first_number).start)
+    @property
+    def t(self) -> float:
+        """Clock of the twin [s]."""
+        return self._twin.t
+
+    @property
+    def is_settling(self) -> bool:
+        """False: an arm that is carried at the end need not be put down."""
+        return False
+
+    def advance(self, session: ScreenSession) -> None:
+        """Run the twin for one step of the task, or pass over a part of a rest."""
+        t = self._twin.t
+        if self._times.is_awake(t) or self.person.doing is not Doing.LYING:
+            self._act(TASK_TICKS)
+        else:
+            self._pass(self._times.until_awake(t))
+        session.tell(self._twin.t)
+        self._progress(min((self._twin.t - self._begun) / self._duration_s, 1.0))
+
+    def why_over(self, run: TaskRun) -> str:
+        """Reason to stop a flight: all windows are complete, or the aircraft has landed."""
+        landed = self._twin.t > self._begun + self._duration_s + run.plan.protocol.after_last_s + LANDED_S
+        return "the flight is over" if landed or run.is_over(self._twin.t) else ""
+
+    @property
+    def _duration_s(self) -> float:
+        return max(closes for _, closes in self._times.windows) - self._begun
+
+    def _begin(self) -> ScreenSession:
+        feed = None
+        if not self.run.plan.is_clocked:
+            heard = self._ignore if self._recording is None else aircraft_sink(self._recording)
+            feed = AircraftFeed(self.run.plan.protocol, self._twin, self._seed, heard)
+        self._times = self._planned(feed)
+        return self._seat.session(self.run, *(() if feed is None else (feed,)))
+
+    def _planned(self, feed: AircraftFeed | None) -> Times:
+        twin, plan, begun = self._twin, self.run.plan, self._twin.t
+        self.run.feed(Start(t=begun))
+        self._set_level(plan.protocol.windows.level_of(plan.protocol.windows.first_number).start)
         if feed is not None:
-            self._feed_from = feed
             flown = tuple((begun + opens, begun + closes) for opens, closes in feed.profile.windows_s)
             return Times(flown, LEAD_S["aircraft"])
         if self._is_driven:
@@ -155,7 +177,7 @@ class Sitting:
     def _act(self, ticks: int) -> None:
         """Run the twin, with a person in it who may move."""
         twin, controller, actuators = self._twin, self.stage.controller, self.stage.actuators
-        observer, person, panel = self._observer, self.person, self._panel
+        observer = self._observer
         for k in range(ticks):
             state = twin.read()
             observer.update(state.q)
@@ -169,16 +191,12 @@ class Sitting:
             t = twin.t
             twin.write(Command(t, state.sequence, t + COMMAND_LIFE_S, tau, current))
             if k % ACT_TICKS == 0:
-                off = panel.feel(twin.t, twin.finger_on_screen())
-                if off is not None:
-                    person.touched(twin.t, off)
-                truth = twin.truth
-                twin.tau_voluntary[:] = person.act(twin.t, truth.q_arm, truth.v_arm)
+                self._seat.touch(twin.t)
+                self._seat.act()
             if k % LEVEL_TICKS == 0 and self.run.state.window is not None:
                 self._set_level(self.run.made_level(twin.t))
         self._ticks += ticks
         self._draw_skeleton()
-        self._tell()
 
     def _limited(self, tau: Joints, q: Joints) -> Joints:
         """Within the envelope; after a stop the machine has come down softly, and an operator begins anew."""
@@ -200,35 +218,15 @@ class Sitting:
         gained = self.stage.actuators.torque(state.current)
         self._rows.add(state, np.zeros_like(state.q), gained, self.stage.controller, None)
         self._twin.pass_time(max(step, self._twin.period_s))
-        self._tell()
 
-    def _tell(self) -> None:
-        t = self._twin.t
-        for touch in self._panel.reported(t):
-            self._feed(touch)
-        for event in self._feed_from(t):
-            self._feed(event)
-        self._feed(Tick(t=t))
-        self.person.see(t, participant_picture(self.run.plan, self.run.state, t))
-
-    def _feed(self, event: Event) -> None:
-        for record in self.run.feed(event):
-            if self._recording is not None:
-                self._recording.write("/task", record.t, task_message(record))
+    def _note(self, _t: float, records: tuple[Record, ...]) -> None:
+        for record in records:
             if isinstance(record, TouchJudged) and record.is_accepted and record.window is not None:
-                self._note(record)
+                number = 1 + sum(one.window == record.window for one in self.touches)
+                self.touches.append(FlownTouch.of(record, number))
 
-    def _note(self, touch: TouchJudged) -> None:
-        right, down, off = touch.deviation_x_mm, touch.deviation_y_mm, touch.deviation_mm
-        if right is None or down is None or off is None or touch.window is None:
-            raise RigError("The simulated screen is not calibrated. Give the plan a room's calibration.")
-        number = 1 + sum(one.window == touch.window for one in self.touches)
-        self.touches.append(FlownTouch(touch.window, number, right, -down, touch.deviation_px, off))
-
-    def _hear_aircraft(self, t: float, sample: AircraftSample) -> None:
-        if self._recording is not None:
-            message = {"g": list(sample.g), "parabola": sample.parabola, "announcement": sample.announcement}
-            self._recording.write("/aircraft", t, message)
+    def _ignore(self, _t: float, _sample: AircraftSample) -> None:
+        """Keep no sample of the aircraft where nothing is recorded."""
 
     def _set_level(self, level: float) -> None:
         """Between windows the machine goes on as in them: a ramp over a rest would take longer than the window."""
@@ -243,10 +241,3 @@ class Sitting:
         if self.run.state.window is not None:
             exo, arm = controller.skeleton(self._observer.q)
             self._recording.write("/skeleton", self._twin.t, {"exo": exo, "arm": arm})
-
-    def _is_over(self) -> bool:
-        """Of a run that no clock ends."""
-        run, protocol = self.run, self.run.plan.protocol
-        closed = run.state.windows[-1].closed if run.state.windows else None
-        is_done = run.state.complete >= set(protocol.windows.numbers)
-        return is_done and closed is not None and self._twin.t >= closed + protocol.after_last_s

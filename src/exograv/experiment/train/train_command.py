@@ -9,7 +9,8 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError, RigError
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.habits import Habits, register
-from exograv.laboratory.participant.task_course import TaskCourse, silence, task_message
+from exograv.laboratory.participant.lockstep_screen import LockstepScreen
+from exograv.laboratory.participant.screen_session import ScreenSeat
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
 from exograv.laboratory.provenance import run_settings
@@ -22,10 +23,9 @@ from exograv.rig.twin import Twin, day_seed
 from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
 from exograv.storage.session_checkpoint import KeptSession, read_kept, refuse_kept, write_kept
-from exograv.task.aircraft_line import AircraftSample
 from exograv.task.events import Interrupted, Resume, Start
 from exograv.task.plan import TaskPlan
-from exograv.task.records import Record, marker
+from exograv.task.record_sinks import aircraft_sink, checkpoint_sink, marker_sink, recording_sink
 from exograv.task.run import TaskRun
 
 from .options import TrainingRequest, TrainOptions, asked_for
@@ -190,48 +190,41 @@ class _Training:
         twin = ready.twin
         participant = self._participant(twin)
 
-        def keep(t: float) -> None:
+        def keep() -> None:
             kept = KeptSession(
-                options=self._options.kept, t=t, run=run.kept(), person=ready.person, before=ready.figures,
+                options=self._options.kept, t=twin.t, run=run.kept(), person=ready.person, before=ready.figures,
                 learned=participant.learned,
             )  # fmt: skip
             write_kept(self._kept_path, kept)
 
         outlet = self._outlet()
-
-        def told(t: float, record: Record) -> None:
-            recording.write("/task", t, task_message(record))
-            if outlet is not None:
-                outlet.push_sample([marker(record)])
+        run.sinks = (
+            recording_sink(recording),
+            *(() if outlet is None else (marker_sink(outlet.push_sample),)),
+            checkpoint_sink(lambda _t: keep()),
+        )
 
         def verify() -> None:
             after = len(run.state.complete)
             found = {"after_windows": after, **verify_between(ready, self._day + after)}
             ready.figures["verified"] = [*ready.figures.get("verified", []), found]
 
-        def heard(t: float, sample: AircraftSample) -> None:
-            message = {"g": list(sample.g), "parabola": sample.parabola, "announcement": sample.announcement}
-            recording.write("/aircraft", t, message)
-
-        flies = self._plan.protocol.opening == "aircraft"
-        course = TaskCourse(
-            run, ready.pilot, twin, ready.controller, participant, self._room, told, keep, self._day,
-            page=f"simulated-{run.state.epoch + (self._before is not None)}",
-            feed_from=AircraftFeed(self._plan.protocol, twin, self._day, heard) if flies else silence,
-            verify=verify,
-            verify_every=self._options.verify_every,
+        protocol, page = self._plan.protocol, f"simulated-{run.state.epoch + (self._before is not None)}"
+        seat = ScreenSeat(twin, participant, self._room, protocol.target, self._day, page)
+        machine = LockstepScreen(
+            run, ready.pilot, twin, ready.controller, seat, verify, self._options.verify_every
         )  # fmt: skip
+        aircraft = ()
+        if protocol.opening == "aircraft":
+            aircraft = (AircraftFeed(protocol, twin, self._day, aircraft_sink(recording)),)
         ready.pilot.begin("task")
-        if self._before is None:
-            course.feed(Start(t=twin.t))
-        else:
-            course.feed(Interrupted(t=twin.t))
-            course.feed(Resume(t=twin.t))
+        for event in (Start,) if self._before is None else (Interrupted, Resume):
+            run.feed(event(t=twin.t))
         try:
-            course.fly()
+            machine.fly(*aircraft)
         except RigError as error:
             raise RigError(f"{error} {how_to_go_on(self._options, self._folder) or ''}") from error
-        keep(twin.t)
+        keep()
         if outlet is not None and outlet.have_consumers():
             time.sleep(LAST_MARKERS_S)
 

@@ -18,11 +18,11 @@ OnScreen = Float[np.ndarray, " 2"]
 
 
 class Panel:
-    """What it has felt, and what the page has not reported yet."""
+    """Contacts of a finger, and the reports of them that have not arrived yet."""
 
-    def __init__(self, room: SimulatedRoom, target: TargetSettings, seed: int, page: str):
-        """Nothing has touched it; `seed` draws how late reports are."""
-        self._room, self._page, self._random = room, page, np.random.default_rng([seed, 32])
+    def __init__(self, room: SimulatedRoom, target: TargetSettings, random: np.random.Generator, page: str):
+        """Nothing has touched it; `random` draws how late reports are."""
+        self._room, self._page, self._random = room, page, random
         self._target_px = room.target_px(target)
         self.target = room.on_panel(*self._target_px)
         """Right and up of the panel's centre [m]."""
@@ -39,19 +39,32 @@ class Panel:
         is_new, self._last_contact = t - self._last_contact > LIFT_S, t
         if not is_new:
             return None
-        self._report(t, finger)
+        pixel = self._room.pixel_of(finger)
+        if pixel is not None:
+            self._report(t, pixel)
         return finger - self.target
 
+    def draw(self, t: float, off_mm: OnScreen) -> None:
+        """Have a finger come down at `t` [s], so far right and up of the target [mm]."""
+        right_px, up_px = (float(off) / self._room.pitch_mm for off in off_mm)
+        self._report(t, (self._target_px[0] + right_px, self._target_px[1] - up_px))
+
     def reported(self, t: float) -> Iterator[Touch]:
-        """What has come from the page until `t`, each once."""
+        """Touches that have arrived from the page until `t` [s], each once."""
         while self._reports and self._reports[0].received <= t:
             yield self._reports.popleft()
 
-    def _report(self, t: float, finger: OnScreen) -> None:
+    @property
+    def is_empty(self) -> bool:
+        """True if every report has arrived."""
+        return not self._reports
+
+    def withdraw(self, since: float) -> None:
+        """Drop the reports of touches from `since` on [s]: the participant did not make them."""
+        self._reports = deque(touch for touch in self._reports if touch.t < since)
+
+    def _report(self, t: float, pixel: tuple[float, float]) -> None:
         room = self._room
-        pixel = room.pixel_of(finger)
-        if pixel is None:
-            return
         at = t + max(room.touch_lag_s + room.touch_lag_sd_s * float(self._random.standard_normal()), 0.0)
         self._reports.append(
             Touch(

@@ -5,7 +5,9 @@ Missing is NA. Times count from the beginning of the session's recording, right 
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
+
+from exograv.task.records import TouchJudged
 
 Kind = Literal["string", "int64", "float64", "bool"]
 
@@ -29,26 +31,29 @@ KEY = (
     Column("session", "int64", "-", "which one of this protocol it is for this person, from 1"),
 )
 
+KINDS: dict[object, Kind] = {int: "int64", float: "float64", bool: "bool"}
+UNITS = ("px", "mm", "s")
+
+
+def _recorded(*names: str) -> tuple[Column, ...]:
+    """Columns of fields that the record of a touch has; the unit is the last part of the name."""
+    columns = list[Column]()
+    for name in names:
+        field, unit = TouchJudged.model_fields[name], name.rpartition("_")[2]
+        kinds = get_args(field.annotation) or (field.annotation,)
+        kind, is_nullable = KINDS.get(kinds[0], "string"), type(None) in kinds
+        columns.append(Column(name, kind, unit if unit in UNITS else "-", field.description or "", is_nullable))
+    return tuple(columns)
+
+
 TOUCHES = (
     *KEY,
-    Column("window", "int64", "-", "in which it fell; NA outside of windows", is_nullable=True),
-    Column("attempt", "int64", "-", "of the window, from 1; NA outside of windows", is_nullable=True),
-    Column("sequence", "int64", "-", "number that the page gave it; with `page` unique in a session"),
-    Column("page", "string", "-", "which page sent it"),
+    *_recorded("window", "attempt", "sequence", "page"),
     Column("t_s", "float64", "s", "when it fell"),
-    Column("is_accepted", "bool", "-", "it counts"),
-    Column("reason", "string", "-", "why it does not count", is_nullable=True),
-    Column("x_px", "float64", "px", "contact on the panel, right"),
-    Column("y_px", "float64", "px", "contact on the panel, down"),
-    Column("deviation_x_px", "float64", "px", "contact minus target, right"),
-    Column("deviation_y_px", "float64", "px", "contact minus target, down"),
-    Column("deviation_px", "float64", "px", "its length"),
-    Column("deviation_x_mm", "float64", "mm", "NA on a screen that was not calibrated", is_nullable=True),
-    Column("deviation_y_mm", "float64", "mm", "NA on a screen that was not calibrated", is_nullable=True),
-    Column("deviation_mm", "float64", "mm", "NA on a screen that was not calibrated", is_nullable=True),
+    *_recorded("is_accepted", "reason", "x_px", "y_px", "deviation_x_px", "deviation_y_px", "deviation_px"),
+    *_recorded("deviation_x_mm", "deviation_y_mm", "deviation_mm"),
     Column("contact_px", "float64", "px", "size of the contact", is_nullable=True),
-    Column("interval_s", "float64", "s", "since the last that counts, or since the window opened", is_nullable=True),
-    Column("pace", "string", "-", "`too_short`, `right` or `too_long`", is_nullable=True),
+    *_recorded("interval_s", "pace"),
     Column("gravity_level", "float64", "-", "felt share of the arm's weight in the window", is_nullable=True),
 )  # fmt: skip
 

@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
+from exograv.study.folder.columns import TOUCHES
+from exograv.task.records import TouchJudged
+
 SENT_AGAIN = "repeated"
 """A touch that the page sent twice is one touch: the second record of it is no row."""
 
-TOUCH = (
-    "window", "attempt", "sequence", "page", "is_accepted", "reason", "x_px", "y_px", "deviation_x_px",
-    "deviation_y_px", "deviation_px", "deviation_x_mm", "deviation_y_mm", "deviation_mm", "interval_s", "pace",
-)  # fmt: skip
-"""Of a touch's record, taken as they are."""
+TOUCH = tuple(column.name for column in TOUCHES if column.name in TouchJudged.model_fields)
+"""Fields of a touch's record that the table has too."""
 
 
 def windows_of(

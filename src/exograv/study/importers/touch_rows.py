@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
+from exograv.study.folder.columns import TOUCHES
+from exograv.task.pace import Pace
 from exograv.task.pointing import Reason
 
 from .imported import counted, totals
@@ -16,20 +18,18 @@ TARGET = ("target_x_px", "target_y_px")
 DEVIATION = ("deviation_x_px", "deviation_y_px")
 """One of the two pairs has to be there; where both are, they have to agree."""
 
-OPTIONAL = (
-    "attempt", "sequence", "page", "is_accepted", "reason", "deviation_x_mm", "deviation_y_mm", "contact_px",
-    "interval_s", "pace", "gravity_level",
-)  # fmt: skip
+COMPUTED = ("deviation_px", "deviation_mm")
+OPTIONAL = tuple(c.name for c in TOUCHES if c.name not in (*WHO, *NEEDED, *DEVIATION, *COMPUTED))
 COLUMNS = (*WHO, *NEEDED, *TARGET, *DEVIATION, *OPTIONAL)
 """All that a CSV of touches may have."""
 
 AGREE_PX = 0.51
 """By which a deviation may differ from contact minus target: each may have been rounded to whole pixels [px]."""
 
-WHOLE = ("session", "window", "attempt", "sequence")
+WHOLE = tuple(c.name for c in TOUCHES if c.kind == "int64")
 MISSING = frozenset({"", "na", "n/a", "nan"})
 WORDS: dict[str, dict[str, Any]] = {
-    "pace": {word: word for word in ("too_short", "right", "too_long")},
+    "pace": {pace.value: pace.value for pace in Pace},
     "reason": {reason.value: reason.value for reason in Reason},
     "is_accepted": {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False},
 }

@@ -1,0 +1,141 @@
+"""A participant at a screen in full lock-step: control, guard and task step by step on one machine."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from exograv import motion
+from exograv.loop.arm_controller import ArmController
+from exograv.loop.output_feedback import Controller
+from exograv.loop.pilot import Pilot, TickSample
+from exograv.procedures.identification.identify import SKELETON_TICKS, record_skeleton
+from exograv.rig.twin import Twin
+from exograv.task.events import Distance, Event, Pause, Resume
+from exograv.task.run import TaskRun
+
+from .screen_session import EventSource, ScreenSeat, ScreenSession
+
+TASK_TICKS = 20
+"""Ticks between two at which the run is told the time and the participant looks at the page."""
+
+LEVEL_TICKS = 10
+"""Between two at which the level follows; a hundredth of a second of a ramp moves no arm by what can be felt."""
+
+CHUNK_S = 1.0
+
+
+@dataclass
+class LockstepScreen:
+    """Machine of a `ScreenSession` that a pilot flies in chunks of `CHUNK_S`."""
+
+    run: TaskRun
+    pilot: Pilot
+    twin: Twin
+    controller: Controller
+    seat: ScreenSeat
+    verify: Callable[[], None]
+    """Checks the compensation while the run is paused."""
+
+    verify_every: int = 0
+    """Windows; never where 0."""
+
+    def __post_init__(self):
+        """Take the resting posture and the windows that are complete already."""
+        self._ticks = 0
+        self._q_rest = self.pilot.q.copy()
+        self._still = motion.hold(self.pilot.q, CHUNK_S, self.twin.period_s)
+        self._verified_after = len(self.run.state.complete)
+
+    def fly(self, *others: EventSource) -> None:
+        """Fly the run from its present state to its end; `others` are sources beside the touch panel.
+
+        Raises:
+            RigError: The envelope stopped the machine.
+            KeyboardInterrupt: Ctrl-C.
+        """
+        tell = self.pilot.progress
+        self.pilot.progress = lambda text, _share: tell(text, self._share())
+        self.seat.session(self.run, *others).fly(self)
+
+    @property
+    def t(self) -> float:
+        """Clock of the twin [s]."""
+        return self.twin.t
+
+    @property
+    def is_settling(self) -> bool:
+        """True while an arm is still carried: it must not be dropped."""
+        return isinstance(self.controller, ArmController) and self.controller.mode.gravity_level < 1.0
+
+    def advance(self, session: ScreenSession) -> None:
+        """Fly one chunk, and verify where it is due."""
+        self.pilot.run(self.controller, self._still, self._where(), lambda moment: self._listen(session, moment))
+        if self.verify_every and self._is_time_to_verify():
+            self._pause_and_verify()
+
+    def why_over(self, run: TaskRun) -> str:
+        """Reason to stop a run that no clock ends."""
+        return "all windows are complete" if run.is_over(self.twin.t) else ""
+
+    def _is_time_to_verify(self) -> bool:
+        """In the rest after every so many windows, once, and as soon as the arm lies."""
+        state = self.run.state
+        complete = len(state.complete)
+        is_due = complete > self._verified_after and complete % self.verify_every == 0
+        is_last = complete == self.run.plan.protocol.windows.count
+        is_rest = state.status == "running" and state.window is None and not self.is_settling
+        return is_due and is_rest and not is_last and not self.twin.tau_voluntary.any()
+
+    def _pause_and_verify(self) -> None:
+        self._verified_after = len(self.run.state.complete)
+        self.run.feed(Pause(t=self.twin.t, why="verification"))
+        self.verify()
+        self.pilot.begin("task")
+        self.run.feed(Resume(t=self.twin.t))
+
+    def _share(self) -> float:
+        """Share of the run that is done [-]."""
+        run = self.run
+        if run.plan.is_clocked:
+            return min(max((self.twin.t - run.state.origin) / run.plan.timeline.duration_s, 0.0), 1.0)
+        return len(run.state.complete) / run.plan.protocol.windows.count
+
+    def _where(self) -> str:
+        run = self.run
+        complete, count = len(run.state.complete), run.plan.protocol.windows.count
+        return f"Window {complete + 1 if complete < count else count} of {count}"
+
+    def _listen(self, session: ScreenSession, moment: TickSample) -> None:
+        t = moment.state.t
+        self._ticks += 1
+        self.seat.touch(t)
+        if self._ticks % TASK_TICKS == 0:
+            session.tell(t, *self._distance(t, moment))
+        if self._ticks % LEVEL_TICKS == 0:
+            self._follow_level(t)
+        self.seat.act()
+        is_drawn = self._ticks % SKELETON_TICKS == 0 and self.run.state.window is not None
+        if is_drawn and isinstance(self.controller, ArmController):
+            record_skeleton(self.pilot, self.controller, moment)
+
+    def _distance(self, t: float, moment: TickSample) -> tuple[Event, ...]:
+        """Distance of the hand from its resting place, for protocols that ask for it."""
+        if self.run.plan.protocol.pointing.return_check not in ("joints", "fingertip"):
+            return ()
+        joints = float(np.abs(moment.state.q - self._q_rest).max())
+        fingertip = None
+        if isinstance(self.controller, ArmController):
+            tip, rest = (np.array(self.controller.skeleton(q)[1][-1]) for q in (moment.q, self._q_rest))
+            fingertip = float(np.linalg.norm(tip - rest))
+        return (Distance(t=t, fingertip_m=fingertip, joints_rad=min(joints, 10.0)),)
+
+    def _follow_level(self, t: float) -> None:
+        """Control and guard go along the same ramp."""
+        controller, person = self.controller, self.pilot.envelope.person
+        if not isinstance(controller, ArmController):
+            return
+        level = self.run.made_level(t)
+        controller.mode.gravity_level = level
+        if person is not None:
+            person.gravity_level = level

@@ -1,0 +1,111 @@
+"""One session of a participant at a screen: events of screen and aircraft into the task, its records to all sinks.
+
+The machine is a parameter: full lock-step with control and guard (`lockstep_screen`), the twin with rests passed over
+(`campaigns/virtual_study`), or end points drawn without physics (`campaigns/study_example`).
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from exograv.rig.twin import Twin
+from exograv.task.events import Event, Stop, Tick
+from exograv.task.picture import ParticipantPicture, participant_picture
+from exograv.task.run import TaskRun
+from exograv.task.task_settings import TargetSettings
+
+from .interface import Participant
+from .touch_panel import Panel
+from .touch_screen import SimulatedRoom
+
+EventSource = Callable[[float], Iterable[Event]]
+"""Returns the events that have arrived until a time [s], each once."""
+
+
+@runtime_checkable
+class SessionMachine(Protocol):
+    """Machine with a participant in it, and the clock of the session."""
+
+    @property
+    def t(self) -> float:
+        """Time that the machine has reached [s]."""
+        ...
+
+    @property
+    def is_settling(self) -> bool:
+        """True while the machine has to go on after the end of the run."""
+        ...
+
+    def advance(self, session: "ScreenSession") -> None:
+        """Move on by one step of this machine, and tell the session (`ScreenSession.tell`) at least once."""
+        ...
+
+    def why_over(self, run: TaskRun) -> str:
+        """Reason to stop a run that no clock ends; empty as long as it goes on."""
+        ...
+
+
+@dataclass
+class ScreenSession:
+    """A run of a protocol, what it hears, and the page that its participant sees."""
+
+    run: TaskRun
+    sources: tuple[EventSource, ...]
+    """Asked in this order: the touch panel, and the aircraft where one flies."""
+
+    see: Callable[[float, ParticipantPicture], None] | None = None
+    """Takes the participant's page after every step [s]."""
+
+    def tell(self, t: float, *noticed: Event) -> None:
+        """Feed the run what has arrived until `t` [s], then `noticed`, then the time; show the page."""
+        for source in self.sources:
+            for event in source(t):
+                self.run.feed(event)
+        for event in (*noticed, Tick(t=t)):
+            self.run.feed(event)
+        if self.see is not None:
+            self.see(t, participant_picture(self.run.plan, self.run.state, t))
+
+    def fly(self, machine: SessionMachine) -> None:
+        """Advance the machine until the run has ended and nothing has to settle.
+
+        Raises:
+            RigError: The machine was stopped, or the twin diverged.
+            RecordingError: The disk is full.
+        """
+        while self._is_open or machine.is_settling:
+            machine.advance(self)
+            if self._is_open and not self.run.plan.is_clocked and (why := machine.why_over(self.run)):
+                self.run.feed(Stop(t=machine.t, why=why))
+
+    @property
+    def _is_open(self) -> bool:
+        return self.run.state.status in ("running", "paused")
+
+
+class ScreenSeat:
+    """A participant in the twin, in front of its touch panel."""
+
+    def __init__(
+        self, twin: Twin, participant: Participant, room: SimulatedRoom, target: TargetSettings, seed: int, page: str
+    ):
+        """Nothing has been touched; `seed` draws the delays of the panel."""
+        self._twin, self._participant = twin, participant
+        self._panel = Panel(room, target, np.random.default_rng([seed, 32]), page)
+
+    def session(self, run: TaskRun, *others: EventSource) -> ScreenSession:
+        """Session of this participant; `others` are asked after the panel."""
+        return ScreenSession(run, (self._panel.reported, *others), self._participant.see)
+
+    def touch(self, t: float) -> None:
+        """Notice at `t` [s] whether the finger has come down on the panel."""
+        off = self._panel.feel(t, self._twin.finger_on_screen())
+        if off is not None:
+            self._participant.touched(t, off)
+
+    def act(self) -> None:
+        """Give the participant's muscle torque to the twin."""
+        twin, truth = self._twin, self._twin.truth
+        twin.tau_voluntary[:] = self._participant.act(twin.t, truth.q_arm, truth.v_arm)
