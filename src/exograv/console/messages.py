@@ -7,6 +7,7 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from exograv.experiment.steered.requests import Identifier
 from exograv.model.rig_settings import Settings
 from exograv.task.events import Pixels
+from exograv.task.screen import ScreenSpan
 
 from .limits import DEPTH_MAX, MESSAGE_MAX_BYTES, Close
 
@@ -148,21 +149,13 @@ class Trail(Settings):
     """Time and place on the panel."""
 
 
-class Span(Settings):
-    """Two points on the panel, and what a ruler says."""
-
-    dx_px: Pixels
-    dy_px: Pixels
-    distance_mm: Annotated[float, Field(gt=0.0, le=1e5)]
-
-
 class Calibrate(Settings):
     """The panel's pixels were measured: with a bank card (width and height of its picture), or with a ruler."""
 
     kind: Literal["calibrate"] = "calibrate"
     id: Identifier
     card_px: tuple[Pixels, Pixels] | None = None
-    spans: tuple[Span, ...] = Field(default=(), max_length=4)
+    spans: tuple[ScreenSpan, ...] = Field(default=(), max_length=4)
 
 
 class Latency(Settings):

@@ -13,7 +13,7 @@ from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink
 from exograv.task.records import Record, Refused, TouchJudged, shared
 from exograv.task.run import TaskRun
-from exograv.task.screen import ScreenSpan, calibrate_with_card, calibrate_with_ruler
+from exograv.task.screen import calibrate_with_card, calibrate_with_ruler
 
 from .event_log import Diary
 from .messages import Calibrate, PageTouch, RunWord
@@ -152,8 +152,7 @@ class ProtocolTrial:
         if measured.card_px is not None:
             screen = calibrate_with_card(*measured.card_px)
         else:
-            spans = [ScreenSpan.model_validate(span.model_dump()) for span in measured.spans]
-            screen = calibrate_with_ruler(spans)
+            screen = calibrate_with_ruler(measured.spans)
         self._diary.write("/console/screen", t, {**measured.model_dump(mode="json"), **screen.model_dump(mode="json")})
         self.run = TaskRun(replace(self.plan, screen=screen), self.run.state, self.run.sinks)
 

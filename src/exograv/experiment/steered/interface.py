@@ -1,55 +1,29 @@
 """What a desk steers: a machine with its guard, in processes of their own or only rehearsed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from exograv.model.rig_settings import Side
 from exograv.safety.modes import Event, Mode
 
 from .requests import Don
-from .view_models import Lateness, Learning, PlotTrace, RecordingStatus, SafeStateName, SkeletonLines
+from .view_models import MachineSnapshot, PlotTrace, SkeletonLines
 
 
-@dataclass(frozen=True)
-class FlightMoment:
-    """What a flight says of itself; the fields that `Shown` has too mean the same."""
+class FlightMoment(MachineSnapshot):
+    """State of a flight: the machine, its mode, and what the operator has to know."""
 
     mode: Mode | None
     """Absent while no guard runs yet."""
     latch: str | None
-    safe_state: SafeStateName
-
-    rig: str
-    title: str
-    side: Side
-    sides: tuple[Side, ...]
-    is_twin: bool
-    participant: str | None
-    participants: tuple[str, ...]
-    is_known: bool
     is_learned: bool
-    """Whether its motion is over too: somebody whose file is there is checked by a short one."""
+    """True if the identification is over too: a person whose file is there is checked by a short motion."""
 
-    joints: tuple[str, ...]
-    q_rad: tuple[float, ...]
-    v_rad_s: tuple[float, ...]
-    tau_desired_Nm: tuple[float, ...]
-    tau_commanded_Nm: tuple[float, ...]
-    tau_limit_Nm: tuple[float, ...]
-    gravity_level_asked: float
-    gravity_level: float
-    arm_share: float
-
-    lateness: Lateness | None = None
-    recorded: RecordingStatus | None = None
-    learning: Learning | None = None
     failure: str = ""
     """Why there is no guard any more, and what to do; empty while all is well."""
     warnings: tuple[str, ...] = ()
-    """What somebody should know, while it lasts."""
+    """Sentences for the operator, while their cause lasts."""
     doing: str = ""
-    """What goes on while no guard runs yet."""
+    """Sentence for what goes on while no guard runs yet."""
 
 
 @runtime_checkable

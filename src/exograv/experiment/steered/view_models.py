@@ -89,31 +89,55 @@ class RecordingStatus(Settings):
     """What is wrong, and what to do; empty where nothing is."""
 
 
-class Shown(Settings):
-    """One moment; per-joint values in the order of `joints`."""
-
-    version: int
-    """Another one whenever mode, latch, readiness or person has changed."""
-    t: float
-    """The desk's clock [s]."""
+class MachineSnapshot(Settings):
+    """State of the machine and of the person in it; per-joint values in the order of `joints`."""
 
     rig: str
     title: str
     side: Side
     sides: tuple[Side, ...]
-    """That this machine can be made for: one arm or the other, or both at once."""
+    """Sides that this machine can be made for: one arm or the other, or both at once."""
     is_twin: bool
     participant: str | None
     """Code of the person whose file is in force; absent where none is."""
     participants: tuple[str, ...]
     """Codes whose files fit this machine."""
     is_known: bool
-    """Whether the arm in the machine may be taken without an identification."""
+    """True if the arm in the machine may be taken without an identification."""
+    safe_state: SafeStateName
+
+    joints: tuple[str, ...]
+    q_rad: tuple[float, ...]
+    v_rad_s: tuple[float, ...]
+    tau_desired_Nm: tuple[float, ...]
+    """Torque that control asks for."""
+    tau_commanded_Nm: tuple[float, ...]
+    """Torque that the guard let out."""
+    tau_limit_Nm: tuple[float, ...]
+    """Limits of the drives."""
+
+    gravity_level_asked: Share
+    gravity_level: Share
+    """Level in force."""
+    arm_share: Share
+    """Share of the arm that is carried."""
+
+    lateness: Lateness | None = None
+    recorded: RecordingStatus | None = None
+    learning: Learning | None = None
+
+
+class Shown(MachineSnapshot):
+    """One moment of a session, as the pages show it."""
+
+    version: int
+    """Another one whenever mode, latch, readiness or person has changed."""
+    t: float
+    """The desk's clock [s]."""
 
     mode: ModeName
     mode_text: str
     """A sentence."""
-    safe_state: SafeStateName
     latch: str | None
     """Why it was stopped; absent where no latch is in force."""
     take_within_s: float | None
@@ -122,26 +146,6 @@ class Shown(Settings):
     """What would not be refused now; for buttons."""
     lease_left_s: float | None
     """Until nobody steers any more [s]; absent where nobody does."""
-
-    joints: tuple[str, ...]
-    q_rad: tuple[float, ...]
-    v_rad_s: tuple[float, ...]
-    tau_desired_Nm: tuple[float, ...]
-    """What control asks for."""
-    tau_commanded_Nm: tuple[float, ...]
-    """What the guard let out."""
-    tau_limit_Nm: tuple[float, ...]
-    """Of the drives."""
-
-    gravity_level_asked: Share
-    gravity_level: Share
-    """In force."""
-    arm_share: Share
-    """How much of the arm is carried."""
-
-    lateness: Lateness | None
-    recorded: RecordingStatus | None
-    learning: Learning | None
     alarms: tuple[Alarm, ...]
     """Not yet seen or not yet over, the newest last."""
 
