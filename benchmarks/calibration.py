@@ -27,7 +27,8 @@ RELATIVE = ("gain", "coulomb_Nm", "viscous", "breakaway", "v_stribeck_rad_per_s"
 
 def run(rig: str, level: int, seed: int, worn: bool) -> dict[str, Any]:
     """One machine; a refused one is a result too."""
-    from exograv.cli.machine.calibration import CalibrateOptions, run_calibration
+    from exograv.cli.machine.rig_factory import run_calibration
+    from exograv.procedures.calibration.calibrate_command import CalibrateOptions
 
     key = {"rig": rig, "level": level, "seed": seed}
     with tempfile.TemporaryDirectory() as folder:

@@ -26,8 +26,9 @@ RUN_SEED = 50_000
 
 def calibrated(rig: str, level: int, seed: int, folder: Path) -> Path | None:
     """The machine's calibration; None where stage 0 refuses the machine."""
-    from exograv.cli.machine.calibration import CalibrateOptions, run_calibration
+    from exograv.cli.machine.rig_factory import run_calibration
     from exograv.errors import ExogravError
+    from exograv.procedures.calibration.calibrate_command import CalibrateOptions
 
     file = folder / f"{rig}_{level}_{seed}.toml"
     if not file.exists() and not file.with_suffix(".refused").exists():

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.cli.machine.live_floating import run_live
+from exograv.cli.machine.rig_factory import run_live
 from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.errors import ConfigError
 from exograv.laboratory.ideal_from_truth import prepared_by_truth

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.cli.machine.live_floating import run_live
+from exograv.cli.machine.rig_factory import run_live
 from exograv.live.live_figures import stall_ms
 from exograv.live.live_flight import LiveOptions
 from exograv.live.live_processes import Running

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from exograv.cli.machine.live_floating import run_live
+from exograv.cli.machine.rig_factory import run_live
 from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.live.live_flight import LiveOptions
 

@@ -5,8 +5,8 @@ import pytest
 from exograv.campaigns.faults.persons import make_known, subject
 from exograv.campaigns.faults.process_faults import strike
 from exograv.campaigns.faults.strikes import KINDS
-from exograv.cli.machine.live_floating import LivePlan
 from exograv.laboratory.cooperative_wearer import held_machine
+from exograv.live.live_control import LivePlan
 
 
 @pytest.mark.slow

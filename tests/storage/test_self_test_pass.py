@@ -9,7 +9,6 @@ from types import SimpleNamespace, TracebackType
 import numpy as np
 import pytest
 
-from exograv.cli.machine.self_testing import keep
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError, RigError
 from exograv.loop.arm_controller import ArmController
@@ -17,6 +16,7 @@ from exograv.loop.pilot import Pilot, TickSample
 from exograv.model.description import load_rig
 from exograv.motion import hold
 from exograv.procedures.calibration.breakaway_test import BreakawayPush
+from exograv.procedures.self_test.self_test_command import keep
 from exograv.rig import may_be_worn
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.signals import Command, JointState, TorqueSource

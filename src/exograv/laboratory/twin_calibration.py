@@ -13,12 +13,11 @@ from exograv.model.tree import Tree
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
 from exograv.procedures.calibration.operator import ComputedOperator
-from exograv.procedures.self_test.bench import TestedMachine
+from exograv.procedures.self_test.bench import TestedMachine, press_software_stop
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Machine, Twin
 from exograv.runtime.clock.pace import RealTimePace
 from exograv.safety.envelope import Envelope
-from exograv.safety.guard import Guard
 
 PilotOf = Callable[[Twin, ActuatorGain], Pilot]
 """Makes the pilot of a twin whose motors have these gains."""
@@ -76,8 +75,3 @@ class EmptyTwin:
     def _hanging(self, tree: Tree) -> Twin:
         start = starting_posture(tree)
         return Twin(self.description, self.machine, None, self.seed, start, lengths=self.lengths)
-
-
-def press_software_stop(guard: Guard) -> None:
-    """Press Stop as by Ctrl-C or a button on a screen; the hardware stop of drives has a step of its own."""
-    guard.press_stop()

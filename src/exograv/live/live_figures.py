@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.runtime.clock.timing import Timing
 
 from .live_processes import LiveResult
-from .simulated_wearer import SimulatedWearer
 
 STALL_BEFORE_S = 0.05
 """A latch is put down to the longest gap so long before it."""

@@ -11,13 +11,15 @@ from typing import Any
 from exograv.errors import ConfigError
 from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import versions, written_person, written_rig, written_told
-from exograv.model.description import Side
+from exograv.model.description import RigDescription, Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import Belief
 from exograv.procedures.verification.postures import Verification
 from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
+from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.recorder.recorder import Recorder
-from exograv.runtime.ros2.bridging import Ros2
+from exograv.runtime.ros2.bridging import Bridging, Ros2
 from exograv.runtime.ros2.streaming import NO_STREAMING, Streaming
 
 from .live_control import LiveControl, LivePlan, guarded_rig, notes
@@ -82,6 +84,15 @@ class LiveOptions:
     def loop_s(self) -> float:
         """How long the loop runs [s]."""
         return self.seconds + (self.identify_s + AROUND_LESSON_S if self.identify_s else 0.0)
+
+
+def streaming_of(
+    options: LiveOptions, description: RigDescription, period_s: float, listening: Listening | None
+) -> Streaming:
+    """Streams of a live run: what is published, and what is recorded besides."""
+    outlets = OutletsJob(description.name, description.joints, period_s) if options.lsl else None
+    ros2 = None if options.ros2 is None else Bridging(options.ros2, description.joints)
+    return Streaming(outlets, listening, ros2)
 
 
 def lesson_plan(

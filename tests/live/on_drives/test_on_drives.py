@@ -7,11 +7,11 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.live.live_flight import LiveOptions
-from exograv.live.on_drives.calibration import settings_of_lengths
 from exograv.live.on_drives.connection import DrivesAsked, drives_with_hands
 from exograv.live.on_drives.float_command import PersonForm, run_live_on_drives
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
+from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.storage.bring_up_sheet import refuse_not_brought_up, write_sheet
 from exograv.storage.self_test_step import Step

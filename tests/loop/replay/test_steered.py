@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.experiment.steered.listening_wearer import attentive_twin
+from exograv.laboratory.attentive_wearer import attentive_twin
 from exograv.laboratory.cooperative_wearer import held_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.live.guard_process import GuardJob, GuardLoop

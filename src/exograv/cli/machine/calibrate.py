@@ -43,8 +43,9 @@ def run_calibrate_command(command: Calibrate) -> dict[str, Any]:
     from rich.console import Console
 
     from exograv.cli.shell.terminal import bars
+    from exograv.procedures.calibration.calibrate_command import FILE, CalibrateOptions
 
-    from .calibration import FILE, CalibrateOptions, run_calibration
+    from .rig_factory import run_calibration
 
     file = command.calibration or command.out / FILE
     options = CalibrateOptions(

@@ -90,7 +90,7 @@ def run_live_command(command: Live) -> dict[str, Any]:
         if command.is_on_drives:
             result = _on_drives(command, options, progress)
         else:
-            from .live_floating import run_live
+            from .rig_factory import run_live
 
             result = run_live(options, command.out, progress)
     show_live(result)
@@ -106,7 +106,7 @@ def _on_drives(command: Live, options: "LiveOptions", progress: "Progress") -> d
 
     calibration = command.calibration or command.out / "calibration.toml"
     asked = command.asked(command.level)
-    wearer = simulated_wearer(asked.simulate, command.rig, command.side, asked.level, asked.seed)
+    wearer = simulated_wearer(asked, command.rig, command.side)
     return run_live_on_drives(options, asked, command.person(), calibration, command.out, progress, say, wearer)
 
 

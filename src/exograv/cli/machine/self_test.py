@@ -44,8 +44,9 @@ def run_self_test_command(command: SelfTest) -> dict[str, Any]:
     from rich.console import Console
 
     from exograv.cli.shell.terminal import bars
+    from exograv.procedures.self_test.self_test_command import SelfTestOptions
 
-    from .self_testing import SelfTestOptions, run_self_test
+    from .rig_factory import run_self_test
 
     calibration = command.calibration or command.out / "calibration.toml"
     options = SelfTestOptions(

@@ -56,7 +56,7 @@ def run_verify_command(command: Verify) -> dict[str, Any]:
 
 
 def _on_twin(_command: Verify, options: "VerifyOptions", progress: "Progress") -> dict[str, Any]:
-    from exograv.laboratory.verification_command import run_verification
+    from exograv.cli.machine.rig_factory import run_verification
 
     return run_verification(options, progress)
 
@@ -70,7 +70,7 @@ def _on_drives(command: Verify, options: "VerifyOptions", progress: "Progress") 
         raise ConfigError(f"--later is {command.later:g}; on drives time passes by itself. Leave it out.")
     files = Files(command.calibration or command.out / "calibration.toml", command.out)
     asked = command.asked(command.level)
-    wearer = simulated_wearer(asked.simulate, command.rig, command.side, asked.level, asked.seed)
+    wearer = simulated_wearer(asked, command.rig, command.side)
     return run_verification_on_drives(options, asked, command.person(), files, progress, say, wearer)
 
 

@@ -1,6 +1,7 @@
 """Who may be put into a steered machine: somebody whose file is there, or anybody; and who was learned is kept."""
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -10,18 +11,18 @@ import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.identification.core.prior import prior
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.live.arm_worker import LearnedArm
 from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import lesson_plan
 from exograv.live.live_identification import person_believed, unknown_person
+from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Side
 from exograv.model.wearer_form import WearerForm
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.participant_session import NOT_KEPT, stored_person
 from exograv.procedures.identification.warm_start import belief_today
 from exograv.recording.rounding import rounded
-from exograv.rig.twin.twin import PERIOD
+from exograv.rig import Rig
 from exograv.storage.participant_file import (
     new_code,
     read_participant,
@@ -30,8 +31,6 @@ from exograv.storage.participant_file import (
     write_participant,
 )
 from exograv.storage.participant_schema import Identified, StoredParticipant, StoredPerson, prior_hash
-
-from .listening_wearer import attentive_twin
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,13 @@ class Donned:
 class People:
     """Files of a folder that fit one machine and the person who is told to be in it."""
 
-    laboratory: VirtualLaboratory
+    assembly: Assembly
+    """The machine with the table's arm of whoever is told to be in it."""
+    form: WearerForm
+    """Body data and lengths of that person."""
+    connect: Callable[[int, float], Rig]
+    """Makes the machine in the process that owns it, from a seed and the time of its clock [s]."""
+    period_s: float
     machine: str
     """Its serial number, or what stands for it."""
     folder: Path | None
@@ -61,12 +66,12 @@ class People:
 
         Files of other machines and people are left out, and damaged ones.
         """
-        assembly, now, found = self.laboratory.assembly(), datetime.now(UTC), dict[str, StoredParticipant]()
+        assembly, now, found = self.assembly, datetime.now(UTC), dict[str, StoredParticipant]()
         for path in sorted(self.folder.glob("*.toml")) if self.folder is not None else ():
             with contextlib.suppress(ConfigError):
                 whole = read_participant(path)
                 refuse_other(path, whole, assembly, self.machine, now)
-                refuse_other_body(path, whole, self.laboratory.body)
+                refuse_other_body(path, whole, self.form.body)
                 found[whole.person.code] = whole
         return found
 
@@ -87,10 +92,12 @@ class People:
             prepared = replace(prepared, x=belief[0])
             person = person_believed(assembly, machine, belief)
         # Broken off and begun anew, all of it is kept for the worker.
-        lesson = lesson_plan(prepared, who.identify_s, PERIOD, stack, passes_s=2.0 * who.identify_s, belief=belief)
-        told = WearerForm(self.laboratory.body, dict(self.laboratory.wearer.lengths_given))
-        rig = partial(attentive_twin, self.laboratory, seed, prepared.t)
-        return LivePlan(self.laboratory.description, told, prepared, person, 0.0, rig, lesson=lesson, is_steered=True)
+        lesson = lesson_plan(
+            prepared, who.identify_s, self.period_s, stack, passes_s=2.0 * who.identify_s, belief=belief
+        )
+        rig = partial(self.connect, seed, prepared.t)
+        description = assembly.description
+        return LivePlan(description, self.form, prepared, person, 0.0, rig, lesson=lesson, is_steered=True)
 
     def keep(
         self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
@@ -125,7 +132,7 @@ class People:
             held_out_error_Nm=[],
             held_out_s=0.0,
         )
-        person = StoredPerson.of(code, self.laboratory.body)
+        person = StoredPerson.of(code, self.form.body)
         found = estimate.x, estimate.covariance
         self.folder.mkdir(parents=True, exist_ok=True)
         write_participant(

@@ -1,15 +1,17 @@
 """The machine made for one side, with its person and their files; calibrated when somebody is first put in."""
 
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
+from exograv.laboratory.attentive_wearer import attentive_twin
 from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.arm_worker import LearnedArm
 from exograv.loop.machine_limits import limits, refuse_motorless
 from exograv.model.rig_settings import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.rig.twin.twin import PERIOD
 
 from .options import SteeredOptions
 from .participants import People
@@ -28,7 +30,9 @@ class PreparedMachine:
         self.laboratory = draw_laboratory(options.rig, side, options.level, options.seed, donning=options.donning)
         self.description = self.laboratory.description
         refuse_motorless(self.description)
-        self.people = People(self.laboratory, self.laboratory.serial, options.participants)
+        connect, serial = partial(attentive_twin, self.laboratory), self.laboratory.serial
+        assembly, form = self.laboratory.assembly(), self.laboratory.form
+        self.people = People(assembly, form, connect, PERIOD, serial, options.participants)
         self.participants = tuple(self.people.files())
         """Codes of those who may be put in."""
         self.torque_max_Nm = tuple(limits(self.description).torque_max_Nm.tolist())

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,9 +16,11 @@ from exograv.runtime.recorder.recorder import RecorderReport as RecorderReport
 from .memory_view import Watching
 from .participant_keeping import Keeping
 from .participants import Donned
-from .prepared_machine import PreparedMachine
 from .sentences import say
 from .view_models import LearnedParameter, Learning, Point, RecordingStatus
+
+if TYPE_CHECKING:
+    from .prepared_machine import PreparedMachine
 
 INTERVAL = 1.96
 """Standard deviations of half a 95 % interval."""
@@ -32,7 +34,7 @@ class ProcessState:
     """One set of processes, as their parent's thread has said last."""
 
     who: Donned
-    place: PreparedMachine
+    place: "PreparedMachine"
     keeping: Keeping
     doing: str = say("flight.calibrates")
     plan: LivePlan | None = None

@@ -12,11 +12,10 @@ from exograv.laboratory.demo_options import DONNINGS_MAX, GRAVITY_LEVEL_MAX
 from exograv.laboratory.virtual_laboratory import ACTIVE_RIG, PASSIVE_RIG
 from exograv.model.description import Side, validation_sentences
 from exograv.task.allocation import AllocationList, exo_for, group_of
-from exograv.task.protocol import LoadedProtocol, first_windows, load_protocol, refuse_levels
+from exograv.task.protocol import SESSIONS_MAX, LoadedProtocol, first_windows, load_protocol, refuse_levels
 from exograv.task.protocol_schema import ExoMode
 
 CODE = "3 to 16 letters, digits, '+' and '-', with a digit among them: what has none looks like a name"
-SESSIONS_MAX = 99
 ALLOCATION_MAX_BYTES = 1_000_000
 
 

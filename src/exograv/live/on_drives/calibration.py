@@ -1,13 +1,13 @@
 """`exograv calibrate --drives`: stage 0 of a machine on its bus, which has to have been brought up before."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+import contextlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from exograv.control.exo_tick import most_damping
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.errors import ConfigError
 from exograv.identification.calibration.empty_machine import GAIN_SD, Calibration
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
@@ -15,71 +15,69 @@ from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
+from exograv.procedures.calibration.calibrate_command import CalibrateOptions, TruthAt
+from exograv.storage.bring_up_sheet import FILE as SHEET
+from exograv.storage.bring_up_sheet import refuse_not_brought_up
 
-from .connection import Connected
-
-
-def settings_of_lengths(description: RigDescription, given: tuple[str, ...]) -> dict[str, float]:
-    """What the machine is set to, by segment [m]: as given by SEGMENT=METRES, nominal where nothing is.
-
-    Raises:
-        ConfigError: No such segment, no number, or longer or shorter than the machine can be set.
-    """
-    adjustments = {one.segment: one for one in description.settings.adjustments}
-    lengths = {segment: one.nominal_m for segment, one in adjustments.items()}
-    for text in given:
-        segment, _, value = text.partition("=")
-        if segment not in adjustments:
-            known = ", ".join(adjustments) or "none"
-            raise ConfigError(
-                f"--length is '{text}'; {description.name} can be set at: {known}. Give SEGMENT=METRES, such as "
-                "forearm=0.26."
-            )
-        one = adjustments[segment]
-        try:
-            lengths[segment] = float(value)
-        except ValueError:
-            raise ConfigError(f"--length is '{text}'; give SEGMENT=METRES, such as {segment}=0.26.") from None
-        if not one.min_m <= lengths[segment] <= one.max_m:
-            raise ConfigError(f"--length is '{text}'; {segment} can be set from {one.min_m:g} to {one.max_m:g} m.")
-    return lengths
+from .connection import Connected, DrivesAsked, Say, connected
 
 
-def calibrated_on_drives(
-    machine: Connected, description: RigDescription, lengths: Mapping[str, float], progress: Progress
-) -> tuple[Calibration, float]:
-    """From the first nudge to the last weight; the result, and how long the machine was running [s].
+@contextlib.contextmanager
+def empty_drives(
+    options: CalibrateOptions, description: RigDescription, truth: TruthAt | None, progress: Progress, say: Say
+) -> Iterator["EmptyDrives"]:
+    """Connect to the drives of an empty machine; a real one has to have passed its bring-up.
 
     Raises:
-        As `calibrate_machine`.
+        ConfigError: The file of the drives or the sheet of the bring-up cannot be used.
+        RigError: A drive does not answer, or is not the one in the file.
     """
-    nominal = description.nominal_gain
-    tree = adjusted(read_exoskeleton(description), description, lengths)
-    pilot = _pilot(machine, description, ActuatorGain(nominal, GAIN_SD * nominal), tree, progress)
-    return calibrate_machine(description, tree, pilot, machine.hands.weights), machine.rig.t
+    asked = DrivesAsked(options.drives, options.simulate, options.level, options.seed)
+    with connected(asked, description, say, "A calibration") as machine:
+        if not options.simulate:
+            refuse_not_brought_up(options.file.parent / SHEET, description, machine.drives)
+        yield EmptyDrives(description, machine, truth, progress)
 
 
-def rechecked_on_drives(
-    machine: Connected,
-    description: RigDescription,
-    lengths: Mapping[str, float],
-    before: Calibration,
-    progress: Progress,
-) -> tuple[Calibration, float]:
-    """Friction anew and all else as `before`; the result, and how long the machine was running [s].
+@dataclass(frozen=True)
+class EmptyDrives:
+    """`EmptyMachine` on its bus."""
 
-    Raises:
-        As `recheck_machine`.
-    """
-    tree = adjusted(read_exoskeleton(description), description, lengths)
-    pilot = _pilot(machine, description, before.machine.actuators, tree, progress)
-    return recheck_machine(description, tree, pilot, before), machine.rig.t
+    description: RigDescription
+    machine: Connected
+    truth: TruthAt | None
+    progress: Progress
 
+    @property
+    def serial(self) -> str:
+        """Of the drives."""
+        return self.machine.serial
 
-def _pilot(
-    machine: Connected, description: RigDescription, gains: ActuatorGain, tree: Tree, progress: Progress
-) -> Pilot:
-    worn = limits(description)
-    # Without an arm in it a light machine shakes under the damping that suits a worn one.
-    damping = np.minimum(worn.damping_Nms_per_rad, most_damping(description, tree))
-    return machine.pilot(gains, replace(worn, damping_Nms_per_rad=damping), progress)
+    def calibrate(self, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
+        """From the first breakaway test to the last weight; and how long the machine ran [s].
+
+        Raises:
+            As `calibrate_machine`.
+        """
+        nominal, tree = self.description.nominal_gain, self._tree(lengths)
+        pilot = self._pilot(ActuatorGain(nominal, GAIN_SD * nominal), tree)
+        return calibrate_machine(self.description, tree, pilot, self.machine.hands.weights), self.machine.rig.t
+
+    def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
+        """Friction anew and all else as `before`; and how long the machine ran [s].
+
+        Raises:
+            As `recheck_machine`.
+        """
+        tree = self._tree(lengths)
+        pilot = self._pilot(before.machine.actuators, tree)
+        return recheck_machine(self.description, tree, pilot, before), self.machine.rig.t
+
+    def _tree(self, lengths: Mapping[str, float]) -> Tree:
+        return adjusted(read_exoskeleton(self.description), self.description, lengths)
+
+    def _pilot(self, gains: ActuatorGain, tree: Tree) -> Pilot:
+        worn = limits(self.description)
+        # Without an arm in it a light machine shakes under the damping that suits a worn one.
+        damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, tree))
+        return self.machine.pilot(gains, replace(worn, damping_Nms_per_rad=damping), self.progress)

@@ -13,32 +13,28 @@ from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.live.live_control import LivePlan
 from exograv.live.live_figures import flown_figures, learned_figures
-from exograv.live.live_flight import LiveOptions, fly_plan, lesson_plan
+from exograv.live.live_flight import LiveOptions, fly_plan, lesson_plan, streaming_of
 from exograv.live.live_identification import lesson_passes, unknown_person
 from exograv.live.live_processes import LiveResult
-from exograv.live.simulated_wearer import SimulatedWearer
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body, Sex
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
+from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.verification.postures import Verification, unseen_postures
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.drives.opening import open_drives
-from exograv.rig.drives.settings import Drives
 from exograv.runtime.lsl.listening import Listening
-from exograv.runtime.lsl.outlets import OutletsJob
-from exograv.runtime.ros2.bridging import Bridging
-from exograv.runtime.ros2.streaming import Streaming
 from exograv.storage.calibration_file import take_calibration
 from exograv.storage.self_test_pass import FILE as PASS
 from exograv.storage.self_test_pass import MachineKey
 
-from .calibration import settings_of_lengths
 from .connection import DrivesAsked, Say, drives_with_hands
 
 SEEN_EVERY_S = 0.05
@@ -136,13 +132,14 @@ def fly_on_drives(  # noqa: PLR0913
             description, told, prepared, unknown_person(assembly, machine), 0.0, partial(open_drives, drives),
             round(1e9 * period_s), lesson, key,
         )  # fmt: skip
-        lsl = _streams(options, description, drives, stack)
-        if wearer is None:
+        listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
+        lsl = streaming_of(options, description, period_s, listening)
+        if not asked.simulate:
             _await_enter(say)
         said = {"settings": {"options": asdict(options), "machine": serial}}
         seconds = options.loop_s + passes_s
         flown = fly_plan(plan, seconds, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
-    streams = [] if lsl.listening is None else lsl.listening.figures()
+    streams = [] if listening is None else listening.figures()
     figures = flown_figures(options.rig, flown) | learned_figures(flown, wearer, prepared)
     figures |= {"machine": serial, "self_test": f"passed: {key.file}", "streams": streams,
                 "ros2": None if lsl.ros2 is None else lsl.ros2.figures()}  # fmt: skip
@@ -177,15 +174,6 @@ def _told_virtual(wearer: SimulatedWearer, person: PersonForm) -> WearerForm:
     if person.lengths or person.height_m is not None or person.mass_kg is not None or person.sex is not None:
         raise ConfigError("--simulate draws its own person: leave out --body-height, --body-mass, --sex and --length.")
     return wearer.form
-
-
-def _streams(
-    options: LiveOptions, description: RigDescription, drives: Drives, stack: contextlib.ExitStack
-) -> Streaming:
-    outlets = OutletsJob(description.name, description.joints, drives.period_s) if options.lsl else None
-    listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
-    ros2 = None if options.ros2 is None else Bridging(options.ros2, description.joints)
-    return Streaming(outlets, listening, ros2)
 
 
 def _await_enter(say: Say) -> None:

@@ -8,10 +8,10 @@ from typing import Any
 from exograv.errors import RigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.live.live_flight import LiveOptions
-from exograv.live.simulated_wearer import SimulatedWearer
 from exograv.loop.pilot import Progress
 from exograv.model.description import load_rig
 from exograv.procedures.identification.controller_knowledge import MOTION_S
+from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.verification.change import changed_since, read_former
 from exograv.procedures.verification.figures import verified_figures
 from exograv.procedures.verification.options import VerifyOptions

@@ -33,6 +33,11 @@ Press = Callable[[Guard], None]
 """Presses Stop: on the twin by itself; on hardware an operator is asked to, and the button's line tells the guard."""
 
 
+def press_software_stop(guard: Guard) -> None:
+    """As Ctrl-C, or a button on a screen; the hardware stop of drives has a step of its own."""
+    guard.press_stop()
+
+
 @dataclass(frozen=True)
 class TestedMachine:
     """What is tested."""

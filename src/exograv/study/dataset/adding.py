@@ -15,6 +15,7 @@ from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.imported import Imported, Said, SessionKey, sentences
 from exograv.study.importers.xdf_mapping import XdfMapping
 from exograv.study.participants.register import read_register
+from exograv.task.protocol import SESSIONS_MAX
 
 from .incoming import Incoming, read_incoming
 from .making import refresh
@@ -24,7 +25,6 @@ from .sources import SUFFIXES, Source, SourceNote, copied, placed_sources, put, 
 from .who import same_person
 
 NOTHING = Said()
-SESSIONS_MAX = 99
 BUILT_IN = ("training", "familiarisation", "flight")
 FIRST_WINDOWS = re.compile(r"-first-\d{1,3}$")
 """What `exograv train --windows` puts behind a protocol's name."""

@@ -1,5 +1,7 @@
-"""A calibration in figures: what `exograv calibrate --json` writes, on the twin with the truth beside it."""
+"""Figures of a calibration: the part of `exograv calibrate --json` that says what was found, and warnings."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -7,9 +9,6 @@ from jaxtyping import Float
 
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.model.description import RigDescription
-from exograv.rig.twin import Machine
-
-from .result_rows import still_to_rub
 
 DIGITS = 5
 GAIN_SD_SURE = 0.02  # share: 2 % of an arm's weight is 0.2 N·m at the shoulder
@@ -18,31 +17,43 @@ OFFSET_UNUSUAL = np.deg2rad(1.0)
 Values = Float[np.ndarray, " value"]
 
 
+@dataclass(frozen=True)
+class CalibrationTruth:
+    """True values of a simulated machine at one time of its clock, for the figures only."""
+
+    gain: Float[np.ndarray, " joint"]
+    """Torque per current (joint,) [N·m/A]."""
+    encoder_offset: Float[np.ndarray, " joint"]
+    """Of each joint [rad]."""
+    lean: Float[np.ndarray, " 2"]
+    """Of the base, forward and left [rad]."""
+    friction: Mapping[str, Float[np.ndarray, " joint"]]
+    """By the names of `Friction`'s fields."""
+
+
 def calibration_figures(
-    calibration: Calibration, joints: tuple[str, ...], truth: Machine | None = None, t: float = 0.0
+    calibration: Calibration, joints: tuple[str, ...], truth: CalibrationTruth | None = None
 ) -> dict[str, Any]:
-    """Gains, friction, encoders, links, base and what stays unexplained.
+    """Gains, friction, encoders, links, base and the residual torque.
 
     Args:
         calibration: What was found.
         joints: Their names.
-        truth: Of the twin; friction's is as it is after
-        t: so many seconds of running [s].
+        truth: Of a simulated machine, to be shown beside it.
     """
     machine, gains = calibration.machine, calibration.machine.actuators
     offset = np.rad2deg(calibration.offset), np.rad2deg(calibration.offset_sd)
     tilt = np.rad2deg(np.arcsin(calibration.tilt)), np.rad2deg(calibration.tilt_sd)
-    true_gain = None if truth is None else truth.drives.gain
-    true_offset = None if truth is None else np.rad2deg(truth.sensors.encoder_offset)
-    true_tilt = None
-    if truth is not None:
-        true_tilt = np.rad2deg(np.arcsin(truth.gravity[:2] / np.linalg.norm(truth.gravity)))
+    true_gain = None if truth is None else truth.gain
+    true_offset = None if truth is None else np.rad2deg(truth.encoder_offset)
+    true_lean = None if truth is None else np.rad2deg(truth.lean)
+    true_friction = {} if truth is None else truth.friction
     return {
         "joints": list(joints),
         "gain": _per_joint(joints, gains.gain, gains.gain_sd, true_gain),
-        "friction": _friction_rows(calibration, joints, _true_friction(truth, t)),
+        "friction": _friction_rows(calibration, joints, true_friction),
         "encoder_offset_deg": _per_joint(joints, *offset, true_offset),
-        "tilt_deg": _per_joint(("forward", "left"), *tilt, true_tilt, key="lean"),
+        "tilt_deg": _per_joint(("forward", "left"), *tilt, true_lean, key="lean"),
         "links": [
             {"joint": joint, "mass_kg": _short(phi[0]), "first_moment_kgm": _list(phi[1:4]), "sd": _list(sd[:4])}
             for joint, phi, sd in zip(joints, machine.phi, calibration.phi_sd, strict=True)
@@ -82,7 +93,9 @@ def _per_joint(
     ]  # fmt: skip
 
 
-def _friction_rows(calibration: Calibration, joints: tuple[str, ...], truth: dict[str, Values]) -> list[dict[str, Any]]:
+def _friction_rows(
+    calibration: Calibration, joints: tuple[str, ...], truth: Mapping[str, Values]
+) -> list[dict[str, Any]]:
     value, sd = calibration.machine.friction, calibration.machine.friction_sd
     keys = {
         "coulomb_Nm": "coulomb",
@@ -102,20 +115,6 @@ def _friction_rows(calibration: Calibration, joints: tuple[str, ...], truth: dic
                 row[f"{key}_true"] = _short(truth[name][j])
         rows.append(row)
     return rows
-
-
-def _true_friction(truth: Machine | None, t: float) -> dict[str, Values]:
-    if truth is None:
-        return {}
-    friction, still = truth.friction, still_to_rub(truth, t)
-    return {
-        "coulomb": still * friction.coulomb,
-        "viscous": still * friction.viscous,
-        "breakaway": friction.breakaway,
-        "load_share": friction.load_share,
-        "asymmetry": still * friction.coulomb * friction.asymmetry,
-        "v_stribeck": friction.stribeck_velocity,
-    }
 
 
 def _interval(value: float, sd: float) -> list[float]:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from exograv.identification.calibration.empty_machine import Calibration
-from exograv.laboratory.calibration_outcome import calibration_figures, warnings
+from exograv.laboratory.calibration_command import calibration_truth
 from exograv.laboratory.result_rows import still_to_rub
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
+from exograv.procedures.calibration.figures import calibration_figures, warnings
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.rig.twin import Disturbances, Machine, draw_machine
 
@@ -44,7 +45,7 @@ def perfect(rig: RigDescription, truth: Machine) -> Calibration:
 
 
 def test_a_perfect_calibration_is_its_truth(rig: RigDescription, truth: Machine, perfect: Calibration):
-    found = calibration_figures(perfect, rig.joints, truth, HALF_AN_HOUR_S)
+    found = calibration_figures(perfect, rig.joints, calibration_truth(truth, HALF_AN_HOUR_S))
     assert [row["estimate"] for row in found["gain"]] == [row["true"] for row in found["gain"]]
     for name in ("coulomb_Nm", "viscous", "asymmetry_Nm"):
         assert [row[name] for row in found["friction"]] == [row[f"{name}_true"] for row in found["friction"]]

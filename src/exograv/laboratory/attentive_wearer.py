@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 
-from exograv.laboratory.cooperative_wearer import DAMPING, LET_GO_S, STIFFNESS, OverTwin
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.safety.modes import RAMP_IN_S, RAMP_OUT_S, Mode
+
+from .cooperative_wearer import DAMPING, LET_GO_S, STIFFNESS, OverTwin
+from .virtual_laboratory import VirtualLaboratory
 
 
 class AttentiveTwin(OverTwin):

@@ -1,0 +1,77 @@
+"""`exograv calibrate` on the twin: its empty machine, and the truth beside what was found."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from exograv.identification.calibration.empty_machine import Calibration
+from exograv.loop.pilot import Progress
+from exograv.model.description import RigDescription
+from exograv.procedures.calibration.calibrate_command import CalibrateOptions, TruthAt
+from exograv.procedures.calibration.figures import CalibrationTruth
+from exograv.rig.twin import Disturbances, Machine, draw_machine
+from exograv.storage.calibration_file import twin_identity
+
+from .result_rows import still_to_rub
+from .twin_calibration import EmptyTwin, PilotOf, pilots
+
+
+@dataclass(frozen=True)
+class EmptyTwinMachine:
+    """`EmptyMachine`: the twin of these options without a wearer."""
+
+    options: CalibrateOptions
+    description: RigDescription
+    progress: Progress
+
+    @property
+    def serial(self) -> str:
+        """Identity of the twin of this level and seed."""
+        return twin_identity(self.options.level, self.options.seed)
+
+    @property
+    def truth(self) -> TruthAt:
+        """Of the twin's machine."""
+        return truth_of_machine(self.description, self.options.level, self.options.seed)
+
+    def calibrate(self, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
+        """From cold; the result, and the rig's clock when it is done [s]."""
+        return self._empty(lengths).calibrate(self._pilots)
+
+    def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
+        """Friction anew and all else as `before`; the result, and the rig's clock when it is done [s]."""
+        return self._empty(lengths).recheck(before, self._pilots)
+
+    def _empty(self, lengths: Mapping[str, float]) -> EmptyTwin:
+        disturbances = Disturbances.at_level(self.options.level)
+        machine = draw_machine(self.description, disturbances, self.options.seed)
+        return EmptyTwin(self.description, machine, self.options.seed, lengths)
+
+    @property
+    def _pilots(self) -> PilotOf:
+        return pilots(self.description, self.progress)
+
+
+def truth_of_machine(description: RigDescription, level: int, seed: int) -> TruthAt:
+    """True values of the machine of this disturbance level and seed, by the time of its clock [s]."""
+    return partial(calibration_truth, draw_machine(description, Disturbances.at_level(level), seed))
+
+
+def calibration_truth(machine: Machine, t: float) -> CalibrationTruth:
+    """True values of a machine that has run for `t` seconds from cold."""
+    friction, still, gravity = machine.friction, still_to_rub(machine, t), machine.gravity
+    return CalibrationTruth(
+        machine.drives.gain,
+        machine.sensors.encoder_offset,
+        np.arcsin(gravity[:2] / np.linalg.norm(gravity)),
+        {
+            "coulomb": still * friction.coulomb,
+            "viscous": still * friction.viscous,
+            "breakaway": friction.breakaway,
+            "load_share": friction.load_share,
+            "asymmetry": still * friction.coulomb * friction.asymmetry,
+            "v_stribeck": friction.stribeck_velocity,
+        },
+    )

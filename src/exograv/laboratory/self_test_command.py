@@ -1,0 +1,57 @@
+"""`exograv self-test` on the twin: its empty machine, and the arm of its wearer if asked."""
+
+from dataclasses import dataclass
+
+from exograv.loop.pilot import Progress
+from exograv.model.description import RigDescription
+from exograv.procedures.self_test.bench import TestedMachine
+from exograv.procedures.self_test.self_test_command import SelfTestOptions
+from exograv.rig.twin import Disturbances, draw_machine
+from exograv.storage.calibration_file import twin_identity
+from exograv.storage.calibration_schema import StoredCalibration
+from exograv.storage.self_test_step import Step, tried
+
+from .twin_calibration import EmptyTwin
+from .weighing_command import WeighOptions, run_weighing
+
+WORN = "arm weighing"
+
+
+@dataclass(frozen=True)
+class TwinUnderTest:
+    """`MachineUnderTest`: the twin of these options."""
+
+    options: SelfTestOptions
+    description: RigDescription
+    progress: Progress
+
+    @property
+    def serial(self) -> str:
+        """Identity of the twin of this level and seed."""
+        return twin_identity(self.options.level, self.options.seed)
+
+    def hardware_steps(self) -> list[Step]:
+        """None: the twin has no bus and no button."""
+        return []
+
+    def subject(self, whole: StoredCalibration) -> TestedMachine:
+        """The machine of this level and seed, empty and hanging."""
+        machine = draw_machine(self.description, Disturbances.at_level(self.options.level), self.options.seed)
+        empty = EmptyTwin(self.description, machine, self.options.seed, whole.measured.lengths_m)
+        return empty.under_test(whole.calibration())
+
+    def worn_steps(self, steps: list[Step], /) -> list[Step]:
+        """Weigh the arm against the form, when nothing of the machine has failed."""
+        if not all(step.passed or step.locks_only for step in steps):
+            return [Step(WORN, None)]
+        return tried(WORN, self._weigh)
+
+    def _weigh(self) -> list[Step]:
+        asked = self.options
+        options = WeighOptions(
+            asked.rig, asked.side, asked.level, asked.seed, hand_weight_kg=0.0, body_mass_kg=asked.body_mass_kg,
+            calibration=asked.calibration,
+        )  # fmt: skip
+        found = run_weighing(options, self.progress)
+        passed = not found["refused"]
+        return [Step(WORN, passed, found["arm_mass_kg"], "as the form says", "kg", "" if passed else found["why"])]

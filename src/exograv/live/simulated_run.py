@@ -1,0 +1,73 @@
+"""`exograv live` on a simulated machine: the arm floats in real time, each part in a process of its own."""
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from exograv.loop.machine_limits import refuse_motorless
+from exograv.loop.person_limits import person_limits
+from exograv.loop.pilot import Progress
+from exograv.model.description import load_rig
+from exograv.procedures.identification.live_machine import LiveMachine
+from exograv.recording.disk import refuse_small_disk
+from exograv.runtime.lsl.library import require_lsl
+from exograv.runtime.lsl.listening import Listening
+
+from .live_control import SKIPPED, LivePlan
+from .live_figures import flown_figures, learned_figures
+from .live_flight import LiveOptions, fly_plan, lesson_plan, streaming_of
+from .live_identification import unknown_person
+from .live_processes import Running
+
+
+def run_live_simulated(
+    options: LiveOptions,
+    prepare: Callable[[], LiveMachine],
+    folder: Path,
+    progress: Progress,
+    started: Callable[[Running], object] = lambda *_: None,
+) -> dict[str, Any]:
+    """Prepare the machine in lock-step, then float the arm live; the result follows the contract of the command.
+
+    Args:
+        options: Of the command.
+        prepare: Calibrates the machine, and identifies the arm unless that is done live.
+        folder: Of the recording.
+        progress: Told now and then.
+        started: Told what runs when the loop begins.
+
+    Raises:
+        ConfigError: An option cannot be used.
+        RigError: A process died before the loop began, or the guard in it; or the self-test has failed.
+        RecordingError: There is no room for the recording.
+    """
+    if options.lsl:
+        require_lsl()
+    with contextlib.ExitStack() as stack:
+        listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
+        description = load_rig(options.rig, options.side)
+        refuse_motorless(description)
+        refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
+        machine = prepare()
+        said = {"disturbance_level": options.level, "seed": options.seed, "settings": {"options": asdict(options)}}
+        plan = _plan(options, machine, progress, stack)
+        lsl = streaming_of(options, description, machine.period_s, listening)
+        flown = fly_plan(plan, options.loop_s, folder, said, progress, started, machine.self_test is not None, lsl)
+    streams = [] if listening is None else listening.figures()
+    told = {"self_test": machine.self_test or SKIPPED, "streams": streams,
+            "ros2": None if lsl.ros2 is None else lsl.ros2.figures()}  # fmt: skip
+    return flown_figures(options.rig, flown) | told | learned_figures(flown, machine.wearer, machine.known)
+
+
+def _plan(options: LiveOptions, machine: LiveMachine, progress: Progress, stack: contextlib.ExitStack) -> LivePlan:
+    known = machine.known
+    description, lesson, level = known.assembly.description, None, options.gravity_level
+    if not options.identify_s:
+        person = person_limits(known.assembly, known.machine, known.x)
+    else:
+        progress("Preparing for anybody's arm", 0.0)
+        person, level = unknown_person(known.assembly, known.machine), 0.0
+        lesson = lesson_plan(known, options.identify_s, machine.period_s, stack)
+    return LivePlan(description, machine.form, known, person, level, machine.connect, lesson=lesson)
