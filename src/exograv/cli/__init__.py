@@ -89,6 +89,11 @@ COMMANDS: Commands = {
 GROUPS = {"study": ("From a folder of recordings to findings.", STUDY_COMMANDS)}
 """Words that are followed by another one: what it is all about, and the commands."""
 
+NO_TWIN = (
+    "The twin needs MuJoCo, which is not installed: pip install 'exograv[twin]'. A real machine needs none: give "
+    "--drives, where the command has it."
+)
+
 
 def main() -> None:
     """Entry point of the `exograv` command."""
@@ -101,6 +106,9 @@ def main() -> None:
         print(f"exograv: {error}", file=sys.stderr)
         sys.exit(1)
     except (KeyboardInterrupt, ImportError) as error:
+        if isinstance(error, ModuleNotFoundError) and error.name == "mujoco":
+            print(f"exograv: {NO_TWIN}", file=sys.stderr)
+            sys.exit(1)
         if not was_keyboard(error):
             raise
         print("\nexograv: stopped by the keyboard; what was recorded so far is kept.", file=sys.stderr)

@@ -3,7 +3,6 @@
 import contextlib
 import multiprocessing
 import os
-import resource
 import signal
 import threading
 import time
@@ -85,6 +84,8 @@ def _slow_disk(running: Running) -> None:
 
 
 def _full_disk(running: Running) -> None:
+    import resource  # Linux only, as all of `exograv live`
+
     size = running.recorder.path.stat().st_size + FULL_BYTES
     _, hard = resource.prlimit(running.recorder.pid, resource.RLIMIT_FSIZE)
     resource.prlimit(running.recorder.pid, resource.RLIMIT_FSIZE, (size, hard))

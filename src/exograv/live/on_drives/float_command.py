@@ -1,7 +1,6 @@
 """`exograv live --drives`: the arm of somebody in a machine on its bus is learned live, and then floats."""
 
 import contextlib
-import select
 import sys
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
@@ -16,6 +15,7 @@ from exograv.live.live_figures import flown_figures, learned_figures
 from exograv.live.live_flight import LiveOptions, fly_plan, lesson_plan, streaming_of
 from exograv.live.live_identification import lesson_passes, unknown_person
 from exograv.live.live_processes import LiveResult
+from exograv.loop.keyboard import is_line_typed
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body, Sex
@@ -178,6 +178,5 @@ def _told_virtual(wearer: SimulatedWearer, person: PersonForm) -> WearerForm:
 
 def _await_enter(say: Say) -> None:
     say(READY)
-    while not select.select([sys.stdin], [], [], 0.5)[0]:
+    while not is_line_typed(sys.stdin, 0.5):
         pass
-    sys.stdin.readline()

@@ -1,10 +1,11 @@
 """Who hangs weights on a machine: somebody at the keyboard, or a bench that is only computed."""
 
-import select
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol, TextIO, runtime_checkable
+
+from exograv.loop.keyboard import is_line_typed
 
 
 @runtime_checkable
@@ -56,9 +57,8 @@ class KeyboardOperator:
             self._asked = mount, mass_kg
             what = f"hang {mass_kg:g} kg on '{mount}'" if mass_kg else f"take the weight off '{mount}'"
             self.say(f"Get ready to {what}: press Enter, then do it within {self.lowers_s:g} s, gently.")
-        if not select.select([self.answers], [], [], 0.0)[0]:
+        if not is_line_typed(self.answers, 0.0):
             return False
-        self.answers.readline()
         self._asked = None
         return True
 

@@ -59,7 +59,7 @@ def recorder(folder: Path, joints: Sequence[str]) -> list[Step]:
             row["cdr_header"] = (0, 1, 0, 0)
             try:
                 _put(ring, row, 0)
-                os.kill(writer.pid, signal.SIGKILL)
+                os.kill(writer.pid, getattr(signal, "SIGKILL", signal.SIGTERM))  # on Windows every signal ends it
                 killed = time.monotonic()
                 _put(ring, row, KILL_TICKS)
                 while writer.check().acknowledged < 2 * KILL_TICKS and time.monotonic() - killed < RESTART_MAX_S:

@@ -164,7 +164,7 @@ def _await(process: BaseProcess, receiver: Connection, show: Callable[[], None])
 
 
 def _obituary(exit_status: int | None) -> str:
-    if exit_status == -signal.SIGXCPU:
+    if exit_status == -getattr(signal, "SIGXCPU", 24):
         return (
             "The loop was ended by the system: a tick never came back, and would have held its processor for itself. "
             "A computer or a kernel this slow cannot drive a machine; see the line 'tick' of `exograv doctor`."

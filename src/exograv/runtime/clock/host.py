@@ -2,6 +2,7 @@
 
 import os
 import platform
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,7 +44,7 @@ def read_host(root: Path = Path("/")) -> Host:
         # The file comes with the PREEMPT_RT patch; kernels with RT built in say so in their build, too.
         is_realtime_kernel=_text(root / "sys/kernel/realtime") == "1" or "PREEMPT_RT" in build,
         isolated_cpus=cpu_list(_text(cpus / "isolated")),
-        cpus=tuple(sorted(os.sched_getaffinity(0))),
+        cpus=_cpus(),
         governors=tuple(sorted(governors - {""})),
         clock_source=_text(root / "sys/devices/system/clocksource/clocksource0/current_clocksource"),
     )
@@ -56,6 +57,12 @@ def cpu_list(text: str) -> tuple[int, ...]:
         first, _, last = part.partition("-")
         found.extend(range(int(first), int(last or first) + 1))
     return tuple(found)
+
+
+def _cpus() -> tuple[int, ...]:
+    if sys.platform.startswith("linux"):
+        return tuple(sorted(os.sched_getaffinity(0)))
+    return tuple(range(os.cpu_count() or 1))
 
 
 def _has_hypervisor(root: Path) -> bool:

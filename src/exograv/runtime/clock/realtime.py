@@ -3,7 +3,7 @@
 import ctypes
 import gc
 import os
-import resource
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -50,6 +50,11 @@ def realtime(isolated_cpus: tuple[int, ...] = ()) -> Iterator[Rights]:
     """
     rights = Rights()
     with ExitStack() as undo:
+        if not sys.platform.startswith("linux"):
+            rights.refused.append(f"Real-time rights need Linux, and this is {sys.platform}: the loop is not punctual.")
+            _stop_garbage_collector(rights, undo)
+            yield rights
+            return
         # The scheduler last, and first to go: nothing of the set-up runs at real-time priority.
         _take_cpu(rights, undo, isolated_cpus)
         _stop_garbage_collector(rights, undo)
@@ -91,6 +96,8 @@ def _lock_memory(rights: Rights, undo: ExitStack) -> None:
 
 
 def _schedule_fifo(rights: Rights, undo: ExitStack) -> None:
+    import resource  # its RLIMIT_RTTIME is of Linux only
+
     soft, hard = resource.getrlimit(resource.RLIMIT_RTTIME)
     undo.callback(resource.setrlimit, resource.RLIMIT_RTTIME, (soft, hard))
     undo.callback(os.sched_setscheduler, 0, os.sched_getscheduler(0), os.sched_getparam(0))

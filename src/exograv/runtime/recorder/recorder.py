@@ -195,7 +195,7 @@ class Recorder:
         if code == GAVE_UP:
             self._failure = self._said("why").decode()
             return
-        is_fruitless = code != -signal.SIGKILL and self._ticks.acknowledged == self._safe_at_start
+        is_fruitless = code != -getattr(signal, "SIGKILL", 9) and self._ticks.acknowledged == self._safe_at_start
         if not self._start_another(is_fruitless):
             self._failure = (
                 f"{FRUITLESS_MAX} recorders in a row ended by themselves (exit code {code}) and wrote nothing to "

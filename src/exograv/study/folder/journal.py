@@ -1,7 +1,6 @@
 """`log.jsonl`: what happened to a study, a line each, without anybody's name; and one hand at a time."""
 
 import contextlib
-import fcntl
 import json
 import os
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from typing import Any
 
 from exograv.errors import ConfigError, RecordingError
 
+from .folder_lock import take_lock
 from .study_folder import StudyFolder
 
 LOCK = ".lock"
@@ -89,6 +89,6 @@ def locked(path: Path, busy: str) -> Iterator[None]:
 
 def _take(handle: int, busy: str) -> None:
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        take_lock(handle)
     except BlockingIOError as error:
         raise ConfigError(busy) from error

@@ -3,12 +3,10 @@
 Source: mjbots fdcanusb, README; mjbots moteus, docs/protocol/can.md.
 """
 
-import fcntl
 import os
 import select
-import termios
+import sys
 import time
-import tty
 from collections import Counter, deque
 from typing import NamedTuple
 
@@ -129,21 +127,8 @@ class Fdcanusb:
 
 
 def _opened(path: str) -> int:
-    try:
-        fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-    except OSError as error:
-        raise RigError(
-            f"moteus.path {path} does not open: {error.strerror}. Is the adapter plugged in, may this user read and "
-            "write it, and is the path in drives.toml right? Without hardware: exograv drive-sim moteus."
-        ) from error
-    try:
-        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        tty.setraw(fd)
-        termios.tcflush(fd, termios.TCIOFLUSH)
-    except BlockingIOError as error:
-        os.close(fd)
-        raise RigError(f"moteus.path {path}: another host program has this adapter. End that program first.") from error
-    except (OSError, termios.error) as error:
-        os.close(fd)
-        raise RigError(f"moteus.path {path} is no serial port. Correct it in drives.toml.") from error
-    return fd
+    if sys.platform == "win32":
+        raise RigError(f"moteus.path {path}: a moteus adapter is reached from Linux or macOS, and this is Windows.")
+    from .serial_port import open_port
+
+    return open_port(path)

@@ -6,7 +6,7 @@ Source: mjbots fdcanusb, README; written without the driver's reading of it (`ri
 import contextlib
 import os
 import select
-import tty
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,6 +26,10 @@ class SimulatedFdcanusb:
         Raises:
             RigError: Something else is there.
         """
+        if sys.platform == "win32":
+            raise RigError("A simulated moteus adapter needs a pseudo-terminal, which Windows has not. Take udp.")
+        import tty
+
         self.path = Path(path)
         self._ours, self._theirs = os.openpty()
         tty.setraw(self._theirs)
