@@ -27,7 +27,7 @@ from typing import Any
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from exograv.console.event_log import Diary
+from exograv.console.event_log import EventLog
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.lease import LEASE_S
@@ -36,7 +36,7 @@ from exograv.console.run import plan_of
 from exograv.console.serve import Address, bound, serve
 from exograv.console.trial import ProtocolTrial
 from exograv.experiment.steered.rehearsal import RehearsedFlight
-from exograv.experiment.steered.session_controller import SteeredDesk
+from exograv.experiment.steered.session_controller import SessionController
 
 LINES = 6
 WARM_UP = 30_000
@@ -79,9 +79,9 @@ def serve_in_process(line: Connection, folder: Path) -> None:
     flight, clocks = RehearsedFlight(), PageClocks()
     # It keeps in memory what a real one gives to the disk.
     flight.write = lambda topic, t, message: None
-    desk = SteeredDesk(flight)
+    desk = SessionController(flight)
     with bound(Address(port=0)) as (listening, host):
-        diary = Diary(folder / "fuzz.jsonl", lambda *_: None)
+        diary = EventLog(folder / "fuzz.jsonl", lambda *_: None)
         plan = plan_of("training")
         trial = None if plan is None else ProtocolTrial(plan, clocks, diary)
         hub = Hub(desk, trial, clocks, diary, f"http://{host}")

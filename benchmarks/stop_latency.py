@@ -16,7 +16,7 @@ import numpy as np
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.requests import Stop
-from exograv.experiment.steered.session_controller import SteeredDesk
+from exograv.experiment.steered.session_controller import SessionController
 from exograv.recording import read_recording
 from exograv.runtime.control_loop.exchange import STOP_PRESSED
 
@@ -24,7 +24,7 @@ APART_S = (0.004, 0.012)
 START_MAX_S = 120.0
 
 
-def presses(desk: SteeredDesk, count: int) -> np.ndarray:
+def presses(desk: SessionController, count: int) -> np.ndarray:
     """Press so often; when, on CLOCK_MONOTONIC [s]."""
     rng, pressed = np.random.default_rng(0), np.empty(count)
     for k in range(count):
@@ -41,7 +41,7 @@ def main() -> None:
     parser.add_argument("--presses", type=int, default=3000)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        desk = SteeredDesk(LiveFlight(SteeredOptions(seed=1001, calibration=arguments.calibration), Path(folder)))
+        desk = SessionController(LiveFlight(SteeredOptions(seed=1001, calibration=arguments.calibration), Path(folder)))
         until = time.monotonic() + START_MAX_S
         while desk.shown().mode != "off" and time.monotonic() < until:
             time.sleep(0.1)

@@ -9,10 +9,10 @@ from typing import Any, get_args
 from exograv.experiment.steered.requests import LATE_S, Act, Answer, Who
 from exograv.experiment.steered.view_models import (
     ActKind,
-    Alarm,
     Lateness,
     LearnedParameter,
     Learning,
+    MachineAlarm,
     PlotTrace,
     RecordingStatus,
     Shown,
@@ -42,7 +42,7 @@ class FakeDesk:
         self.taken = list[Act]()
         self.written = list[tuple[str, float, dict[str, Any]]]()
         self.kept = list[float | None]()
-        self.alarms = list[Alarm]()
+        self.alarms = list[MachineAlarm]()
         self.answers = dict[str, Answer]()
         self.version = 1
         self.level_asked = self.level = 1.0
@@ -148,7 +148,7 @@ class FakeDesk:
     def alarm(self, text: str) -> None:
         """Something is wrong with the machine."""
         self.alarms.append(
-            Alarm(number=next(self._numbers), text=text, priority="high", since_s=self.now(), is_over=True)
+            MachineAlarm(number=next(self._numbers), text=text, priority="high", since_s=self.now(), is_over=True)
         )
 
     def _q(self, t: float) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import uvicorn
 
-from exograv.console.event_log import Diary
+from exograv.console.event_log import EventLog
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.limits import Close
@@ -26,7 +26,7 @@ from .fake_desk import FakeDesk
 def hub_on(desk: FakeDesk, folder: Path, plan: TaskPlan | None, origin: str = "http://127.0.0.1:8088") -> Iterator[Hub]:
     """Everything but the server."""
     clocks = PageClocks()
-    diary = Diary(folder / "console.jsonl", desk.write)
+    diary = EventLog(folder / "console.jsonl", desk.write)
     hub = Hub(desk, None if plan is None else ProtocolTrial(plan, clocks, diary), clocks, diary, origin)
     try:
         yield hub

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from exograv.console.broadcaster import News
+from exograv.console.broadcaster import Broadcaster
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.errors import ConfigError
@@ -22,9 +22,9 @@ from .test_trial import word
 STEP_S = 0.015
 
 
-def rounds(house: Hub, clock: SetClock, seconds: float, news: News | None = None) -> News:
+def rounds(house: Hub, clock: SetClock, seconds: float, news: Broadcaster | None = None) -> Broadcaster:
     """Let the clock run."""
-    news = news or News(house)
+    news = news or Broadcaster(house)
 
     async def go() -> None:
         for _ in range(round(seconds / STEP_S)):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from exograv.console.alarms import KEPT_MAX, Alarms
-from exograv.console.event_log import Diary
+from exograv.console.event_log import EventLog
 from exograv.console.messages import Ping, Pinged
 from exograv.console.page_clocks import PAGES_MAX, PageClocks
 from exograv.errors import RecordingError
@@ -14,7 +14,7 @@ from exograv.errors import RecordingError
 
 def test_a_line_is_on_the_disk_at_once_and_goes_to_the_recording_too(tmp_path: Path):
     also = list[object]()
-    diary = Diary(tmp_path / "new" / "d.jsonl", lambda *told: also.append(told))
+    diary = EventLog(tmp_path / "new" / "d.jsonl", lambda *told: also.append(told))
     diary.write("/task", 1.5, {"text": "Ä"})
     assert json.loads(diary.path.read_text(encoding="utf-8")) == {"topic": "/task", "t": 1.5, "message": {"text": "Ä"}}
     assert also == [("/task", 1.5, {"text": "Ä"})]
@@ -22,13 +22,13 @@ def test_a_line_is_on_the_disk_at_once_and_goes_to_the_recording_too(tmp_path: P
 
 
 def test_a_diary_is_never_written_over(tmp_path: Path):
-    Diary(tmp_path / "d.jsonl", lambda *_: None).close()
+    EventLog(tmp_path / "d.jsonl", lambda *_: None).close()
     with pytest.raises(RecordingError, match="--out"):
-        Diary(tmp_path / "d.jsonl", lambda *_: None)
+        EventLog(tmp_path / "d.jsonl", lambda *_: None)
 
 
 def test_a_full_disk_is_said_and_raises_nothing(tmp_path: Path):
-    diary = Diary(tmp_path / "d.jsonl", lambda *_: None)
+    diary = EventLog(tmp_path / "d.jsonl", lambda *_: None)
     diary._file.close()
     diary._file = Path("/dev/full").open("wb", buffering=0)  # noqa: SIM115 - the diary closes it
     diary.write("/task", 0.0, {})

@@ -11,7 +11,7 @@ import pytest
 from tests.experiment.test_aircraft import line as datagram
 from tests.task.of_run import short_plan
 
-from exograv.console.broadcaster import News
+from exograv.console.broadcaster import Broadcaster
 from exograv.console.feed import Feed, receiver_of
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
@@ -54,7 +54,7 @@ def flown(desk: FakeDesk, tmp_path: Path) -> Iterator[tuple[Hub, AircraftReceive
 def test_nothing_heard_when_the_run_begins_is_an_alarm_once(flown: tuple[Hub, AircraftReceiver], clock: SetClock):
     hub, _ = flown
     operator = page(hub, Role.OPERATOR, clock)
-    news = News(hub)
+    news = Broadcaster(hub)
     news._show_trial(clock.t)
     assert hub.alarms.open == ()
     assert answer(told(hub, operator, word(clock, "start")))["taken"]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from tests.task.of_run import SCREEN, short_plan, touch
 
-from exograv.console.event_log import Diary
+from exograv.console.event_log import EventLog
 from exograv.console.page_clocks import PageClocks
 from exograv.console.run_checkpoint import kept_run
 from exograv.console.trial import ProtocolTrial
@@ -32,7 +32,7 @@ def trial() -> Iterator[Begun]:
     with ExitStack() as stack:
 
         def begun(folder: Path, number: int, resumes: bool = False) -> ProtocolTrial:
-            diary = stack.enter_context(closing(Diary(folder / f"{number}.jsonl", lambda *_: None)))
+            diary = stack.enter_context(closing(EventLog(folder / f"{number}.jsonl", lambda *_: None)))
             file = kept(folder, resumes)
             assert file is not None
             stack.callback(file.close)

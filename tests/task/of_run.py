@@ -6,7 +6,7 @@ from dataclasses import replace
 from exograv.task.events import Event, Touch
 from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol
-from exograv.task.records import Record, TouchJudged
+from exograv.task.records import Record, TouchRecord
 from exograv.task.run import TaskRun
 from exograv.task.screen import ScreenCalibration
 
@@ -42,6 +42,6 @@ def fed(run: TaskRun, events: Iterable[Event]) -> list[Record]:
     return [record for event in events for record in run.feed(event)]
 
 
-def judged(records: Iterable[Record]) -> list[TouchJudged]:
+def judged(records: Iterable[Record]) -> list[TouchRecord]:
     """The touches among them."""
-    return [record for record in records if isinstance(record, TouchJudged)]
+    return [record for record in records if isinstance(record, TouchRecord)]

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exograv.task.page_clock import DRIFT_MAX, PageClock, Ping
+from exograv.task.page_clock import DRIFT_MAX, PageClock, PingTimes
 
 OFFSET_S = 1234.5
 
@@ -19,10 +19,10 @@ def pinged(seed: int, drift: float = 20e-6, seconds: int = 300, queue_s: float =
     return clock
 
 
-def ping(asked: float, drift: float, there_s: float, here_s: float) -> Ping:
+def ping(asked: float, drift: float, there_s: float, here_s: float) -> PingTimes:
     heard = asked * (1.0 + drift) + OFFSET_S + there_s
     answered = heard + 1e-4
-    return Ping(asked, heard, answered, (answered + here_s - OFFSET_S) / (1.0 + drift))
+    return PingTimes(asked, heard, answered, (answered + here_s - OFFSET_S) / (1.0 + drift))
 
 
 @settings(max_examples=40)
@@ -49,7 +49,7 @@ def test_a_way_that_is_longer_on_one_side_is_wrong_by_no_more_than_the_bound_say
 
 def test_a_clock_that_jumps_is_measured_anew():
     clock = pinged(1000, seconds=30)
-    asleep = Ping(30.0, 30.0 + OFFSET_S + 60.0, 30.0 + OFFSET_S + 60.0, 30.001)
+    asleep = PingTimes(30.0, 30.0 + OFFSET_S + 60.0, 30.0 + OFFSET_S + 60.0, 30.001)
     again = clock.with_ping(asleep)
     assert (clock.jumps, again.jumps) == (0, 1)
     placed = again.to_server(31.0)
@@ -63,7 +63,7 @@ def test_a_clock_that_jumps_is_measured_anew():
 )
 def test_four_numbers_that_are_no_ping_change_nothing(impossible: tuple[float, float, float, float]):
     clock = pinged(1000, seconds=10)
-    assert clock.with_ping(Ping(*impossible)) is clock
+    assert clock.with_ping(PingTimes(*impossible)) is clock
 
 
 def test_nothing_is_known_before_the_first_ping():

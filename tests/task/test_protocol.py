@@ -8,7 +8,7 @@ import pytest
 from exograv.errors import ConfigError
 from exograv.task.levels import LEVELS
 from exograv.task.protocol import FOLDER, load_protocol, protocol_names, refuse_levels
-from exograv.task.published import PUBLISHED
+from exograv.task.published_values import PUBLISHED
 
 SHIPPED = ("familiarisation", "flight", "training")
 TRAINING = (FOLDER / "training.toml").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from exograv.errors import ConfigError
 from exograv.task.events import (
     EVENT,
-    Acknowledge,
+    AcknowledgeAlarm,
     CloseWindow,
     Interrupted,
     OpenWindow,
@@ -188,7 +188,7 @@ def test_after_a_stop_nothing_opens_and_the_level_goes_home():
         ([Pause(t=0.0)], "only a running one"),
         ([Start(t=0.0), Resume(t=1.0)], "only a paused one"),
         ([Start(t=0.0), Pause(t=1.0), Resume(t=2.0, window=9)], "windows are 1 to 3"),
-        ([Start(t=0.0), Acknowledge(t=1.0, alarm=0)], "no alarm 0"),
+        ([Start(t=0.0), AcknowledgeAlarm(t=1.0, alarm=0)], "no alarm 0"),
     ],
 )
 def test_what_cannot_be_now_is_refused_with_the_reason_and_changes_nothing(events: list, why: str):
@@ -277,7 +277,7 @@ def test_an_announcement_that_contradicts_g_is_an_alarm_until_it_is_acknowledged
     records = fed(run, [Start(t=0.0), OpenWindow(t=50.0, by="aircraft", confirmed=False)])
     (alarm,) = of_kind(records, AlarmRaised)
     assert [one.is_acknowledged for one in run.state.alarms] == [False]
-    run.feed(Acknowledge(t=51.0, alarm=alarm.alarm))
+    run.feed(AcknowledgeAlarm(t=51.0, alarm=alarm.alarm))
     assert [one.is_acknowledged for one in run.state.alarms] == [True]
     assert run.state.windows[0].marks == ("not confirmed",)
 

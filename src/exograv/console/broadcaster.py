@@ -6,8 +6,8 @@ from collections.abc import Coroutine
 from typing import Any
 
 from exograv.experiment.steered.requests import SetLevel
-from exograv.experiment.steered.view_models import Alarm as MachineAlarm
-from exograv.task.state import Alarm as RunAlarm
+from exograv.experiment.steered.view_models import MachineAlarm
+from exograv.task.state import RunAlarm
 
 from .alarms import ConsoleAlarm
 from .hub import UNMANNED, Hub
@@ -50,7 +50,7 @@ class _Errand:
         self._task = asyncio.create_task(errand)
 
 
-class News:
+class Broadcaster:
     """Goes round for as long as the console runs."""
 
     def __init__(self, hub: Hub):

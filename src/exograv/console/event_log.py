@@ -13,7 +13,7 @@ from .sentences import say
 Write = Callable[[str, float, Mapping[str, Any]], None]
 
 
-class Diary:
+class EventLog:
     """A line at once for everything that happens: the machine's recording runs only while the machine does."""
 
     def __init__(self, path: Path, also: Write):

@@ -8,7 +8,7 @@ from exograv.task.aircraft_line import AircraftSample
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import aircraft_sink
 
-from .event_log import Diary
+from .event_log import EventLog
 from .sentences import say
 from .trial import ProtocolTrial
 
@@ -33,7 +33,7 @@ def receiver_of(plan: TaskPlan | None, port: int, sender: str | None) -> Aircraf
 class Feed:
     """Between receiver and trial."""
 
-    def __init__(self, receiver: AircraftReceiver, trial: ProtocolTrial, diary: Diary):
+    def __init__(self, receiver: AircraftReceiver, trial: ProtocolTrial, diary: EventLog):
         """Listens; `receiver` is open."""
         self._receiver, self._trial = receiver, trial
         self._heard_at: float | None = None

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from exograv.experiment.steered.requests import Act, Answer, Desk
 
 from .alarms import Alarms
-from .event_log import Diary
+from .event_log import EventLog
 from .feed import Feed
 from .keys import Keys, PageSession, Role
 from .lease import Lease
@@ -55,7 +55,7 @@ class PageLine:
 class Hub:
     """Handlers, news and lines meet here, all of them in one event loop."""
 
-    def __init__(self, desk: Desk, trial: ProtocolTrial | None, clocks: PageClocks, diary: Diary, origin: str):
+    def __init__(self, desk: Desk, trial: ProtocolTrial | None, clocks: PageClocks, diary: EventLog, origin: str):
         """Nobody is there yet.
 
         Args:

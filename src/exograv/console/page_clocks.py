@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field
 
-from exograv.task.page_clock import PageClock, Ping, Placed
+from exograv.task.page_clock import PageClock, PingTimes, Placed
 
-from .messages import Ping as PingMessage
+from .messages import Ping
 
 PAGES_MAX = 64
 """A page that was loaded anew has a new clock; touches of the old one may still come."""
@@ -27,14 +27,14 @@ class PageClocks:
         """None."""
         self._pages = dict[str, _Page]()
 
-    def ping(self, page: str, ping: PingMessage, heard: float, answered: float) -> None:
+    def ping(self, page: str, ping: Ping, heard: float, answered: float) -> None:
         """Note one that was heard at `heard` and is answered at `answered`; and what it says of an earlier one."""
         while len(self._pages) >= PAGES_MAX and page not in self._pages:
             del self._pages[next(iter(self._pages))]
         known = self._pages.setdefault(page, _Page())
         if ping.previous is not None and ping.previous.asked in known.answered:
             then = known.answered.pop(ping.previous.asked)
-            known.clock = known.clock.with_ping(Ping(ping.previous.asked, *then, ping.previous.back))
+            known.clock = known.clock.with_ping(PingTimes(ping.previous.asked, *then, ping.previous.back))
         while len(known.answered) >= ASKED_MAX:
             del known.answered[next(iter(known.answered))]
         known.answered[ping.asked] = heard, answered

@@ -13,11 +13,11 @@ from exograv.task.levels import EARTH
 from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol, refuse_levels
 
-from .event_log import Diary
+from .event_log import EventLog
 from .feed import Feed
 from .hub import Hub
 from .page_clocks import PageClocks
-from .run_checkpoint import KeptRun
+from .run_checkpoint import RunCheckpoint
 from .serve import Address, Say, bound, serve
 from .trial import ProtocolTrial
 
@@ -51,7 +51,7 @@ def run_console(
     desk: Desk,
     plan: TaskPlan | None,
     say: Say,
-    kept: KeptRun | None = None,
+    kept: RunCheckpoint | None = None,
     receiver: AircraftReceiver | None = None,
 ) -> dict[str, Any]:
     """Serve the pages until Ctrl-C, and say what was done.
@@ -63,7 +63,7 @@ def run_console(
     clocks = PageClocks()
     with bound(options.address) as (listening, host), contextlib.ExitStack() as stack:
         stack.callback(desk.close)
-        diary = Diary(path, desk.write)
+        diary = EventLog(path, desk.write)
         stack.callback(diary.close)
         if kept is not None:
             stack.callback(kept.close)

@@ -20,7 +20,7 @@ class Circumstances(Settings):
     screen: ScreenCalibration | None = None
 
 
-class KeptRun:
+class RunCheckpoint:
     """The file of one run; written by a thread of its own, for a disk may take its time and pages may not wait."""
 
     def __init__(self, path: Path, options: dict[str, Any], resumes: bool):
@@ -87,11 +87,11 @@ class KeptRun:
 
 def kept_run(
     folder: Path, protocol: str | None, participant: str | None, session: int, rig: str, resumes: bool
-) -> KeptRun | None:
+) -> RunCheckpoint | None:
     """Of this protocol, person and session; None where only the machine is steered.
 
     Raises:
-        ConfigError: As `KeptRun`; or there is no protocol to go on with.
+        ConfigError: As `RunCheckpoint`; or there is no protocol to go on with.
     """
     if protocol is None:
         if resumes:
@@ -102,4 +102,4 @@ def kept_run(
     folder.mkdir(parents=True, exist_ok=True)
     name = f"{participant or 'console'}_{Path(protocol).stem}_{session:02d}.run.json"
     options = {"protocol": protocol, "participant": participant, "session": session, "rig": rig}
-    return KeptRun(folder / name, options, resumes)
+    return RunCheckpoint(folder / name, options, resumes)

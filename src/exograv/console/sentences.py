@@ -7,7 +7,8 @@ from types import MappingProxyType
 from typing import Any
 
 from exograv.experiment.steered import sentences as steered
-from exograv.task import assist_as_needed, operating
+from exograv.task import assist_as_needed
+from exograv.task import operator_events as operating
 
 OWN: Mapping[str, str] = MappingProxyType(
     {

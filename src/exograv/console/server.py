@@ -15,7 +15,7 @@ from starlette.websockets import WebSocket
 
 from exograv.model.rig_settings import Settings
 
-from .broadcaster import News
+from .broadcaster import Broadcaster
 from .http_guard import Door
 from .hub import Hub
 from .keys import SESSION_S, Entry, PageSession, Role
@@ -82,7 +82,7 @@ class _House:
 
     @contextlib.asynccontextmanager
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
-        round_trip = asyncio.create_task(News(self._hub).go_round())
+        round_trip = asyncio.create_task(Broadcaster(self._hub).go_round())
         round_trip.add_done_callback(self._ended)
         try:
             yield

@@ -6,19 +6,29 @@ from exograv.errors import ConfigError
 from exograv.experiment.steered.view_models import Shown
 from exograv.model.rig_settings import Side
 from exograv.storage.session_checkpoint import AFRESH
-from exograv.task.events import Acknowledge as AcknowledgeAlarm
-from exograv.task.events import CloseWindow, Event, OpenWindow, Pause, Resume, Start, Stop, Tick, Touch
+from exograv.task.events import (
+    AcknowledgeAlarm,
+    CloseWindow,
+    Event,
+    OpenWindow,
+    Pause,
+    Resume,
+    Start,
+    Stop,
+    Tick,
+    Touch,
+)
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink
-from exograv.task.records import Record, Refused, TouchJudged, shared
+from exograv.task.records import Record, Refused, TouchRecord, shared
 from exograv.task.run import TaskRun
 from exograv.task.screen import calibrate_with_card, calibrate_with_ruler
 
-from .event_log import Diary
+from .event_log import EventLog
 from .messages import Calibrate, PageTouch, RunWord
 from .page_clocks import PageClocks
-from .run_checkpoint import Circumstances, KeptRun
+from .run_checkpoint import Circumstances, RunCheckpoint
 from .sentences import say
 
 CARRIED = frozenset({"floating", "weighing"})
@@ -30,7 +40,7 @@ RAW = "/console/touch"
 class ProtocolTrial:
     """One run. It never moves anything: what it wants the machine to do is asked of it."""
 
-    def __init__(self, plan: TaskPlan, clocks: PageClocks, diary: Diary, kept: KeptRun | None = None):
+    def __init__(self, plan: TaskPlan, clocks: PageClocks, diary: EventLog, kept: RunCheckpoint | None = None):
         """Ready to start, or to go on where another console was ended.
 
         Raises:
@@ -125,7 +135,7 @@ class ProtocolTrial:
         if self.is_running:
             self.run.feed(Pause(t=t, why=why))
 
-    def touch(self, raw: PageTouch, received: float) -> TouchJudged | None:
+    def touch(self, raw: PageTouch, received: float) -> TouchRecord | None:
         """One touch of the page, as often as it sends it; kept raw whatever becomes of it."""
         placed = self.clocks.place(raw.page, raw.at)
         when = {"received": received, "placed": None, "bound_s": None}
@@ -138,7 +148,7 @@ class ProtocolTrial:
             received=received,
             contact_px=max(raw.width_px, raw.height_px),
         )
-        judged = [record for record in self.run.feed(touch) if isinstance(record, TouchJudged)]
+        judged = [record for record in self.run.feed(touch) if isinstance(record, TouchRecord)]
         return judged[-1] if judged else None
 
     def calibrate(self, measured: Calibrate, t: float) -> None:

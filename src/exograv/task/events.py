@@ -137,7 +137,7 @@ class Stop(Settings):
     why: Text = ""
 
 
-class Acknowledge(Settings):
+class AcknowledgeAlarm(Settings):
     """The operator has seen an alarm."""
 
     kind: Literal["acknowledge"] = "acknowledge"
@@ -159,7 +159,7 @@ Event = (
     | Resume
     | Interrupted
     | Stop
-    | Acknowledge
+    | AcknowledgeAlarm
 )
 EVENT: TypeAdapter[Event] = TypeAdapter(Annotated[Event, Field(discriminator="kind")])
 """Reads an event that was kept as JSON."""

@@ -22,7 +22,7 @@ WAY_MAX_S = 5.0
 """A ping that took longer says nothing."""
 
 
-class Ping(NamedTuple):
+class PingTimes(NamedTuple):
     """One question of the page and its answer, on two clocks [s]."""
 
     asked: float
@@ -69,13 +69,13 @@ class Placed(NamedTuple):
 class PageClock:
     """What is known of one page's clock."""
 
-    best: tuple[Ping, ...] = ()
+    best: tuple[PingTimes, ...] = ()
     """Of each block, since the clock last jumped."""
 
     jumps: int = 0
     """How often what came did not fit to what had come: a tablet that slept, a clock that was set."""
 
-    def with_ping(self, ping: Ping) -> "PageClock":
+    def with_ping(self, ping: PingTimes) -> "PageClock":
         """The same with one more; one that cannot be changes nothing."""
         if not ping.is_possible:
             return self

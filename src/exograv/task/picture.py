@@ -7,7 +7,7 @@ from exograv.model.rig_settings import Settings
 from .pace import arrow, pace
 from .plan import TaskPlan
 from .schedule import Phase, PhaseKind
-from .state import Alarm, RunState, Status, WindowState
+from .state import RunAlarm, RunState, Status, WindowState
 from .task_settings import Sign, TargetSettings
 from .totals import Quartiles, Totals, quartiles, totals
 
@@ -59,7 +59,7 @@ class OperatorPicture(Settings):
     left_s: float | None
     """To the end of the schedule; None where an aircraft or a hand decides."""
 
-    alarms: tuple[Alarm, ...]
+    alarms: tuple[RunAlarm, ...]
     """Not acknowledged yet."""
 
     is_feed_lost: bool

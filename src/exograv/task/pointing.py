@@ -63,7 +63,7 @@ class PointingCycle(Settings):
 
 
 class Deviation(NamedTuple):
-    """Contact minus target, right and down; the fields of `records.TouchJudged`, None without a calibrated screen."""
+    """Contact minus target, right and down; the fields of `records.TouchRecord`, None without a calibrated screen."""
 
     deviation_x_px: float
     deviation_y_px: float

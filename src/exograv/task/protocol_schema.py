@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, PositiveInt, model_validator
 from exograv.model.rig_settings import Settings
 
 from .levels import EARTH, LEVELS, RATE_MAX_PER_S, LevelName
-from .published import refuse_unmarked
+from .published_values import refuse_unmarked
 from .task_settings import AircraftSettings, PaceSettings, PointingSettings, TargetSettings
 
 ExoMode = Literal["active", "passive", "sham"]

@@ -70,7 +70,7 @@ class WindowClosed(Settings):
 NOT_CALIBRATED = Field(description="NA on a screen that was not calibrated")
 
 
-class TouchJudged(Settings):
+class TouchRecord(Settings):
     """One touch, exactly once. The same fields in recording, markers, checkpoints and the table of touches."""
 
     kind: Literal["touch"] = "touch"
@@ -163,7 +163,7 @@ Record = (
     | PhaseBegan
     | WindowOpened
     | WindowClosed
-    | TouchJudged
+    | TouchRecord
     | PaceChanged
     | Paused
     | Resumed

@@ -8,8 +8,8 @@ from pydantic import ValidationError
 from exograv.errors import ConfigError
 from exograv.model.description import validation_sentences
 
-from .events import Acknowledge, Distance, Event, Return, Touch
-from .operating import OPERATING
+from .events import AcknowledgeAlarm, Distance, Event, Return, Touch
+from .operator_events import OPERATING
 from .plan import TaskPlan
 from .pointing import returned
 from .record_sinks import RecordSink
@@ -17,7 +17,7 @@ from .records import AlarmAcknowledged, Record, Refused
 from .state import RunState
 from .timed_transitions import Step, advanced, made_level
 from .totals import Totals, totals
-from .touching import judge
+from .touch_judgement import judge
 
 
 class TaskRun:
@@ -102,7 +102,7 @@ def _respond(
         return judge(plan, state, event)
     if isinstance(event, (Return, Distance)):
         return _note_return(plan, state, event)
-    if isinstance(event, Acknowledge):
+    if isinstance(event, AcknowledgeAlarm):
         return _acknowledge(state, event)
     return (state, ()) if operating is None else _taken(operating(plan, state, event), state, event)
 
@@ -121,7 +121,7 @@ def _note_return(plan: TaskPlan, state: RunState, event: Return | Distance) -> S
     return state.with_window(index, cycle=returned(plan.protocol, state.windows[index].cycle, event)), ()
 
 
-def _acknowledge(state: RunState, event: Acknowledge) -> Step:
+def _acknowledge(state: RunState, event: AcknowledgeAlarm) -> Step:
     open_ones = [alarm.number for alarm in state.alarms if not alarm.is_acknowledged]
     if event.alarm not in open_ones:
         return _taken(f"no alarm {event.alarm} waits to be acknowledged", state, event)

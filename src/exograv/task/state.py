@@ -39,7 +39,7 @@ class WindowState(Settings):
         return self.opened <= t and (self.closed is None or t < self.closed)
 
 
-class Alarm(Settings):
+class RunAlarm(Settings):
     """What the operator has to know."""
 
     number: int
@@ -85,7 +85,7 @@ class RunState(Settings):
     touches: int = 0
     rejected: dict[Reason, int] = Field(default={})
     is_feed_lost: bool = False
-    alarms: tuple[Alarm, ...] = ()
+    alarms: tuple[RunAlarm, ...] = ()
 
     @property
     def window(self) -> WindowState | None:

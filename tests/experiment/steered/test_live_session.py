@@ -12,7 +12,7 @@ from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.requests import ACT, Answer
-from exograv.experiment.steered.session_controller import SteeredDesk
+from exograv.experiment.steered.session_controller import SessionController
 from exograv.laboratory.preparation import Preparation
 from exograv.loop.replay.what_if import Instead
 from exograv.procedures.identification.warm_start import FROM_FILE_S
@@ -33,7 +33,7 @@ once, not how soon."""
 
 
 class Operator:
-    def __init__(self, desk: SteeredDesk):
+    def __init__(self, desk: SessionController):
         self.desk, self._number = desk, 0
 
     def act(self, kind: str, **fields) -> Answer:
@@ -76,7 +76,7 @@ def operator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Operat
     """The machine is taken to be as its files say: what is looked at is who may do what, and when."""
     monkeypatch.setattr(Preparation, "calibrated", nominal_knowledge)
     options = SteeredOptions(level=1, seed=1001, identify_s=10.0, session_s=600.0, participants=tmp_path / "people")
-    desk = SteeredDesk(LiveFlight(options, tmp_path))
+    desk = SessionController(LiveFlight(options, tmp_path))
     yield Operator(desk)
     desk.close()
 

@@ -8,7 +8,7 @@ import pytest
 
 from exograv.experiment.steered.rehearsal import DESCENT_S, WRITTEN_MAX, RehearsedFlight
 from exograv.experiment.steered.requests import ACT, LATE_S, LEASE_S, READY_S, Act, Answer, Desk
-from exograv.experiment.steered.session_controller import SteeredDesk
+from exograv.experiment.steered.session_controller import SessionController
 from exograv.runtime.control_loop.steering import LEASE_MAX_NS
 from exograv.safety.modes import RAMP_IN_S, RAMP_OUT_S, WORN, Mode
 
@@ -23,7 +23,7 @@ class Hand:
     def __init__(self):
         self.t, self._numbers = 1000.0, itertools.count()
         self.flight = RehearsedFlight(lambda: self.t, (KNOWN,))
-        self.desk = SteeredDesk(self.flight)
+        self.desk = SessionController(self.flight)
         self.desk.keep()
 
     def made(self, kind: str, **fields: Any) -> Act:

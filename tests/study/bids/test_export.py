@@ -22,7 +22,7 @@ from exograv.study.dataset.tables import Tables, read_tables, write_tables
 from exograv.study.folder.journal import alone
 from exograv.study.folder.settings import AS_PUBLISHED
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported import Said
+from exograv.study.importers.imported_session import Said
 from exograv.study.participants.register import new_participant
 
 from .small_study import (

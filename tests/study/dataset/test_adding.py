@@ -16,7 +16,7 @@ from exograv.study.dataset.quarantine import quarantined
 from exograv.study.dataset.status import study_status
 from exograv.study.dataset.tables import read_tables
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported import Said
+from exograv.study.importers.imported_session import Said
 
 
 def add(folder: StudyFolder, *paths: Path, **options) -> list[AddingOutcome]:

@@ -9,7 +9,7 @@ from tests.study.made_up_sessions import BEGUN_S, ZEROS, run_records, settings, 
 from exograv.recording import RecordingWriter
 from exograv.study.dataset.tables import frame
 from exograv.study.folder.columns import SESSIONS, TOUCHES, WINDOWS
-from exograv.study.importers.imported import Imported
+from exograv.study.importers.imported_session import Imported
 from exograv.study.importers.recording import import_recording
 
 KEY = {"participant": "K9RR9PR", "protocol": "training", "session": 1}

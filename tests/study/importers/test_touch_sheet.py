@@ -13,7 +13,7 @@ from exograv.study.dataset.adding import AddOptions, add_files
 from exograv.study.dataset.making import refresh
 from exograv.study.dataset.tables import frame, read_tables
 from exograv.study.folder.columns import SESSIONS, TOUCHES, WINDOWS
-from exograv.study.importers.imported import Said
+from exograv.study.importers.imported_session import Said
 from exograv.study.importers.touch_sheet import SheetPart, cut_sheet
 
 CODES = ("K9RR9PR", "R7RX4L7")

@@ -12,7 +12,7 @@ from exograv.study.dataset.adding import AddOptions, add_files
 from exograv.study.dataset.making import refresh
 from exograv.study.dataset.tables import frame, read_tables
 from exograv.study.folder.columns import SESSIONS, TOUCHES, WINDOWS
-from exograv.study.importers.imported import Said
+from exograv.study.importers.imported_session import Said
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.xdf import OURS, import_xdf
 from exograv.study.importers.xdf_mapping import XdfMapping

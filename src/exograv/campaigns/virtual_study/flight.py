@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from exograv.errors import RigError
-from exograv.task.records import TouchJudged
+from exograv.task.records import TouchRecord
 
 FAMILIARISED = "familiarised"
 """Condition of those who did nothing before the flight but get used to the passive machine."""
@@ -33,7 +33,7 @@ class FlownTouch:
     deviation_mm: float
 
     @classmethod
-    def of(cls, touch: TouchJudged, number: int) -> "FlownTouch":
+    def of(cls, touch: TouchRecord, number: int) -> "FlownTouch":
         """Touch number `number` of its window, from a record of the task.
 
         Raises:

@@ -27,7 +27,7 @@ from exograv.task.aircraft_line import AircraftSample
 from exograv.task.events import Start
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import aircraft_sink, recording_sink
-from exograv.task.records import Record, TouchJudged
+from exograv.task.records import Record, TouchRecord
 from exograv.task.run import TaskRun
 
 from .flight import FlownTouch
@@ -221,7 +221,7 @@ class Sitting:
 
     def _note(self, _t: float, records: tuple[Record, ...]) -> None:
         for record in records:
-            if isinstance(record, TouchJudged) and record.is_accepted and record.window is not None:
+            if isinstance(record, TouchRecord) and record.is_accepted and record.window is not None:
                 number = 1 + sum(one.window == record.window for one in self.touches)
                 self.touches.append(FlownTouch.of(record, number))
 

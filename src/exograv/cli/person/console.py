@@ -115,7 +115,7 @@ def run_console_command(command: Console) -> dict[str, Any]:
     from exograv.console.run import ConsoleOptions, plan_of, run_console
     from exograv.console.run_checkpoint import kept_run
     from exograv.console.serve import Address
-    from exograv.experiment.steered.session_controller import SteeredDesk
+    from exograv.experiment.steered.session_controller import SessionController
 
     def say(line: str) -> None:
         print(line, flush=True)
@@ -128,7 +128,7 @@ def run_console_command(command: Console) -> dict[str, Any]:
     kept = kept_run(command.out, command.protocol, command.participant, command.session, rig, command.resume)
     if kept is not None and command.side is None:
         command = replace(command, side=kept.circumstances.side)
-    desk = SteeredDesk(_flight(command))
+    desk = SessionController(_flight(command))
     options = ConsoleOptions(address, command.out, command.browser)
     result = run_console(options, desk, plan, say, kept, receiver)
     say(f"Ended. What the pages did: {result['diary']}")

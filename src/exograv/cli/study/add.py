@@ -50,7 +50,7 @@ def run_add(command: Add) -> dict[str, Any]:
     from exograv.study.dataset.adding import AddOptions, add_files, worst
     from exograv.study.folder.settings import read_toml
     from exograv.study.folder.study_folder import StudyFolder
-    from exograv.study.importers.imported import Said
+    from exograv.study.importers.imported_session import Said
     from exograv.study.importers.xdf_mapping import XdfMapping
     from exograv.study.participants.codes import typed_code
 

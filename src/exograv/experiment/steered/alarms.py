@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from .view_models import Alarm
+from .view_models import MachineAlarm
 
 Priority = Literal["high", "medium", "low"]
 
@@ -16,7 +16,7 @@ KEPT = 50
 class AlarmBook:
     """Of one desk."""
 
-    _alarms: tuple[Alarm, ...] = ()
+    _alarms: tuple[MachineAlarm, ...] = ()
     _raised: int = 0
 
     def look(self, causes: Mapping[str, Priority], now: float) -> None:
@@ -25,12 +25,12 @@ class AlarmBook:
         gone = [alarm if alarm.is_over or alarm.text in causes else _over(alarm) for alarm in self._alarms]
         for text, priority in causes.items():
             if text not in here:
-                gone.append(Alarm(number=self._next(), text=text, priority=priority, since_s=now, is_over=False))
+                gone.append(MachineAlarm(number=self._next(), text=text, priority=priority, since_s=now, is_over=False))
         self._alarms = tuple(a for a in gone if not (a.is_over and a.acknowledged_by))[-KEPT:]
 
     def tell(self, text: str, priority: Priority, now: float) -> None:
         """Something has happened, and is over."""
-        alarm = Alarm(number=self._next(), text=text, priority=priority, since_s=now, is_over=True)
+        alarm = MachineAlarm(number=self._next(), text=text, priority=priority, since_s=now, is_over=True)
         self._alarms = (*self._alarms, alarm)[-KEPT:]
 
     def acknowledge(self, number: int, by: str) -> bool:
@@ -41,7 +41,7 @@ class AlarmBook:
         return found
 
     @property
-    def shown(self) -> tuple[Alarm, ...]:
+    def shown(self) -> tuple[MachineAlarm, ...]:
         """The newest last."""
         return self._alarms
 
@@ -50,9 +50,9 @@ class AlarmBook:
         return self._raised
 
 
-def _over(alarm: Alarm) -> Alarm:
+def _over(alarm: MachineAlarm) -> MachineAlarm:
     return alarm.model_copy(update={"is_over": True})
 
 
-def _seen(alarm: Alarm, by: str) -> Alarm:
+def _seen(alarm: MachineAlarm, by: str) -> MachineAlarm:
     return alarm.model_copy(update={"acknowledged_by": alarm.acknowledged_by or by})

@@ -17,7 +17,7 @@ RECORD_TOPIC = "/act"
 """Of what was asked for, by whom, and what became of it."""
 
 
-class SteeredDesk:
+class SessionController:
     """A `Desk` over a flight."""
 
     def __init__(self, flight: SteeredFlight):

@@ -30,7 +30,7 @@ ActKind = Literal[
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class Alarm(Settings):
+class MachineAlarm(Settings):
     """Stays until somebody has seen it and what raised it is over."""
 
     number: int
@@ -146,7 +146,7 @@ class Shown(MachineSnapshot):
     """What would not be refused now; for buttons."""
     lease_left_s: float | None
     """Until nobody steers any more [s]; absent where nobody does."""
-    alarms: tuple[Alarm, ...]
+    alarms: tuple[MachineAlarm, ...]
     """Not yet seen or not yet over, the newest last."""
 
 

@@ -12,7 +12,7 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.study.folder.journal import alone, note
 from exograv.study.folder.settings import StudySettings, read_settings
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported import Imported, Said, SessionKey, sentences
+from exograv.study.importers.imported_session import Imported, Said, SessionKey, sentences
 from exograv.study.importers.xdf_mapping import XdfMapping
 from exograv.study.participants.register import read_register
 from exograv.task.protocol import SESSIONS_MAX

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exograv.errors import RecordingError
-from exograv.study.importers.imported import Imported, Said
+from exograv.study.importers.imported_session import Imported, Said
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.touch_sheet import cut_sheet
 from exograv.study.importers.xdf_mapping import XdfMapping

@@ -10,7 +10,7 @@ from exograv.errors import ExogravError, RecordingError
 from exograv.study.folder.columns import KEY, TABLES
 from exograv.study.folder.journal import alone
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported import Imported, Said, SessionKey, sentences
+from exograv.study.importers.imported_session import Imported, Said, SessionKey, sentences
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.touch_sheet import cut_sheet
 from exograv.study.participants.participant_record import SEALED

@@ -18,7 +18,7 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.files import PARTIAL, sync
 from exograv.model.rig_settings import Settings
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported import Imported, SessionKey
+from exograv.study.importers.imported_session import Imported, SessionKey
 from exograv.study.importers.xdf_mapping import XdfMapping
 
 NOTE = "source.json"

@@ -7,7 +7,7 @@ Missing is NA. Times count from the beginning of the session's recording, right 
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from exograv.task.records import TouchJudged
+from exograv.task.records import TouchRecord
 
 Kind = Literal["string", "int64", "float64", "bool"]
 
@@ -39,7 +39,7 @@ def _recorded(*names: str) -> tuple[Column, ...]:
     """Columns of fields that the record of a touch has; the unit is the last part of the name."""
     columns = list[Column]()
     for name in names:
-        field, unit = TouchJudged.model_fields[name], name.rpartition("_")[2]
+        field, unit = TouchRecord.model_fields[name], name.rpartition("_")[2]
         kinds = get_args(field.annotation) or (field.annotation,)
         kind, is_nullable = KINDS.get(kinds[0], "string"), type(None) in kinds
         columns.append(Column(name, kind, unit if unit in UNITS else "-", field.description or "", is_nullable))

@@ -6,7 +6,7 @@ from typing import Any
 
 from exograv.recording import Recording, RecordingPass
 
-from .imported import Imported, Said, counted, sentences, totals
+from .imported_session import Imported, Said, counted, sentences, totals
 from .task_records import touches_of, windows_of
 from .tick_account import TickAccount
 

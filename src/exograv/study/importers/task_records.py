@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from exograv.study.folder.columns import TOUCHES
-from exograv.task.records import TouchJudged
+from exograv.task.records import TouchRecord
 
 SENT_AGAIN = "repeated"
 """A touch that the page sent twice is one touch: the second record of it is no row."""
 
-TOUCH = tuple(column.name for column in TOUCHES if column.name in TouchJudged.model_fields)
+TOUCH = tuple(column.name for column in TOUCHES if column.name in TouchRecord.model_fields)
 """Fields of a touch's record that the table has too."""
 
 

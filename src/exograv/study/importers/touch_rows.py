@@ -10,7 +10,7 @@ from exograv.study.folder.columns import TOUCHES
 from exograv.task.pace import Pace
 from exograv.task.pointing import Reason
 
-from .imported import counted, totals
+from .imported_session import counted, totals
 
 WHO = ("participant", "protocol", "session")
 NEEDED = ("window", "t_s", "x_px", "y_px")

@@ -8,7 +8,7 @@ from typing import Any
 from exograv.errors import RecordingError
 
 from .csv_cells import CsvSheet, read_sheet
-from .imported import Imported, Said
+from .imported_session import Imported, Said
 from .touch_rows import (
     COLUMNS,
     DEVIATION,

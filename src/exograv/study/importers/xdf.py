@@ -20,7 +20,7 @@ from pydantic import ValidationError
 from exograv.errors import RecordingError
 from exograv.task.records import RECORD
 
-from .imported import Imported, Said, counted, sentences, totals
+from .imported_session import Imported, Said, counted, sentences, totals
 from .task_records import touches_of, windows_of
 from .touch_rows import COLUMNS, UnusableError, session_of_touches, touch_row, windows_of_touches
 from .xdf_mapping import XdfMapping

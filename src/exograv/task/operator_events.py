@@ -7,7 +7,7 @@ from .events import CloseWindow, FeedBack, FeedLost, Interrupted, OpenWindow, Pa
 from .levels import EARTH, slewing_s
 from .plan import TaskPlan
 from .records import AlarmRaised, Paused, Record, Resumed, RunBegan, WindowOpened
-from .state import Alarm, RunState
+from .state import RunAlarm, RunState
 from .timed_transitions import Step, close_window, end, made_level, open_window
 
 RESUME_NOTICE_S = 3.0
@@ -142,7 +142,7 @@ def stop(plan: TaskPlan, state: RunState, event: Stop) -> Outcome:
 def raise_alarm(state: RunState, text: str) -> Step:
     """The operator has to know."""
     number = len(state.alarms)
-    alarm = Alarm(number=number, t=state.t, text=text)
+    alarm = RunAlarm(number=number, t=state.t, text=text)
     record: Record = AlarmRaised(t=state.t, alarm=number, text=text)
     return state.model_copy(update={"alarms": (*state.alarms, alarm)}), (record,)
 

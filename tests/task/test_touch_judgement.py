@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from exograv.task.events import Distance, Return, Start, Tick
 from exograv.task.pace import Pace
 from exograv.task.pointing import SENTENCES, Reason
-from exograv.task.records import TouchJudged
+from exograv.task.records import TouchRecord
 from exograv.task.run import TaskRun
 
 from .of_run import SCREEN, fed, judged, short_plan, touch
@@ -20,7 +20,7 @@ OPENS = 35.0
 CLOSES = OPENS + 22.0
 
 
-def in_window(*events, plan=PLAN) -> list[TouchJudged]:
+def in_window(*events, plan=PLAN) -> list[TouchRecord]:
     """Touches of a run whose first window opens at 35 and closes at 57."""
     return judged(fed(TaskRun(plan), [Start(t=0.0), *events]))
 

@@ -4,7 +4,7 @@ from .events import Touch
 from .pace import Pace, pace
 from .plan import TaskPlan
 from .pointing import AHEAD_MAX_S, Reason, deviation, too_soon, touched, unfit
-from .records import Record, TouchJudged, shared
+from .records import Record, TouchRecord, shared
 from .state import RunState
 from .timed_transitions import Step, tell_pace
 
@@ -59,11 +59,11 @@ def _rejected(state: RunState, index: int | None, reason: Reason) -> RunState:
 
 def _record(
     plan: TaskPlan, state: RunState, touch: Touch, index: int | None, reason: Reason | None, interval_s: float | None
-) -> TouchJudged:
+) -> TouchRecord:
     window = None if index is None else state.windows[index]
     told: Pace | None = None if interval_s is None else pace(plan.protocol, interval_s)
-    return TouchJudged(
-        **shared(touch, TouchJudged),
+    return TouchRecord(
+        **shared(touch, TouchRecord),
         **deviation(touch, plan.screen)._asdict(),
         window=None if window is None else window.number,
         attempt=None if window is None else window.attempt,
