@@ -41,7 +41,7 @@ from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, RigSettings
 from exograv.procedures.identification.estimator_session import build_method
 from exograv.procedures.identification.float_arm import float_arm
 from exograv.procedures.weighing.known_weight import weigh
-from exograv.procedures.weighing.motion_samples import Kept
+from exograv.procedures.weighing.motion_samples import SampleCollector
 from exograv.recording.rounding import percentiles, rounded
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
 from exograv.rig.twin.examiner import held_out_postures, rms
@@ -117,7 +117,7 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     def note(_t: float, estimate: Estimate, *_judged: object) -> None:
         left[estimate.t] = rms(examination.at_postures(estimate.x, ControlMode()))
 
-    identifier, kept = worn.identifier(listener=note), Kept()
+    identifier, kept = worn.identifier(listener=note), SampleCollector()
     identifier.followers.append(kept)
     found = worn.identify(identifier, job.seconds)
     tick_us = percentiles(pilot.tick_us)

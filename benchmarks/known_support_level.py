@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.optimize import isotonic_regression
 
-from exograv.laboratory.support_level.preparation import WeakSubject
+from exograv.laboratory.support_level.weak_participant import WeakParticipant
 from exograv.laboratory.support_level.weak_person import PerFreedom, Place
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.support_level.search import CRITERION, SUPPORTS, Tries
@@ -84,7 +84,7 @@ def crossing(supports: Float[np.ndarray, " support"], share: Float[np.ndarray, "
     return float(supports[k - 1] + part * (supports[k] - supports[k - 1]))
 
 
-def static_answer(one: WeakSubject, places: list[Place]) -> float | None:
+def static_answer(one: WeakParticipant, places: list[Place]) -> float | None:
     """Least of `SUPPORTS` with which enough arms come to rest near enough; None where full support is not enough."""
     for support in SUPPORTS.tolist():
         near = [np.linalg.norm(one.body.own.fingertip(resting(one, place, support)) - place) for place in places]
@@ -93,7 +93,7 @@ def static_answer(one: WeakSubject, places: list[Place]) -> float | None:
     return None
 
 
-def resting(one: WeakSubject, place: Place, support: float) -> PerFreedom:
+def resting(one: WeakParticipant, place: Place, support: float) -> PerFreedom:
     """Posture [rad] to which an arm that means to be at a place [m] sinks, or is drawn by its own elasticity.
 
     Muscles pull with what an average attempt mobilises, and the machine's dry friction helps: they give way where that

@@ -46,7 +46,7 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
 
     from exograv.laboratory.twin_calibration import EmptyTwin
     from exograv.model.description import load_rig
-    from exograv.procedures.self_test.unworn import test_machine
+    from exograv.procedures.self_test.machine_test import test_machine
     from exograv.rig.twin import Disturbances, draw_machine
     from exograv.storage.calibration_file import take_calibration, twin_identity
     from self_test_faults import HIDDEN

@@ -12,7 +12,13 @@ import argparse
 import numpy as np
 
 from exograv.campaigns.virtual_study.conditions import condition_of
-from exograv.campaigns.virtual_study.stage import Stage, familiarisation_stage, flight_stage, free_stage, training_stage
+from exograv.campaigns.virtual_study.session_setup import (
+    SessionSetup,
+    familiarisation_setup,
+    flight_setup,
+    free_setup,
+    prepared_setup,
+)
 from exograv.loop.arm_controller import ArmController
 from exograv.signals import Command, Reference
 
@@ -27,7 +33,7 @@ SWAY, SWAY_S = np.deg2rad(6.0), 4.0
 """Of every freedom [rad], and how long to and fro takes [s]; the first time is not counted."""
 
 
-def felt_level(stage: Stage) -> float:
+def felt_level(stage: SessionSetup) -> float:
     """Share of the own weight that holding the arm takes [-]."""
     twin, controller = stage.twin, stage.controller
     twin.put_surroundings(False)
@@ -63,18 +69,18 @@ def main() -> None:
     for name in asked.conditions:
         condition = condition_of(name)
         row(condition.name, [
-            training_stage(condition, seed, asked.level, 0, lambda _text, _share: None) for seed in asked.seeds
+            prepared_setup(condition, seed, asked.level, 0, lambda _text, _share: None) for seed in asked.seeds
         ])  # fmt: skip
-    row("familiarised, on the ground", [familiarisation_stage(seed, asked.level, 0) for seed in asked.seeds])
-    flights = [flight_stage(seed, asked.level, 0) for seed in asked.seeds]
+    row("familiarised, on the ground", [familiarisation_setup(seed, asked.level, 0) for seed in asked.seeds])
+    flights = [flight_setup(seed, asked.level, 0) for seed in asked.seeds]
     for stage in flights:
         stage.twin.fly(np.zeros(3))
     row("in flight, 0 g", flights)
     for g in (0.0, 1.0, 1.8):
-        row(f"no machine, {g:g} g", [free_stage(seed, asked.level, 0, g) for seed in asked.seeds])
+        row(f"no machine, {g:g} g", [free_setup(seed, asked.level, 0, g) for seed in asked.seeds])
 
 
-def row(name: str, stages: list[Stage]) -> None:
+def row(name: str, stages: list[SessionSetup]) -> None:
     """One line of it, a stage a seed."""
     columns = (
         [_told(stage.left_over_Nm) for stage in stages],

@@ -34,15 +34,17 @@ def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
         ExogravError: The machine or the wearer was refused, or the guard stopped the run.
     """
     from exograv.laboratory.support_level.options import SupportOptions
-    from exograv.laboratory.support_level.preparation import subject
     from exograv.laboratory.support_level.support_level_command import search_flight
+    from exograv.laboratory.support_level.weak_participant import prepare_weak_participant
     from known_support_level import fly_answer, static_answer
 
     random = np.random.default_rng([seed, 83])
     strength, synergy = round(float(random.uniform(*STRENGTHS)), 3), round(float(random.uniform(0.1, SYNERGY_MAX)), 2)
     synergy = synergy if seed % 2 else 0.0
     times = [time.process_time()]
-    one = subject(SupportOptions(rig=rig, level=level, seed=seed, strength=strength, synergy=synergy), quiet)
+    one = prepare_weak_participant(
+        SupportOptions(rig=rig, level=level, seed=seed, strength=strength, synergy=synergy), quiet
+    )
     times.append(time.process_time())
     flight = one.flight(seed)
     needed, attempts = search_flight(flight, seed, quiet)

@@ -9,9 +9,9 @@ import pytest
 
 import exograv
 from exograv.errors import ConfigError
-from exograv.laboratory.conditions import Fading
+from exograv.laboratory.conditions import ScaledController
 from exograv.laboratory.effort import Effort
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.movements import pointing
 from exograv.laboratory.transparency import TransparencyOptions, movement_for
 from exograv.laboratory.transparency_summary import profile, rig_result
@@ -111,7 +111,7 @@ def test_a_fading_controller_gives_its_share():
         def step(self, q, v, reference):
             return np.full(4, 2.0)
 
-    fading = Fading(Two(4))
+    fading = ScaledController(Two(4))
     fading.share = 0.25
     np.testing.assert_allclose(fading.step(STILL, STILL, Reference(STILL, STILL, STILL)), 0.5)
 
@@ -122,16 +122,16 @@ def test_only_the_two_that_need_a_yardstick_build_controllers_from_the_truth():
         path.relative_to(source).as_posix()
         for path in source.rglob("*.py")
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.endswith("ideal_from_truth")
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.endswith("ideal_knowledge")
     }
-    assert users == {"laboratory/transparency_trial.py", "campaigns/virtual_study/stage.py"}
+    assert users == {"laboratory/transparency_trial.py", "campaigns/virtual_study/session_setup.py"}
 
 
 def test_the_ideal_controller_leaves_nothing_over_but_what_its_model_has_not():
     from exograv.laboratory.truth_score import Examination
 
     laboratory = TransparencyTrial(load_rig("recupera_like"), 0, 1).laboratory()
-    known = prepared_by_truth(laboratory, 0.0)
+    known = ideal_knowledge(laboratory, 0.0)
     score = Examination(laboratory, known.assembly, known.machine).score(known.x)
     assert score.total.max() < 0.02
 
@@ -140,7 +140,7 @@ def test_the_ideal_controller_leaves_nothing_over_but_what_its_model_has_not():
 def test_the_weight_of_the_arm_costs_more_than_the_machine_that_carries_it():
     rig = load_rig("recupera_like_qdd")
     trial, movement = TransparencyTrial(rig, 1, 1000), replace(pointing(4, PERIOD), repeats=1, practice=(6, 6))
-    known = prepared_by_truth(trial.laboratory(), 0.0)
+    known = ideal_knowledge(trial.laboratory(), 0.0)
     zero_g, dam_ideal, gcm = (
         float(_effort(trial, name, known, movement, lambda _share: None).absolute.sum())
         for name in ("zero_g", "dam_ideal", "gcm")

@@ -7,7 +7,7 @@ from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.prior import prior
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.arm_worker import BRIDGED_TICKS, ArmWorker, LearnedArm
 from exograv.motion import Trajectory
@@ -24,7 +24,7 @@ KEPT = 0.03
 
 @pytest.fixture(scope="module")
 def prepared() -> ControllerKnowledge:
-    return prepared_by_truth(draw_laboratory("recupera_like", None, 0, SEED), 0.0)
+    return ideal_knowledge(draw_laboratory("recupera_like", None, 0, SEED), 0.0)
 
 
 def path_of(prepared: ControllerKnowledge) -> Trajectory:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from exograv.laboratory.cooperative_wearer import held_machine
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.cooperative_wearer import cooperative_machine
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.live_control import (
     OPERATOR,
@@ -42,10 +42,15 @@ class Course:
 
 def flown(seconds: float, holds: bool = True, stop_at_s: float | None = None) -> Course:
     laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
-    prepared = prepared_by_truth(laboratory, 0.0)
+    prepared = ideal_knowledge(laboratory, 0.0)
     person = person_limits(prepared.assembly, prepared.machine, prepared.x)
     plan = LivePlan(
-        laboratory.description, laboratory.form, prepared, person, 0.0, held_machine(laboratory, SEED, prepared.t)
+        laboratory.description,
+        laboratory.form,
+        prepared,
+        person,
+        0.0,
+        cooperative_machine(laboratory, SEED, prepared.t),
     )
     made, control, joints = guarded_rig(plan), LiveControl(prepared, 0.0), prepared.assembly.n
     rig, twin, guard = made.rig, made.rig._twin, made.guard  # pyright: ignore[reportAttributeAccessIssue]
@@ -128,7 +133,7 @@ def test_after_a_stop_it_begins_again_from_off_and_takes_the_arm_by_a_ramp():
 
 
 def test_a_posture_that_was_lost_is_found_anew_when_the_guard_has_stopped():
-    prepared = prepared_by_truth(draw_laboratory("recupera_like", None, LEVEL, SEED), 0.0)
+    prepared = ideal_knowledge(draw_laboratory("recupera_like", None, LEVEL, SEED), 0.0)
     control, joints = LiveControl(prepared, 0.0), prepared.assembly.n
     state, row = np.zeros(1, state_dtype(joints))[0], np.zeros((), answer_dtype(joints))
     state["q"] = prepared.assembly.description.donning_posture

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.live_identification import LiveIdentification
 from exograv.model.assembly import Assembly
@@ -18,7 +18,7 @@ SEED = 1002
 
 @pytest.fixture(scope="module")
 def prepared() -> ControllerKnowledge:
-    return prepared_by_truth(draw_laboratory("recupera_like", None, 0, SEED), 0.0)
+    return ideal_knowledge(draw_laboratory("recupera_like", None, 0, SEED), 0.0)
 
 
 class Told:

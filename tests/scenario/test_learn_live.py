@@ -15,7 +15,7 @@ import pytest
 from exograv.cli.machine.rig_factory import run_live
 from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.errors import ConfigError
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.preparation import Preparation
 from exograv.live.live_flight import LiveOptions
 from exograv.live.live_processes import Running
@@ -32,7 +32,7 @@ SHOULDER_NM, ELBOW_NM = 0.5, 0.25
 def known_machine(preparation: Preparation, *_) -> ControllerKnowledge:
     """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
     laboratory = preparation.laboratory
-    prepared = prepared_by_truth(laboratory, 0.0)
+    prepared = ideal_knowledge(laboratory, 0.0)
     # The table's cuffs, as a session has them: from what it is told a replay makes the same model again.
     assembly = laboratory.assembly()
     joints = np.ones(assembly.n)

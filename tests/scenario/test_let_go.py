@@ -7,7 +7,7 @@ import pytest
 
 from exograv import motion
 from exograv.dynamics.parameters import ParameterLayout
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.arm_controller import ArmController
@@ -33,7 +33,7 @@ def test_a_relaxed_arm_that_was_pushed_comes_to_rest_and_stays(level: int, seed:
         for arm in laboratory.wearer.arms
     )
     laboratory = replace(laboratory, wearer=replace(laboratory.wearer, arms=arms))
-    known = prepared_by_truth(laboratory, 0.0)
+    known = ideal_knowledge(laboratory, 0.0)
     x = known.x.copy()
     x[ParameterLayout.of(known.assembly).phi] *= TOO_HEAVY
     twin = Twin(laboratory.description, laboratory.machine, laboratory.wearer, seed, start_posture=POSTURE, t0=1800.0)

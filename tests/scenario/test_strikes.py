@@ -2,16 +2,16 @@
 
 import pytest
 
-from exograv.campaigns.faults.persons import make_known, subject
+from exograv.campaigns.faults.fault_participants import load_participant, prepare_participant
 from exograv.campaigns.faults.process_faults import strike
 from exograv.campaigns.faults.strikes import KINDS
-from exograv.laboratory.cooperative_wearer import held_machine
+from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.live.live_control import LivePlan
 
 
 @pytest.mark.slow
 def test_no_strike_takes_an_acknowledged_sample_or_lets_a_torque_out_of_the_envelope(tmp_path):
-    known = subject(make_known(7, 0, 2, tmp_path))
+    known = load_participant(prepare_participant(7, 0, 2, tmp_path))
     found = strike(
         LivePlan(
             known.laboratory.description,
@@ -19,7 +19,7 @@ def test_no_strike_takes_an_acknowledged_sample_or_lets_a_torque_out_of_the_enve
             known.prepared,
             known.person,
             0.0,
-            held_machine(known.laboratory, 0, known.prepared.t),
+            cooperative_machine(known.laboratory, 0, known.prepared.t),
         ),
         1,
         lambda _text, _share: None,

@@ -5,7 +5,7 @@ import pytest
 
 from exograv.laboratory.support_level.flight import SINK_M, SupportFlight
 from exograv.laboratory.support_level.options import SupportOptions
-from exograv.laboratory.support_level.preparation import WeakSubject, subject
+from exograv.laboratory.support_level.weak_participant import WeakParticipant, prepare_weak_participant
 from exograv.safety.guard import GRAVITY_LEVEL_S
 
 pytestmark = pytest.mark.slow
@@ -15,13 +15,13 @@ HIGH = (6, 8)
 
 
 @pytest.fixture(scope="module")
-def weak() -> WeakSubject:
-    return subject(SupportOptions(seed=1000, strength=0.1), lambda _text, _share: None)
+def weak() -> WeakParticipant:
+    return prepare_weak_participant(SupportOptions(seed=1000, strength=0.1), lambda _text, _share: None)
 
 
 @pytest.fixture(scope="module")
-def helpless() -> WeakSubject:
-    return subject(SupportOptions(seed=1000, strength=0.03), lambda _text, _share: None)
+def helpless() -> WeakParticipant:
+    return prepare_weak_participant(SupportOptions(seed=1000, strength=0.03), lambda _text, _share: None)
 
 
 def watched(flight: SupportFlight) -> list[float]:
@@ -37,7 +37,7 @@ def watched(flight: SupportFlight) -> list[float]:
     return supports
 
 
-def test_fully_carried_the_weak_reach_high_targets_and_alone_they_do_not(weak: WeakSubject):
+def test_fully_carried_the_weak_reach_high_targets_and_alone_they_do_not(weak: WeakParticipant):
     flight = weak.flight(1000)
     assert [flight.attempt(k, 1.0).reached for k in HIGH] == [True, True]
     assert [flight.attempt(k, 0.0).reached for k in HIGH] == [False, False]
@@ -45,7 +45,7 @@ def test_fully_carried_the_weak_reach_high_targets_and_alone_they_do_not(weak: W
     assert flight.support == 1.0
 
 
-def test_support_changes_by_the_guards_ramp_and_an_arm_that_sinks_is_carried_again(helpless: WeakSubject):
+def test_support_changes_by_the_guards_ramp_and_an_arm_that_sinks_is_carried_again(helpless: WeakParticipant):
     flight = helpless.flight(1001)
     supports = watched(flight)
     tried = flight.attempt(5, 0.0)
@@ -57,6 +57,6 @@ def test_support_changes_by_the_guards_ramp_and_an_arm_that_sinks_is_carried_aga
     assert flight._tip[2] > flight._rest_tip[2] - 3.0 * SINK_M
 
 
-def test_the_same_seeds_give_the_same_attempts(weak: WeakSubject):
+def test_the_same_seeds_give_the_same_attempts(weak: WeakParticipant):
     first, second = (weak.flight(1002).attempt(4, 0.7) for _ in range(2))
     assert first == second

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from exograv.identification.core.arm_model import ArmModel
-from exograv.laboratory.cooperative_wearer import held_machine
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.cooperative_wearer import cooperative_machine
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.live.arm_worker import ArmWorker, LearnedArm, PassesResult
@@ -17,7 +17,7 @@ from exograv.procedures.identification.controller_knowledge import ControllerKno
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.verification.postures import Verification, unseen_postures
-from exograv.procedures.verification.verification import judged
+from exograv.procedures.verification.verification import evaluate_passes
 from exograv.runtime.control_loop.exchange import answer_dtype, finding_dtype, state_dtype
 from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
 from exograv.safety.modes import Mode
@@ -43,7 +43,7 @@ class Course:
 
 def known_machine(laboratory: VirtualLaboratory) -> ControllerKnowledge:
     """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
-    prepared = prepared_by_truth(laboratory, 0.0)
+    prepared = ideal_knowledge(laboratory, 0.0)
     assembly = laboratory.assembly()
     joints = np.ones(assembly.n)
     machine = replace(prepared.machine, residual_sd=RESIDUAL_NM * joints, correlation_s=RESIDUAL_S * joints)
@@ -59,7 +59,7 @@ def flown(laboratory: VirtualLaboratory, prepared: ControllerKnowledge, asked: V
             prepared,
             unknown_person(assembly, machine),
             0.0,
-            held_machine(laboratory, SEED, prepared.t),
+            cooperative_machine(laboratory, SEED, prepared.t),
         )
     )
     guard, rig = made.guard, made.rig
@@ -118,7 +118,9 @@ def test_who_is_learned_is_led_past_every_posture_and_what_is_left_over_holds_th
     assert {one.posture for one in passed.heard} == set(range(POSTURES))
     assert course.modes[-1] is Mode.FLOATING
     assert not course.driven[-1]
-    verified = judged(model, learned.estimate, asked.postures, passed.heard, passed.seconds, lambda _text, _share: None)
+    verified = evaluate_passes(
+        model, learned.estimate, asked.postures, passed.heard, passed.seconds, lambda _text, _share: None
+    )
     truth = Examination(laboratory, prepared.assembly, prepared.machine, asked.postures)
     total = truth.score(learned.estimate.x).total
     _, low, high = verified.rms

@@ -10,7 +10,7 @@ from exograv.errors import ConfigError
 from exograv.live.on_drives.bring_up_command import RigTestOptions
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import drives_of, written
-from exograv.procedures.bring_up.unpowered import wiring
+from exograv.procedures.bring_up.unpowered_steps import wiring
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.storage.bring_up_sheet import BringUpSheet, write_sheet
 from exograv.storage.sealed_file import read_sealed

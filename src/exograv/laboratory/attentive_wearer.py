@@ -8,11 +8,11 @@ from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.internal_model import OwnArm
 from exograv.safety.modes import RAMP_IN_S, RAMP_OUT_S, Mode
 
-from .cooperative_wearer import DAMPING, LET_GO_S, STIFFNESS, OverTwin
+from .cooperative_wearer import DAMPING, LET_GO_S, STIFFNESS, TwinProxy
 from .virtual_laboratory import VirtualLaboratory
 
 
-class AttentiveTwin(OverTwin):
+class AttentiveTwin(TwinProxy):
     """A `Rig`: the person holds the own arm until the machine has taken it, and again when it gives it back."""
 
     def __init__(self, twin: Twin, own: OwnArm):

@@ -1,4 +1,4 @@
-"""What is done for the wearer of a machine while effort is measured: nothing, the machine's weight, the arm's too."""
+"""Support conditions while effort is measured: none, the machine's weight, or the arm's weight too."""
 
 import numpy as np
 from jaxtyping import Float
@@ -15,8 +15,8 @@ HAND_OVER_S = 4.0  # 11 N·m, a heavy arm, at 2.8 N·m/s: a person follows that 
 Joints = Float[np.ndarray, " joint"]
 
 
-class Fading:
-    """`Controller` that gives a share of another one's torque."""
+class ScaledController:
+    """`Controller` that gives a share of another controller's torque."""
 
     def __init__(self, controller: Controller):
         self._controller = controller
@@ -25,26 +25,26 @@ class Fading:
 
     @property
     def tau_feedforward(self) -> Joints:
-        """What the model expects the motors to give [N·m]."""
+        """Motor torque as the model expects it [N·m]."""
         return self.share * self._controller.tau_feedforward
 
     @property
     def closure_slope(self) -> float:
-        """How far the loops are from closed [N·m]."""
+        """Slope of the loops' energy, zero where they are closed [N·m]."""
         return self._controller.closure_slope
 
     @property
     def clearance(self) -> float:
-        """How far the arm is from a singular posture [-]."""
+        """Distance of the arm from a singular posture [-]."""
         return self._controller.clearance
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """The share (joint,) [N·m]."""
+        """Return the share of the torque (joint,) [N·m]."""
         return self.share * self._controller.step(q, v, reference)
 
 
 def leave_the_arm(performer: Performer, controller: ArmController, dt: float) -> Controller:
-    """Let the arm's weight go, the person taking it over; the machine's own weight stays carried."""
+    """Hand the arm's weight over to the wearer; the machine's own weight stays carried."""
     step = dt / HAND_OVER_S
 
     def fade(_moment: TickSample) -> None:
@@ -56,8 +56,8 @@ def leave_the_arm(performer: Performer, controller: ArmController, dt: float) ->
 
 
 def switch_off(performer: Performer, controller: ArmController, dt: float) -> Controller:
-    """Let everything go; what flies the machine from then on is nothing."""
-    fading, step = Fading(controller), dt / HAND_OVER_S
+    """Fade all torque out; return the controller of a machine whose motors are off."""
+    fading, step = ScaledController(controller), dt / HAND_OVER_S
 
     def fade(_moment: TickSample) -> None:
         fading.share = max(0.0, fading.share - step)

@@ -1,4 +1,4 @@
-"""A virtual person who holds the own arm until the machine has taken it, and then lets go."""
+"""Virtual wearer who holds the own arm until the machine carries it, and then lets go."""
 
 import math
 from collections.abc import Callable
@@ -15,20 +15,20 @@ from exograv.signals import Command, JointState
 from .virtual_laboratory import VirtualLaboratory
 
 STIFFNESS, DAMPING = 30.0, 3.0
-"""Of an arm that is held still [N·m/rad, N·m·s/rad]: a tenth of what an arm can (assumed)."""
+"""Stiffness and damping of an arm that is held still [N·m/rad, N·m·s/rad]: a tenth of the maximum (assumed)."""
 
 LET_GO_S = 1.0
 
 
-class Grip:
-    """What the person's muscles do meanwhile: hold the arm where it is, and give its weight over along a curve."""
+class ArmHold:
+    """Muscles that hold the arm in its posture, and hand its weight over along a curve."""
 
     def __init__(self, twin: Twin, own: OwnArm):
-        """The arm is held where it is.
+        """Hold the arm in its present posture.
 
         Args:
             twin: With the wearer in it.
-            own: What the wearer knows of the own arm.
+            own: The wearer's knowledge of the own arm.
         """
         self._twin, self._q = twin, twin.truth.q_arm
         still = np.zeros_like(self._q)
@@ -36,11 +36,11 @@ class Grip:
         self._from, self._for, self._holds = math.inf, 1.0, True
 
     def give_over(self, begins_s: float, takes_s: float) -> None:
-        """The machine takes the arm from this time of the twin's clock on [s], in so long [s]."""
+        """Hand the weight over to the machine from time `begins_s` of the twin's clock on, within `takes_s` [s]."""
         self._from, self._for = begins_s, takes_s
 
     def act(self) -> None:
-        """For the next period of the twin."""
+        """Set the muscle torque for the next period of the twin."""
         if not self._holds:
             return
         passed = self._twin.t - self._from
@@ -52,21 +52,21 @@ class Grip:
         self._holds = grip > 0.0
 
 
-class OverTwin:
-    """A `Rig`: the twin, whose wearer acts before each of its steps."""
+class TwinProxy:
+    """`Rig` around the twin: the wearer acts before each of its steps."""
 
     def __init__(self, twin: Twin):
-        """With a wearer in it."""
+        """Wrap a twin that has a wearer in it."""
         self._twin = twin
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Of the twin."""
+        """Joints of the twin."""
         return self._twin.joints
 
     @property
     def period_s(self) -> float:
-        """Of the twin [s]."""
+        """Period of the twin [s]."""
         return self._twin.period_s
 
     @property
@@ -76,58 +76,58 @@ class OverTwin:
 
     @property
     def is_virtual(self) -> bool:
-        """As the twin."""
+        """True: the rig exists in simulation only."""
         return True
 
     def read(self) -> JointState:
-        """What the twin measures."""
+        """Read the twin's measurement."""
         return self._twin.read()
 
     def write(self, command: Command) -> None:
-        """Let the wearer act, and the twin go on by one period."""
+        """Let the wearer act, then advance the twin by one period."""
         self._act()
         self._twin.write(command)
 
     def _act(self) -> None:
-        """Muscles, for the next period."""
+        """Set the muscle torque for the next period."""
 
-    def __enter__(self) -> "OverTwin":
+    def __enter__(self) -> "TwinProxy":
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Nothing to let go of."""
+        """Do nothing: there is no resource to release."""
 
 
-class CooperativeWearer(OverTwin):
-    """A `Rig`: the twin, with a wearer who does for the arm what the machine does not do yet.
+class CooperativeWearer(TwinProxy):
+    """`Rig` around the twin: the wearer carries the arm until the machine does.
 
-    The person is told when the machine begins and how long it takes, and gives the weight over along the same curve.
+    The wearer knows when the machine begins and how long it takes, and hands the weight over along the same curve.
     """
 
     def __init__(self, twin: Twin, own: OwnArm, takes_from_s: float, takes_for_s: float):
-        """The arm is held where it is.
+        """Hold the arm in its present posture.
 
         Args:
             twin: With the wearer in it.
-            own: What the wearer knows of the own arm.
-            takes_from_s: When the machine begins to take the arm, from now [s].
-            takes_for_s: How long it takes [s].
+            own: The wearer's knowledge of the own arm.
+            takes_from_s: Time from now until the machine begins to take the arm [s].
+            takes_for_s: Duration of the handover [s].
         """
         super().__init__(twin)
-        self._grip = Grip(twin, own)
+        self._grip = ArmHold(twin, own)
         self._grip.give_over(twin.t + takes_from_s, takes_for_s)
 
     def _act(self) -> None:
         self._grip.act()
 
 
-def held_machine(laboratory: VirtualLaboratory, seed: int, t: float) -> Callable[[], CooperativeWearer]:
-    """A function that makes the twin in the process that owns it, its wearer holding the own arm."""
-    return partial(held_twin, laboratory, seed, t)
+def cooperative_machine(laboratory: VirtualLaboratory, seed: int, t: float) -> Callable[[], CooperativeWearer]:
+    """Return a function that makes the cooperative twin in the process that owns it."""
+    return partial(cooperative_twin, laboratory, seed, t)
 
 
-def held_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> CooperativeWearer:
-    """The twin, its wearer holding the own arm in the donning posture, at the time `t` of its clock [s]."""
+def cooperative_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> CooperativeWearer:
+    """Make the twin at time `t` of its clock [s], its wearer holding the own arm in the donning posture."""
     return CooperativeWearer(laboratory.twin(seed, t), laboratory.own_arm(), REST_BEFORE_RAMP_S, RAMP_IN_S)

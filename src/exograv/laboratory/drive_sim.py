@@ -24,7 +24,7 @@ from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.runtime.clock.realtime import realtime
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
 
-from .cooperative_wearer import Grip
+from .cooperative_wearer import ArmHold
 from .virtual_laboratory import draw_laboratory
 
 Bus = Literal["canopen", "moteus", "udp"]
@@ -147,7 +147,7 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
     twin = laboratory.twin(options.seed)
     plant = Plant(twin, drives, wiring)
-    grip = Grip(twin, laboratory.own_arm())
+    grip = ArmHold(twin, laboratory.own_arm())
     is_told = False
 
     def hold() -> None:

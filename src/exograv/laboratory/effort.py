@@ -1,4 +1,4 @@
-"""How much muscle a movement takes: a virtual person practises it until the path is kept, then it is measured.
+"""Muscle effort of a movement: a virtual wearer practises until the path is kept, then the effort is measured.
 
 effort of a joint = ∫ |tau_muscle| dt
 """
@@ -24,7 +24,7 @@ TRACKING_MAX_DEG = 1.0
 """RMS error of the worst joint up to which two performances count as the same movement [°]."""
 
 PERFORMANCES_MAX = 3
-SURE_DEG = 0.9 * TRACKING_MAX_DEG  # who keeps the path as well in practice keeps it when it counts
+SURE_DEG = 0.9 * TRACKING_MAX_DEG  # a wearer who keeps the path as well in practice keeps it in the measurement
 GO_RAD_PER_S = 0.6
 SETTLE_S = 2.0
 
@@ -34,7 +34,7 @@ Table = Float[np.ndarray, "tick arm"]
 
 @dataclass(frozen=True)
 class Effort:
-    """Of one performance, per freedom of the arm."""
+    """Effort of one performance, per freedom of the arm."""
 
     absolute: PerFreedom
     """∫ |tau| dt [N·m·s]."""
@@ -46,31 +46,31 @@ class Effort:
     """RMS of wanted minus true angle [°]."""
 
     repetitions: int
-    """Of practice before it [-]."""
+    """Repetitions in practice before the measurement [-]."""
 
     @property
     def keeps_path(self) -> bool:
-        """Whether it may be compared with others."""
+        """True if the performance may be compared with others."""
         return float(self.tracking_deg.max()) <= TRACKING_MAX_DEG
 
 
 Note = Callable[[float], None]
-"""Told, now and then, the share of the first performance that is done."""
+"""Receives, now and then, the share of the first performance that is done."""
 
 
 @dataclass(frozen=True)
-class UsedTo:
-    """What a person who has worn the machine before knows of it and of the own arm; nothing of its controller."""
+class WearerExperience:
+    """Knowledge of the machine and of the own arm, of a wearer who has worn the machine before."""
 
     own: OwnArm
     worn_inertia: Float[np.ndarray, "arm arm"]
-    """Of the machine, about the arm's freedoms [kg·m²]."""
+    """Inertia of the machine about the arm's freedoms [kg·m²]."""
 
 
 class Performer:
-    """A person in a twin who does one movement again and again, whatever flies the machine."""
+    """Wearer in a twin who repeats one movement with any controller of the machine."""
 
-    def __init__(self, pilot: Pilot, twin: Twin, used_to: UsedTo, movement: WantedMovement, note: Note):
+    def __init__(self, pilot: Pilot, twin: Twin, used_to: WearerExperience, movement: WantedMovement, note: Note):
         """The pilot flies the twin."""
         self._pilot, self._twin, self._used_to, self._movement, self._note = pilot, twin, used_to, movement, note
         path = movement.path
@@ -79,7 +79,7 @@ class Performer:
         self._done = 0
 
     def go_to_start(self, controller: Controller) -> None:
-        """From wherever the arm is to where the movement begins, by muscle alone.
+        """Move the arm to the start of the movement, by muscle alone.
 
         Raises:
             RigError: The envelope stopped the run; so in all that follows.
@@ -92,7 +92,7 @@ class Performer:
     def wait(
         self, controller: Controller, seconds: float, listener: Callable[[TickSample], None] = lambda _moment: None
     ) -> None:
-        """Keep what is wanted for a while."""
+        """Hold the wanted posture for a while."""
 
         def act(moment: TickSample) -> None:
             self._act()
@@ -145,7 +145,7 @@ class Performer:
         return Effort(absolute, squared, np.rad2deg(np.sqrt(error)), before)
 
     def _repeat(self, controller: Controller, practice: Practice) -> None:
-        """Once along the path; errors and torques are kept."""
+        """Move once along the path; keep errors and torques."""
         path, tick = self._movement.path, 0
         self._person.want(path, practice.anticipated, self._twin.t)
 

@@ -5,10 +5,10 @@ from exograv.loop.pilot import Progress
 from exograv.model.description import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.live_machine import LiveMachine
-from exograv.procedures.self_test.unworn import test_machine
+from exograv.procedures.self_test.machine_test import test_machine
 from exograv.rig.twin.twin import PERIOD
 
-from .cooperative_wearer import held_machine
+from .cooperative_wearer import cooperative_machine
 from .preparation import Preparation
 from .truth_score import ScoredWearer
 from .virtual_laboratory import driven_laboratory
@@ -35,7 +35,7 @@ def prepare_live_twin(
     known = preparation.identified() if is_identified else preparation.calibrated()
     laboratory = preparation.laboratory
     self_test = _tested(preparation, known, progress) if is_tested else None
-    connect = held_machine(laboratory, seed, known.t)
+    connect = cooperative_machine(laboratory, seed, known.t)
     return LiveMachine(laboratory.form, known, connect, PERIOD, ScoredWearer(laboratory), self_test)
 
 

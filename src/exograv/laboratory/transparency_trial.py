@@ -14,8 +14,8 @@ from exograv.rig.twin import Disturbances
 from exograv.rig.twin.behaviour.internal_model import out_of_the_machine, weightless
 
 from .conditions import leave_the_arm, switch_off
-from .effort import Effort, Note, Performer, UsedTo
-from .ideal_from_truth import prepared_by_truth
+from .effort import Effort, Note, Performer, WearerExperience
+from .ideal_knowledge import ideal_knowledge
 from .movements import WantedMovement
 from .preparation import Preparation, prepare
 from .virtual_laboratory import VirtualLaboratory, laboratory_at
@@ -75,9 +75,9 @@ def _effort(
         return _effort_alone(trial, movement, known.t, note)
     laboratory = trial.laboratory(*UNREST, *(FRICTION if condition == "dam_ideal_no_friction" else ()))
     if condition.startswith("dam_ideal"):
-        known = prepared_by_truth(laboratory, known.t)
+        known = ideal_knowledge(laboratory, known.t)
     worn = Preparation(laboratory, trial.seed).worn(known)
-    used_to = UsedTo(laboratory.own_arm(), laboratory.worn_inertia())
+    used_to = WearerExperience(laboratory.own_arm(), laboratory.worn_inertia())
     performer = Performer(worn.pilot, worn.twin, used_to, movement, note)
     carrying, dt = worn.controller, worn.twin.period_s
     performer.go_to_start(carrying)
@@ -98,6 +98,6 @@ def _effort_alone(trial: TransparencyTrial, movement: WantedMovement, t: float, 
     # No current will flow.
     pilot, controller = alone.pilot_of(twin, ActuatorGain(nominal, nominal)), NoTorque(len(twin.joints))
     n = movement.path.q.shape[1]
-    performer = Performer(pilot, twin, UsedTo(worn.own_arm(), np.zeros((n, n))), movement, note)
+    performer = Performer(pilot, twin, WearerExperience(worn.own_arm(), np.zeros((n, n))), movement, note)
     performer.go_to_start(controller)
     return performer.perform(controller, 0.0)

@@ -12,7 +12,7 @@ from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.verification.change import changed_since, read_former
 from exograv.procedures.verification.figures import verified_figures
 from exograv.procedures.verification.options import VerifyOptions
-from exograv.procedures.verification.verification import Verified, verify_arm
+from exograv.procedures.verification.verification import VerificationResult, verify_arm
 from exograv.recording.rounding import rounded
 from exograv.storage.self_test_pass import NOT_NEEDED
 
@@ -55,7 +55,7 @@ def run_verification(options: VerifyOptions, progress: Progress) -> dict[str, An
 
 
 def _figures(
-    options: VerifyOptions, laboratory: VirtualLaboratory, found: Identification, verified: Verified
+    options: VerifyOptions, laboratory: VirtualLaboratory, found: Identification, verified: VerificationResult
 ) -> dict[str, Any]:
     # On the twin the machine's clock stands for the wall's.
     at = datetime.now(UTC) + timedelta(minutes=options.later_min)

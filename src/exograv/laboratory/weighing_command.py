@@ -19,7 +19,7 @@ from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.known_weight import HEAVIEST_KG, weigh
-from exograv.procedures.weighing.motion_samples import Kept
+from exograv.procedures.weighing.motion_samples import SampleCollector
 from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.rig.twin import Twin
 from exograv.rig.twin.wearer.parameter_truth import parameter_truth
@@ -115,7 +115,7 @@ def _weigh_all(
     found.check = judge.judge([gentle], body.mass_kg)
     if is_enough(found.check, wants_weights=bool(options.weights)):
         return twin.t
-    identifier, kept = worn.identifier(), Kept()
+    identifier, kept = worn.identifier(), SampleCollector()
     identifier.followers.append(kept)
     identified = worn.identify(identifier)
     arm, found.identified_s = identified.last, MOTION_S

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.campaigns.faults import through_driver as driven
+from exograv.campaigns.faults import drive_plant as driven
 from exograv.campaigns.faults.campaign import Campaign
+from exograv.campaigns.faults.drive_plant import DrivePlant, by_tick, driven_ground
 from exograv.campaigns.faults.driver_faults import ALL, AT_DRIVES, BUSES, ONLY_DRIVES, injected_by, injector_of
-from exograv.campaigns.faults.fault_plant import Sight, TwinStand
+from exograv.campaigns.faults.fault_plant import TruthSample, TwinPlant
 from exograv.campaigns.faults.fault_table import FAULTS
 from exograv.campaigns.faults.injector import Injector
 from exograv.campaigns.faults.oracle import Judgement
 from exograv.campaigns.faults.scenario import Scenario, _verdict, fly, is_bad
 from exograv.campaigns.faults.scenario_log import ScenarioLog, TruthWatch
-from exograv.campaigns.faults.through_driver import DrivenStand, by_tick, driven_ground
 from exograv.errors import ConfigError, RigError
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.person_limits import person_limits
 from exograv.rig.drives.opening import DRIVERS
@@ -63,7 +63,7 @@ def test_a_campaign_through_drives_flies_the_numbers_of_the_twin_and_then_what_o
 
 def test_the_twin_has_no_bench():
     with pytest.raises(RigError, match="through a driver"):
-        TwinStand.at_bench(object.__new__(TwinStand), "cut")
+        TwinPlant.at_bench(object.__new__(TwinPlant), "cut")
 
 
 @pytest.mark.parametrize(("tick", "found", "missed"), [(101, 2.0, ()), (102, 4.0, ("F12",))])
@@ -76,8 +76,8 @@ def test_budgets_are_milliseconds_whatever_the_period_is(tick: int, found: float
 
 
 def test_the_hand_of_a_tick_is_the_fastest_of_the_steps_in_it_and_the_rest_is_of_its_end():
-    def sight(k: int) -> Sight:
-        return Sight(np.full(2, float(k)), np.zeros(2), 1.0 if k == 3 else 0.0, are_braking=False)
+    def sight(k: int) -> TruthSample:
+        return TruthSample(np.full(2, float(k)), np.zeros(2), 1.0 if k == 3 else 0.0, are_braking=False)
 
     sights = by_tick([sight(k) for k in range(9)], 2)
     assert [one.q[0] for one in sights] == [2.0, 4.0, 6.0, 8.0]
@@ -87,7 +87,7 @@ def test_the_hand_of_a_tick_is_the_fastest_of_the_steps_in_it_and_the_rest_is_of
 def test_drives_that_brake_count_from_the_moment_after_the_onset():
     watch = TruthWatch(2)
     still = np.zeros(2)
-    braking = [Sight(still, still, 0.0, k != 3) for k in range(6)]
+    braking = [TruthSample(still, still, 0.0, k != 3) for k in range(6)]
     for tick in range(6):
         watch.pushed(is_so=False)
         watch.commanded(tick, still, SafeState.NONE, None)
@@ -107,7 +107,7 @@ def test_a_process_that_has_ended_is_an_error_in_one_line():
 def known(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A person whom the software knows as well as can be."""
     laboratory = draw_laboratory("recupera_like", None, 2, SEED)
-    prepared = prepared_by_truth(laboratory, WARM_S)
+    prepared = ideal_knowledge(laboratory, WARM_S)
     of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
     path = tmp_path_factory.mktemp("known") / "person.pickle"
     path.write_bytes(pickle.dumps((laboratory, prepared, of_person)))
@@ -134,7 +134,7 @@ def test_a_fault_is_found_through_the_driver_within_the_budget_that_it_has_on_th
 
 @pytest.mark.slow
 def test_a_fault_of_nothing_is_not_found(flown: Any, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(DrivenStand, "at_bench", lambda *_: None)
+    monkeypatch.setattr(DrivePlant, "at_bench", lambda *_: None)
     verdict = flown(1, "F12")
     assert verdict.found["F12"] is None
     assert verdict.missed == ("F12",)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exograv.campaigns.faults.fault_plant import Sight
+from exograv.campaigns.faults.fault_plant import TruthSample
 from exograv.campaigns.faults.fault_table import FAULTS
 from exograv.campaigns.faults.machine_faults import WeakMotor
 from exograv.campaigns.faults.oracle import Judgement
@@ -100,7 +100,7 @@ def test_the_hand_of_one_who_pushes_is_told_apart():
         watch.commanded(tick, still, SafeState.DESCENT, StopReason.STOP_PRESSED)
         watch.course.ticks += 1
     speeds = [0.1, 3.0, *[2.0] * RELEASE_MS, 0.4]
-    sights = [Sight(still, still, speed, are_braking=False) for speed in speeds]
+    sights = [TruthSample(still, still, speed, are_braking=False) for speed in speeds]
     course = watch.finish(Judgement({}, np.zeros(len(sights))), sights)
     assert (course.hand_m_s, course.pushed_hand_m_s) == (0.4, 3.0)
 
@@ -112,7 +112,7 @@ def flown(speeds: list[float]) -> TruthWatch:
         watch.pushed(False)
         watch.commanded(tick, np.zeros(2), SafeState.NONE, None)
         watch.course.ticks += 1
-    sights = [Sight(np.zeros(2), np.array([0.0, speed]), 0.0, are_braking=False) for speed in speeds]
+    sights = [TruthSample(np.zeros(2), np.array([0.0, speed]), 0.0, are_braking=False) for speed in speeds]
     watch.finish(Judgement({}, np.zeros(len(sights))), sights)
     return watch
 

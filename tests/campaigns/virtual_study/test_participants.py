@@ -8,13 +8,13 @@ import pytest
 
 from exograv.campaigns.virtual_study import participants as people
 from exograv.campaigns.virtual_study.options import StudyOptions, careers
-from exograv.campaigns.virtual_study.participants import Life
+from exograv.campaigns.virtual_study.participants import ParticipantSimulation
 from exograv.errors import IdentificationError
 
 CODES = ("VA", "VB")
 
 
-class Told(Life):
+class Told(ParticipantSimulation):
     """Sits through nothing, and tells what it would have sat through: protocol, windows, whether it is kept."""
 
     def _sit(self, stage, loaded, day, number, is_kept) -> Any:
@@ -26,7 +26,7 @@ class Told(Life):
 
 @pytest.fixture(autouse=True)
 def _no_stage(monkeypatch):
-    for name in ("prepared_once", "stage_on", "flight_stage", "familiarisation_stage"):
+    for name in ("cached_training", "training_setup", "flight_setup", "familiarisation_setup"):
         monkeypatch.setattr(people, name, lambda *_: SimpleNamespace(left_over_Nm=None, friction_Nm=None))
 
 
@@ -35,7 +35,7 @@ def sat_through(condition: str) -> list[tuple[str, int, int, bool]]:
     options = StudyOptions((1, 1), (2, 1), ("dam", "parabolic"), compared=(1, 1), windows=8, flight_windows=1)
     career = next(one for one in careers(options, CODES) if one.condition_name == condition)
     life = Told(career, options, Path(), lambda _text, _share: None)
-    life.live()
+    life.run()
     return life.sat
 
 
@@ -53,10 +53,10 @@ def test_a_machine_that_is_refused_is_one_person_less_in_a_comparison_and_an_err
     def refuse(*_):
         raise IdentificationError("Joint 'elbow' did not move.")
 
-    monkeypatch.setattr(people, "prepared_once", refuse)
+    monkeypatch.setattr(people, "cached_training", refuse)
     options = StudyOptions((1, 1), (2, 1), ("dam", "gcm"), compared=(1, 1))
     by_name = {one.condition_name: one for one in careers(options, CODES) if one.person == 0}
-    lived = Told(by_name["gcm"], options, Path(), lambda _text, _share: None).live()
+    lived = Told(by_name["gcm"], options, Path(), lambda _text, _share: None).run()
     assert (lived.flights, lived.refused) == ((), "Joint 'elbow' did not move.")
     with pytest.raises(IdentificationError, match="did not move"):
-        Told(by_name["dam"], options, Path(), lambda _text, _share: None).live()
+        Told(by_name["dam"], options, Path(), lambda _text, _share: None).run()

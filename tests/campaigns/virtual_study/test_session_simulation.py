@@ -7,8 +7,14 @@ import pytest
 
 from exograv.campaigns.virtual_study.conditions import condition_of
 from exograv.campaigns.virtual_study.flight import FlownTouch
-from exograv.campaigns.virtual_study.session_simulation import ACT_TICKS, PASSED_S, Sitting, Times
-from exograv.campaigns.virtual_study.stage import PreparedTraining, Stage, flight_stage, prepared_for, stage_on
+from exograv.campaigns.virtual_study.session_setup import (
+    SessionSetup,
+    TrainingKnowledge,
+    flight_setup,
+    prepare_training,
+    training_setup,
+)
+from exograv.campaigns.virtual_study.session_simulation import ACT_TICKS, PASSED_S, SimulatedSession, WindowTimes
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
@@ -26,11 +32,11 @@ SEED = 1004
 
 
 @cache
-def prepared() -> PreparedTraining:
-    return prepared_for(condition_of("ideal"), SEED, 2, lambda _text, _share: None)
+def prepared() -> TrainingKnowledge:
+    return prepare_training(condition_of("ideal"), SEED, 2, lambda _text, _share: None)
 
 
-def sitting_on(stage: Stage, protocol: str, windows: int, day: int = 1) -> Sitting:
+def sitting_on(stage: SessionSetup, protocol: str, windows: int, day: int = 1) -> SimulatedSession:
     loaded, room = first_windows(load_protocol(protocol), windows), SimulatedRoom()
     target = room.on_panel(*room.target_px(loaded.settings.target))
     person = PointingPerson(
@@ -38,11 +44,11 @@ def sitting_on(stage: Stage, protocol: str, windows: int, day: int = 1) -> Sitti
         ACT_TICKS * stage.twin.period_s, Habits(),
     )  # fmt: skip
     person.begin_day(day)
-    return Sitting(stage, TaskPlan(loaded, stage.exo, room.calibration), room, person, day)
+    return SimulatedSession(stage, TaskPlan(loaded, stage.exo, room.calibration), room, person, day)
 
 
 def flown(day: int) -> tuple[FlownTouch, ...]:
-    sitting = sitting_on(stage_on(prepared(), 1), "training", 1, day)
+    sitting = sitting_on(training_setup(prepared(), 1), "training", 1, day)
     sitting.fly(None, lambda _share: None)
     return tuple(sitting.touches)
 
@@ -53,7 +59,7 @@ class Watched(Twin):
     changed_Nm = 0.0
     stops = 0
 
-    def watch(self, stage: Stage) -> None:
+    def watch(self, stage: SessionSetup) -> None:
         self.envelope = Envelope(limits(stage.laboratory.description), self.period_s)
         self.guard = Guard.of_machine(self.envelope, self.period_s, stage.actuators.gain.tolist(), True)
         self.actuators = stage.actuators
@@ -69,7 +75,7 @@ class Watched(Twin):
 
 @pytest.mark.slow  # a guard beside every tick
 def test_a_guard_changes_no_torque_of_a_session_but_the_first_steps_towards_it():
-    stage = stage_on(prepared(), 1)
+    stage = training_setup(prepared(), 1)
     twin = stage.twin
     twin.__class__ = Watched
     assert isinstance(twin, Watched)
@@ -98,7 +104,7 @@ def test_the_same_day_gives_the_same_touches_and_another_day_others():
 
 
 def test_a_recording_holds_every_accepted_touch_and_no_gap_longer_than_a_step_of_a_rest(tmp_path):
-    stage = flight_stage(SEED, 2, 0)
+    stage = flight_setup(SEED, 2, 0)
     sitting = sitting_on(stage, "flight", 1)
     path = tmp_path / "flight.mcap"
     with RecordingWriter(path, stage.twin.joints, {"rig": "recupera_like_passive", "command": "test"}) as recording:
@@ -113,7 +119,7 @@ def test_a_recording_holds_every_accepted_touch_and_no_gap_longer_than_a_step_of
 
 
 def test_somebody_is_awake_from_before_a_window_until_after_it():
-    times = Times(((100.0, 122.0), (280.0, 302.0)), 3.0)
+    times = WindowTimes(((100.0, 122.0), (280.0, 302.0)), 3.0)
     assert [times.is_awake(t) for t in (96.9, 97.0, 110.0, 124.0, 124.1, 277.0, 400.0)] == [
         False, True, True, True, False, True, False,
     ]  # fmt: skip

@@ -10,7 +10,7 @@ from tests.campaigns.virtual_study.made_up_flights import flight
 from exograv.campaigns.virtual_study.checkpoint import CareerJob, lived_of, read_lived
 from exograv.campaigns.virtual_study.options import StudyOptions, careers
 from exograv.campaigns.virtual_study.out_folder import CAREERS, SETTINGS, out_folder, settings_of_study
-from exograv.campaigns.virtual_study.participants import Lived
+from exograv.campaigns.virtual_study.participants import ParticipantResult
 from exograv.campaigns.virtual_study.study import Work, simulate_study
 from exograv.errors import ConfigError, RecordingError
 
@@ -61,7 +61,7 @@ def test_a_career_in_whose_place_a_folder_is_is_named(tmp_path: Path):
 
 def test_nothing_is_flown_that_is_kept(tmp_path: Path):
     files = [tmp_path / "V00-ideal.json", tmp_path / "V00-familiarised.json"]
-    one = Lived((flight(1, "ideal"),), (), {"flights": 1.0}, 2.0)
+    one = ParticipantResult((flight(1, "ideal"),), (), {"flights": 1.0}, 2.0)
     for file in files:
         file.write_text(json.dumps(asdict(one)), encoding="utf-8")
     everybody = careers(StudyOptions((1, 0), conditions=("ideal",)), ("V",))

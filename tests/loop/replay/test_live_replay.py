@@ -10,7 +10,7 @@ import pytest
 
 from exograv.cli.recordings.replaying import ReplayOptions, run_replay
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.laboratory.cooperative_wearer import held_machine
+from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.live.guard_process import GuardJob, GuardLoop
 from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
@@ -76,7 +76,7 @@ def plan(laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedM
         prepared,
         wide_limits(),
         LEVEL_BEFORE,
-        held_machine(laboratory, SEED, prepared.t),
+        cooperative_machine(laboratory, SEED, prepared.t),
     )
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.laboratory.attentive_wearer import attentive_twin
-from exograv.laboratory.cooperative_wearer import held_machine
+from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.live.guard_process import GuardJob, GuardLoop
 from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
@@ -85,7 +85,7 @@ def steered(
         prepared,
         wide_limits(),
         0.0,
-        held_machine(laboratory, SEED, prepared.t),
+        cooperative_machine(laboratory, SEED, prepared.t),
     )
     plan = replace(plan, machine=partial(attentive_twin, laboratory, SEED, 400.0), is_steered=True)
     joints, path = plan.description.joints, tmp_path_factory.mktemp("steered") / "live.mcap"

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from exograv.procedures.identification.person_check import PersonCheck
-from exograv.procedures.identification.warm_start import Returning
+from exograv.procedures.identification.warm_start import WarmStart
 
 
-def returning(evidence: dict[float, float]) -> Returning:
+def returning(evidence: dict[float, float]) -> WarmStart:
     """Somebody whose file met these log evidences over the table."""
-    one, check = object.__new__(Returning), object.__new__(PersonCheck)
+    one, check = object.__new__(WarmStart), object.__new__(PersonCheck)
     check.evidence = evidence
     one.path, one.code, one._check = Path("p-08.toml"), "P-08", check
     return one

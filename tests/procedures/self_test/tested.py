@@ -12,11 +12,11 @@ import numpy as np
 
 from exograv.dynamics.loop_torque import GRAVITY
 from exograv.identification.calibration.empty_machine import Calibration
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.twin_calibration import EmptyTwin
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.model.description import load_rig
-from exograv.procedures.self_test.unworn import test_machine as tested
+from exograv.procedures.self_test.machine_test import test_machine as tested
 from exograv.rig.twin import Disturbances, draw_machine
 from self_test_faults import HIDDEN
 
@@ -76,7 +76,7 @@ def verdict(fault: str, joint: int, rig: str = "recupera_like") -> dict[str, Any
 def calibrated(rig: str) -> tuple[Calibration, dict[str, float]]:
     """As if stage 0 had found the truth."""
     laboratory = draw_laboratory(rig, None, LEVEL, SEED)
-    machine = prepared_by_truth(laboratory, 0.0).machine
+    machine = ideal_knowledge(laboratory, 0.0).machine
     joints = len(machine.phi)
     certain = machine.actuators.gain * 1e-3
     return Calibration(

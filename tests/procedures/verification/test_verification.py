@@ -5,17 +5,19 @@ import pytest
 
 from exograv.identification.core.left_over import REJECTED_MAX, RESTLESS
 from exograv.procedures.verification.estimate import LeftOver
-from exograv.procedures.verification.verification import RESTLESS_TEXT, Verified
+from exograv.procedures.verification.verification import RESTLESS_TEXT, VerificationResult
 
 JOINTS = ("flexion", "elbow")
 TARGETS = np.array([0.2, 0.1])
 
 
-def verified(low: list[float], high: list[float], noise_scale: float = 1.0, rejected: float = 0.0) -> Verified:
+def verified(
+    low: list[float], high: list[float], noise_scale: float = 1.0, rejected: float = 0.0
+) -> VerificationResult:
     at = np.zeros((12, 2))
     left_over = LeftOver(np.zeros((1, 12, 2)), at, at, noise_scale, rejected)
     middle = 0.5 * (np.array(low) + np.array(high))
-    return Verified(at, left_over, np.array([middle, low, high]), np.zeros(3), TARGETS, 100.0)
+    return VerificationResult(at, left_over, np.array([middle, low, high]), np.zeros(3), TARGETS, 100.0)
 
 
 @pytest.mark.parametrize(

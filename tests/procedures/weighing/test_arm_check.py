@@ -9,7 +9,7 @@ import pytest
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.support import sample_postures
 from exograv.procedures.weighing.arm_check import POUNDS_PER_KG, SURE, ArmCheck, ArmJudge
-from exograv.procedures.weighing.weighing_path import telling_way
+from exograv.procedures.weighing.weighing_path import informative_path
 
 BODY_KG = 75.0  # as in conftest.py
 PATH_DT = 0.02
@@ -20,7 +20,7 @@ RESTLESS = 2.7  # an ordinary day: 0.8 N·m at the shoulder
 def samples(model, believed_arm, heard):
     x, _ = believed_arm
     postures = sample_postures(model.assembly.description, 16)[1:]
-    way = telling_way(model, x, x[ParameterLayout.of(model.assembly).phi], 0.35, postures)
+    way = informative_path(model, x, x[ParameterLayout.of(model.assembly).phi], 0.35, postures)
     return heard(way.trajectory(18.0, PATH_DT), x, 1000, RESTLESS)
 
 

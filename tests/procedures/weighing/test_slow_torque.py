@@ -5,7 +5,7 @@ import pytest
 
 from exograv.identification.core.square_root import FilterBank
 from exograv.identification.recursive.recursive import DISTURBANCE_SCALES
-from exograv.procedures.weighing.slow_torque import CORRELATION_S, Rows, believed, told
+from exograv.procedures.weighing.slow_torque import CORRELATION_S, Rows, believed, motion_information
 
 DT, SAMPLES, JOINTS, UNKNOWNS = 0.08, 60, 2, 3
 USUAL = np.array([0.3, 0.15])
@@ -30,13 +30,13 @@ def test_a_batch_believes_what_the_recursive_filter_believes(rows):
     bank = FilterBank(UNKNOWNS, DISTURBANCE_SCALES[:, None] * USUAL, CORRELATION_S)
     for H, y, noise in zip(rows.H, rows.y, rows.noise, strict=True):
         bank.update(DT, H, y, noise)
-    belief = believed(told([rows], USUAL), *prior())
+    belief = believed(motion_information([rows], USUAL), *prior())
     np.testing.assert_allclose(belief.mean, bank.mean(), atol=SAME)
     np.testing.assert_allclose(belief.covariance, bank.covariance(), atol=SAME)
 
 
 def test_evidence_is_the_probability_of_the_data(rows):
-    one = told([rows], USUAL)[2]
+    one = motion_information([rows], USUAL)[2]
     mean, variance = np.array([0.2, -0.1, 0.4]), np.array([0.5, 2.0, 1.0])
     slow = (DISTURBANCE_SCALES[2] * USUAL) ** 2
     lag = np.abs(rows.t[:, None] - rows.t)
@@ -50,12 +50,12 @@ def test_evidence_is_the_probability_of_the_data(rows):
 
 
 def test_motions_apart_say_more_than_one_of_them(rows):
-    one, two = (believed(told([rows] * count, USUAL), *prior()) for count in (1, 2))
+    one, two = (believed(motion_information([rows] * count, USUAL), *prior()) for count in (1, 2))
     assert np.all(np.diag(two.covariance) < np.diag(one.covariance))
 
 
 def test_what_is_considered_widens_the_others_and_is_not_learned(rows):
-    information = told([rows], USUAL)
+    information = motion_information([rows], USUAL)
     free = believed(
         [type(one)(one.matrix[:2, :2], one.vector[:2], one.constant) for one in information], np.zeros(2), np.ones(2)
     )
@@ -66,8 +66,8 @@ def test_what_is_considered_widens_the_others_and_is_not_learned(rows):
 
 
 def test_a_burst_hardly_moves_what_is_believed(rows):
-    calm = believed(told([rows], USUAL), *prior()).mean
+    calm = believed(motion_information([rows], USUAL), *prior()).mean
     rows.y[30:34, 0] += 5.0
-    struck = believed(told([rows], USUAL), *prior()).mean
-    gated = believed(told([rows], USUAL, calm), *prior()).mean
+    struck = believed(motion_information([rows], USUAL), *prior()).mean
+    gated = believed(motion_information([rows], USUAL, calm), *prior()).mean
     assert np.abs(gated - calm).max() < 0.3 * np.abs(struck - calm).max()

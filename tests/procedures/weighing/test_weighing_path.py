@@ -6,14 +6,14 @@ import pytest
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.arm import held_weight
 from exograv.model.support import sample_postures
-from exograv.procedures.weighing.weighing_path import Way, telling_way
+from exograv.procedures.weighing.weighing_path import WeighingPath, informative_path
 
 ROUNDING = 1e-4  # rad: of a path that is slowed down at its ends
 
 
 @pytest.fixture(scope="module")
-def way() -> Way:
-    return Way(np.array([0.1, 0.0, 0.2, 0.5]), np.array([0.9, 0.3, 0.1, 1.0]), 0.7)
+def way() -> WeighingPath:
+    return WeighingPath(np.array([0.1, 0.0, 0.2, 0.5]), np.array([0.9, 0.3, 0.1, 1.0]), 0.7)
 
 
 def test_it_begins_and_ends_at_rest_where_less_is_asked(way):
@@ -36,7 +36,7 @@ def test_no_other_two_postures_change_the_torque_much_more(model, believed_arm):
     x, _ = believed_arm
     held, phi = held_weight(model.assembly.arm, 1.0), ParameterLayout.of(model.assembly).phi
     postures = sample_postures(model.assembly.description, 16)[1:]
-    way = telling_way(model, x, held, 0.7, postures)
+    way = informative_path(model, x, held, 0.7, postures)
     asked = {tuple(q): model.at_rest(q, x)[1][:, phi] @ held for q in postures}
     change = np.linalg.norm(asked[tuple(way.high)] - asked[tuple(way.low)])
     largest = max(np.linalg.norm(a - b) for a in asked.values() for b in asked.values())

@@ -6,7 +6,7 @@ import pytest
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.support import sample_postures
-from exograv.procedures.weighing.weighing_path import telling_way
+from exograv.procedures.weighing.weighing_path import informative_path
 from exograv.procedures.weighing.weight_estimator import WeightEstimator, WeightPasses
 
 PATH_DT = 0.02
@@ -19,7 +19,7 @@ def weighed(model, believed_arm, heard):
     postures = sample_postures(model.assembly.description, 16)[1:]
 
     def at(place: WeightPlace, kg: float, farther_m: float = 0.0):
-        way = telling_way(model, x, held_weight(model.assembly.arm, 1.0, at=place), 0.7, postures)
+        way = informative_path(model, x, held_weight(model.assembly.arm, 1.0, at=place), 0.7, postures)
         path = way.trajectory(15.0, PATH_DT)
         # Identification has made the arm ten times better known than the table, and not quite right.
         truth = x + 0.1 * np.sqrt(np.diag(covariance)) * np.random.default_rng(1001).standard_normal(len(x))

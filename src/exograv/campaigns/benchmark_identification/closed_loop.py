@@ -1,4 +1,4 @@
-"""Closed loop: what one method learns drives the arm that it learns from, as in a session."""
+"""Closed-loop run: the estimates of one method drive the arm while it learns, as in a session."""
 
 import numpy as np
 
@@ -8,18 +8,18 @@ from exograv.procedures.identification.method_names import MethodName
 
 from .stream_replay import MethodTrace
 from .streams import Calibrated
-from .subject import BenchmarkSubject, StopVerdict
+from .wearer_judge import StopVerdict, WearerJudge
 
 
 def fly(
-    subject: BenchmarkSubject, calibrated: Calibrated, name: MethodName, seconds: float, progress: Progress
+    judge: WearerJudge, calibrated: Calibrated, name: MethodName, seconds: float, progress: Progress
 ) -> tuple[MethodTrace, StopVerdict]:
-    """Identify for `seconds`, whatever the stop rule says; it is only asked.
+    """Identify for `seconds`; the verdict of the stop rule is noted and does not end the run.
 
     Raises:
         ExogravError: The run was stopped.
     """
-    worn = calibrated.worn(subject.case, subject.laboratory, progress)
+    worn = calibrated.worn(judge.case, judge.laboratory, progress)
     estimates: list[Estimate] = []
     identifier = worn.identifier(name, listener=lambda _t, estimate, *_: estimates.append(estimate))
     found = worn.identify(identifier, seconds)

@@ -1,4 +1,4 @@
-"""One stream of samples for every method: a relaxed arm moved by a controller that learns nothing."""
+"""Recorded sample stream for every method: a relaxed arm, moved by a controller that does not learn."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from .cases import Case
 
 MOTION_S = 120.0
 DONNING_S = 300.0
-"""From one wearer to the next the machine runs on, and warms up [s]."""
+"""Machine time from one wearer to the next, in which the machine warms up [s]."""
 
 Series = Float[np.ndarray, "sample joint"]
 
@@ -60,7 +60,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Stream:
-    """Everything that a method may know."""
+    """Data that a method may use."""
 
     assembly: Assembly
     machine: CalibratedMachine
@@ -69,7 +69,7 @@ class Stream:
 
 @dataclass(frozen=True)
 class RecordedStream:
-    """A stream, and apart from it what only the examiner may know."""
+    """A stream, and the truth that only the examiner may read."""
 
     case: Case
     stream: Stream
@@ -96,7 +96,7 @@ class Calibrated:
 
 
 def calibrate(case: Case, progress: Progress) -> Calibrated:
-    """Stage 0 on the empty machine of a case, at its nominal lengths, as `exograv calibrate` does.
+    """Calibrate the empty machine of a case at its nominal lengths, as `exograv calibrate` does.
 
     Raises:
         ExogravError: The machine was refused or stopped.
@@ -109,7 +109,7 @@ def calibrate(case: Case, progress: Progress) -> Calibrated:
 
 
 def record_stream(case: Case, calibrated: Calibrated, progress: Progress, seconds: float = MOTION_S) -> RecordedStream:
-    """Move the wearer's arm by feed-forward of the table's arm and weak PD; nothing is learned meanwhile.
+    """Move the wearer's arm by feed-forward of the table's arm and a weak PD; nothing is learned.
 
     Raises:
         ExogravError: The wearer does not fit into the machine, or the run was stopped.
@@ -127,7 +127,7 @@ def record_stream(case: Case, calibrated: Calibrated, progress: Progress, second
 
 
 class _Recorder:
-    """Listens to the motion and keeps every settled sample."""
+    """Listener that stores every settled sample of the motion."""
 
     def __init__(self, sample_filter: SampleFilter):
         self._filter = sample_filter
@@ -142,6 +142,6 @@ class _Recorder:
             self._rows.append(np.array([sample.q, sample.v, sample.a, sample.tau, asked.q, asked.v, asked.a]))
 
     def samples(self) -> Samples:
-        """All that was kept."""
+        """Return the stored samples."""
         q, v, a, tau, *asked = np.ascontiguousarray(np.array(self._rows).transpose(1, 0, 2))
         return Samples(np.array(self._t), q, v, a, tau, np.array(asked))

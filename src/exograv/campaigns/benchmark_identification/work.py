@@ -11,11 +11,11 @@ from exograv.procedures.identification.method_names import MethodName
 
 from .cases import Case
 from .closed_loop import fly
-from .resting import rested
+from .rest_run import take_method_rests
 from .runs import MethodRun, Setting
 from .stream_replay import is_offline, replay
 from .streams import Calibrated, RecordedStream, calibrate, record_stream
-from .subject import BenchmarkSubject
+from .wearer_judge import WearerJudge
 
 BREAKDOWNS = (ExogravError, np.linalg.LinAlgError, FloatingPointError, ValueError)
 """How a run can fail: it is counted, and the others go on. Linear algebra says `ValueError` to what is not finite."""
@@ -64,24 +64,24 @@ def _run_wearer(task: WearerTask, calibrated: Calibrated, seconds: float, tell: 
     who = f"level {case.level}, {case.profile}, wearer {case.wearer_seed}"
     try:
         laboratory = case.laboratory()
-        subject = BenchmarkSubject(case, laboratory.assembly(), calibrated.machine, laboratory)
+        judge = WearerJudge(case, laboratory.assembly(), calibrated.machine, laboratory)
     except ExogravError as error:
         yield from (_failed(key, str(error)) for key in task.keys)
         return
     if task.open_loop:
-        yield from _replays(task, subject, calibrated, seconds, _spoken(tell, who))
+        yield from _replays(task, judge, calibrated, seconds, _spoken(tell, who))
     for name in task.closed_loop:
         tell(f"{who}: closed loop with '{name}'")
         try:
-            trace, verdict = fly(subject, calibrated, name, seconds, _silent)
-            yield subject.judged("closed_loop", name, trace, verdict)
+            trace, verdict = fly(judge, calibrated, name, seconds, _silent)
+            yield judge.judge("closed_loop", name, trace, verdict)
         except BREAKDOWNS as error:
             yield _failed(("closed_loop", name, case), str(error))
 
 
 def _replays(
     task: WearerTask,
-    subject: BenchmarkSubject,
+    judge: WearerJudge,
     calibrated: Calibrated,
     seconds: float,
     tell: Callable[[str, float], None],
@@ -94,24 +94,22 @@ def _replays(
     for name in task.open_loop:
         tell(f"'{name}'", 0.0)
         try:
-            yield _replayed(name, subject, recorded, calibrated)
+            yield _replayed(name, judge, recorded, calibrated)
         except BREAKDOWNS as error:
             yield _failed(("open_loop", name, task.case), str(error))
 
 
-def _replayed(
-    name: MethodName, subject: BenchmarkSubject, recorded: RecordedStream, calibrated: Calibrated
-) -> MethodRun:
+def _replayed(name: MethodName, judge: WearerJudge, recorded: RecordedStream, calibrated: Calibrated) -> MethodRun:
     stream = recorded.stream
-    method = build_method(name, stream.assembly, stream.machine, subject.model.again())
-    before = rested(method, subject, calibrated, _silent)
+    method = build_method(name, stream.assembly, stream.machine, judge.model.again())
+    before = take_method_rests(method, judge, calibrated, _silent)
     # What a method makes of numbers that run away is its own affair; the examiner counts what is not finite.
     with np.errstate(all="ignore"):
         trace = replay(method, stream.samples)
         end = float(stream.samples.t[-1])
         after = [estimate for estimate in trace.estimates if estimate.t <= end + 1e-9]
         trace = replace(trace, estimates=[*before, *after])
-        return replace(subject.judged("open_loop", name, trace), offline=is_offline(method))
+        return replace(judge.judge("open_loop", name, trace), offline=is_offline(method))
 
 
 def _failed(key: tuple[Setting, str, Case], why: str) -> MethodRun:

@@ -12,21 +12,21 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError
-from exograv.laboratory.cooperative_wearer import held_machine
+from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.laboratory.drive_sim import Bus
 from exograv.live.live_control import LivePlan
 from exograv.loop.pilot import Progress
 from exograv.runtime.processes.process_pool import ProcessPool, Tell, in_order
 
 from .checkpoint import KeptVerdicts
+from .drive_plant import driven_ground
 from .driver_faults import ALL, ONLY_DRIVES
-from .fault_plant import FaultSubject, Ground
+from .fault_participants import load_participant, prepare_participant
+from .fault_plant import FaultParticipant, PlantSource
 from .fault_table import FAULTS, Fault
 from .figures import figures_of, told, with_strikes
-from .persons import make_known, subject
 from .process_faults import strike
 from .scenario import THE_TWIN, Scenario, ScenarioVerdict, fly, is_bad, names_of, shrunk
-from .through_driver import driven_ground
 
 CHUNK = 20
 REPLAYS_MAX = 20
@@ -157,7 +157,7 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
 
 def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any]:
     """After the scenarios: a live run needs the processors for itself."""
-    known = subject(path)
+    known = load_participant(path)
     return strike(
         LivePlan(
             known.laboratory.description,
@@ -165,7 +165,7 @@ def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any
             known.prepared,
             known.person,
             0.0,
-            held_machine(known.laboratory, campaign.seed, known.prepared.t),
+            cooperative_machine(known.laboratory, campaign.seed, known.prepared.t),
         ),
         campaign.strikes,
         progress,
@@ -179,7 +179,7 @@ def _told(campaign: Campaign, verdicts: list[ScenarioVerdict]) -> dict[str, Any]
 
 def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> dict[str, Any]:
     scenario = campaign.replayed()
-    path = make_known(campaign.seed, scenario.number % campaign.persons, campaign.level, folder, progress)
+    path = prepare_participant(campaign.seed, scenario.number % campaign.persons, campaign.level, folder, progress)
     with _ground(path, campaign) as (who, ground):
         verdict = fly(who, scenario, ground)
     return with_strikes(_told(campaign, [verdict]), None) | {"replay": [], "course": told(verdict)}
@@ -222,7 +222,7 @@ def _chunks(campaign: Campaign, done: Container[int] = ()) -> list[tuple[int, li
 
 
 def _make_known(campaign: Campaign, folder: Path, person: int, _tell: Tell) -> Iterator[Path]:
-    yield make_known(campaign.seed, person, campaign.level, folder)
+    yield prepare_participant(campaign.seed, person, campaign.level, folder)
 
 
 def _fly_chunk(
@@ -234,10 +234,10 @@ def _fly_chunk(
 
 
 @contextlib.contextmanager
-def _ground(path: Path, campaign: Campaign) -> Iterator[tuple[FaultSubject, Ground]]:
+def _ground(path: Path, campaign: Campaign) -> Iterator[tuple[FaultParticipant, PlantSource]]:
     """Who is known by this file, and what they are flown on."""
     if campaign.through is None:
-        yield subject(path), THE_TWIN
+        yield load_participant(path), THE_TWIN
         return
     with driven_ground(campaign.through, path) as (who, ground):
         yield who, ground

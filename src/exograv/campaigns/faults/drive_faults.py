@@ -9,7 +9,7 @@ from .fault_plant import World
 from .injector import Injector
 
 
-class TorqueConstant(Injector):
+class DriveTorqueConstant(Injector):
     """F09: a motor gives another torque for the same current, half to twice of it or the opposite."""
 
     def draw(self) -> None:
@@ -68,7 +68,7 @@ class CableOut(Injector):
             world.is_silent()
 
 
-class StopLineOpen(Injector):
+class DriveStopLineOpen(Injector):
     """F39: the line of the hardware stop is open: every drive says so and gives no torque."""
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:

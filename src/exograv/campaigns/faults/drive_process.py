@@ -16,7 +16,7 @@ from exograv.rig.drives.simulated import Plant
 from exograv.rig.drives.simulated.bench import SimulatedBench
 from exograv.rig.drives.simulated.firmware import AMBIENT_C
 
-from .fault_plant import FlightStart, Sight, Swaying, twin_of
+from .fault_plant import FlightStart, SwayingWearer, TruthSample, twin_of
 
 
 class Tidy(NamedTuple):
@@ -67,8 +67,8 @@ class DriveExaminer:
         self._t0, self._plant, self._device, self._line = prepared.t, plant, device, line
         self._bench = SimulatedBench(joints, plant, device, lambda _: None)
         self._joints, self._next, self._awaited = joints, None, 0
-        self._person: Swaying | None = None
-        self._sights: list[Sight] = []
+        self._person: SwayingWearer | None = None
+        self._sights: list[TruthSample] = []
 
     def obey(self) -> bool:
         """Do what was asked; whether to end."""
@@ -108,7 +108,7 @@ class DriveExaminer:
         for joint, drive in enumerate(self._plant.each):
             self._device.plug(joint)
             drive.temperature_C = AMBIENT_C
-        self._next = Swaying(twin_of(self._laboratory, start, self._t0), start.moves)
+        self._next = SwayingWearer(twin_of(self._laboratory, start, self._t0), start.moves)
 
     def _begin(self) -> None:
         person = self._person = self._next
@@ -127,7 +127,7 @@ class DriveExaminer:
 
 
 def serve(known: Path, drives_file: Path, bus: Bus, line: Connection) -> None:
-    """Simulated drives until the campaign ends them; `known` is the file of a person (`people.make_known`)."""
+    """Serve simulated drives until the campaign ends them; `known` is the file of a participant."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ended by who has begun it
     laboratory, prepared, _ = pickle.loads(known.read_bytes())
     description = laboratory.description

@@ -28,10 +28,10 @@ ALL: Mapping[str, Fault] = MappingProxyType({**FAULTS, **ONLY_DRIVES})
 
 AT_DRIVES: Mapping[str, type[Injector]] = MappingProxyType(
     {
-        "F09": of_drives.TorqueConstant,
+        "F09": of_drives.DriveTorqueConstant,
         "F12": of_drives.InternalFault,
         "F13": of_drives.CableOut,
-        "F39": of_drives.StopLineOpen,
+        "F39": of_drives.DriveStopLineOpen,
         **{name: fault.injector for name, fault in ONLY_DRIVES.items()},
     }
 )

@@ -1,4 +1,4 @@
-"""Where a scenario is flown: a machine to read and command, a world that may go wrong, and an examiner who looks on."""
+"""Plant of a fault scenario: a machine to read and command, faults in it, and its truth for the examiner."""
 
 import contextlib
 from collections.abc import Iterator
@@ -20,12 +20,12 @@ from exograv.signals import Command, JointState
 Joints = Float[np.ndarray, " joint"]
 
 SWAY_HZ, SWAY_STIFFNESS, SWAY_DAMPING = 0.8, 12.0, 1.5
-"""Of a person who moves the arm [Hz, N·m/rad, N·m·s/rad]."""
+"""Frequency, stiffness and damping of a wearer who moves the arm [Hz, N·m/rad, N·m·s/rad]."""
 
 
 @dataclass(frozen=True)
-class FaultSubject:
-    """A person in a machine, known to the software as after an identification."""
+class FaultParticipant:
+    """Participant in a machine, known to the software as after an identification."""
 
     laboratory: VirtualLaboratory
     prepared: ControllerKnowledge
@@ -35,20 +35,20 @@ class FaultSubject:
 
 
 class FlightStart(NamedTuple):
-    """How a flight begins."""
+    """Start of a flight."""
 
     seed: int
-    """Of the twin's run."""
+    """Seed of the twin's run."""
 
     posture: Joints
-    """Where the arm floats at first [rad]."""
+    """Joint positions at the start [rad]."""
 
     moves: Joints
-    """The person's slow push at the joints, as amplitude of a sine [N·m]; zero for a relaxed person."""
+    """Amplitude of the wearer's slow sinusoidal push at the joints [N·m]; zero for a relaxed wearer."""
 
 
-class Sight(NamedTuple):
-    """Of one moment, by the twin's truth: the examiner's business, nobody flies by it."""
+class TruthSample(NamedTuple):
+    """Truth of the twin at one moment, for the examiner only."""
 
     q: Joints
     """[rad]"""
@@ -58,42 +58,42 @@ class Sight(NamedTuple):
 
     hand_m_s: float
     are_braking: bool
-    """All drives by themselves, since the moment before."""
+    """True if all drives have braked by themselves since the previous sample."""
 
 
 @runtime_checkable
 class World(Protocol):
-    """What a fault may do to machine and person."""
+    """Effects that a fault may have on machine and wearer."""
 
     @property
     def q(self) -> Joints:
-        """What the machine said last [rad]."""
+        """Positions as measured last [rad]."""
         ...
 
     def push(self, joint: int, torque: float) -> None:
-        """The person pushes so much more from now on [N·m]."""
+        """Add a torque of the wearer's muscles from now on [N·m]."""
         ...
 
     def hang(self, mount: str, mass_kg: float) -> None:
-        """Somebody puts a weight there."""
+        """Attach a weight to this mount."""
         ...
 
     def turn_motor(self, joint: int, factor: float) -> None:
-        """A motor has so many times its torque constant from now on."""
+        """Scale the torque constant of a motor from now on."""
         ...
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
-        """Done at the bench of simulated drives (`exograv drive-sim`, help)."""
+        """Obey a command of the simulated drives' bench (`exograv drive-sim`, help)."""
         ...
 
     def is_silent(self) -> None:
-        """Nothing will answer any more, so that nobody waits for it in lock-step."""
+        """Stop waiting for answers in lock-step: nothing will answer any more."""
         ...
 
 
 @runtime_checkable
-class Stand(World, Protocol):
-    """A machine in lock-step, with the person in it."""
+class FaultPlant(World, Protocol):
+    """Machine in lock-step, with the wearer in it."""
 
     @property
     def t(self) -> float:
@@ -114,29 +114,29 @@ class Stand(World, Protocol):
         ...
 
     def go_on(self, last: Command) -> None:
-        """End it where nobody is left to write; the drives have heard this last."""
+        """End the tick without a controller; `last` is the last command that the drives received."""
         ...
 
-    def sights(self) -> list[Sight]:
-        """One for every tick, when the flight is over."""
+    def sights(self) -> list[TruthSample]:
+        """Truth of every tick, when the flight is over."""
         ...
 
 
-class Swaying:
-    """A twin whose wearer sways the arm about where it was: a slow push, held back; beside whatever else pushes."""
+class SwayingWearer:
+    """Twin whose wearer sways the arm about its start: a slow push, added to other torques."""
 
     def __init__(self, twin: Twin, moves: Joints):
-        """By pushes of this amplitude [N·m]."""
+        """Hold the twin's present posture; `moves` are the amplitudes of the push [N·m]."""
         self.twin, self._moves, self._own = twin, moves, np.zeros_like(twin.tau_voluntary)
         self._held_at, self._steps = twin.truth.q_arm.copy(), 0
 
-    def look(self) -> Sight:
-        """Now."""
+    def look(self) -> TruthSample:
+        """Return the truth at this moment."""
         seen = self.twin.truth
-        return Sight(seen.q, seen.v, self.twin.hand_speed(), bool((self.twin.drive_damping() > 0.0).all()))
+        return TruthSample(seen.q, seen.v, self.twin.hand_speed(), bool((self.twin.drive_damping() > 0.0).all()))
 
     def sway(self) -> None:
-        """For the next step of the twin."""
+        """Set the muscle torque for the next step of the twin."""
         if self._moves.any():
             seen, phase = self.twin.truth, 2.0 * np.pi * SWAY_HZ * self.twin.period_s * self._steps
             own = (
@@ -148,16 +148,16 @@ class Swaying:
 
 
 def twin_of(laboratory: VirtualLaboratory, start: FlightStart, t0: float) -> Twin:
-    """The person in the machine, the arm held in a posture, as long after it was switched on as `t0` [s]."""
+    """Put the wearer into the machine at the start posture, at time `t0` of the rig's clock [s]."""
     return laboratory.twin(start.seed, t0, start.posture)
 
 
-class TwinStand:
-    """The twin itself, in this process."""
+class TwinPlant:
+    """Fault plant made of the twin itself, in this process."""
 
-    def __init__(self, subject: FaultSubject, start: FlightStart):
-        self._twin = twin_of(subject.laboratory, start, subject.prepared.t)
-        self._person, self._sights = Swaying(self._twin, start.moves), list[Sight]()
+    def __init__(self, participant: FaultParticipant, start: FlightStart):
+        self._twin = twin_of(participant.laboratory, start, participant.prepared.t)
+        self._person, self._sights = SwayingWearer(self._twin, start.moves), list[TruthSample]()
 
     @property
     def t(self) -> float:
@@ -180,24 +180,24 @@ class TwinStand:
         self._twin.write(command)
 
     def go_on(self, last: Command) -> None:
-        """The twin advances with a command only; this one is void before long."""
+        """Advance the twin with the last command, which expires soon."""
         self._twin.write(last)
 
-    def sights(self) -> list[Sight]:
-        """One for every tick, and of how the last one ended."""
+    def sights(self) -> list[TruthSample]:
+        """Truth of every tick, and of the end of the last one."""
         return [*self._sights, self._person.look()]
 
     @property
     def q(self) -> Joints:
-        """As measured [rad]."""
+        """Positions as measured [rad]."""
         return self._twin.read().q
 
     def push(self, joint: int, torque: float) -> None:
-        """By the wearer's muscles."""
+        """Add a torque of the wearer's muscles."""
         self._twin.tau_voluntary[joint] += torque
 
     def hang(self, mount: str, mass_kg: float) -> None:
-        """At once."""
+        """Attach the weight at once."""
         self._twin.hang(mount, mass_kg)
 
     def turn_motor(self, joint: int, factor: float) -> None:
@@ -205,7 +205,7 @@ class TwinStand:
         self._twin.turn_motor(joint, factor)
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
-        """There is none.
+        """Reject the command: the twin has no bench.
 
         Raises:
             RigError: Always.
@@ -213,30 +213,30 @@ class TwinStand:
         raise RigError(f"'{word}' is done at simulated drives; this twin has none. Fly it through a driver.")
 
     def is_silent(self) -> None:
-        """Nobody waits for it."""
+        """Do nothing: nothing waits for the twin."""
 
 
 @runtime_checkable
-class Ground(Protocol):
-    """What scenarios are flown on, one after the other."""
+class PlantSource(Protocol):
+    """Source of plants for scenarios, one after the other."""
 
     bus: str | None
-    """None where the twin itself is commanded."""
+    """Name of the bus; None where the twin itself is commanded."""
 
     period_ms: int
 
-    def stand(self, subject: FaultSubject, start: FlightStart) -> contextlib.AbstractContextManager[Stand]:
-        """Ready for one flight."""
+    def stand(self, participant: FaultParticipant, start: FlightStart) -> contextlib.AbstractContextManager[FaultPlant]:
+        """Prepare a plant for one flight."""
         ...
 
 
-class TwinGround:
-    """The twin itself."""
+class TwinPlants:
+    """Plants made of the twin itself."""
 
     bus: str | None = None
     period_ms = 1
 
     @contextlib.contextmanager
-    def stand(self, subject: FaultSubject, start: FlightStart) -> Iterator[Stand]:
-        """A new one."""
-        yield TwinStand(subject, start)
+    def stand(self, participant: FaultParticipant, start: FlightStart) -> Iterator[FaultPlant]:
+        """Make a new twin."""
+        yield TwinPlant(participant, start)

@@ -9,7 +9,7 @@ from exograv.safety.guard import SafeState
 
 from .driver_faults import ALL, injected_by
 from .fault_table import FAULTS, Fault
-from .proved_elsewhere import ELSEWHERE, NOT_YET
+from .fault_tests import TESTED_FAULTS, UNTESTED_FAULTS
 from .scenario import HAND_MAX_M_S, ScenarioVerdict, is_bad
 
 
@@ -111,7 +111,7 @@ def _pairs(verdicts: Sequence[ScenarioVerdict]) -> dict[str, int]:
 
 def with_strikes(figures: dict[str, Any], live: dict[str, Any] | None) -> dict[str, Any]:
     """The same with what was found on real processes, where any were struck; the figures of scenarios stay theirs."""
-    elsewhere = {"proved_by": {row.id: list(row.proved_by) for row in ELSEWHERE}, "not_yet": dict(NOT_YET)}
+    elsewhere = {"proved_by": {row.id: list(row.proved_by) for row in TESTED_FAULTS}, "not_yet": dict(UNTESTED_FAULTS)}
     if live is None:
         return figures | elsewhere | {"live": None}
     missed = sum(row["missed"] for row in live["by_fault"].values())

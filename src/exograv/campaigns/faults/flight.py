@@ -16,7 +16,7 @@ from exograv.safety.guard import Guard, SafeState, Submitted
 from exograv.safety.person import GuardedPerson
 from exograv.signals import Command, JointState, Reference
 
-from .fault_plant import FaultSubject, Stand
+from .fault_plant import FaultParticipant, FaultPlant
 from .injector import Injector
 from .oracle import EnvelopeOracle
 from .person_faults import StopPressed
@@ -28,26 +28,26 @@ Joints = Float[np.ndarray, " joint"]
 class FaultFlight:
     """Flies one scenario."""
 
-    def __init__(self, subject: FaultSubject, stand: Stand, posture: Joints, faults: Sequence[Injector]):
+    def __init__(self, participant: FaultParticipant, stand: FaultPlant, posture: Joints, faults: Sequence[Injector]):
         """Begin with the arm floating in a posture.
 
         Args:
-            subject: Who.
+            participant: Participant in the machine, as the software knows them.
             stand: Machine and person, in that posture.
             posture: Where the arm floats at first [rad].
             faults: What will go wrong.
         """
-        prepared, period_s = subject.prepared, stand.period_s
-        self._stand, self._controller = stand, subject.controller.again(prepared.x)
-        self._person = GuardedPerson(subject.person)
-        self._envelope = Envelope(subject.limits, period_s)
+        prepared, period_s = participant.prepared, stand.period_s
+        self._stand, self._controller = stand, participant.controller.again(prepared.x)
+        self._person = GuardedPerson(participant.person)
+        self._envelope = Envelope(participant.limits, period_s)
         self._envelope.person = self._person
         self._envelope.begin(self._controller.torque_at_rest(posture, prepared.x))
         gain = prepared.machine.actuators.gain
         self._guard = Guard.of_machine(self._envelope, period_s, gain.tolist())
         self._step, feedback = ControlStep(self._guard, gain), OutputFeedback(len(posture), period_s, self._controller)
         self._control = _FaultyControl(feedback, self._envelope)
-        self._oracle = EnvelopeOracle(subject.limits, subject.person, period_s)
+        self._oracle = EnvelopeOracle(participant.limits, participant.person, period_s)
         self._faults, still = faults, np.zeros(len(posture))
         self._last = Command(stand.t, NO_MEASUREMENT, stand.t, still, still)
         self.watch = TruthWatch(min((fault.onset for fault in faults), default=None), round(1e3 * period_s))

@@ -10,7 +10,7 @@ from exograv.model.support import sample_postures
 from exograv.safety.guard import SafeState
 
 from .driver_faults import ALL, ONLY_DRIVES, injector_of
-from .fault_plant import FaultSubject, FlightStart, Ground, TwinGround
+from .fault_plant import FaultParticipant, FlightStart, PlantSource, TwinPlants
 from .fault_table import FAULTS, Fault
 from .flight import FaultFlight
 from .oracle import ROUNDING_NM
@@ -86,14 +86,14 @@ class ScenarioVerdict:
     relaxed: bool
 
 
-THE_TWIN = TwinGround()
+THE_TWIN = TwinPlants()
 
 
-def fly(subject: FaultSubject, scenario: Scenario, ground: Ground = THE_TWIN) -> ScenarioVerdict:
+def fly(participant: FaultParticipant, scenario: Scenario, ground: PlantSource = THE_TWIN) -> ScenarioVerdict:
     """Run it."""
     generator = np.random.default_rng([scenario.campaign, scenario.number, 1])
-    joints = len(subject.limits.torque_max_Nm)
-    postures = sample_postures(subject.laboratory.description, POSTURES)[1:]
+    joints = len(participant.limits.torque_max_Nm)
+    postures = sample_postures(participant.laboratory.description, POSTURES)[1:]
     posture = postures[int(generator.integers(len(postures)))]
     moves = np.zeros(joints)
     relaxed = bool(generator.random() >= MOVES_SHARE)
@@ -111,10 +111,10 @@ def fly(subject: FaultSubject, scenario: Scenario, ground: Ground = THE_TWIN) ->
         for name in scenario.faults
     }
     last = max((fault.onset for fault in faults.values()), default=0)
-    with ground.stand(subject, FlightStart(int(generator.integers(2**31)), posture, moves)) as stand:
-        flight = FaultFlight(subject, stand, posture, list(faults.values()))
+    with ground.stand(participant, FlightStart(int(generator.integers(2**31)), posture, moves)) as stand:
+        flight = FaultFlight(participant, stand, posture, list(faults.values()))
         course = flight.fly(last + AFTER_MS // ground.period_ms)
-    noise, watch = subject.laboratory.machine.sensors.current_noise, flight.watch
+    noise, watch = participant.laboratory.machine.sensors.current_noise, flight.watch
     begins: dict[str, float] = {}
     for name, injector in faults.items():
         shows = injector.shows(watch.told, noise)
@@ -196,12 +196,12 @@ def _is_pair_missed(course: ScenarioLog, begins: dict[str, float]) -> bool:
     return min((tick for tick in ticks if tick is not None), default=np.inf) > until
 
 
-def shrunk(subject: FaultSubject, verdict: ScenarioVerdict, ground: Ground = THE_TWIN) -> Scenario:
+def shrunk(participant: FaultParticipant, verdict: ScenarioVerdict, ground: PlantSource = THE_TWIN) -> Scenario:
     """The same scenario with as few faults as still go wrong."""
     scenario = verdict.scenario
     for name in list(scenario.faults):
         fewer = tuple(other for other in scenario.faults if other != name)
-        if fewer and is_bad(fly(subject, replace(scenario, faults=fewer), ground)):
+        if fewer and is_bad(fly(participant, replace(scenario, faults=fewer), ground)):
             scenario = replace(scenario, faults=fewer)
     return scenario
 

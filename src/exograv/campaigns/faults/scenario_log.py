@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
 
-from .fault_plant import Sight
+from .fault_plant import TruthSample
 from .oracle import Judgement
 
 Joints = Float[np.ndarray, " joint"]
@@ -92,7 +92,7 @@ class TruthWatch:
         if safe_state > course.worst:
             course.since |= {state: tick for state in SafeState if course.worst < state <= safe_state}
 
-    def finish(self, judgement: Judgement, sights: Sequence[Sight]) -> ScenarioLog:
+    def finish(self, judgement: Judgement, sights: Sequence[TruthSample]) -> ScenarioLog:
         """Sum up; the sights are of the ticks in turn, and one may be of the end."""
         course, onset = self.course, self._onset
         course.violated_ticks = len(judgement.wrong)
@@ -115,7 +115,7 @@ class TruthWatch:
             course.extra_speed = float(np.abs(v[:until] - v[0]).max())
             course.extra_way_deg = float(np.rad2deg(np.abs(q[:until] - q[0]).max()))
 
-    def _sum_up_hand(self, sights: Sequence[Sight]) -> None:
+    def _sum_up_hand(self, sights: Sequence[TruthSample]) -> None:
         """From the safe state on; after a push the hand needs time to slow down."""
         course, release = self.course, RELEASE_MS // self.course.period_ms
         protected = [tick for tick in (course.stopped_tick, course.braked_tick) if tick is not None]

@@ -13,7 +13,7 @@ from pydantic import Field, field_validator
 from exograv.campaigns.virtual_study.conditions import condition_of
 from exograv.campaigns.virtual_study.flight import FAMILIARISED
 from exograv.campaigns.virtual_study.options import Career, StudyOptions
-from exograv.campaigns.virtual_study.participants import live
+from exograv.campaigns.virtual_study.participants import simulate_participant
 from exograv.campaigns.virtual_study.transfer import constant_error_mm, first_touch_mm
 from exograv.errors import ConfigError, IdentificationError
 from exograv.laboratory.participant.habits import with_constants
@@ -114,7 +114,7 @@ def _run(task: SweepTask) -> Values:
     settings: ParticipantsTask = task.settings
     condition = None if settings.condition == FAMILIARISED else condition_of(settings.condition)
     career = Career(0, settings.seed, condition, settings.sessions, ((settings.sessions, "comparison"),))
-    lived = live(career, settings.options, Path(), lambda _text, _share: None)
+    lived = simulate_participant(career, settings.options, Path(), lambda _text, _share: None)
     if lived.refused is not None:
         raise IdentificationError(lived.refused)
     (flight,) = lived.flights

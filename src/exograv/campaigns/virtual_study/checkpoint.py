@@ -12,7 +12,7 @@ from exograv.runtime.processes.process_pool import Tell, results_of
 
 from .flight import flight_of
 from .options import Career, StudyOptions
-from .participants import Lived, live
+from .participants import ParticipantResult, simulate_participant
 
 TOLD_EVERY = 0.01
 """Share of a career between two messages of its process."""
@@ -37,8 +37,8 @@ def lived_of(
     recordings: Path,
     processes: int,
     tell: Callable[[float], None],
-    add: Callable[[Lived], None] = lambda _lived: None,
-) -> list[Lived]:
+    add: Callable[[ParticipantResult], None] = lambda _lived: None,
+) -> list[ParticipantResult]:
     """What came of each, in their order.
 
     Args:
@@ -72,7 +72,7 @@ def lived_of(
     return [done[k] for k in range(len(jobs))]
 
 
-def _live(job: CareerJob, tell: Tell, recordings: Path) -> Iterator[Lived]:
+def _live(job: CareerJob, tell: Tell, recordings: Path) -> Iterator[ParticipantResult]:
     said = ("", -1.0)
 
     def told(text: str, share: float) -> None:
@@ -81,10 +81,10 @@ def _live(job: CareerJob, tell: Tell, recordings: Path) -> Iterator[Lived]:
             said = (text, share)
             tell(said)
 
-    yield live(job.career, job.options, recordings, told)
+    yield simulate_participant(job.career, job.options, recordings, told)
 
 
-def read_lived(path: Path) -> Lived | None:
+def read_lived(path: Path) -> ParticipantResult | None:
     """What was kept; None where nothing was.
 
     Raises:
@@ -95,7 +95,9 @@ def read_lived(path: Path) -> Lived | None:
         text = path.read_text(encoding="utf-8")
         plain = json.loads(text)
         flights = tuple(flight_of(one) for one in plain["flights"])
-        return Lived(flights, tuple(plain["files"]), plain["spent_s"], plain["simulated_s"], plain.get("refused"))
+        return ParticipantResult(
+            flights, tuple(plain["files"]), plain["spent_s"], plain["simulated_s"], plain.get("refused")
+        )
     except FileNotFoundError:
         return None
     except OSError as error:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from exograv.campaigns.study_example.making import ExampleOptions
+from exograv.campaigns.study_example.example_study import ExampleOptions
 from exograv.errors import ConfigError
 from exograv.laboratory.participant.habits import Habits, with_constants
 from exograv.task.protocol import load_protocol

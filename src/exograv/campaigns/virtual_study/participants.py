@@ -20,15 +20,22 @@ from exograv.task.protocol import LoadedProtocol, first_windows, load_protocol
 
 from .flight import Group, VirtualFlight
 from .options import Career, StudyOptions
-from .session_simulation import ACT_TICKS, Sitting
-from .stage import PreparedTraining, Stage, familiarisation_stage, flight_stage, prepared_once, stage_on
+from .session_setup import (
+    SessionSetup,
+    TrainingKnowledge,
+    cached_training,
+    familiarisation_setup,
+    flight_setup,
+    training_setup,
+)
+from .session_simulation import ACT_TICKS, SimulatedSession
 
 FLIGHT_DAY = 1000
 """Number of the day of a flight: what the air is like that day does not depend on how often somebody trained."""
 
 
 @dataclass(frozen=True)
-class Lived:
+class ParticipantResult:
     """What came of a career."""
 
     flights: tuple[VirtualFlight, ...]
@@ -45,7 +52,7 @@ class Lived:
     """Why this person did nothing at all in this condition."""
 
 
-class Life:
+class ParticipantSimulation:
     """Goes through one career."""
 
     def __init__(self, career: Career, options: StudyOptions, folder: Path, progress: Progress):
@@ -56,9 +63,9 @@ class Life:
         self._spent = {"preparing": 0.0, "sessions": 0.0, "flights": 0.0}
         self._simulated_s, self._files = 0.0, list[str]()
         self._parts_done = 0
-        self._prepared: PreparedTraining | None = None
+        self._prepared: TrainingKnowledge | None = None
 
-    def live(self) -> Lived:
+    def run(self) -> ParticipantResult:
         """All sessions and flights.
 
         A machine that is refused is one person less in a comparison, and an error for whoever is in the main study.
@@ -70,11 +77,11 @@ class Life:
         if career.condition is not None:
             try:
                 with self._timed("preparing"):
-                    self._prepared = prepared_once(career.condition, career.seed, self._options.level, self._tell)
+                    self._prepared = cached_training(career.condition, career.seed, self._options.level, self._tell)
             except (ConfigError, IdentificationError, RigError) as error:
                 if career.code is not None:
                     raise
-                return Lived((), (), self._spent, 0.0, str(error))
+                return ParticipantResult((), (), self._spent, 0.0, str(error))
             self._parts_done += 1
         for session in range(career.sessions + 1):
             if session:
@@ -84,21 +91,21 @@ class Life:
                 if after == session:
                     with self._timed("flights"):
                         flights.append(self._fly(session, group))
-        return Lived(tuple(flights), tuple(self._files), self._spent, self._simulated_s)
+        return ParticipantResult(tuple(flights), tuple(self._files), self._spent, self._simulated_s)
 
     def _train(self, session: int) -> None:
         career, level = self._career, self._options.level
         loaded = self._loaded(self._protocol, self._options.windows)
         if self._prepared is None:
-            stage = familiarisation_stage(career.seed, level, session)
+            stage = familiarisation_setup(career.seed, level, session)
         else:
-            stage = stage_on(self._prepared, session)
+            stage = training_setup(self._prepared, session)
         _sitting, self._learned = self._sit(stage, loaded, session, session, is_kept=True)
 
     def _fly(self, session: int, group: Group) -> VirtualFlight:
         career, options = self._career, self._options
         loaded = self._loaded("flight", options.windows if options.flight_windows is None else options.flight_windows)
-        stage = flight_stage(career.seed, options.level, FLIGHT_DAY)
+        stage = flight_setup(career.seed, options.level, FLIGHT_DAY)
         is_main = group != "comparison"
         sitting, _learned = self._sit(stage, loaded, FLIGHT_DAY, 1, is_kept=is_main)
         prepared = self._prepared
@@ -124,14 +131,14 @@ class Life:
         return loaded if windows is None else first_windows(loaded, windows)
 
     def _sit(
-        self, stage: Stage, loaded: LoadedProtocol, day: int, number: int, is_kept: bool
-    ) -> tuple[Sitting, LearnedState]:
+        self, stage: SessionSetup, loaded: LoadedProtocol, day: int, number: int, is_kept: bool
+    ) -> tuple[SimulatedSession, LearnedState]:
         """One session, from what was learned before to what is known on the next morning."""
         career, room = self._career, self._room
         plan = TaskPlan(loaded, stage.exo, room.calibration)
         person = self._person(stage, loaded, day)
         seed = day_seed(career.seed, day)
-        sitting = Sitting(stage, plan, room, person, seed)
+        sitting = SimulatedSession(stage, plan, room, person, seed)
         begun, tell = stage.twin.t, partial(self._tell, "")
         if career.code is None or not is_kept:
             sitting.fly(None, tell)
@@ -150,7 +157,7 @@ class Life:
         person.adaptation.night()
         return sitting, person.learned
 
-    def _person(self, stage: Stage, loaded: LoadedProtocol, day: int) -> PointingPerson:
+    def _person(self, stage: SessionSetup, loaded: LoadedProtocol, day: int) -> PointingPerson:
         protocol = loaded.settings
         person = PointingPerson(
             stage.own,
@@ -168,7 +175,9 @@ class Life:
             person.remember(self._learned)
         return person
 
-    def _settings(self, stage: Stage, loaded: LoadedProtocol, number: int, seed: int, habits: Habits) -> dict[str, Any]:
+    def _settings(
+        self, stage: SessionSetup, loaded: LoadedProtocol, number: int, seed: int, habits: Habits
+    ) -> dict[str, Any]:
         settings = {
             "options": {"participant": self._career.code, "protocol": loaded.settings.name, "session": number},
             "protocol": loaded.recorded,
@@ -201,10 +210,10 @@ class _Timed:
         self._account[self._what] += time.perf_counter() - self._begun
 
 
-def live(career: Career, options: StudyOptions, folder: Path, progress: Progress) -> Lived:
+def simulate_participant(career: Career, options: StudyOptions, folder: Path, progress: Progress) -> ParticipantResult:
     """One career, from the first session to the last flight.
 
     Raises:
         ExogravError: A machine or run was refused, or the disk is full.
     """
-    return Life(career, options, folder, progress).live()
+    return ParticipantSimulation(career, options, folder, progress).run()

@@ -32,7 +32,7 @@ from exograv.task.run import TaskRun
 
 from .flight import FlownTouch
 from .rows import TickRows
-from .stage import Stage
+from .session_setup import SessionSetup
 
 ACT_TICKS = 2
 """Ticks between two acts of the person: muscles are slower by far."""
@@ -55,7 +55,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
-class Times:
+class WindowTimes:
     """When windows open and close on the twin's clock, as planned [s]."""
 
     windows: tuple[tuple[float, float], ...]
@@ -70,10 +70,10 @@ class Times:
         return min((opens - self.lead_s - t for opens, _ in self.windows if opens - self.lead_s > t), default=math.inf)
 
 
-class Sitting:
+class SimulatedSession:
     """A person on a stage, for one protocol."""
 
-    def __init__(self, stage: Stage, plan: TaskPlan, room: SimulatedRoom, person: PointingPerson, seed: int):
+    def __init__(self, stage: SessionSetup, plan: TaskPlan, room: SimulatedRoom, person: PointingPerson, seed: int):
         """Nothing has begun.
 
         Args:
@@ -160,19 +160,19 @@ class Sitting:
         self._times = self._planned(feed)
         return self._seat.session(self.run, *(() if feed is None else (feed,)))
 
-    def _planned(self, feed: AircraftFeed | None) -> Times:
+    def _planned(self, feed: AircraftFeed | None) -> WindowTimes:
         twin, plan, begun = self._twin, self.run.plan, self._twin.t
         self.run.feed(Start(t=begun))
         self._set_level(plan.protocol.windows.level_of(plan.protocol.windows.first_number).start)
         if feed is not None:
             flown = tuple((begun + opens, begun + closes) for opens, closes in feed.profile.windows_s)
-            return Times(flown, LEAD_S["aircraft"])
+            return WindowTimes(flown, LEAD_S["aircraft"])
         if self._is_driven:
             # The twin begins as if held: the torque that carries is there.
             state = twin.read()
             self._envelope.begin(self.stage.controller.step(state.q, np.zeros_like(state.q), self._reference))
         origin, windows = self.run.state.origin, plan.timeline.windows.values()
-        return Times(tuple((origin + w.start_s, origin + w.end_s) for w in windows), LEAD_S["clock"])
+        return WindowTimes(tuple((origin + w.start_s, origin + w.end_s) for w in windows), LEAD_S["clock"])
 
     def _act(self, ticks: int) -> None:
         """Run the twin, with a person in it who may move."""

@@ -24,7 +24,7 @@ from .options import Career, StudyOptions, careers
 from .out_folder import CAREERS, RECORDINGS, STUDY, SWEEP, out_folder
 from .outcome import NO_EVIDENCE, outcome_of
 from .page import Content, write_virtual_page
-from .participants import Lived
+from .participants import ParticipantResult
 from .sensitivity import USUAL, sensitivity
 from .small_study import Means
 
@@ -134,7 +134,7 @@ class _Telling:
 
 def _everybody_lived(
     everybody: Sequence[Career], options: StudyOptions, work: Work, study: StudyFolder, progress: Progress
-) -> list[Lived]:
+) -> list[ParticipantResult]:
     """Of each career: read where it is kept, gone through else."""
     jobs = [CareerJob(career, options, work.folder / CAREERS / f"{career.name}.json") for career in everybody]
     return lived_of(
@@ -143,7 +143,7 @@ def _everybody_lived(
     )  # fmt: skip
 
 
-def _add(study: StudyFolder, lived: Lived) -> None:
+def _add(study: StudyFolder, lived: ParticipantResult) -> None:
     """Into the study's folder, as a laboratory would."""
     paths = [Path(file) for file in lived.files]
     if not paths:
@@ -179,7 +179,7 @@ def _shown(options: StudyOptions) -> dict[str, str]:
     }
 
 
-def _time_of(lived: Sequence[Lived], wall_s: float) -> dict[str, Any]:
+def _time_of(lived: Sequence[ParticipantResult], wall_s: float) -> dict[str, Any]:
     """Where the time of the study itself went, over all processes."""
     spent = {name: round(sum(one.spent_s.get(name, 0.0) for one in lived), 1) for name in lived[0].spent_s}
     return {

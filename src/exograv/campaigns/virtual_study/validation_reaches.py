@@ -11,7 +11,7 @@ from exograv.signals import Command
 from exograv.task.picture import ParticipantPicture
 from exograv.task.protocol import load_protocol
 
-from .stage import free_stage
+from .session_setup import free_setup
 
 REST_S, WINDOW_S, TAIL_S = 4.0, 22.0, 2.5
 TICKS, LOOK_TICKS = 2, 20
@@ -40,7 +40,7 @@ class Reaching:
 
     def __init__(self, seed: int, gravity_level: float, sees: bool, habits: Habits | None = None, level: int = 2):
         """The same seed is the same person under every gravity; `sees` says whether a touch shows the finger."""
-        stage = free_stage(seed, level, 0, gravity_level)
+        stage = free_setup(seed, level, 0, gravity_level)
         room, protocol = SimulatedRoom(), load_protocol("training").settings
         self._twin, self._sees, self._task = stage.twin, sees, protocol.target
         self._target = room.on_panel(*room.target_px(protocol.target))

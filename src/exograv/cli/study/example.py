@@ -25,7 +25,7 @@ class Example(Common):
 
 def run_example(command: Example) -> dict[str, Any]:
     """Make it."""
-    from exograv.campaigns.study_example.making import ExampleOptions, make_example
+    from exograv.campaigns.study_example.example_study import ExampleOptions, make_example
     from exograv.cli.shell.terminal import bars
 
     options = ExampleOptions(

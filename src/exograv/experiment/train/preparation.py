@@ -25,10 +25,10 @@ from exograv.procedures.identification.controller_knowledge import MOTION_S, Con
 from exograv.procedures.identification.float_arm import TRAVEL
 from exograv.procedures.identification.participant_session import ParticipantOptions, ParticipantRun
 from exograv.procedures.identification.warm_start import FROM_FILE_S
-from exograv.procedures.self_test.unworn import test_machine
+from exograv.procedures.self_test.machine_test import test_machine
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
 from exograv.procedures.weighing.first_motion import first_motion
-from exograv.procedures.weighing.motion_samples import Kept
+from exograv.procedures.weighing.motion_samples import SampleCollector
 from exograv.recording.rounding import rounded
 from exograv.rig.twin import Twin
 from exograv.rig.twin.world.surroundings import Surroundings
@@ -109,7 +109,7 @@ def known_arm(
         listener=lambda _t, estimate, predicted, _outcome: person.note(estimate, predicted),
         belief=person.belief(machine),
     )
-    kept = Kept()
+    kept = SampleCollector()
     person.listen(identifier)
     identifier.followers.append(kept)
     found = worn.identify(identifier, MOTION_S if person.before is None else FROM_FILE_S)

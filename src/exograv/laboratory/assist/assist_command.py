@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.laboratory.provenance import run_settings
-from exograv.laboratory.support_level.preparation import WeakSubject, subject
+from exograv.laboratory.support_level.weak_participant import WeakParticipant, prepare_weak_participant
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.assist.page import write_assist_page
 from exograv.procedures.rehabilitation.assist.participant_record import (
@@ -52,7 +52,7 @@ def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, p
     loaded, path = load_assist_protocol(options.protocol), assist_file(options, folder)
     file = read_assist(path, options.participant, options.kept)
     session = opened(file, loaded, options.needed_percent, options.new_session)
-    one = subject(options.person(session.number), progress)
+    one = prepare_weak_participant(options.person(session.number), progress)
     page = path.with_suffix(".html")
     done, name = len(session.blocks), f"{path.stem}_{session.number:02d}"
     recording_path = folder / (f"{name}.mcap" if done == 0 else f"{name}_from_{done + 1}.mcap")
@@ -111,7 +111,9 @@ def how_to_go_on(options: AssistOptions, folder: Path) -> str:
     return f"{kept} The same command goes on with this session; with --new-session another one begins."
 
 
-def _settings(options: AssistOptions, one: WeakSubject, loaded: LoadedAssist, session: AssistSession) -> dict[str, Any]:
+def _settings(
+    options: AssistOptions, one: WeakParticipant, loaded: LoadedAssist, session: AssistSession
+) -> dict[str, Any]:
     settings = {
         "options": options.kept | {"participant": options.participant, "session": session.number},
         "protocol": loaded.settings.model_dump(mode="json"),

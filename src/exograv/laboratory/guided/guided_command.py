@@ -20,7 +20,7 @@ from exograv.procedures.rehabilitation.guided.floating_arm import FloatingArm, r
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
 from exograv.procedures.rehabilitation.guided.path_guide import PathGuide
 from exograv.procedures.rehabilitation.guided.repeat import repeat
-from exograv.procedures.rehabilitation.guided.taught_path import read_taught, taught, write_taught
+from exograv.procedures.rehabilitation.guided.taught_path import make_taught_path, read_taught, write_taught
 from exograv.procedures.rehabilitation.guided.teach import teach
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin
@@ -93,7 +93,9 @@ def run_teach(
         movement = drawn_movement(laboratory.description, options.seed, start, arm.rig.period_s)
         therapist = Therapist(arm.rig, movement)
         path_found = teach(arm, movement.seconds + AFTER_S, therapist.act)
-        whole = taught(path_found, laboratory.description, code, datetime.now(UTC).replace(microsecond=0), True)
+        whole = make_taught_path(
+            path_found, laboratory.description, code, datetime.now(UTC).replace(microsecond=0), True
+        )
         result = {
             "path": str(path),
             "seconds": round((len(whole.q_rad) - 1) * whole.period_s, 2),

@@ -9,7 +9,7 @@ from exograv.laboratory.provenance import run_settings
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.support_level.outcome import figures
 from exograv.procedures.rehabilitation.support_level.recorded_attempts import recorded_attempts
-from exograv.procedures.rehabilitation.support_level.search import CRITERION, Needed, search
+from exograv.procedures.rehabilitation.support_level.search import CRITERION, NeededSupport, search
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS
 from exograv.procedures.rehabilitation.support_level.threshold import DRAWS_LAST, ThresholdSearch
 from exograv.recording import RecordingWriter
@@ -17,7 +17,7 @@ from exograv.storage.self_test_pass import NOT_NEEDED
 
 from .flight import Attempt, SupportFlight
 from .options import SupportOptions
-from .preparation import WeakSubject, subject
+from .weak_participant import WeakParticipant, prepare_weak_participant
 
 
 def run_support_level(options: SupportOptions, folder: Path, progress: Progress) -> dict[str, Any]:
@@ -29,7 +29,7 @@ def run_support_level(options: SupportOptions, folder: Path, progress: Progress)
         RecordingError: The folder cannot be written.
     """
     start = time.perf_counter()
-    one = subject(options, progress)
+    one = prepare_weak_participant(options, progress)
     path = folder / f"{options.name}.mcap"
     with RecordingWriter(path, one.laboratory.description.joints, _settings(options, one)) as recording:
         flight = one.flight(options.seed, recording)
@@ -66,11 +66,11 @@ def run_recorded(recording: Path, folder: Path, name: str) -> dict[str, Any]:
     found = ThresholdSearch(len(TARGETS), CRITERION, 0)
     for target, support, reached in tried:
         found.take(target, support, reached)
-    result = figures(Needed(found.posterior(DRAWS_LAST), len(tried)), tried, None)
+    result = figures(NeededSupport(found.posterior(DRAWS_LAST), len(tried)), tried, None)
     return _drawn(result | {"is_simulated": is_simulated, "recording": str(recording)}, folder, name)
 
 
-def search_flight(flight: SupportFlight, seed: int, progress: Progress) -> tuple[Needed, list[Attempt]]:
+def search_flight(flight: SupportFlight, seed: int, progress: Progress) -> tuple[NeededSupport, list[Attempt]]:
     """Search with attempts that are flown; they are returned too."""
     attempts: list[Attempt] = []
 
@@ -87,7 +87,7 @@ def _drawn(result: dict[str, Any], folder: Path, name: str) -> dict[str, Any]:
     return result | {"figure": str(write_support_figure(result, folder / f"{name}.svg"))}
 
 
-def _settings(options: SupportOptions, one: WeakSubject) -> dict[str, Any]:
+def _settings(options: SupportOptions, one: WeakParticipant) -> dict[str, Any]:
     # A file's place changes nothing; what it says is the weakness.
     settings = {
         "options": asdict(options) | {"person_file": None},

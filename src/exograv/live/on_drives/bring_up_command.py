@@ -14,8 +14,8 @@ from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, Side, load_rig
 from exograv.procedures.bring_up.bench_machine import BenchMachine
 from exograv.procedures.bring_up.hands import Hands
-from exograv.procedures.bring_up.in_motion import PoweredSteps
-from exograv.procedures.bring_up.unpowered import stop_is_heard, turns, watchdog, wiring, zero_torque
+from exograv.procedures.bring_up.powered_steps import PoweredSteps
+from exograv.procedures.bring_up.unpowered_steps import stop_is_heard, turns, watchdog, wiring, zero_torque
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
 from exograv.rig.drives.opening import DrivenRig, open_drives
 from exograv.rig.drives.settings import Drives

@@ -9,7 +9,7 @@ import numpy as np
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.procedures.bring_up.bench_machine import BenchMachine
-from exograv.procedures.bring_up.unpowered import stop_is_heard
+from exograv.procedures.bring_up.unpowered_steps import stop_is_heard
 from exograv.procedures.self_test.bench import TestedMachine, press_software_stop
 from exograv.procedures.self_test.self_test_command import SelfTestOptions
 from exograv.storage.calibration_schema import StoredCalibration

@@ -15,7 +15,7 @@ from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.verification.change import changed_since, read_former
 from exograv.procedures.verification.figures import verified_figures
 from exograv.procedures.verification.options import VerifyOptions
-from exograv.procedures.verification.verification import Verified, judged
+from exograv.procedures.verification.verification import VerificationResult, evaluate_passes
 
 from .connection import DrivesAsked, Say
 from .float_command import FlownOnDrives, PersonForm, fly_on_drives
@@ -72,7 +72,7 @@ def run_verification_on_drives(
     return result
 
 
-def _judged(run: FlownOnDrives, progress: Progress) -> Verified:
+def _judged(run: FlownOnDrives, progress: Progress) -> VerificationResult:
     learned, passed, asked = run.flown.learned, run.flown.passed, run.verification
     if learned is None or passed is None or asked is None:
         latches = run.flown.report.latches
@@ -82,10 +82,10 @@ def _judged(run: FlownOnDrives, progress: Progress) -> Verified:
             "anew (`exograv self-test`) where it was stopped, then repeat."
         )
     model = ArmModel(run.prepared.assembly, run.prepared.machine)
-    return judged(model, learned.estimate, asked.postures, passed.heard, passed.seconds, progress)
+    return evaluate_passes(model, learned.estimate, asked.postures, passed.heard, passed.seconds, progress)
 
 
-def _truth(run: FlownOnDrives, verified: Verified) -> list[float] | None:
+def _truth(run: FlownOnDrives, verified: VerificationResult) -> list[float] | None:
     """Where machine and person are simulated."""
     if run.wearer is None or run.flown.learned is None:
         return None

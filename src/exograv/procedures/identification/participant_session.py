@@ -36,7 +36,7 @@ from exograv.storage.sealed_file import sealed
 from .estimator_session import Belief, Identification
 from .identify import Identifier
 from .sample_observers import HeldOut
-from .warm_start import Returning, belief_today
+from .warm_start import WarmStart, belief_today
 
 NOT_KEPT = (Outcome.NOT_RELAXED, Outcome.NOT_EXCITED)
 """After these a file would carry on what was no arm."""
@@ -69,7 +69,7 @@ class ParticipantRun:
     told: Body
     now: datetime
     before: StoredParticipant | None = None
-    returning: Returning | None = None
+    returning: WarmStart | None = None
     _held_out: HeldOut | None = None
 
     def __post_init__(self):
@@ -91,7 +91,7 @@ class ParticipantRun:
         if path is None or before is None:
             return None
         belief, table = belief_today(before, self.assembly, machine, self.now)
-        self.returning = Returning(path, before.person.code, belief, table, self.assembly, machine)
+        self.returning = WarmStart(path, before.person.code, belief, table, self.assembly, machine)
         return belief
 
     def listen(self, identifier: Identifier) -> None:

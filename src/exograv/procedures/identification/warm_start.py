@@ -1,7 +1,7 @@
-"""A person who was here before: today starts from yesterday's belief, unless the first seconds contradict it.
+"""Warm start of a known participant from the stored belief, unless the first seconds of motion contradict it.
 
-Beside the method a second one starts cold, from the table, and takes the same samples: what the file saved is the
-difference between the two, by the stop rule's own prediction, without any truth.
+A second method starts cold, from the table, and takes the same samples. The difference between the two, by the stop
+rule's own prediction and without any truth, is the gain of the file.
 """
 
 from dataclasses import dataclass, field
@@ -27,7 +27,7 @@ from .person_check import PersonCheck
 
 SECONDS_PER_DAY = 86400.0
 FROM_FILE_S = 20.0
-"""Of motion for somebody who comes back: by then all of ten were within target (docs/participants.md)."""
+"""Motion of a returning participant [s]: by then all of ten were within target (docs/participants.md)."""
 
 
 def belief_today(
@@ -41,18 +41,18 @@ def belief_today(
 
 
 @dataclass
-class Progress:
-    """Of one method through the motion, judged by its own covariance."""
+class MethodProgress:
+    """Progress of one method through the motion, judged by its own covariance."""
 
     rule: StopRule
     target: np.ndarray
     stop_s: float | None = None
     outcome: Outcome = Outcome.RUNNING
     reached_s: float | None = None
-    """From when on the prediction was within the stop rule's target [s]."""
+    """Time from which the prediction stayed within the stop rule's target [s]."""
 
     def judge(self, estimate: Estimate, predicted: np.ndarray) -> None:
-        """Once a second."""
+        """Judge one estimate; call once a second."""
         if (predicted <= self.target).all():
             self.reached_s = estimate.t if self.reached_s is None else self.reached_s
         else:
@@ -64,31 +64,31 @@ class Progress:
 
     @property
     def figures(self) -> dict[str, Any]:
-        """For files and tables."""
+        """Figures for files and tables."""
         return {"predicted_target_s": self.reached_s, "stop_s": self.stop_s, "outcome": self.outcome.value}
 
 
 @dataclass
-class Returning:
-    """Listens to the samples of a person whose file was given."""
+class WarmStart:
+    """Observer of the samples of a participant whose file was given."""
 
     path: Path
     code: str
     belief: Belief
-    """By the file."""
+    """Mean and covariance by the file."""
     table: Belief
     assembly: Assembly
     machine: CalibratedMachine
     cold_estimates: list[Estimate] = field(default_factory=list)
-    """Of the method that started cold, one a second."""
+    """Estimates of the method that started cold, one per second."""
 
     def begin(self, model: ArmModel) -> None:
-        """Before the first sample."""
+        """Build the cold method and the check of the file, before the first sample."""
         places = self.assembly.description.places
         self._cold = build_method("recursive", self.assembly, self.machine, model.again())
         self._left_over = LeftOverPrediction(model.again(), self.table[0])
         target = np.array([TARGET_NM[place] for place in places])
-        self.warm, self.cold = (Progress(StopRule(places), target) for _ in range(2))
+        self.warm, self.cold = (MethodProgress(StopRule(places), target) for _ in range(2))
         self._check = PersonCheck(model.again(), self.machine, self.belief, self.table)
         self._noted = 0.0
 
@@ -109,7 +109,7 @@ class Returning:
                 self.cold.judge(estimate, self._left_over.rms(estimate.covariance))
 
     def note(self, estimate: Estimate, predicted: np.ndarray | None) -> None:
-        """What the method that started from the file says, once a second."""
+        """Judge the estimate of the warm method, once a second."""
         if predicted is not None:
             self.warm.judge(estimate, predicted)
 
@@ -123,7 +123,7 @@ class Returning:
 
     @property
     def figures(self) -> dict[str, Any]:
-        """For `--json`."""
+        """Figures for `--json`."""
         warm, cold = self.warm.reached_s, self.cold.reached_s
         return {
             "code": self.code,

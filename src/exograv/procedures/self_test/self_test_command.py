@@ -20,7 +20,7 @@ from exograv.storage.self_test_step import Step, tried
 
 from .bench import TestedMachine
 from .computer import clock, disk, recorder, timing
-from .unworn import test_machine
+from .machine_test import test_machine
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ import numpy as np
 
 from exograv.recording.rounding import rounded
 
-from .verification import Verified
+from .verification import VerificationResult
 
 
-def verified_figures(verified: Verified, joints: tuple[str, ...]) -> dict[str, Any]:
+def verified_figures(verified: VerificationResult, joints: tuple[str, ...]) -> dict[str, Any]:
     """What the passes tell."""
     median, low, high = verified.rms
     return {
@@ -28,7 +28,7 @@ def verified_figures(verified: Verified, joints: tuple[str, ...]) -> dict[str, A
     }
 
 
-def _rows(verified: Verified) -> list[dict[str, Any]]:
+def _rows(verified: VerificationResult) -> list[dict[str, Any]]:
     """One a posture."""
     found = verified.left_over
     columns = {

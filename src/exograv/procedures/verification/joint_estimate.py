@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from exograv.identification.core.square_root import GATE, square_root
 from exograv.identification.recursive.recursive import USUAL_SCALES
-from exograv.procedures.weighing.slow_torque import Belief, Information, Rows, believed, told
+from exograv.procedures.weighing.slow_torque import Belief, Information, Rows, believed, motion_information
 
 CORRELATIONS_S = (1.5, 3.0, 5.0)
 """Of the slow torque that are held possible; people: 1-5 s (docs/arm.md)."""
@@ -98,7 +98,7 @@ class JointPasses:
         weights, expected = np.zeros(0), None
         for _ in range(STEPS):
             slow = np.array([self.slow_sd])
-            information = [one for s in CORRELATIONS_S for one in told([self.rows], slow, expected, s)]
+            information = [one for s in CORRELATIONS_S for one in motion_information([self.rows], slow, expected, s)]
             beliefs = list(self._believed(information))
             logs = np.array([belief.log_evidence for belief in beliefs])
             weights = np.exp(logs - logs.max())

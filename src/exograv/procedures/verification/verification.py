@@ -24,7 +24,7 @@ RESTLESS_TEXT = "The person does not relax: what is left over cannot be told fro
 
 
 @dataclass(frozen=True)
-class Verified:
+class VerificationResult:
     """What a verification found."""
 
     postures: Postures
@@ -70,7 +70,7 @@ def verify_arm(
     arm: Estimate,
     seen: Float[np.ndarray, "tick joint"],
     seed: int,
-) -> Verified:
+) -> VerificationResult:
     """Fly the passes with a relaxed person, and tell what is left over of the arm as it is carried.
 
     Args:
@@ -93,12 +93,12 @@ def verify_arm(
         pilot.worn.know(arm.x)
     start = pilot.rig.t
     heard = fly_passes(pilot, controller, postures, seed)
-    return judged(model, arm, postures, heard, pilot.rig.t - start, pilot.progress)
+    return evaluate_passes(model, arm, postures, heard, pilot.rig.t - start, pilot.progress)
 
 
-def judged(
+def evaluate_passes(
     model: ArmModel, arm: Estimate, postures: Postures, heard: Sequence[PassSample], seconds: float, progress: Progress
-) -> Verified:
+) -> VerificationResult:
     """What is left over by passes that have been flown.
 
     Args:
@@ -113,7 +113,7 @@ def judged(
     found = LeftOverEstimator(model, arm, postures).estimate(heard, progress)
     moved_mm = Fingertip(model, arm.x, postures).moved_mm(found.draws)
     targets = np.array([TARGET_NM[place] for place in model.assembly.description.places])
-    return Verified(
+    return VerificationResult(
         postures,
         found,
         found.rms,

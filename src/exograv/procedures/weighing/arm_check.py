@@ -19,7 +19,7 @@ from exograv.identification.core.prior import disturbance_sd, prior
 from exograv.identification.core.square_root import square_root
 
 from .motion_samples import SAMPLE_S
-from .slow_torque import Belief, Information, Rows, believed, told
+from .slow_torque import Belief, Information, Rows, believed, motion_information
 
 POUNDS_PER_KG = 2.2046
 SHARES = {"form": 1.0, "pounds": 1.0 / POUNDS_PER_KG, "kilograms": POUNDS_PER_KG}
@@ -96,7 +96,7 @@ class ArmJudge:
         x, expected = self._mean, None
         information: list[Information] = []
         for _ in range(STEPS):
-            information = told([self._rows(samples, x) for samples in motions], self._sd, expected)
+            information = motion_information([self._rows(samples, x) for samples in motions], self._sd, expected)
             expected = self._belief(information, 1.0).mean
             x = self._mean + self._spread @ np.clip(expected[: self._spread.shape[1]], -2.0, 2.0)
         evidence = np.array([self._belief(information, kg / body_mass_kg).log_evidence for kg in KG])

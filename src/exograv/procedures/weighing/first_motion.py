@@ -11,8 +11,8 @@ from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.pilot import Pilot
 from exograv.model.support import sample_postures
 
-from .motion_samples import Listener
-from .weighing_path import telling_way
+from .motion_samples import MotionListener
+from .weighing_path import informative_path
 
 SECONDS = 20.0
 CANDIDATES = 64  # postures of the task workspace, every pair of which is a way
@@ -37,9 +37,9 @@ def first_motion(pilot: Pilot, controller: ArmController, model: ArmModel) -> li
     pilot.worn.expect(*believed, SPEED)
     fade(pilot, controller, "drive", 1.0, pilot.q.copy())
     postures = sample_postures(model.assembly.description, CANDIDATES)[1:]
-    way = telling_way(model, x, x[ParameterLayout.of(model.assembly).phi], SPEED, postures)
+    way = informative_path(model, x, x[ParameterLayout.of(model.assembly).phi], SPEED, postures)
     approach = motion.go_to(pilot.q, way.low, TRAVEL, dt)
     to_and_fro = way.trajectory(max(SECONDS - approach.seconds, 0.0), dt)
-    listener = Listener(model.n_joints, dt)
+    listener = MotionListener(model.n_joints, dt)
     pilot.run(controller, motion.joined([approach, to_and_fro]), text, listener)
     return listener.samples

@@ -19,8 +19,8 @@ from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.support import sample_postures
 from exograv.motion import Trajectory
 
-from .motion_samples import Listener
-from .weighing_path import Way, telling_way
+from .motion_samples import MotionListener
+from .weighing_path import WeighingPath, informative_path
 from .weight_estimator import Weighing, WeightEstimator, WeightPasses
 
 TORQUE_SHARE = 0.8  # of a motor's torque that arm, weight and friction may ask at rest; the rest is for moving
@@ -57,7 +57,7 @@ def weigh(
     x = arm.x.copy()
     for where, mass in controller.weights.items():
         x[parameters.ParameterLayout.of(model.assembly).phi] += held_weight(model.assembly.arm, mass, at=where)
-    way = weighing_way(model, x, place)
+    way = path_for_weight(model, x, place)
     estimator = WeightEstimator(model, x, _covariance(arm, model), place)
     fade(pilot, controller, "drive", 1.0, pilot.q.copy())
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
@@ -79,7 +79,7 @@ def weigh(
     return found
 
 
-def weighing_way(model: ArmModel, x: parameters.Parameters, place: WeightPlace) -> Way:
+def path_for_weight(model: ArmModel, x: parameters.Parameters, place: WeightPlace) -> WeighingPath:
     """The way that tells most of a weight there, among postures in which the motors hold `HEAVIEST_KG`.
 
     Raises:
@@ -101,15 +101,15 @@ def weighing_way(model: ArmModel, x: parameters.Parameters, place: WeightPlace) 
             f"need {least[joint]:.1f} N·m where it needs least; allowed: {limit[joint]:.1f} N·m, {TORQUE_SHARE:.0%} "
             "of its motor's. Use a stronger machine."
         )
-    return telling_way(model, x, held, SPEED, postures[share <= 1.0])
+    return informative_path(model, x, held, SPEED, postures[share <= 1.0])
 
 
-def _heard(pilot: Pilot, controller: ArmController, way: Way, path: Trajectory, text: str) -> Sequence[Sample]:
+def _heard(pilot: Pilot, controller: ArmController, way: WeighingPath, path: Trajectory, text: str) -> Sequence[Sample]:
     """Go to the way's beginning, wait until all is calm, and listen to the way."""
     dt = pilot.rig.period_s
     approach = [motion.go_to(pilot.q, way.low, TRAVEL, dt), motion.hold(way.low, SETTLE_S, dt)]
     pilot.run(controller, motion.joined(approach), text)
-    listener = Listener(len(way.low), dt)
+    listener = MotionListener(len(way.low), dt)
     pilot.run(controller, path, text, listener)
     return listener.samples
 

@@ -62,7 +62,7 @@ class Belief:
     """Logarithm of the data's probability under the prior."""
 
 
-def told(
+def motion_information(
     motions: Sequence[Rows],
     usual_sd: Float[np.ndarray, " joint"],
     expected: Vector | None = None,

@@ -28,7 +28,7 @@ EASE_S = 1.0  # from rest to the sine's pace
 
 
 @dataclass(frozen=True)
-class Way:
+class WeighingPath:
     """From one posture to another and back."""
 
     low: Joints
@@ -63,13 +63,13 @@ def _period(start: Joints, goal: Joints, speed: float) -> float:
     return max(PERIOD_MIN_S, np.pi * float(np.abs(goal - start).max()) / speed)
 
 
-def telling_way(
+def informative_path(
     model: ArmModel,
     x: parameters.Parameters,
     added: Float[np.ndarray, " phi"],
     speed: float,
     postures: Float[np.ndarray, "posture joint"],
-) -> Way:
+) -> WeighingPath:
     """The way along which what is `added` to the arm tells most of itself.
 
     Signal over noise: the change of torque between two postures, squared, over the slow torque's power at the pace of
@@ -94,7 +94,7 @@ def telling_way(
     ]
     # It begins where less is asked.
     low, high = sorted(pairs[int(np.argmax(told))], key=lambda i: float(np.abs(asked[i]).sum()))
-    return Way(postures[low], postures[high], speed)
+    return WeighingPath(postures[low], postures[high], speed)
 
 
 def _slow_power(model: ArmModel, omega: float) -> Joints:

@@ -15,7 +15,7 @@ from exograv.identification.core.square_root import square_root
 from exograv.model.arm import WeightPlace, held_weight
 
 from .motion_samples import SAMPLE_S
-from .slow_torque import Rows, believed, told
+from .slow_torque import Rows, believed, motion_information
 
 WEIGHT_SD_KG = 2.0  # of the prior, about nothing
 PLACE_SD_M = 0.010  # where in the hand, or along the forearm, a weight is
@@ -78,7 +78,7 @@ class WeightEstimator:
         for _ in range(STEPS):
             motions = [self._rows(passes.empty, 0.0, mass), self._rows(passes.loaded, 1.0, mass)]
             unknowns = motions[0].H.shape[2]
-            told_by_now = told(motions, self._sd, mean)
+            told_by_now = motion_information(motions, self._sd, mean)
             belief = believed(told_by_now, np.zeros(unknowns), np.ones(unknowns), considered=2 + len(self._sd))
             mean, mass = belief.mean, WEIGHT_SD_KG * float(belief.mean[0])
             sd = WEIGHT_SD_KG * float(np.sqrt(belief.covariance[0, 0]))

@@ -10,8 +10,8 @@ import pytest
 from exograv import motion
 from exograv.errors import ConfigError
 from exograv.model.description import load_rig
-from exograv.procedures.rehabilitation.guided.path_shaping import PERIOD_S, Shaped
-from exograv.procedures.rehabilitation.guided.taught_path import read_taught, taught, write_taught
+from exograv.procedures.rehabilitation.guided.path_shaping import PERIOD_S, ShapedPath
+from exograv.procedures.rehabilitation.guided.taught_path import make_taught_path, read_taught, write_taught
 
 RIG = load_rig("recupera_like_qdd")
 CODE = "K7MR4XX"
@@ -22,7 +22,7 @@ def file(tmp_path: Path) -> Path:
     start, goal = RIG.donning_posture, RIG.donning_posture + 0.2
     q = np.vstack([start, motion.go_to(start, goal, 0.3, PERIOD_S).q, goal])
     path = tmp_path / "path.toml"
-    write_taught(path, taught(Shaped(q, 1.0), RIG, CODE, datetime(2026, 1, 1, tzinfo=UTC), True))
+    write_taught(path, make_taught_path(ShapedPath(q, 1.0), RIG, CODE, datetime(2026, 1, 1, tzinfo=UTC), True))
     return path
 
 
@@ -64,7 +64,7 @@ def test_a_path_of_somebody_is_not_repeated_with_nobody_in_particular(file: Path
 
 def sealed_with(file: Path, q: np.ndarray) -> None:
     """As if somebody had made a file with these postures, hash and all."""
-    write_taught(file, taught(Shaped(q, 1.0), RIG, CODE, datetime(2026, 1, 1, tzinfo=UTC), True))
+    write_taught(file, make_taught_path(ShapedPath(q, 1.0), RIG, CODE, datetime(2026, 1, 1, tzinfo=UTC), True))
 
 
 def test_a_path_outside_is_refused_however_well_it_is_sealed(file: Path):

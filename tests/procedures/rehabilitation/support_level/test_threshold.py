@@ -9,7 +9,7 @@ from exograv.procedures.rehabilitation.support_level.search import (
     ATTEMPTS_MAX,
     STEP_DOWN_MAX,
     WIDTH_ENOUGH,
-    Needed,
+    NeededSupport,
     search,
 )
 from exograv.procedures.rehabilitation.support_level.threshold import ThresholdSearch, needed_support
@@ -23,7 +23,7 @@ QUICKLY = 0.3
 """Of the interval [share of the weight], for laws that hold after any number of attempts."""
 
 
-def found(person: Known, seed: int = 1, width: float = WIDTH_ENOUGH) -> Needed:
+def found(person: Known, seed: int = 1, width: float = WIDTH_ENOUGH) -> NeededSupport:
     return search(person, seed, lambda _text, _share: None, width)
 
 

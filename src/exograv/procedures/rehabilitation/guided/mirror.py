@@ -27,7 +27,7 @@ LOOK_TICKS = 20
 
 
 @dataclass
-class Mirrored:
+class MirrorResult:
     """What came of a session."""
 
     state: GripOutcome = GripOutcome.FREE
@@ -52,7 +52,7 @@ def mirror(
     seconds: float,
     act: Callable[[], bool] = lambda: False,
     watch: Callable[[MirrorGuide], None] = lambda _guide: None,
-) -> Mirrored:
+) -> MirrorResult:
     """Let one arm follow the other for so long; both float afterwards, whatever happened.
 
     Args:
@@ -82,9 +82,9 @@ class _Session:
         self._strength = PullStrength.of(assembly.description)
         self._limits = allowed_range(assembly.description, assembly.exo)
         self._hands = _Hands(flown, lead)
-        self._done, self._wants_out = Mirrored(pull_max=np.zeros(len(flown.pilot.q))), False
+        self._done, self._wants_out = MirrorResult(pull_max=np.zeros(len(flown.pilot.q))), False
 
-    def mirror(self, seconds: float) -> Mirrored:
+    def mirror(self, seconds: float) -> MirrorResult:
         flown, pilot, done = self._flown, self._flown.pilot, self._done
         pilot.begin("float")
         if flown.run(SETTLE_S, "Both arms float", self._acting, None, lambda: self._wants_out):

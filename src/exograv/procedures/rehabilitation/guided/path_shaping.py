@@ -45,7 +45,7 @@ OUTSIDE_RAD = np.deg2rad(5.0)
 
 
 @dataclass(frozen=True)
-class Shaped:
+class ShapedPath:
     """A path that may be repeated."""
 
     q: Rows
@@ -55,7 +55,7 @@ class Shaped:
     """Its time over the therapist's, at least 1."""
 
 
-def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped:
+def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> ShapedPath:
     """Of postures as they were measured.
 
     Args:
@@ -94,7 +94,7 @@ def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped
     t *= stretched
     rows = np.linspace(0.0, t[-1], max(round(t[-1] / PERIOD_S), 2) + 1)
     # The last row is at the end: the period is then that of `PERIOD_S` to less than a row.
-    return Shaped(CubicSpline(t, smooth)(rows), stretched)
+    return ShapedPath(CubicSpline(t, smooth)(rows), stretched)
 
 
 def _smooth(q: Rows, dt: float) -> Rows:

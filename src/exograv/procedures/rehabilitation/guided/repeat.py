@@ -30,7 +30,7 @@ SETTLE_S = 3.0
 
 
 @dataclass
-class Repeated:
+class RepeatResult:
     """What came of a session."""
 
     repetitions: int = 0
@@ -64,7 +64,7 @@ def repeat(
     repetitions: int,
     act: Callable[[], bool] = lambda: False,
     watch: Callable[[PathGuide], None] = lambda _guide: None,
-) -> Repeated:
+) -> RepeatResult:
     """Lead the floating arm to the path and along it, `repetitions` times; it floats afterwards, whatever happened.
 
     Args:
@@ -87,9 +87,9 @@ class _Session:
     def __init__(self, flown: FloatingArm, act: Callable[[], bool], watch: Callable[[PathGuide], None]):
         self._flown, self._act, self._watch = flown, act, watch
         self._strength = PullStrength.of(flown.controller.assembly.description)
-        self._done, self._wants_out = Repeated(pull_max=np.zeros(len(flown.pilot.q))), False
+        self._done, self._wants_out = RepeatResult(pull_max=np.zeros(len(flown.pilot.q))), False
 
-    def repeat(self, path: Trajectory, speed: float, repetitions: int) -> Repeated:
+    def repeat(self, path: Trajectory, speed: float, repetitions: int) -> RepeatResult:
         flown, pilot, done = self._flown, self._flown.pilot, self._done
         pilot.begin("float")
         if flown.run(SETTLE_S, "The arm floats", self._acting, None, lambda: self._wants_out):

@@ -13,14 +13,14 @@ from exograv.model.description import RigDescription, Side
 from exograv.motion import Trajectory
 from exograv.storage.sealed_file import Sealed, read_sealed, sealed, write_sealed
 
-from .path_shaping import PERIOD_S, Shaped, driven, refuse_outside, refuse_quick
+from .path_shaping import PERIOD_S, ShapedPath, driven, refuse_outside, refuse_quick
 
 HEAD = """# A path along which a therapist led an arm: `exograv repeat` leads the same person's arm along it. It belongs
 # to this machine and side. Do not edit: the hash at its head would not fit any more. Teach it again instead.
 """
 
 
-class Taught(Sealed):
+class TaughtPath(Sealed):
     """What is kept of a path."""
 
     VERSION: ClassVar[int] = 1
@@ -43,10 +43,12 @@ class Taught(Sealed):
         return driven(np.array(self.q_rad), self.period_s, dt)
 
 
-def taught(path: Shaped, description: RigDescription, code: str, at: datetime, is_simulated: bool) -> Taught:
+def make_taught_path(
+    path: ShapedPath, description: RigDescription, code: str, at: datetime, is_simulated: bool
+) -> TaughtPath:
     """What to keep, with its hash."""
     return sealed(
-        Taught(
+        TaughtPath(
             rig=description.name,
             side=description.side,
             rig_sha256=description.sha256,
@@ -61,7 +63,7 @@ def taught(path: Shaped, description: RigDescription, code: str, at: datetime, i
     )
 
 
-def write_taught(path: Path, whole: Taught) -> None:
+def write_taught(path: Path, whole: TaughtPath) -> None:
     """Write the file, or leave the old one as it was.
 
     Raises:
@@ -70,13 +72,13 @@ def write_taught(path: Path, whole: Taught) -> None:
     write_sealed(path, whole, HEAD, "--path")
 
 
-def read_taught(path: Path, description: RigDescription, code: str | None) -> Taught:
+def read_taught(path: Path, description: RigDescription, code: str | None) -> TaughtPath:
     """Read a path for this machine.
 
     Raises:
         ConfigError: It is damaged, of another machine or side, or of somebody else; or it leaves what is allowed now.
     """
-    whole = read_sealed(path, Taught, "Give the file that `exograv teach` wrote.", "Teach the path again.")
+    whole = read_sealed(path, TaughtPath, "Give the file that `exograv teach` wrote.", "Teach the path again.")
     if (whole.rig, whole.side) != (description.name, description.side):
         raise ConfigError(
             f"{path} was taught on {whole.rig}, {whole.side} side; this is {description.name}, {description.side}. "

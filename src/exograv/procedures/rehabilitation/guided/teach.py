@@ -7,13 +7,13 @@ import numpy as np
 from exograv.loop.pilot import TickSample
 
 from .floating_arm import FloatingArm
-from .path_shaping import Shaped, shaped
+from .path_shaping import ShapedPath, shaped
 
 SAMPLE_S = 0.01
 """Between two postures that are taken down."""
 
 
-def teach(flown: FloatingArm, seconds: float, act: Callable[[], object] = lambda: None) -> Shaped:
+def teach(flown: FloatingArm, seconds: float, act: Callable[[], object] = lambda: None) -> ShapedPath:
     """Let the arm float for so long while a therapist leads it; the path that it took.
 
     Args:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .search import CRITERION, SUPPORTS, Needed
+from .search import CRITERION, SUPPORTS, NeededSupport
 from .targets import TARGETS, TOLERANCE_M
 from .threshold import THRESHOLDS
 
@@ -15,7 +15,7 @@ BEYOND_MAX = 0.5
 """Probability from which on it counts as more than a machine can carry [-]."""
 
 
-def figures(needed: Needed, tried: list[tuple[int, float, bool]], reached: int | None) -> dict[str, Any]:
+def figures(needed: NeededSupport, tried: list[tuple[int, float, bool]], reached: int | None) -> dict[str, Any]:
     """By the contract of `exograv support-level --json`, without the picture's path.
 
     Args:
@@ -63,7 +63,7 @@ def figures(needed: Needed, tried: list[tuple[int, float, bool]], reached: int |
     }
 
 
-def sentence(needed: Needed) -> str:
+def sentence(needed: NeededSupport) -> str:
     """For whoever reads one line only."""
     middle, low, high = (100.0 * value for value in needed.ci)
     goal = f"{100.0 * CRITERION:.0f} % of the targets"

@@ -33,7 +33,7 @@ Tries = Callable[[int, float], bool]
 
 
 @dataclass(frozen=True)
-class Needed:
+class NeededSupport:
     """The answer."""
 
     posterior: Posterior
@@ -51,7 +51,7 @@ class Needed:
         return float((self.posterior.needed > 1.0).mean())
 
 
-def search(tries: Tries, seed: int, progress: Progress, width: float = WIDTH_ENOUGH) -> Needed:
+def search(tries: Tries, seed: int, progress: Progress, width: float = WIDTH_ENOUGH) -> NeededSupport:
     """Ask for attempts from full support down, and further where they tell most.
 
     Args:
@@ -72,7 +72,7 @@ def search(tries: Tries, seed: int, progress: Progress, width: float = WIDTH_ENO
         progress(f"Reaching with {100 * at:.0f} % of the weight carried", attempts / ATTEMPTS_MAX)
         if attempts >= ATTEMPTS_MIN and attempts % ASK_EVERY == 0 and _width(found.posterior()) <= width:
             break
-    return Needed(found.posterior(DRAWS_LAST), attempts)
+    return NeededSupport(found.posterior(DRAWS_LAST), attempts)
 
 
 def _width(posterior: Posterior) -> float:

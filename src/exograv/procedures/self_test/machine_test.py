@@ -1,4 +1,4 @@
-"""The unworn part, step by step; what comes after a step that failed is not tried."""
+"""Self-test of the unworn machine, step by step; it ends at the first step that fails."""
 
 from collections.abc import Callable, Sequence
 
@@ -6,9 +6,9 @@ from exograv.loop.pilot import Progress
 from exograv.procedures.calibration.breakaway_checks import refuse_before_motion
 from exograv.storage.self_test_step import Step, tried
 
-from .at_rest import listen, wake_guard
 from .bench import SelfTestRun, TestedMachine
-from .in_motion import hold_poses, nudge
+from .motion_steps import hold_poses, nudge
+from .rest_steps import listen, wake_guard
 from .stops import press_stop, stop_feeding
 
 Act = Callable[[SelfTestRun], list[Step]]

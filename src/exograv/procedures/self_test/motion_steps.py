@@ -1,4 +1,4 @@
-"""The empty machine in motion: signs, what its own weight says of motors and encoders, and whether it stays."""
+"""Self-test steps with the empty machine in motion: signs, motors and encoders by its own weight, and standstill."""
 
 import numpy as np
 from jaxtyping import Float

@@ -1,6 +1,6 @@
-"""Somebody at a screen, in each condition of a virtual study: twin, controller and surroundings before anything begins.
+"""Setup of a session for each condition of a virtual study: twin, controller and surroundings before the first tick.
 
-What an identification finds is kept in `PreparedTraining`, so that all days of one person in one condition share it.
+The result of an identification is kept in `TrainingKnowledge`: all days of one participant in one condition share it.
 """
 
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from exograv.control.tick import ControlMode
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.laboratory.ideal_from_truth import prepared_by_truth
+from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.preparation import Preparation, unit_gains
 from exograv.laboratory.truth_score import Examination
@@ -33,20 +33,20 @@ READY_S = 420.0
 
 
 @dataclass
-class Stage:
-    """Somebody at a screen; nothing has begun."""
+class SessionSetup:
+    """Participant at a screen, before the first tick."""
 
     laboratory: VirtualLaboratory
     twin: Twin
-    """With screen and support, the arm as it was put on."""
+    """Twin with screen and arm support, in the donning posture."""
 
     controller: Controller
-    """At gravity level 1 where it carries an arm."""
+    """Controller of the machine; at gravity level 1 where it carries an arm."""
 
     actuators: ActuatorGain
     own: OwnArm
     worn_inertia: Float[np.ndarray, "arm arm"]
-    """Of the machine, about the arm's freedoms; zero where none is worn [kg·m²]."""
+    """Inertia of the machine about the arm's freedoms; zero where none is worn [kg·m²]."""
 
     surroundings: Surroundings
     exo: ExoMode
@@ -58,27 +58,27 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class PreparedTraining:
-    """What is found once for one person in one condition; it can be pickled."""
+class TrainingKnowledge:
+    """Calibration and identification of one participant in one condition; can be pickled."""
 
     condition: Condition
     seed: int
     level: int
     known: ControllerKnowledge | None
-    """None where no machine carries."""
+    """None in a condition without motors."""
 
     left_over_Nm: float | None
     friction_Nm: float | None
 
 
-def prepared_for(condition: Condition, seed: int, level: int, progress: Progress) -> PreparedTraining:
-    """Calibrate and identify as far as the condition says; half a minute where an arm is identified.
+def prepare_training(condition: Condition, seed: int, level: int, progress: Progress) -> TrainingKnowledge:
+    """Calibrate and identify as the condition requires; takes half a minute where an arm is identified.
 
     Raises:
         ExogravError: Machine, wearer or run was refused.
     """
     if not condition.has_motors:
-        return PreparedTraining(condition, seed, level, None, None, None)
+        return TrainingKnowledge(condition, seed, level, None, None, None)
     laboratory = _laboratory(condition, seed, level)
     known = _known(condition, laboratory, seed, progress)
     progress("Examining what is left over", 0.0)
@@ -86,35 +86,35 @@ def prepared_for(condition: Condition, seed: int, level: int, progress: Progress
     left_over = examination.left_over(known.x, ControlMode(arm_share=_arm_share(condition)))
     places = np.array(laboratory.description.places)
     worst = float(left_over[places == "shoulder"].max())
-    return PreparedTraining(condition, seed, level, known, worst, float(laboratory.machine.friction.coulomb.mean()))
+    return TrainingKnowledge(condition, seed, level, known, worst, float(laboratory.machine.friction.coulomb.mean()))
 
 
-_last = dict[tuple[Condition, int, int], PreparedTraining]()
-"""Of this process: who varies a person's constants goes through one machine many times."""
+_last = dict[tuple[Condition, int, int], TrainingKnowledge]()
+"""Last result of this process: a sweep over a participant's constants uses one machine many times."""
 
 
-def prepared_once(condition: Condition, seed: int, level: int, progress: Progress) -> PreparedTraining:
-    """The same; at once where it was asked for last.
+def cached_training(condition: Condition, seed: int, level: int, progress: Progress) -> TrainingKnowledge:
+    """As `prepare_training`; return the last result at once where the arguments are the same.
 
     Raises:
         ExogravError: Machine, wearer or run was refused.
     """
     asked = condition, seed, level
     if asked not in _last:
-        found = prepared_for(condition, seed, level, progress)
+        found = prepare_training(condition, seed, level, progress)
         _last.clear()
         _last[asked] = found
     return _last[asked]
 
 
-def stage_on(prepared: PreparedTraining, day: int) -> Stage:
-    """The training of this day, 0 the first; only noise and muscles differ between days."""
+def training_setup(prepared: TrainingKnowledge, day: int) -> SessionSetup:
+    """Set up the training of this day, 0 the first; only noise and muscles differ between days."""
     condition, seed, level = prepared.condition, prepared.seed, prepared.level
     known = prepared.known
     if condition.training == "water":
         return _alone(seed, level, day, Water())
     if known is None:
-        return flight_stage(seed, level, day)
+        return flight_setup(seed, level, day)
     laboratory = _laboratory(condition, seed, level)
     surroundings = _surroundings(laboratory)
     twin = _twin(laboratory, surroundings, seed, day, known.t)
@@ -125,44 +125,44 @@ def stage_on(prepared: PreparedTraining, day: int) -> Stage:
     )  # fmt: skip
 
 
-def training_stage(condition: Condition, seed: int, level: int, day: int, progress: Progress) -> Stage:
-    """Both at once, for a single day.
+def prepared_setup(condition: Condition, seed: int, level: int, day: int, progress: Progress) -> SessionSetup:
+    """Prepare the training and set it up for a single day.
 
     Raises:
         ExogravError: Machine, wearer or run was refused.
     """
-    return stage_on(prepared_for(condition, seed, level, progress), day)
+    return training_setup(prepare_training(condition, seed, level, progress), day)
 
 
-def familiarisation_stage(seed: int, level: int, day: int) -> Stage:
-    """The same person in the passive machine, which hangs on the arm with all its weight."""
+def familiarisation_setup(seed: int, level: int, day: int) -> SessionSetup:
+    """Set up the same participant in the passive machine, which hangs on the arm with all its weight."""
     laboratory = draw_laboratory(PASSIVE_RIG, None, level, seed)
     surroundings, n = _surroundings(laboratory), len(laboratory.description.joints)
     twin = _twin(laboratory, surroundings, seed, day, 0.0)
     return _worn(laboratory, twin, NoTorque(n), unit_gains(n), surroundings, "passive", None)
 
 
-def flight_stage(seed: int, level: int, day: int) -> Stage:
-    """The same; whoever flies it changes gravity by `Twin.fly`, and it begins on the ground."""
-    return familiarisation_stage(seed, level, day)
+def flight_setup(seed: int, level: int, day: int) -> SessionSetup:
+    """Set up the flight in the passive machine. It begins on the ground; the caller changes gravity by `Twin.fly`."""
+    return familiarisation_setup(seed, level, day)
 
 
-def free_stage(seed: int, level: int, day: int, gravity_level: float) -> Stage:
-    """The same person in nobody's machine, under a gravity of so many g."""
+def free_setup(seed: int, level: int, day: int, gravity_level: float) -> SessionSetup:
+    """Set up the same participant without a machine, under a gravity of so many g."""
     stage = _alone(seed, level, day, None)
     stage.twin.fly(np.array([0.0, 0.0, gravity_level]))
     return stage
 
 
-def _alone(seed: int, level: int, day: int, water: Water | None) -> Stage:
-    """With open cuffs: machine and arm share the room and do not touch."""
+def _alone(seed: int, level: int, day: int, water: Water | None) -> SessionSetup:
+    """Open the cuffs: machine and arm share the room and do not touch."""
     worn = draw_laboratory(PASSIVE_RIG, None, level, seed)
     laboratory = replace(worn, wearer=out_of_the_machine(worn.wearer))
     surroundings = replace(_surroundings(worn), water=water)
     twin, n = _twin(laboratory, surroundings, seed, day, 0.0), len(laboratory.description.joints)
     own = laboratory.own_arm()
     freedoms = len(twin.truth.q_arm)
-    return Stage(
+    return SessionSetup(
         laboratory, twin, NoTorque(n), unit_gains(n), own, np.zeros((freedoms, freedoms)), surroundings, "passive",
         left_over_Nm=None, friction_Nm=None,
     )  # fmt: skip
@@ -176,8 +176,8 @@ def _worn(
     surroundings: Surroundings,
     exo: ExoMode,
     left_over_Nm: float | None,
-) -> Stage:
-    return Stage(
+) -> SessionSetup:
+    return SessionSetup(
         laboratory, twin, controller, actuators, laboratory.own_arm(), laboratory.worn_inertia(), surroundings, exo,
         left_over_Nm, float(laboratory.machine.friction.coulomb.mean()),
     )  # fmt: skip
@@ -185,7 +185,7 @@ def _worn(
 
 def _known(condition: Condition, laboratory: VirtualLaboratory, seed: int, progress: Progress) -> ControllerKnowledge:
     if condition.training == "ideal":
-        return prepared_by_truth(laboratory, READY_S)
+        return ideal_knowledge(laboratory, READY_S)
     preparation = Preparation(laboratory, seed, progress)
     if condition.training in ("table", "gcm"):
         return preparation.calibrated()
@@ -194,11 +194,11 @@ def _known(condition: Condition, laboratory: VirtualLaboratory, seed: int, progr
 
 def _laboratory(condition: Condition, seed: int, level: int) -> VirtualLaboratory:
     laboratory = draw_laboratory(condition.rig, None, level, seed)
-    return replace(laboratory, machine=rubbing(laboratory.machine, condition.friction))
+    return replace(laboratory, machine=scaled_friction(laboratory.machine, condition.friction))
 
 
-def rubbing(machine: Machine, factor: float) -> Machine:
-    """The same machine with so many times its friction; breakaway is a ratio to what slides and goes along."""
+def scaled_friction(machine: Machine, factor: float) -> Machine:
+    """Return the same machine with its friction scaled; breakaway is a ratio to sliding friction and scales with it."""
     friction = machine.friction
     scaled = {name: factor * getattr(friction, name) for name in ("coulomb", "viscous", "load_share", "ripple")}
     return replace(machine, friction=replace(friction, **scaled))

@@ -1,4 +1,4 @@
-"""Before anything moves: what encoders and motors say of a machine that hangs, and whether the guard lives."""
+"""Self-test steps before any motion: encoders and motors of the hanging machine, and the guard's reaction."""
 
 import numpy as np
 

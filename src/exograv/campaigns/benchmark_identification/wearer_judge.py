@@ -1,4 +1,4 @@
-"""One wearer in one calibrated machine: what methods are built from, and the examiner who judges them."""
+"""Judgement of identification runs on one wearer in one calibrated machine."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,27 +28,27 @@ COVERAGE_SD = 1.96
 
 @dataclass(frozen=True)
 class StopVerdict:
-    """Of the stop rule."""
+    """Verdict of the stop rule."""
 
     outcome: Outcome
     stop_s: float | None
     restless_s: float | None
-    """When the wearer was first seen not to relax [s of motion]."""
+    """First time at which the wearer was seen not to relax [s of motion]."""
 
 
 @dataclass
-class BenchmarkSubject:
-    """One wearer in one calibrated machine."""
+class WearerJudge:
+    """Examiner of every method on one wearer in one calibrated machine."""
 
     case: Case
     assembly: Assembly
     machine: CalibratedMachine
     laboratory: VirtualLaboratory
-    """Only the examiner looks inside."""
+    """Machine and wearer with their truth; no method may read them."""
 
     @cached_property
     def model(self) -> ArmModel:
-        """Of this arm in this machine; methods take another of it by `again`."""
+        """Model of this arm in this machine; each method works on a copy made by `again`."""
         return ArmModel(self.assembly, self.machine)
 
     @cached_property
@@ -63,8 +63,10 @@ class BenchmarkSubject:
     def _prediction(self) -> LeftOverPrediction:
         return LeftOverPrediction(self.model.again(), self._prior_mean)
 
-    def judged(self, setting: Setting, name: str, trace: MethodTrace, verdict: StopVerdict | None = None) -> MethodRun:
-        """The run as it is kept: every estimate examined; where it was not judged in the loop, the stop rule too."""
+    def judge_run(
+        self, setting: Setting, name: str, trace: MethodTrace, verdict: StopVerdict | None = None
+    ) -> MethodRun:
+        """Examine every estimate of a run; apply the stop rule too where no verdict of the loop is given."""
         verdict = verdict or self._verdict(trace.estimates)
         estimates, last = trace.estimates, trace.estimates[-1]
         return MethodRun(
@@ -111,7 +113,7 @@ class BenchmarkSubject:
         return {row["name"]: row["ci95"][0] <= row["truth"] <= row["ci95"][1] for row in rows}
 
     def _covered_torque(self, estimate: Estimate, covariance: Covariance) -> tuple[int, int]:
-        """Whether the arm's torque lies in its interval, over held-out postures and joints."""
+        """Count the intervals that hold the arm's torque, over held-out postures and joints, and all intervals."""
         error = self._examination.arm_error(estimate.x)
         model = self.model.again()
         rows = np.array([model.at_rest(q, estimate.x)[1] for q in self._examination.postures])
@@ -128,7 +130,7 @@ class BenchmarkSubject:
         return outside
 
     def _verdict(self, estimates: Sequence[Estimate]) -> StopVerdict:
-        """As a session would have come to it (`session.identify`)."""
+        """Apply the stop rule to the estimates as a session does."""
         restless_s = next((estimate.t for estimate in estimates if is_restless(estimate)), None)
         rule = StopRule(self.assembly.description.places)
         for estimate in estimates:
@@ -147,7 +149,7 @@ def _tenths(seconds: float | None) -> float | None:
 
 
 def latest(estimates: Sequence[Estimate], seconds: float) -> Estimate | None:
-    """The last one from at most so much motion; the filter's start is not motion, so a little more is allowed."""
+    """Return the last estimate of the first `seconds` of motion, plus the start of the filter; None without one."""
     within = [estimate for estimate in estimates if estimate.t <= seconds + 0.01]
     return within[-1] if within else None
 

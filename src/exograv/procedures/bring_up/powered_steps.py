@@ -1,4 +1,4 @@
-"""Motors give torque: every joint is nudged, led, stopped by its button, left alone, and weighed; all at low limits."""
+"""Bring-up steps with motor torque, at low limits: push, guided motion, stop button, watchdog and weighing."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ from exograv.storage.self_test_step import Step, within
 
 from .bench_machine import BenchMachine
 from .hands import Hands
-from .unpowered import WATCHDOG_WITHIN_MS, is_released
+from .unpowered_steps import WATCHDOG_WITHIN_MS, is_released
 
 LOW = 0.5
 """Share of the motors' torque that a bring-up may use: the machine carries itself and one known weight by less."""

@@ -1,8 +1,7 @@
-"""A controller that knows what nobody can know, built from the twin's truth: the best that any identification could do.
+"""Controller knowledge taken from the twin's truth: the upper bound of any identification.
 
-Only the transparency test and the virtual study may use it, as a yardstick beside what was really identified: how much
-a machine could do for its wearer if nothing were left to find. Nothing of control or identification may see it
-(tests/laboratory/test_transparency.py holds that).
+Only the transparency test and the virtual study may use it, as a reference beside the identified arm. Nothing of
+control or identification may import it; tests/laboratory/test_transparency.py checks that.
 """
 
 from dataclasses import replace
@@ -23,10 +22,10 @@ from exograv.rig.twin.world.link_truth import link_truth
 from .virtual_laboratory import VirtualLaboratory
 
 
-def prepared_by_truth(laboratory: VirtualLaboratory, t: float) -> ControllerKnowledge:
-    """Machine, cuffs, arm and friction as they are at time `t` on the rig's clock [s].
+def ideal_knowledge(laboratory: VirtualLaboratory, t: float) -> ControllerKnowledge:
+    """Return machine, cuffs, arm and friction as they truly are at time `t` on the rig's clock [s].
 
-    What stays unknown: the encoders' offsets, noise and delay, the curvature of the shoulder's path, friction beyond
+    Still unknown are the encoders' offsets, noise and delay, the curvature of the shoulder's path, and friction beyond
     the controller's law.
     """
     machine = _true_machine(laboratory, t)

@@ -1,4 +1,4 @@
-"""Methods that feel the cuffs while the arm rests: their rests are taken before the motion, in a run of their own."""
+"""Rest run before the motion, for methods that measure cuff forces while the arm rests."""
 
 from dataclasses import replace
 
@@ -8,14 +8,14 @@ from exograv.procedures.identification.resting_poses import rest_first
 
 from .stream_replay import NOTE_S
 from .streams import MOTION_S, Calibrated
-from .subject import BenchmarkSubject
+from .wearer_judge import WearerJudge
 
 
-def rested(method: Method, subject: BenchmarkSubject, calibrated: Calibrated, progress: Progress) -> list[Estimate]:
-    """Take the rests that a method needs, on a machine with sensors at its cuffs.
+def take_method_rests(method: Method, judge: WearerJudge, calibrated: Calibrated, progress: Progress) -> list[Estimate]:
+    """Let the method take its rests, on a machine with sensors at its cuffs.
 
     Returns:
-        What the method would have said while it rested, once a second; nothing where it needs none.
+        Estimates during the rests, one per second; an empty list for a method without rests.
 
     Raises:
         ExogravError: The run was stopped.
@@ -23,7 +23,7 @@ def rested(method: Method, subject: BenchmarkSubject, calibrated: Calibrated, pr
     if not isinstance(method, RestingMethod):
         return []
     before = method.estimate()
-    worn = calibrated.worn(subject.case, subject.laboratory, progress)
+    worn = calibrated.worn(judge.case, judge.laboratory, progress)
     worn.controller.mode.drive = 1.0
     rest_first(worn.pilot, worn.controller, method)
     seconds = range(1, int(min(method.rest_s, MOTION_S) / NOTE_S) + 1)

@@ -1,4 +1,4 @@
-"""Before any motor gives torque: do encoders count the right way, is the stop heard, do drives watch over us?"""
+"""Bring-up steps without motor torque: encoder signs, the stop line and the drives' watchdogs."""
 
 import contextlib
 

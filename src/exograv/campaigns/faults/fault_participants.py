@@ -1,4 +1,4 @@
-"""Persons in machines for a campaign: each made known to the software once, by one process, for all of them."""
+"""Participants of a fault campaign: each is calibrated and identified once, by one process, for all processes."""
 
 import pickle
 from functools import lru_cache
@@ -11,14 +11,14 @@ from exograv.loop.machine_limits import limits
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Progress
 
-from .fault_plant import FaultSubject
+from .fault_plant import FaultParticipant
 
 RIGS = ("recupera_like", "recupera_like_qdd")
-"""Each person is in one of these machines, in turn."""
+"""Machines of the participants, in turn."""
 
 
-def make_known(seed: int, person: int, level: int, folder: Path, progress: Progress = lambda *_: None) -> Path:
-    """Calibrate and identify a person in a machine like any other; what is known then, as a file in `folder`.
+def prepare_participant(seed: int, person: int, level: int, folder: Path, progress: Progress = lambda *_: None) -> Path:
+    """Calibrate and identify a participant as in any session; write the result to a file in `folder`.
 
     Raises:
         ExogravError: The machine or the person could not be prepared.
@@ -33,8 +33,8 @@ def make_known(seed: int, person: int, level: int, folder: Path, progress: Progr
 
 
 @lru_cache(maxsize=4)
-def subject(path: Path, period_ms: int = 1) -> FaultSubject:
-    """Who is known by this file, to a control of this period; kept for the next scenario."""
+def load_participant(path: Path, period_ms: int = 1) -> FaultParticipant:
+    """Load the participant of this file, for a control period in ms; cached for the next scenario."""
     laboratory, prepared, of_person = pickle.loads(path.read_bytes())
     controller = ArmController(prepared.assembly, prepared.machine, prepared.x, 1e-3 * period_ms)
-    return FaultSubject(laboratory, prepared, controller, limits(laboratory.description), of_person)
+    return FaultParticipant(laboratory, prepared, controller, limits(laboratory.description), of_person)

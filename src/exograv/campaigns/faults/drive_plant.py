@@ -1,4 +1,4 @@
-"""Scenarios through a driver: ours in this process, simulated drives with the person behind them in another."""
+"""Fault plant behind a driver: the driver in this process, simulated drives with the wearer in another."""
 
 import contextlib
 import os
@@ -19,8 +19,8 @@ from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.signals import Command, JointState
 
 from .drive_process import Begin, Do, DriveReport, Push, StepsPassed, Tidy, Turn, serve
-from .fault_plant import FaultSubject, FlightStart, Joints, Sight, Stand
-from .persons import subject
+from .fault_participants import load_participant
+from .fault_plant import FaultParticipant, FaultPlant, FlightStart, Joints, TruthSample
 
 ANSWERS_S, STARTS_S = 30.0, 120.0
 """For an answer of the other process, and for its beginning."""
@@ -29,7 +29,7 @@ STEP_MS = 1
 """Of the twin."""
 
 
-class DrivenStand:
+class DrivePlant:
     """One flight's rig; the world is the examiner's, who is told by another line than the bus."""
 
     def __init__(self, rig: DrivenRig, drives: Drives, line: "DriverLine"):
@@ -66,7 +66,7 @@ class DrivenStand:
     def go_on(self, last: Command) -> None:
         """Nobody writes any more; what is read keeps the drives' time, and tells them nothing."""
 
-    def sights(self) -> list[Sight]:
+    def sights(self) -> list[TruthSample]:
         """One for every tick, of the hand the fastest in it."""
         return by_tick(self._line.ask(DriveReport()), self._stride)
 
@@ -101,7 +101,7 @@ class DrivenStand:
         self._rig.expect_silence()
 
 
-def by_tick(each: Sequence[Sight], stride: int) -> list[Sight]:
+def by_tick(each: Sequence[TruthSample], stride: int) -> list[TruthSample]:
     """Of sights before the first step and after each, those at which a tick began; of the hand the fastest since."""
     ends = range(stride, len(each), stride)
     fastest = (max(one.hand_m_s for one in each[end - stride + 1 : end + 1]) for end in ends)
@@ -143,7 +143,7 @@ class DriverLine:
 ENDED = "The process of the simulated drives has ended; what it said is above."
 
 
-class DrivenGround:
+class DrivePlants:
     """A person's machine behind simulated drives on one bus."""
 
     def __init__(self, bus: Bus, drives: Drives, line: DriverLine):
@@ -152,11 +152,11 @@ class DrivenGround:
         self._drives, self._line = drives, line
 
     @contextlib.contextmanager
-    def stand(self, subject: FaultSubject, start: FlightStart) -> Iterator[Stand]:
+    def stand(self, participant: FaultParticipant, start: FlightStart) -> Iterator[FaultPlant]:
         """The drives are on, and told what carries the arm, before the person is let go in the posture."""
         self._line.ask(Tidy(start))
-        prepared = subject.prepared
-        tau = subject.controller.again(prepared.x).torque_at_rest(start.posture, prepared.x)
+        prepared = participant.prepared
+        tau = participant.controller.again(prepared.x).torque_at_rest(start.posture, prepared.x)
         current, still = prepared.machine.actuators.current(tau), np.zeros_like(tau)
         with open_drives(self._drives, lock_step=True) as rig:
             rig.enable()
@@ -164,22 +164,22 @@ class DrivenGround:
             rig.write(Command(rig.t, state.sequence, rig.t + COMMAND_LIFE_S, tau, current, still))
             rig.read()
             self._line.ask(Begin())
-            yield DrivenStand(rig, self._drives, self._line)
+            yield DrivePlant(rig, self._drives, self._line)
 
 
 @contextlib.contextmanager
-def driven_ground(bus: Bus, known: Path) -> Iterator[tuple[FaultSubject, DrivenGround]]:
+def driven_ground(bus: Bus, known: Path) -> Iterator[tuple[FaultParticipant, DrivePlants]]:
     """Begin the other process, and end it.
 
     Args:
         bus: On which the drives are.
-        known: File of the person (`people.make_known`).
+        known: File of the person (`fault_participants.prepare_participant`).
 
     Raises:
         RigError: It does not begin.
     """
     folder = known.parent / f"{known.stem}_{bus}_{os.getpid()}"
-    description = subject(known).laboratory.description
+    description = load_participant(known).laboratory.description
     path = written(folder, description, bus)
     drives = load_drives(path, description)
     context = get_context("spawn")
@@ -190,7 +190,7 @@ def driven_ground(bus: Bus, known: Path) -> Iterator[tuple[FaultSubject, DrivenG
     line = DriverLine(ours)
     try:
         line.answer(STARTS_S)
-        yield subject(known, drives.settings.period_ms), DrivenGround(bus, drives, line)
+        yield load_participant(known, drives.settings.period_ms), DrivePlants(bus, drives, line)
     finally:
         ours.close()
         process.join(5.0)

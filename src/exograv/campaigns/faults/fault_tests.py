@@ -1,6 +1,6 @@
-"""Faults that no scenario flies: by which tests they are proved, or why they are not yet.
+"""Faults without a scenario: the tests that prove the reaction to each, or the reason why there is none yet.
 
-With the table of scenarios and the strikes at real processes these are all of F01 to F40.
+Together with the table of scenarios and the strikes at real processes they cover F01 to F40.
 """
 
 from collections.abc import Mapping
@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 
 @dataclass(frozen=True)
-class Proved:
-    """One row."""
+class TestedFault:
+    """A fault and the tests that prove the reaction to it."""
 
     id: str
     what: str
@@ -19,8 +19,8 @@ class Proved:
     """Tests as pytest names them."""
 
 
-ELSEWHERE = (
-    Proved(
+TESTED_FAULTS = (
+    TestedFault(
         "F18",
         "the recorder dies, or its disk is slow (struck for real too)",
         (
@@ -28,7 +28,7 @@ ELSEWHERE = (
             "tests/runtime/recorder/test_recorder.py::test_a_slow_disk_delays_nobody_and_loses_nothing",
         ),
     ),
-    Proved(
+    TestedFault(
         "F19",
         "the disk is full, or fails (struck for real too)",
         (
@@ -36,7 +36,7 @@ ELSEWHERE = (
             "tests/recording/test_durability.py::test_a_sync_that_fails_ends_the_recording_and_is_never_repeated",
         ),
     ),
-    Proved(
+    TestedFault(
         "F20",
         "power is lost while recording",
         (
@@ -44,14 +44,14 @@ ELSEWHERE = (
             "tests/recording/test_durability.py::test_the_zeros_that_a_power_failure_leaves_at_the_end_are_no_ticks",
         ),
     ),
-    Proved(
+    TestedFault(
         "F21",
         "the wall clock jumps",
         (
             "tests/campaigns/faults/test_proved_elsewhere.py::test_nothing_that_moves_a_machine_asks_for_the_time_of_day",
         ),
     ),
-    Proved(
+    TestedFault(
         "F22",
         "a URDF is corrupt or hostile",
         (
@@ -60,7 +60,7 @@ ELSEWHERE = (
             "tests/model/test_urdf.py::test_any_attribute_with_any_number_gives_a_physical_tree_or_a_model_error",
         ),
     ),
-    Proved(
+    TestedFault(
         "F23",
         "a settings file is corrupt, or in wrong units",
         (
@@ -69,7 +69,7 @@ ELSEWHERE = (
             "tests/model/test_anthropometry.py::test_a_person_in_wrong_units_is_refused",
         ),
     ),
-    Proved(
+    TestedFault(
         "F24",
         "a recording, a person's or a machine's file is altered",
         (
@@ -78,7 +78,7 @@ ELSEWHERE = (
             "tests/storage/test_participant_file.py::test_a_changed_value_is_refused",
         ),
     ),
-    Proved(
+    TestedFault(
         "F27",
         "the identifier pauses, hangs or dies: it has a process of its own, and control drops what is of before",
         (
@@ -87,7 +87,7 @@ ELSEWHERE = (
             "tests/scenario/test_learn_live.py::test_a_worker_that_is_killed_is_replaced_and_the_arm_learned_all_the_same",
         ),
     ),
-    Proved(
+    TestedFault(
         "F31",
         "the operator's page is lost, or frozen",
         (
@@ -101,7 +101,7 @@ ELSEWHERE = (
             "tests/scenario/test_console_struck.py::test_a_console_that_stands_still_has_the_arm_given_back_when_the_lease_ends",
         ),
     ),
-    Proved(
+    TestedFault(
         "F32",
         "two operators: one lease, the second watches",
         (
@@ -110,7 +110,7 @@ ELSEWHERE = (
             "tests/browser/test_roles.py::test_the_second_operator_watches_until_the_first_is_gone",
         ),
     ),
-    Proved(
+    TestedFault(
         "F33",
         "a command comes twice, late, or was made for something that has changed",
         (
@@ -120,7 +120,7 @@ ELSEWHERE = (
             "tests/experiment/steered/test_request_validation.py::test_what_was_asked_for_something_that_has_changed_since_is_refused",
         ),
     ),
-    Proved(
+    TestedFault(
         "F34",
         "a message is malformed, huge, deep or binary (a hundred thousand: `python benchmarks/console_fuzz.py`)",
         (
@@ -129,7 +129,7 @@ ELSEWHERE = (
             "tests/console/test_serve.py::test_a_frame_beyond_16_kib_is_not_even_read_to_its_end",
         ),
     ),
-    Proved(
+    TestedFault(
         "F35",
         "a client is unauthorised, of another origin, or comes by a name that was bound anew",
         (
@@ -138,7 +138,7 @@ ELSEWHERE = (
             "tests/console/test_line.py::test_a_line_whose_first_words_hold_no_ticket_is_closed_with_4401",
         ),
     ),
-    Proved(
+    TestedFault(
         "F36",
         "a role asks for what it may not",
         (
@@ -146,7 +146,7 @@ ELSEWHERE = (
             "tests/browser/test_roles.py::test_a_participant_page_that_sends_start_is_refused_and_the_operator_is_told",
         ),
     ),
-    Proved(
+    TestedFault(
         "F40",
         "two faults at a time (`pairs` of a campaign)",
         (
@@ -155,7 +155,7 @@ ELSEWHERE = (
     ),
 )
 
-NOT_YET: Mapping[str, str] = MappingProxyType(
+UNTESTED_FAULTS: Mapping[str, str] = MappingProxyType(
     {
         "F37": "leaks: `exograv live --seconds 3600` says how memory grew (docs/realtime.md); no test runs so long",
     }

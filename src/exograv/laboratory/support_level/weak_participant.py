@@ -1,4 +1,4 @@
-"""A weak person in a machine that carries the whole arm as it was identified: where a test of support begins."""
+"""Weak participant in a machine that carries the whole identified arm: the start of a support test."""
 
 from dataclasses import dataclass, replace
 
@@ -18,12 +18,12 @@ from .options import SupportOptions, weakness_of
 from .weak_person import BodyKnowledge, ReachingPerson
 
 LIMIT_MARGIN = np.deg2rad(5.0)
-"""A limb in soft cuffs is not exactly where the machine is."""
+"""Margin to the joint limits [rad]: a limb in soft cuffs is not exactly where the machine is."""
 
 
 @dataclass(frozen=True)
-class WeakSubject:
-    """A machine, a wearer of little strength, and what control found out about both."""
+class WeakParticipant:
+    """Machine, weak wearer, and the controller's knowledge of both."""
 
     laboratory: VirtualLaboratory
     weakness: Weakness
@@ -32,7 +32,7 @@ class WeakSubject:
     seed: int
 
     def flight(self, run_seed: int, recording: RecordingWriter | None = None) -> SupportFlight:
-        """A test of its own; `run_seed` draws its noise.
+        """Begin a test; `run_seed` draws its noise.
 
         Raises:
             RigError: The envelope stopped the way to rest.
@@ -43,7 +43,7 @@ class WeakSubject:
         return SupportFlight(worn.pilot, worn.controller, person, self.laboratory.wearer.arms[0].side)
 
 
-def subject(options: SupportOptions, progress: Progress) -> WeakSubject:
+def prepare_weak_participant(options: SupportOptions, progress: Progress) -> WeakParticipant:
     """Draw, calibrate and identify.
 
     Raises:
@@ -61,4 +61,4 @@ def subject(options: SupportOptions, progress: Progress) -> WeakSubject:
     laboratory = replace(laboratory, wearer=weakened(laboratory.wearer, weakness))
     lower, upper = np.array([(joint.lower, joint.upper) for joint in read_exoskeleton(description).joints]).T
     body = BodyKnowledge.of(laboratory, lower + LIMIT_MARGIN, upper - LIMIT_MARGIN)
-    return WeakSubject(laboratory, weakness, body, prepare(laboratory, options.seed, progress), options.seed)
+    return WeakParticipant(laboratory, weakness, body, prepare(laboratory, options.seed, progress), options.seed)

@@ -72,7 +72,7 @@ class ExampleOptions:
 
 
 @dataclass(frozen=True)
-class Somebody:
+class ExampleParticipant:
     """One of the participants."""
 
     code: str
@@ -139,7 +139,7 @@ def _settings_of_study(options: ExampleOptions) -> StudySettings:
     )
 
 
-def _people(options: ExampleOptions) -> list[Somebody]:
+def _people(options: ExampleOptions) -> list[ExampleParticipant]:
     """Trained ones first; codes and seeds are drawn from that of the study."""
     groups = [group for group, count in zip(GROUPS, options.participants, strict=True) for _ in range(count)]
     sessions = dict(zip(GROUPS, options.sessions, strict=True))
@@ -148,11 +148,12 @@ def _people(options: ExampleOptions) -> list[Somebody]:
         codes.append(draw_code(codes, chance.choice))
     seeds = np.random.default_rng([options.seed, 43]).integers(1000, 2**31, len(groups)).tolist()
     return [
-        Somebody(code, group, seed, sessions[group]) for code, group, seed in zip(codes, groups, seeds, strict=True)
+        ExampleParticipant(code, group, seed, sessions[group])
+        for code, group, seed in zip(codes, groups, seeds, strict=True)
     ]
 
 
-def _sessions_of(somebody: Somebody, _tell: Tell, folder: Path) -> Iterator[list[Path]]:
+def _sessions_of(somebody: ExampleParticipant, _tell: Tell, folder: Path) -> Iterator[list[Path]]:
     """Write all recordings of one person; learning goes from one to the next."""
     paths = list[Path]()
     room, protocols = SimulatedRoom(), {name: load_protocol(name) for name in (*GROUPS.values(), "flight")}
@@ -174,7 +175,7 @@ def _sessions_of(somebody: Somebody, _tell: Tell, folder: Path) -> Iterator[list
 
 
 def _settings(
-    somebody: Somebody,
+    somebody: ExampleParticipant,
     laboratory: VirtualLaboratory,
     loaded: LoadedProtocol,
     session: int,

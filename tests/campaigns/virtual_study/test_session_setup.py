@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from exograv.campaigns.virtual_study.conditions import condition_of
-from exograv.campaigns.virtual_study.stage import (
-    PreparedTraining,
-    Stage,
-    familiarisation_stage,
-    flight_stage,
-    free_stage,
-    prepared_for,
-    rubbing,
-    stage_on,
-    training_stage,
+from exograv.campaigns.virtual_study.session_setup import (
+    SessionSetup,
+    TrainingKnowledge,
+    familiarisation_setup,
+    flight_setup,
+    free_setup,
+    prepare_training,
+    prepared_setup,
+    scaled_friction,
+    training_setup,
 )
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import NoTorque
@@ -31,16 +31,16 @@ def silent(_text: str, _share: float) -> None:
 
 
 @cache
-def prepared(name: str, seed: int = SEED, level: int = LEVEL) -> PreparedTraining:
+def prepared(name: str, seed: int = SEED, level: int = LEVEL) -> TrainingKnowledge:
     """Found once for all tests."""
-    return prepared_for(condition_of(name), seed, level, silent)
+    return prepare_training(condition_of(name), seed, level, silent)
 
 
-def stage_of(name: str, seed: int = SEED, level: int = LEVEL, day: int = 0) -> Stage:
-    return stage_on(prepared(name, seed, level), day)
+def stage_of(name: str, seed: int = SEED, level: int = LEVEL, day: int = 0) -> SessionSetup:
+    return training_setup(prepared(name, seed, level), day)
 
 
-def rested(stage: Stage, seconds: float) -> np.ndarray:
+def rested(stage: SessionSetup, seconds: float) -> np.ndarray:
     """The arm's freedoms after the person has done nothing for so long [rad]."""
     twin, still = stage.twin, np.zeros(len(stage.twin.joints))
     for _ in range(round(seconds / twin.period_s)):
@@ -55,7 +55,7 @@ def test_every_stage_draws_the_same_person():
     stages = [
         stage_of("ideal", level=level), stage_of("ideal@quasi-direct+friction=2", level=level),
         stage_of("water", level=level), stage_of("parabolic", level=level),
-        familiarisation_stage(SEED, level, 0), free_stage(SEED, level, 3, 0.0),
+        familiarisation_setup(SEED, level, 0), free_setup(SEED, level, 3, 0.0),
     ]  # fmt: skip
     first = stages[0].laboratory.wearer
     q = np.deg2rad([30.0, 10.0, 5.0, 60.0])
@@ -78,7 +78,7 @@ def test_days_differ_in_noise_alone_and_are_repeated_bit_for_bit():
 
 def test_what_was_prepared_goes_to_another_process():
     sent = pickle.loads(pickle.dumps(prepared("ideal")))
-    np.testing.assert_array_equal(rested(stage_on(sent, 1), 0.1), rested(stage_of("ideal", day=1), 0.1))
+    np.testing.assert_array_equal(rested(training_setup(sent, 1), 0.1), rested(stage_of("ideal", day=1), 0.1))
 
 
 def test_weight_left_on_purpose_counts_as_left_over():
@@ -104,12 +104,12 @@ def test_friction_is_the_machines_own_times_its_factor_and_the_wearer_stays():
     for name in ("viscous", "load_share", "ripple"):
         np.testing.assert_allclose(getattr(scaled, name), 2.0 * getattr(friction, name))
     np.testing.assert_array_equal(scaled.breakaway, friction.breakaway)
-    same = rubbing(usual.laboratory.machine, 1.0)
+    same = scaled_friction(usual.laboratory.machine, 1.0)
     np.testing.assert_array_equal(same.friction.coulomb, friction.coulomb)
 
 
 def test_a_day_at_once_is_the_same_as_prepared_before():
-    at_once = training_stage(condition_of("water"), SEED, LEVEL, 2, silent)
+    at_once = prepared_setup(condition_of("water"), SEED, LEVEL, 2, silent)
     np.testing.assert_array_equal(rested(at_once, 0.1), rested(stage_of("water", day=2), 0.1))
 
 
@@ -123,21 +123,21 @@ def test_where_no_motor_acts_nothing_is_carried_or_left_over(name: str):
 
 
 def test_the_parabolic_training_is_a_flight():
-    training, flight = rested(stage_of("parabolic"), 0.2), rested(flight_stage(SEED, LEVEL, 0), 0.2)
+    training, flight = rested(stage_of("parabolic"), 0.2), rested(flight_setup(SEED, LEVEL, 0), 0.2)
     np.testing.assert_array_equal(training, flight)
 
 
 def test_an_arm_without_machine_begins_as_it_was_put_on_at_every_gravity():
-    worn = familiarisation_stage(SEED, 0, 0).twin.truth.q_arm
+    worn = familiarisation_setup(SEED, 0, 0).twin.truth.q_arm
     for level in (0.0, 1.0, 1.8):
-        np.testing.assert_allclose(free_stage(SEED, 0, 0, level).twin.truth.q_arm, worn, atol=np.deg2rad(10.0))
+        np.testing.assert_allclose(free_setup(SEED, 0, 0, level).twin.truth.q_arm, worn, atol=np.deg2rad(10.0))
 
 
 def test_an_arm_falls_the_faster_the_more_it_weighs_and_slowly_under_water():
     sinks = {}
     for name, stage in {
-        "0": free_stage(SEED, 0, 0, 0.0), "water": stage_of("water", level=0),
-        "1": free_stage(SEED, 0, 0, 1.0), "1.8": free_stage(SEED, 0, 0, 1.8),
+        "0": free_setup(SEED, 0, 0, 0.0), "water": stage_of("water", level=0),
+        "1": free_setup(SEED, 0, 0, 1.0), "1.8": free_setup(SEED, 0, 0, 1.8),
     }.items():  # fmt: skip
         stage.twin.put_surroundings(False)
         start = stage.own.fingertip(stage.twin.truth.q_arm)[2]
