@@ -211,9 +211,7 @@ class _Training:
 
         protocol, page = self._plan.protocol, f"simulated-{run.state.epoch + (self._before is not None)}"
         seat = ScreenSeat(twin, participant, self._room, protocol.target, self._day, page)
-        machine = LockstepScreen(
-            run, ready.pilot, twin, ready.controller, seat, verify, self._options.verify_every
-        )  # fmt: skip
+        machine = LockstepScreen(run, ready.pilot, twin, ready.controller, seat, verify, self._options.verify_every)
         aircraft = ()
         if protocol.opening == "aircraft":
             aircraft = (AircraftFeed(protocol, twin, self._day, aircraft_sink(recording)),)

@@ -7,7 +7,7 @@ from typing import Any
 from exograv.recording import Recording, RecordingPass
 
 from .imported_session import Imported, Said, counted, sentences, totals
-from .task_records import touches_of, windows_of
+from .task_records import records_of, touches_of, windows_of
 from .tick_account import TickAccount
 
 TOPICS = ("/task", "/event", "/result", "/timing", "/aircraft")
@@ -24,8 +24,7 @@ def import_recording(path: Path) -> Imported:
         account.take(ticks)
     recording = passing.recording()
     begun = account.first_t if account.count else _first_t(recording)
-    # At a console a record's own time is the computer's; that of its message is the rig's, as ticks have it.
-    records = [{**one["record"], "t": one["t"] - begun} for one in recording.messages("/task")]
+    records = records_of(recording, begun)
     windows = windows_of(records, recording.messages("/aircraft"), begun)
     touches = touches_of(records, windows)
     windows = counted(windows, touches)

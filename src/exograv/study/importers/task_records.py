@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from exograv.recording import Recording
 from exograv.study.folder.columns import TOUCHES
+from exograv.task.record_sinks import TASK_TOPIC
 from exograv.task.records import TouchRecord
 
 SENT_AGAIN = "repeated"
@@ -13,6 +15,14 @@ SENT_AGAIN = "repeated"
 
 TOUCH = tuple(column.name for column in TOUCHES if column.name in TouchRecord.model_fields)
 """Fields of a touch's record that the table has too."""
+
+
+def records_of(recording: Recording, begun: float = 0.0) -> list[dict[str, Any]]:
+    """Records of the task in a recording; their `t` is the rig's clock, counted from `begun` [s].
+
+    At a console, the time in a record is the computer's and the time of its message is the rig's.
+    """
+    return [{**message["record"], "t": message["t"] - begun} for message in recording.messages(TASK_TOPIC)]
 
 
 def windows_of(

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.recording import Recording, read_topics, tick_pieces
+from exograv.study.importers.task_records import records_of
 
 from .reaches import MeasuredReach, Motion, reaches, scatter_about_mean
 from .table import Row, rows_of
@@ -36,8 +37,7 @@ def complete_windows(recording: Recording) -> list[Window]:
     opened = dict[tuple[int, int], float]()
     touches = defaultdict[tuple[int, int], list[dict[str, Any]]](list)
     windows = dict[int, tuple[tuple[int, int], float]]()
-    # At a console a record's own time is the computer's; that of its message is the rig's, as ticks have it.
-    for record in ({**message["record"], "t": message["t"]} for message in recording.messages("/task")):
+    for record in records_of(recording):
         key = (record.get("window") or 0, record.get("attempt") or 0)
         if record["kind"] == "window_opened":
             opened[key] = record["t"]
