@@ -6,9 +6,10 @@ import pytest
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.live_identification import LiveIdentification
+from exograv.loop.phases import TRAVEL_RAD_S
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.identification.identify import TRAVEL, V_MOTION, identification_motion
+from exograv.procedures.identification.identify import V_MOTION, identification_motion
 from exograv.procedures.verification.postures import NONE, all_passes
 from exograv.runtime.control_loop.exchange import finding_dtype
 
@@ -57,7 +58,7 @@ def test_the_arm_is_led_from_where_it_is_and_never_faster_than_the_motion_may_be
     asked = moved(told, q)
     speed = np.abs(np.diff(asked, axis=0)).max() / PERIOD_S
     assert np.abs(asked[0] - q).max() < 1e-6
-    assert TRAVEL < speed <= V_MOTION + 1e-6
+    assert TRAVEL_RAD_S < speed <= V_MOTION + 1e-6
 
 
 def test_samples_are_those_of_the_motion_and_the_last_is_told_once(prepared: ControllerKnowledge):

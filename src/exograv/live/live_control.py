@@ -9,8 +9,8 @@ import numpy as np
 
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
-from exograv.loop.mode_ramp import SECONDS
 from exograv.loop.output_feedback import OutputFeedback
+from exograv.loop.phases import next_drive
 from exograv.model.description import RigDescription
 from exograv.model.wearer_form import WearerForm
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -212,9 +212,5 @@ class LiveControl:
             modes.take(Event.FLOAT)
         elif modes.mode is Mode.MOVING and persons:
             lesson.begin_passes(now)
-        mode, step = self._controller.mode, self._period_s / SECONDS["drive"]
-        is_led = modes.mode in WORN and modes.mode is not Mode.RAMP_OUT
-        is_moved = is_led if not persons else modes.mode is Mode.MOVING
-        mode.drive = min(mode.drive + step, 1.0) if is_moved else max(mode.drive - step, 0.0)
-        if modes.mode not in WORN:
-            mode.drive = 0.0
+        mode = self._controller.mode
+        mode.drive = next_drive(mode.drive, modes.mode, bool(persons), self._period_s)

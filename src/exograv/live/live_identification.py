@@ -10,10 +10,11 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
 from exograv.identification.core.prior import prior
 from exograv.loop.person_limits_manager import LimitsMaker
+from exograv.loop.phases import IDENTIFICATION
 from exograv.model.assembly import Assembly
 from exograv.motion import Trajectory
 from exograv.procedures.identification.estimator_session import Belief
-from exograv.procedures.identification.identify import TRAVEL, V_MOTION, identification_motion
+from exograv.procedures.identification.identify import V_MOTION, identification_motion
 from exograv.procedures.verification.postures import NONE, Passes, Verification, all_passes
 from exograv.runtime.control_loop.exchange import sample_dtype
 from exograv.runtime.control_loop.worker import WorkerMemory
@@ -21,9 +22,6 @@ from exograv.safety.person import PersonLimits
 from exograv.signals import Reference
 
 from .arm_worker import ArmWorker
-
-SETTLE_S = 0.5
-"""Before the motion, at its first posture."""
 
 Joints = np.ndarray
 
@@ -62,8 +60,7 @@ class LiveIdentification:
 
     def prepare(self, q: Joints) -> None:
         """The arm will be moved from here on [rad]; takes a part of a tick."""
-        to_path = motion.go_to(q, self._path.q[0], TRAVEL, self._period_s)
-        self._way = motion.joined([to_path, motion.hold(self._path.q[0], SETTLE_S, self._period_s)])
+        self._way = IDENTIFICATION.approach(q, self._path.q[0], self._period_s)
 
     def begin(self, now: float) -> None:
         """The arm is moved from now on [s]."""

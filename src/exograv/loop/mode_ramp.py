@@ -7,16 +7,11 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import motion
-from exograv.safety.guard import GRAVITY_LEVEL_S
 
 from .arm_controller import ArmController
 from .output_feedback import Guide
+from .phases import RAMPS_S
 from .pilot import Pilot, TickSample
-
-SECONDS = {
-    "drive": 1.0,  # feedback, inertial feed-forward and the wearer's passive torque
-    "gravity_level": GRAVITY_LEVEL_S,
-}
 
 
 class _Fade:
@@ -58,11 +53,11 @@ def fade(
     if getattr(controller.mode, field) == goal:
         return
     dt = pilot.rig.period_s
-    change = _Fade(pilot, controller, field, goal, round(SECONDS[field] / dt))
+    change = _Fade(pilot, controller, field, goal, round(RAMPS_S[field] / dt))
     text = "Letting go" if goal == 0.0 else "Taking over"
 
     def listen(moment: TickSample) -> None:
         change(moment)
         listener(moment)
 
-    pilot.run(controller, motion.hold(posture, SECONDS[field], dt), text, listen, guide)
+    pilot.run(controller, motion.hold(posture, RAMPS_S[field], dt), text, listen, guide)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from exograv import motion
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.identification.core.interface import RequestedMotion, Sample
@@ -14,9 +13,10 @@ from exograv.identification.core.sample_filter import SampleFilter
 from exograv.laboratory.preparation import Preparation, WornTwin
 from exograv.laboratory.twin_calibration import EmptyTwin, pilots
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.loop.phases import IDENTIFICATION
 from exograv.loop.pilot import Progress, TickSample
 from exograv.model.assembly import Assembly
-from exograv.procedures.identification.identify import TRAVEL, identification_motion
+from exograv.procedures.identification.identify import identification_motion
 from exograv.rig.twin import draw_machine
 
 from .cases import Case
@@ -119,8 +119,7 @@ def record_stream(case: Case, calibrated: Calibrated, progress: Progress, second
     assembly, machine, pilot, controller = worn.known.assembly, worn.known.machine, worn.pilot, worn.controller
     controller.mode.drive = 1.0
     path = identification_motion(assembly, seconds, pilot.rig.period_s)
-    approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, path.dt), motion.hold(path.q[0], 0.5, path.dt)]
-    pilot.run(controller, motion.joined(approach), "Moving to the start")
+    pilot.run(controller, IDENTIFICATION.approach(pilot.q, path.q[0], path.dt), "Moving to the start")
     recorder = _Recorder(SampleFilter(assembly.n, path.dt))
     pilot.run(controller, path, "Recording the stream", recorder)
     return RecordedStream(case, Stream(assembly, machine, recorder.samples()), laboratory)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from exograv import motion
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError, RigError
 from exograv.identification.core.arm_model import ArmModel
@@ -19,10 +18,10 @@ from exograv.laboratory.weighing_command import in_doubt_not_refused
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.output_feedback import Controller, NoTorque
+from exograv.loop.phases import LAYING_DOWN
 from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.replay_log import read_machine
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
-from exograv.procedures.identification.float_arm import TRAVEL
 from exograv.procedures.identification.participant_session import ParticipantOptions, ParticipantRun
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.self_test.machine_test import test_machine
@@ -162,8 +161,8 @@ def known_again(
 def lay_down(pilot: Pilot, controller: ArmController, twin: Twin) -> None:
     """Lead the relaxed arm to where it was put on, bring screen and support, and give the arm back to the person."""
     posture, dt = controller.assembly.description.donning_posture, twin.period_s
-    pilot.begin("lay down")
-    way = motion.joined([motion.go_to(pilot.q, posture, TRAVEL, dt), motion.hold(posture, 1.0, dt)])
+    pilot.begin(LAYING_DOWN.recorded)
+    way = LAYING_DOWN.approach(pilot.q, posture, dt)
     pilot.run(controller, way, "Bringing the arm to its support")
     twin.put_surroundings(True)
     fade(pilot, controller, "drive", 0.0, posture)

@@ -8,11 +8,10 @@ from jaxtyping import Float
 from exograv import motion
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
+from exograv.loop.phases import FLOATING, ON_THE_WAY
 from exograv.loop.pilot import Pilot, TickSample
 
 from .identify import SKELETON_TICKS, record_skeleton
-
-TRAVEL = 0.6  # rad/s
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ def float_arm(
     posture: Float[np.ndarray, " joint"],
     gravity_level: float,
     window_s: float,
-    phase: str = "float",
+    phase: str = FLOATING.recorded,
 ) -> Drift:
     """Bring the arm to a posture [rad], let go, and watch it for `window_s`; `phase` names the watch in the recording.
 
@@ -39,12 +38,11 @@ def float_arm(
         RigError: The envelope stopped the run.
     """
     dt = pilot.rig.period_s
-    pilot.begin("move")
+    pilot.begin(ON_THE_WAY)
     fade(pilot, controller, "drive", 1.0, pilot.q.copy())
-    approach = motion.joined([motion.go_to(pilot.q, posture, TRAVEL, dt), motion.hold(posture, 1.0, dt)])
-    pilot.run(controller, approach, "Moving to where the arm is let go")
+    pilot.run(controller, FLOATING.approach(pilot.q, posture, dt), "Moving to where the arm is let go")
     fade(pilot, controller, "gravity_level", gravity_level, posture)
-    fade(pilot, controller, "drive", 0.0, posture)
+    fade(pilot, controller, "drive", FLOATING.drive.goal(is_known=True), posture)
     pilot.begin(phase)
     start = pilot.q.copy()
     farthest = np.zeros_like(start)

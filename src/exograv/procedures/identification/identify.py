@@ -10,6 +10,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.core.interface import Estimate, Outcome, Sample
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.person_limits_manager import PersonLimitsManager
+from exograv.loop.phases import IDENTIFICATION, ON_THE_WAY
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Excitation
@@ -20,7 +21,6 @@ from .method_names import MethodName, TorqueSourceName
 from .resting_poses import rest_first
 
 EASE_S = 2.0  # a periodic motion starts and ends with speed, an arm does not
-TRAVEL = 0.6  # rad/s to the motion's first posture
 V_MOTION = 1.3  # rad/s: no joint of a designed motion is faster
 SKELETON_TICKS = 50
 
@@ -112,12 +112,11 @@ def identify_arm(
     found = identifier.result
     pilot.worn = worn = pilot.worn or PersonLimitsManager(pilot.envelope, assembly, identifier.machine, found.prior)
     worn.expect(found.prior, found.prior_covariance, V_MOTION)
-    controller.mode.drive = 1.0
+    controller.mode.drive = IDENTIFICATION.drive.goal(is_known=False)
     rest_first(pilot, controller, identifier.result.method)
-    approach = [motion.go_to(pilot.q, path.q[0], TRAVEL, dt), motion.hold(path.q[0], 0.5, dt)]
-    pilot.begin("move")
-    pilot.run(controller, motion.joined(approach), "Moving to the start")
-    pilot.begin("identify")
+    pilot.begin(ON_THE_WAY)
+    pilot.run(controller, IDENTIFICATION.approach(pilot.q, path.q[0], dt), "Moving to the start")
+    pilot.begin(IDENTIFICATION.recorded)
     for part in chain([path], parts):
         pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
     result = identifier.finish(pilot.rig.read().t)

@@ -8,10 +8,10 @@ from exograv.errors import ConfigError
 from exograv.identification.core.interface import Rest, RestingMethod
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
+from exograv.loop.phases import TRAVEL_RAD_S
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.rig.interface import CuffSensing, Rig
 
-TRAVEL = 0.6  # rad/s
 APPROACH_RAD = 0.09  # 5°: friction's and the tissue's hysteresis turn within it (assumed)
 APPROACH_S = 1.0
 SETTLE_S = 1.5  # what a motion has strained in a relaxed joint decays with about 1 s (docs/arm.md)
@@ -98,7 +98,7 @@ def _rest_from(
     """Reach a posture [rad] from beside it, come to rest, and listen."""
     dt = pilot.rig.period_s
     way = [
-        motion.go_to(pilot.q, beside, TRAVEL, dt),
+        motion.go_to(pilot.q, beside, TRAVEL_RAD_S, dt),
         motion.minimum_jerk(beside, posture, APPROACH_S, dt),
         motion.hold(posture, SETTLE_S, dt),
     ]

@@ -10,6 +10,7 @@ from exograv import motion
 from exograv.errors import ModelError
 from exograv.identification.core.arm_model import SINGULAR_SD, ArmModel
 from exograv.identification.core.interface import Parameters
+from exograv.loop.phases import TRAVEL_RAD_S
 from exograv.model.description import RigDescription
 from exograv.motion import Trajectory
 
@@ -24,7 +25,6 @@ REACH_RAD = 0.2
 SPEED_RAD_S = 0.25
 """Of a pass: slow, so that inertia and damping say nothing, and quick enough that every joint slides [rad/s]."""
 
-TRAVEL = 0.6  # rad/s, from one pass to the next
 
 ROUNDS = 2
 """Through all postures, in the same order: a minute apart the wearer's slow torque is another one, and what comes back
@@ -95,7 +95,7 @@ def all_passes(postures: Postures, seed: int, start: Joints, dt: float) -> Passe
     """From `start` [rad] to each posture and past it in both directions."""
     parts, of, here = [], [], start
     for k, path in visits(postures, seed, dt):
-        way = motion.go_to(here, path.q[0], TRAVEL, dt)
+        way = motion.go_to(here, path.q[0], TRAVEL_RAD_S, dt)
         parts += [way, path]
         of += [np.full(len(way), NONE), np.full(len(path), k)]
         here = path.q[-1]

@@ -11,9 +11,10 @@ from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.sample_pace import Averages
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
+from exograv.loop.phases import ON_THE_WAY, TRAVEL_RAD_S, VERIFICATION
 from exograv.loop.pilot import Pilot, TickSample
 
-from .postures import ROUNDS, SPEED_RAD_S, TRAVEL, Joints, Postures, visits
+from .postures import ROUNDS, SPEED_RAD_S, Joints, Postures, visits
 
 SAMPLE_S = 0.25
 """That a kept sample is the mean of [s]: in a pass gears' ripple turns about once, and cancels."""
@@ -71,16 +72,16 @@ def fly_passes(pilot: Pilot, controller: ArmController, postures: Postures, seed
         RigError: The envelope stopped the run.
     """
     dt = pilot.rig.period_s
-    pilot.begin("move")
-    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+    pilot.begin(ON_THE_WAY)
+    fade(pilot, controller, "drive", VERIFICATION.drive.goal(is_known=True), pilot.q.copy())
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
     listener = PassListener(postures.shape[1], dt)
     for visit, (k, path) in enumerate(visits(postures, seed, dt)):
         text = f"Verifying: pass {visit + 1} of {ROUNDS * len(postures)}"
         listener.begin(None)
-        pilot.begin("move")
-        pilot.run(controller, motion.go_to(pilot.q, path.q[0], TRAVEL, dt), text, listener)
+        pilot.begin(ON_THE_WAY)
+        pilot.run(controller, motion.go_to(pilot.q, path.q[0], TRAVEL_RAD_S, dt), text, listener)
         listener.begin(k)
-        pilot.begin("verify")
+        pilot.begin(VERIFICATION.recorded)
         pilot.run(controller, path, text, listener)
     return listener.heard

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from exograv import motion
 from exograv.dynamics import parameters
 from exograv.errors import RigError
 from exograv.identification.core.arm_model import ArmModel
@@ -14,6 +13,7 @@ from exograv.identification.core.prior import prior
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.person_limits_manager import HEAVIEST_KG
+from exograv.loop.phases import WEIGHING
 from exograv.loop.pilot import Pilot
 from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.support import sample_postures
@@ -27,7 +27,6 @@ TORQUE_SHARE = 0.8  # of a motor's torque that arm, weight and friction may ask 
 SPEED = 0.7  # rad/s: a little faster than a relaxed arm is moved by hand
 PASS_S = 60.0
 CANDIDATES = 64  # postures of the task workspace, every pair of which is a way
-TRAVEL, SETTLE_S = 0.6, 1.0  # rad/s, s
 
 
 def weigh(
@@ -59,7 +58,7 @@ def weigh(
         x[parameters.ParameterLayout.of(model.assembly).phi] += held_weight(model.assembly.arm, mass, at=where)
     way = path_for_weight(model, x, place)
     estimator = WeightEstimator(model, x, _covariance(arm, model), place)
-    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+    fade(pilot, controller, "drive", WEIGHING.drive.goal(is_known=True), pilot.q.copy())
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
     if pilot.worn is not None:  # only now: a floating arm may be moved faster than one that is weighed
         pilot.worn.weigh(x, place, SPEED)
@@ -107,8 +106,7 @@ def path_for_weight(model: ArmModel, x: parameters.Parameters, place: WeightPlac
 def _heard(pilot: Pilot, controller: ArmController, way: WeighingPath, path: Trajectory, text: str) -> Sequence[Sample]:
     """Go to the way's beginning, wait until all is calm, and listen to the way."""
     dt = pilot.rig.period_s
-    approach = [motion.go_to(pilot.q, way.low, TRAVEL, dt), motion.hold(way.low, SETTLE_S, dt)]
-    pilot.run(controller, motion.joined(approach), text)
+    pilot.run(controller, WEIGHING.approach(pilot.q, way.low, dt), text)
     listener = MotionListener(len(way.low), dt)
     pilot.run(controller, path, text, listener)
     return listener.samples

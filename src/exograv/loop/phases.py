@@ -1,0 +1,82 @@
+"""Phases of a session with an arm: what drives the arm in each, how it gets there, and by which ramps.
+
+Two clocks read this table. A run in lock-step follows trajectories and fades (`Pilot`, `mode_ramp`). The live loop
+follows the modes of its state machine, tick by tick (`LiveControl`). `safety.modes` holds the transitions between
+modes, and the ramps of the arm's share.
+"""
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from exograv import motion
+from exograv.motion import Joints, Trajectory
+from exograv.safety.guard import GRAVITY_LEVEL_S
+from exograv.safety.modes import WORN, Mode
+
+DRIVE_S = 1.0
+"""Ramp of feedback, inertial feed-forward and the wearer's passive torque, from 0 to 1 [s]."""
+
+RAMPS_S: Mapping[str, float] = MappingProxyType({"drive": DRIVE_S, "gravity_level": GRAVITY_LEVEL_S})
+"""Ramp of each field of the controller's mode, by the field's name [s]."""
+
+TRAVEL_RAD_S = 0.6
+"""Fastest joint on the way of a relaxed arm to a posture [rad/s]."""
+
+
+class Drive(enum.Enum):
+    """What moves or holds the arm in a phase, besides carrying its weight."""
+
+    NEVER = "Nothing: the arm is free."
+    UNTIL_KNOWN = "Weak feedback, as long as the arm is not identified; then nothing."
+    ALWAYS = "Weak feedback along a path."
+
+    def goal(self, is_known: bool) -> float:
+        """Goal of `drive` in the controller's mode [-]."""
+        return float(self is Drive.ALWAYS or (self is Drive.UNTIL_KNOWN and not is_known))
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One phase."""
+
+    recorded: str
+    """Name in the recording of a run in lock-step; a live run is recorded by its modes' names."""
+
+    drive: Drive
+
+    settle_s: float = 0.0
+    """Rest at the first posture, before the phase begins [s]."""
+
+    def approach(self, q: Joints, posture: Joints, dt: float) -> Trajectory:
+        """Way from `q` to the phase's first posture [rad], and the rest there, at the period `dt` [s]."""
+        return motion.joined([motion.go_to(q, posture, TRAVEL_RAD_S, dt), motion.hold(posture, self.settle_s, dt)])
+
+
+IDENTIFICATION = Phase("identify", Drive.ALWAYS, settle_s=0.5)
+VERIFICATION = Phase("verify", Drive.ALWAYS)
+FLOATING = Phase("float", Drive.UNTIL_KNOWN, settle_s=1.0)
+LAYING_DOWN = Phase("lay down", Drive.ALWAYS, settle_s=1.0)
+WEIGHING = Phase("weigh", Drive.ALWAYS, settle_s=1.0)
+ON_THE_WAY = "move"
+"""Name of what leads from one phase to the next, in the recording of a run in lock-step."""
+
+BY_MODE: Mapping[Mode, Drive] = MappingProxyType(
+    {
+        Mode.RAMP_IN: Drive.UNTIL_KNOWN,
+        Mode.FLOATING: FLOATING.drive,
+        Mode.MOVING: IDENTIFICATION.drive,
+        Mode.WEIGHING: Drive.UNTIL_KNOWN,  # live, the arm floats while a weight is weighed
+        Mode.RAMP_OUT: Drive.NEVER,
+    }
+)
+"""Drive in each live mode in which an arm is worn."""
+
+
+def next_drive(drive: float, mode: Mode, is_known: bool, period_s: float) -> float:
+    """`drive` of the controller's mode one tick later [-]: by its ramp where an arm is worn, else 0 at once."""
+    if mode not in WORN:
+        return 0.0
+    step = period_s / DRIVE_S
+    return min(drive + step, 1.0) if BY_MODE[mode].goal(is_known) else max(drive - step, 0.0)

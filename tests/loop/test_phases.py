@@ -1,0 +1,46 @@
+"""Phases of a session are described once, and both clocks read them."""
+
+import numpy as np
+import pytest
+
+from exograv.loop.phases import BY_MODE, IDENTIFICATION, RAMPS_S, TRAVEL_RAD_S, Drive, next_drive
+from exograv.safety.modes import WORN, Mode
+
+DT = 0.001
+
+
+def test_every_worn_mode_says_what_drives_the_arm():
+    assert set(BY_MODE) == WORN
+
+
+@pytest.mark.parametrize(
+    ("drive", "unknown", "known"), [(Drive.NEVER, 0.0, 0.0), (Drive.UNTIL_KNOWN, 1.0, 0.0), (Drive.ALWAYS, 1.0, 1.0)]
+)
+def test_an_arm_that_is_known_is_driven_only_where_it_always_is(drive: Drive, unknown: float, known: float):
+    assert (drive.goal(is_known=False), drive.goal(is_known=True)) == (unknown, known)
+
+
+@pytest.mark.parametrize("is_known", [False, True])
+@pytest.mark.parametrize("mode", sorted(WORN, key=lambda mode: mode.name))
+def test_the_live_ramp_lasts_as_long_as_that_in_lock_step(mode: Mode, is_known: bool):
+    goal = BY_MODE[mode].goal(is_known)
+    drive = 1.0 - goal
+    for _ in range(round(RAMPS_S["drive"] / DT) - 1):
+        drive = next_drive(drive, mode, is_known, DT)
+        assert drive != goal
+    for _ in range(2):  # one tick for the rounding of a thousand sums
+        drive = next_drive(drive, mode, is_known, DT)
+    assert drive == goal
+
+
+@pytest.mark.parametrize("mode", sorted(set(Mode) - WORN, key=lambda mode: mode.name))
+def test_where_no_arm_is_worn_nothing_drives_at_once(mode: Mode):
+    assert next_drive(1.0, mode, is_known=False, period_s=DT) == 0.0
+
+
+def test_an_approach_ends_at_rest_at_the_first_posture():
+    start, posture = np.zeros(2), np.array([0.4, -0.2])
+    way = IDENTIFICATION.approach(start, posture, DT)
+    assert np.abs(way.v).max() <= TRAVEL_RAD_S + 1e-9
+    at_rest = round(IDENTIFICATION.settle_s / DT)
+    assert np.abs(way.q[-at_rest:] - posture).max() < 1e-9
