@@ -10,6 +10,9 @@ EDITABLE := install --quiet --no-deps --no-build-isolation --editable .
 # As the command line does: threads of OpenBLAS wait for each other, and our matrices are small.
 export OPENBLAS_NUM_THREADS := 1
 
+# Tests start hundreds of processes, and each would compile all modules where the shell forbids to keep them.
+test test-slow: export PYTHONDONTWRITEBYTECODE :=
+
 # A worker that has nothing left takes from the others; at first each has a run of neighbours, which share fixtures.
 ON_ALL_CORES := --numprocesses auto --dist worksteal
 

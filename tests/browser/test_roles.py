@@ -116,9 +116,8 @@ def test_one_knob_supports_the_arm_and_the_other_button_stops_it(house: Served, 
 @pytest.mark.parametrize("role", Role)
 def test_pages_speak_german_and_name_what_they_show_to_a_screen_reader(house: Served, visit: Visit, role: Role):
     visitor = visit(role, "de")
-    time.sleep(0.4)
-    assert visitor.page.evaluate("document.documentElement.lang") == "de"
-    assert "Stopp" in visitor.page.locator("#stop").inner_text()
+    visitor.page.wait_for_function("document.documentElement.lang === 'de'")
+    visitor.page.locator("#stop", has_text="Stopp").wait_for()
     if role is Role.OPERATOR:
         house.desk.alarm("Stop was pressed.")
         visitor.page.locator("#alarms li", has_text="Stopp wurde gedrückt.").wait_for()

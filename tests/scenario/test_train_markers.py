@@ -5,7 +5,6 @@ import os
 import secrets
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -18,6 +17,7 @@ pylsl = pytest.importorskip("pylsl")
 LISTENER = """
 import json, sys, time, pylsl
 resolver = pylsl.ContinuousResolver(prop="type", value="Markers")
+print("looking", flush=True)
 until = time.monotonic() + 120.0
 while not (found := resolver.results()) and time.monotonic() < until:
     time.sleep(0.05)
@@ -43,7 +43,8 @@ def test_every_record_of_a_session_reaches_a_listener_once_and_in_its_order(
     monkeypatch.setenv("LSLAPICFG", str(file))
     listener = subprocess.Popen([sys.executable, "-c", LISTENER], stdout=subprocess.PIPE, text=True)
     try:
-        time.sleep(1.0)
+        assert listener.stdout is not None
+        assert listener.stdout.readline() == "looking\n"
         words = "--protocol", str(short(tmp_path)), "--rig", "recupera_like_passive", "--lsl"
         subprocess.run(command(tmp_path, *words), check=True, capture_output=True)
         said, _ = listener.communicate(timeout=30.0)
