@@ -2,16 +2,15 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
-from types import TracebackType
+from typing import ClassVar
 
 import numpy as np
 
 from exograv.errors import ConfigError, RigError
-from exograv.rig.drive_status import DriveStatus
-from exograv.rig.drives.clock import ENDED, LOCK_STEP_S, Clock
+from exograv.rig.drives.clock import LOCK_STEP_S
+from exograv.rig.drives.driver import Joints, NodesDriver
 from exograv.rig.drives.settings import Drives
-from exograv.signals import Command, JointState, TorqueSource
+from exograv.signals import Command
 
 from .bringing_up import enable_all, set_up
 from .bus import Bus
@@ -33,11 +32,10 @@ BEATS_PER_WATCHDOG = 4
 """Of our heartbeat: three may be lost."""
 
 
-class CanopenRig:
-    """A `Rig` and `Powered`. `read` sends the SYNC and waits for its answers, `write` sends a torque to each drive.
+class CanopenRig(NodesDriver[CanopenNode]):
+    """`read` sends the SYNC and waits for its answers, `write` sends a torque to each drive."""
 
-    A joint in `faulty` keeps the last numbers that its drive has said.
-    """
+    not_open: ClassVar[str] = "The CAN bus is not open. Use the machine inside `with rig:`."
 
     def __init__(self, drives: Drives, answer_s: float | None = None, lock_step: bool = False):
         """Nothing is opened yet.
@@ -62,108 +60,25 @@ class CanopenRig:
                 f"{len(drives.each)} drives at period_ms = {drives.settings.period_ms} need {share:.0%} of the CAN "
                 "bus: it would fall behind for ever. Set period_ms to the next of 1, 2, 4, or use a higher bit rate."
             )
-        self._drives, self._settings = drives, drives.settings.canopen
+        super().__init__(drives, lock_step)
+        self._settings = drives.settings.canopen
         self._scaling = Scaling(drives)
         self._none = [0] * len(drives.each)
         patience_s = LOCK_STEP_S if lock_step else ANSWER_SHARE * drives.period_s
-        self._answer_s, self._lock_step = patience_s if answer_s is None else answer_s, lock_step
+        self._answer_s = patience_s if answer_s is None else answer_s
         self._patience_s = max(self._answer_s, drives.period_s)
         has_motor = drives.rad_per_motor_count is not None
         self._nodes = tuple(CanopenNode(drive, has_motor, drives.period_s) for drive in drives.each)
         self._bus: Bus | None = None
         self._cycle: CanopenCycle | None = None
-        self._clock = Clock(drives.period_s, lock_step)
-        self._state: JointState | None = None
-        self._counts: Counter[str] = Counter()
         self.notes: tuple[str, ...] = ()
         """What the drives cannot that others can, in sentences."""
 
     @property
-    def joints(self) -> tuple[str, ...]:
-        """Actuated joints, in the order of every per-joint array."""
-        return self._drives.joints
-
-    @property
-    def period_s(self) -> float:
-        """Time between two measurements [s]."""
-        return self._drives.period_s
-
-    @property
-    def t(self) -> float:
-        """Since this was made, by this computer's monotonic clock [s]."""
-        return self._clock.t
-
-    @property
     def counts(self) -> Mapping[str, int]:
         """SYNCs that not every drive answered in time, commands that were too old to be sent, and that were limited."""
-        return Counter({**self._counts, "limited": self._scaling.limited})
-
-    def __enter__(self) -> "CanopenRig":
-        """Find the drives, check and set them up; none is enabled.
-
-        Raises:
-            ConfigError: `drives.toml` says of a drive what is not so, or a package is missing.
-            RigError: The bus does not open, a drive is missing or cannot what is needed, or somebody else commands.
-        """
-        self._bus = Bus(self._settings)
-        try:
-            self._begin(self._bus)
-        except BaseException:
-            self._bus.close()
-            self._bus = self._cycle = None
-            raise
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """No torque, all off, and the bus is given back."""
-        cycle, bus = self._cycle, self._bus
-        if cycle is None or bus is None:
-            return
-        try:
-            self.disable()
-            cycle.ask(self._answer_s)
-            self.disable()
-            cycle.leave()
-        finally:
-            self._bus = self._cycle = None
-            bus.close()
-
-    def read(self) -> JointState:
-        """What the drives measured at a SYNC of now: the same as before where not all have answered in time."""
-        cycle = self._running
-        t = self._clock.tick()
-        is_complete = cycle.ask(0.0 if self._clock.nobody_answers else self._answer_s)
-        faulty = tuple(j for j, node in enumerate(self._nodes) if node.is_faulty)
-        is_complete = is_complete and not all(node.is_lost for node in self._nodes)
-        if is_complete or self._state is None:
-            self._state = self._measurement(t, faulty)
-        elif faulty != self._state.faulty:
-            self._state = replace(self._state, faulty=faulty)
-        if self._lock_step and not self._clock.nobody_answers and all(node.is_lost for node in self._nodes):
-            raise RigError(ENDED)
-        self._counts["incomplete"] += not is_complete
-        return self._state
-
-    def write(self, command: Command) -> None:
-        """Send it, unless its time is over: then the drives are told nothing, and their watchdogs run on.
-
-        Raises:
-            RigError: A number is not finite.
-        """
-        cycle = self._running
-        damping = np.zeros(len(self._nodes)) if command.damping is None else command.damping
-        current = self._scaling.within_limits(command)
-        if self.t > command.valid_until:
-            self._counts["expired"] += 1
-            return
-        braking = self._scaling.damping(damping).tolist()
-        self._stop_what_cannot_brake(braking)
-        cycle.tell(self._scaling.per_mille(current).tolist(), braking)
+        own = {"incomplete": self._incomplete, "expired": self._expired, "limited": self._scaling.limited}
+        return Counter(own)
 
     def enable(self) -> None:
         """Switch all motors on, at zero torque; what was held against the drives is forgiven if it is over.
@@ -191,10 +106,6 @@ class CanopenRig:
             node.is_wanted, node.control = False, DISABLE_VOLTAGE
         self._running.tell(self._none, self._none)
 
-    def status(self) -> tuple[DriveStatus, ...]:
-        """What each drive said last, in the order of the joints."""
-        return tuple(node.status for node in self._nodes)
-
     def expect_silence(self) -> None:
         """For examiners in lock-step: nobody answers from now on, and time passes all the same."""
         self._clock.nobody_answers = True
@@ -202,24 +113,60 @@ class CanopenRig:
     @property
     def _running(self) -> CanopenCycle:
         if self._cycle is None:
-            raise RigError("The CAN bus is not open. Use the machine inside `with rig:`.")
+            raise RigError(self.not_open)
         return self._cycle
 
-    def _begin(self, bus: Bus) -> None:
-        self._clock, self._state = Clock(self.period_s, self._lock_step), None
+    @property
+    def _is_open(self) -> bool:
+        return self._cycle is not None
+
+    def _open(self) -> None:
+        self._bus = Bus(self._settings)
+
+    def _begin(self) -> None:
+        bus = self._bus
+        assert bus is not None
+        self._restart()
         beat_every = max(int(self._drives.watchdog_s / BEATS_PER_WATCHDOG / self.period_s), 1)
         cycle = CanopenCycle(bus, self._nodes, beat_every)
         self.notes = set_up(self._drives, bus, cycle, self._nodes, self._patience_s, first=True)
         self._cycle = cycle
         self._state = self._measurement(self.t, ())
 
-    def _measurement(self, t: float, faulty: tuple[int, ...]) -> JointState:
+    def _leave(self) -> None:
+        cycle = self._running
+        self.disable()
+        cycle.ask(self._answer_s)
+        self.disable()
+        cycle.leave()
+
+    def _close(self) -> None:
+        bus, self._bus, self._cycle = self._bus, None, None
+        if bus is not None:
+            bus.close()
+
+    def _ask(self, answer_s: float) -> bool:
+        return self._running.ask(answer_s) and not self._is_silent()
+
+    def _faulty(self) -> tuple[int, ...]:
+        return tuple(j for j, node in enumerate(self._nodes) if node.is_faulty)
+
+    def _is_silent(self) -> bool:
+        return all(node.is_lost for node in self._nodes)
+
+    def _measured(self) -> tuple[Joints, Joints, Joints | None]:
         nodes, scaling = self._nodes, self._scaling
         q = scaling.positions(np.array([node.counts for node in nodes]))
         q_motor = scaling.motor_positions(np.array([node.motor_counts for node in nodes]))
-        current = scaling.current(np.array([node.per_mille for node in nodes]))
-        no_sensor = np.full(len(nodes), np.nan)
-        return JointState(t, self._clock.ticks, q, current, no_sensor, TorqueSource.CURRENT, q_motor, faulty)
+        return q, scaling.current(np.array([node.per_mille for node in nodes])), q_motor
+
+    def _within_limits(self, command: Command) -> Joints:
+        return self._scaling.within_limits(command)
+
+    def _tell(self, command: Command, currents: Joints, damping: Joints) -> None:
+        braking = self._scaling.damping(damping).tolist()
+        self._stop_what_cannot_brake(braking)
+        self._running.tell(self._scaling.per_mille(currents).tolist(), braking)
 
     def _stop_what_cannot_brake(self, braking: list[int]) -> None:
         """A drive that takes no damping brakes by its own quick stop instead, and is off after it."""

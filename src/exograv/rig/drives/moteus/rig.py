@@ -2,17 +2,16 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from types import TracebackType
+from typing import ClassVar
 
 import numpy as np
 
 from exograv.errors import ConfigError, RigError
-from exograv.rig.drive_status import DriveStatus
-from exograv.rig.drives.clock import ENDED, LOCK_STEP_S, Clock
+from exograv.rig.drives.clock import LOCK_STEP_S
+from exograv.rig.drives.driver import Joints, NodesDriver
 from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.units import Units
-from exograv.signals import Command, JointState, TorqueSource
+from exograv.signals import Command
 
 from .bringing_up import enable_all, refuse_others, set_up
 from .bus_load import load
@@ -29,8 +28,10 @@ FIRST_ANSWER_S = 0.1
 RAD_PER_TURN = 2.0 * math.pi
 
 
-class MoteusRig:
-    """A `Rig` and `Powered`. A joint in `faulty` keeps the last numbers that its drive has said."""
+class MoteusRig(NodesDriver[MoteusNode]):
+    """`read` asks every drive and waits for the answers, `write` sends a torque to each."""
+
+    not_open: ClassVar[str] = "The adapter is not open. Use the machine inside `with rig:`."
 
     def __init__(self, drives: Drives, answer_share: float = ANSWER_SHARE, lock_step: bool = False):
         """Nothing is opened yet.
@@ -52,30 +53,13 @@ class MoteusRig:
                 f"{len(drives.each)} drives at period_ms = {drives.settings.period_ms} need {share:.0%} of the CAN "
                 "bus: it would fall behind for ever. Set period_ms to the next of 1, 2, 4."
             )
-        self._drives, self._units, self._path = drives, Units(drives), drives.settings.moteus.path
+        super().__init__(drives, lock_step)
+        self._units, self._path = Units(drives), drives.settings.moteus.path
         self._answer_s = LOCK_STEP_S if lock_step else answer_share * drives.period_s
-        self._lock_step, self._clock = lock_step, Clock(drives.period_s, lock_step)
         self._nodes = tuple(MoteusNode(drive) for drive in drives.each)
         self._link: Fdcanusb | None = None
         self._cycle: MoteusCycle | None = None
-        self._state: JointState | None = None
         self._is_on = self._was_on = False
-        self._incomplete = self._expired = 0
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Actuated joints, in the order of every per-joint array."""
-        return self._drives.joints
-
-    @property
-    def period_s(self) -> float:
-        """Time between two measurements [s]."""
-        return self._drives.period_s
-
-    @property
-    def t(self) -> float:
-        """The rig's clock: since it was made [s]."""
-        return self._clock.t
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -83,71 +67,6 @@ class MoteusRig:
         own = {"limited": self._units.limited, "expired": self._expired, "incomplete": self._incomplete}
         late = {} if self._cycle is None else {"late": self._cycle.late}
         return own | late | ({} if self._link is None else dict(self._link.counts))
-
-    def __enter__(self) -> "MoteusRig":
-        """Find the drives and hold their settings against `drives.toml`; nothing is switched on.
-
-        Raises:
-            RigError: The adapter does not open, a drive is missing, not fit or on already, or somebody else commands.
-            ConfigError: One is not set to what `drives.toml` says.
-        """
-        self._link = link = Fdcanusb(self._path)
-        try:
-            self._begin(link)
-        except BaseException:
-            link.close()
-            self._link = self._cycle = None
-            raise
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """No torque, windings shorted, and the adapter is given back."""
-        link = self._link
-        if link is None:
-            return
-        try:
-            self.disable()
-        finally:
-            self._link = self._cycle = None
-            link.close()
-
-    def read(self) -> JointState:
-        """What the drives measured when they were asked just now: the same as before where not all answered in time."""
-        cycle = self._running
-        t = self._clock.tick()
-        is_complete = cycle.ask(self._answer_s)
-        faulty = self._faulty()
-        is_silent = all(node.is_silent for node in self._nodes)
-        if self._lock_step and is_silent:
-            raise RigError(ENDED)
-        if (is_complete and not is_silent) or self._state is None:
-            self._state = self._measurement(t, faulty)
-        elif faulty != self._state.faulty:
-            self._state = replace(self._state, faulty=faulty)
-        self._incomplete += not is_complete
-        return self._state
-
-    def write(self, command: Command) -> None:
-        """Send it, unless its time is over: then the drives are told nothing, and their watchdogs run on.
-
-        Raises:
-            RigError: A number is not finite; nothing is sent.
-        """
-        cycle = self._running
-        currents = self._units.drive_currents(command)
-        if self.t > command.valid_until:
-            self._expired += 1
-            return
-        if not self._is_on:
-            return
-        damping = np.zeros_like(currents) if command.damping is None else command.damping
-        told = zip(self._nodes, currents.tolist(), damping.tolist(), strict=True)
-        cycle.tell([node.torque(current, brakes) for node, current, brakes in told])
 
     def enable(self) -> None:
         """Switch all motors on, at zero torque; faults that are over are acknowledged by it, and by nothing else.
@@ -180,18 +99,24 @@ class MoteusRig:
             for _ in range(3):  # one may be lost; the watchdog is behind all of them
                 self._running.tell([node.brake for node in self._nodes])
 
-    def status(self) -> tuple[DriveStatus, ...]:
-        """What each drive said last, in the order of the joints."""
-        return tuple(node.status for node in self._nodes)
-
     @property
     def _running(self) -> MoteusCycle:
         if self._cycle is None:
-            raise RigError("The adapter is not open. Use the machine inside `with rig:`.")
+            raise RigError(self.not_open)
         return self._cycle
 
-    def _begin(self, link: Fdcanusb) -> None:
-        self._clock, self._state, self._was_on = Clock(self.period_s, self._lock_step), None, False
+    @property
+    def _is_open(self) -> bool:
+        return self._cycle is not None
+
+    def _open(self) -> None:
+        self._link = Fdcanusb(self._path)
+
+    def _begin(self) -> None:
+        link = self._link
+        assert link is not None
+        self._restart()
+        self._was_on = False
         self._cycle = MoteusCycle(link, self._nodes)
         refuse_others(self._cycle)
         self._set_up(self._nodes)
@@ -199,6 +124,14 @@ class MoteusRig:
             if lost := [node for node in self._nodes if node.is_silent]:
                 raise RigError(" ".join(node.status.sentence(node.drive.joint) for node in lost))
         self._state = self._measurement(self.t, self._faulty())
+
+    def _leave(self) -> None:
+        self.disable()
+
+    def _close(self) -> None:
+        link, self._link, self._cycle = self._link, None, None
+        if link is not None:
+            link.close()
 
     def _set_up(self, nodes: Sequence[MoteusNode]) -> None:
         cycle, link = self._cycle, self._link
@@ -208,9 +141,21 @@ class MoteusRig:
     def _faulty(self) -> tuple[int, ...]:
         return tuple(j for j, node in enumerate(self._nodes) if node.fault or (self._is_on and not node.is_wanted))
 
-    def _measurement(self, t: float, faulty: tuple[int, ...]) -> JointState:
+    def _ask(self, answer_s: float) -> bool:
+        return self._running.ask(answer_s)
+
+    def _is_silent(self) -> bool:
+        return all(node.is_silent for node in self._nodes)
+
+    def _measured(self) -> tuple[Joints, Joints, Joints | None]:
         units, nodes = self._units, self._nodes
         q = units.positions(RAD_PER_TURN * np.array([node.said.turns for node in nodes]))
-        current = units.joint_currents(np.array([node.said.current_A for node in nodes]))
-        no_sensor = np.full(len(nodes), np.nan)
-        return JointState(t, self._clock.ticks, q, current, no_sensor, TorqueSource.CURRENT, None, faulty)
+        return q, units.joint_currents(np.array([node.said.current_A for node in nodes])), None
+
+    def _within_limits(self, command: Command) -> Joints:
+        return self._units.drive_currents(command)
+
+    def _tell(self, command: Command, currents: Joints, damping: Joints) -> None:
+        if self._is_on:
+            told = zip(self._nodes, currents.tolist(), damping.tolist(), strict=True)
+            self._running.tell([node.torque(current, brakes) for node, current, brakes in told])

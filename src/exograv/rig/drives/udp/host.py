@@ -5,14 +5,13 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
-from types import TracebackType
 
 import numpy as np
-from jaxtyping import Float
 
 from exograv.errors import ConfigError, RigError
 from exograv.rig.drive_status import DriveFault, DriveStatus
-from exograv.rig.drives.clock import ENDED, LOCK_STEP_S, Clock
+from exograv.rig.drives.clock import ENDED, LOCK_STEP_S
+from exograv.rig.drives.driver import Driver, Joints
 from exograv.rig.drives.settings import Drives
 from exograv.rig.drives.units import Units
 from exograv.signals import Command, JointState, TorqueSource
@@ -36,11 +35,9 @@ FAULTS, STATUSES = sum(DriveFault), sum(DriveFlag)
 """Bits that we know."""
 STEP = len(STATE_JOINT)
 
-Joints = Float[np.ndarray, " joint"]
 
-
-class UdpRig:
-    """A `Rig` that is also `Powered`."""
+class UdpRig(Driver):
+    """`read` polls the controller and waits for its answer, `write` sends it a current and a damping for each drive."""
 
     def __init__(
         self, drives: Drives, answer_share: float = ANSWER_SHARE, first_sequence: int = 0, lock_step: bool = False
@@ -59,10 +56,11 @@ class UdpRig:
         udp = drives.settings.udp
         if udp is None:
             raise ConfigError("drives.toml names no controller: [udp] with host and port is missing. Add it there.")
-        self._drives, self._units = drives, Units(drives)
+        super().__init__(drives, lock_step)
+        self._units = Units(drives)
         self._link = Link((udp.host, udp.port), len(drives.joints), first_sequence)
         self._wait_s = LOCK_STEP_S if lock_step else answer_share * drives.period_s
-        self._clock, self._is_on = Clock(drives.period_s, lock_step), False
+        self._is_on = False
         n = len(drives.joints)
         none = np.full(n, np.nan)
         none.flags.writeable = False
@@ -70,53 +68,13 @@ class UdpRig:
         self._no_torque, self._heard_at = none, -math.inf
         self._no_current = (0.0,) * (2 * n)
         self._statuses = (DriveStatus(False, DriveFault.LOST),) * n
-        self._expired = self._taken = 0
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Actuated joints, in the order of every per-joint array."""
-        return self._drives.joints
-
-    @property
-    def period_s(self) -> float:
-        """Time between two measurements [s]."""
-        return self._drives.period_s
-
-    @property
-    def t(self) -> float:
-        """The rig's clock: since it was made [s]."""
-        return self._clock.t
+        self._taken = 0
 
     @property
     def counts(self) -> Mapping[str, int]:
         """What was refused, lost, limited or too old to be sent."""
         own = {"limited": self._units.limited, "expired": self._expired}
         return {**self._link.counts, **{name: count for name, count in own.items() if count}}
-
-    def __enter__(self) -> "UdpRig":
-        """Find the controller and hold its nameplate against `drives.toml`; nothing is switched on.
-
-        Raises:
-            RigError: Nobody answers, or another host has it.
-            ConfigError: It is not the one of the file.
-        """
-        self._link.open()
-        try:
-            self._begin_session()
-        except BaseException:
-            self._link.close()
-            raise
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Motors off, and the controller is free for others."""
-        self.disable()
-        self._link.close()
 
     def read(self) -> JointState:
         """Begin a tick: ask, and wait for a share of the period; the same as before where nothing has come.
@@ -140,26 +98,6 @@ class UdpRig:
             lost = (replace(one, is_enabled=False, fault=one.fault | DriveFault.LOST) for one in self._statuses)
             self._statuses = tuple(lost)
         return self._state
-
-    def write(self, command: Command) -> None:
-        """Send it, unless it is void already; without `enable` the motors stay off.
-
-        Raises:
-            RigError: A current or a damping is not finite; nothing is sent.
-        """
-        currents = self._units.drive_currents(command)
-        now = self.t
-        life_s = command.valid_until - now
-        if life_s <= 0.0:
-            self._expired += 1
-            return
-        damping = np.zeros_like(currents) if command.damping is None else command.damping
-        told = np.empty(2 * len(currents))
-        told[0::2], told[1::2] = currents, damping
-        flags = Flag.ENABLE if self._is_on else Flag.NONE
-        life_s = min(life_s, self._drives.watchdog_s)
-        if self._link.command(command.sequence, now, life_s, flags, tuple(told.tolist())) is None:
-            self._expired += 1
 
     def enable(self) -> None:
         """Switch all motors on, at zero torque; faults that are over are acknowledged by it, and by nothing else.
@@ -202,6 +140,33 @@ class UdpRig:
     def expect_silence(self) -> None:
         """For examiners in lock-step: nobody answers from now on, and time passes all the same."""
         self._clock.nobody_answers = True
+
+    @property
+    def _is_open(self) -> bool:
+        return True  # a datagram needs no connection; the link refuses by itself
+
+    def _open(self) -> None:
+        self._link.open()
+
+    def _begin(self) -> None:
+        self._begin_session()
+
+    def _leave(self) -> None:
+        self.disable()
+
+    def _close(self) -> None:
+        self._link.close()
+
+    def _within_limits(self, command: Command) -> Joints:
+        return self._units.drive_currents(command)
+
+    def _tell(self, command: Command, currents: Joints, damping: Joints) -> None:
+        told = np.empty(2 * len(currents))
+        told[0::2], told[1::2] = currents, damping
+        flags, now = Flag.ENABLE if self._is_on else Flag.NONE, self.t
+        life_s = min(command.valid_until - now, self._drives.watchdog_s)
+        if life_s <= 0.0 or self._link.command(command.sequence, now, life_s, flags, tuple(told.tolist())) is None:
+            self._expired += 1
 
     def _begin_session(self) -> None:
         """Shake hands, and wait for a first measurement."""
