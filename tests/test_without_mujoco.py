@@ -44,9 +44,9 @@ assert not [name for name in sys.modules if name.startswith(("mujoco.", "exograv
 
 REHEARSE = """
 from exograv.experiment.steered.rehearsal import RehearsedFlight
-from exograv.experiment.steered.session_controller import SteeredDesk
+from exograv.experiment.steered.session_controller import SessionController
 
-desk = SteeredDesk(RehearsedFlight(side="right"))
+desk = SessionController(RehearsedFlight(side="right"))
 try:
     assert desk.shown().rig == "rehearsal"
 finally:
@@ -128,9 +128,12 @@ def test_simulated_drives_pass_their_self_test_and_carry_an_arm(environment: dic
     tested = exograv(environment, folder, "self-test")
     assert tested["ok"]
     assert tested["self_test"].startswith("passed")
-    form = draw_laboratory("recupera_like", None, LEVEL, SEED).form
+    laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
+    form, adjusted = laboratory.form, {one.segment for one in laboratory.description.settings.adjustments}
     person = ["--body-height", str(form.body.height_m), "--body-mass", str(form.body.mass_kg), "--sex", form.body.sex]
-    lengths = [word for name, value in form.lengths.items() for word in ("--length", f"{name}={value}")]
+    lengths = [
+        word for name, value in form.lengths.items() if name in adjusted for word in ("--length", f"{name}={value}")
+    ]
     flown = exograv(environment, folder, "live", "--identify", "10", "--seconds", "1", *person, *lengths)
     assert flown["identified"] is not None
     assert flown["identified"]["left_over_Nm"] is None
