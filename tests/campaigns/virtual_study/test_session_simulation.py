@@ -1,4 +1,4 @@
-"""A session that is flown quickly is that of the real task, and a guard would not have changed a torque of it."""
+"""A session that is flown quickly is that of the real task, and a second guard changes no torque of it."""
 
 from functools import cache
 
@@ -54,7 +54,7 @@ def flown(day: int) -> tuple[FlownTouch, ...]:
 
 
 class Watched(Twin):
-    """A machine that a guard watches; what the guard would have changed is kept."""
+    """A machine behind a guard of its own; what this guard would have changed is kept."""
 
     changed_Nm = 0.0
     stops = 0
@@ -74,7 +74,7 @@ class Watched(Twin):
 
 
 @pytest.mark.slow  # a guard beside every tick
-def test_a_guard_changes_no_torque_of_a_session_but_the_first_steps_towards_it():
+def test_a_second_guard_changes_no_torque_of_a_session_but_the_first_steps_towards_it():
     stage = training_setup(prepared(), 1)
     twin = stage.twin
     twin.__class__ = Watched
@@ -86,12 +86,12 @@ def test_a_guard_changes_no_torque_of_a_session_but_the_first_steps_towards_it()
     stage.controller.mode.gravity_level = 0.0
     for _ in range(3000):
         state = twin.read()
-        tau = stage.controller.step(state.q, np.zeros_like(state.q), sitting._reference)
+        tau = stage.controller.step(state.q, np.zeros_like(state.q), sitting._feedback.reference)
         twin.write(Command(twin.t, state.sequence, twin.t + 0.005, tau, stage.actuators.current(tau)))
     twin.changed_Nm = 0.0
     sitting.fly(None, lambda _share: None)
     assert len(sitting.touches) >= 7
-    assert twin.stops == 0
+    assert twin.stops == sitting.stops == 0
     assert twin.changed_Nm < 1e-9
 
 

@@ -1,7 +1,7 @@
 """One session of one virtual person, quickly: the twin runs while somebody moves, and rests are passed over.
 
-Control, envelope, task, screen and aircraft are those of `exograv train`. The guard around the envelope is not there:
-nobody can be hurt, and a test holds that it would change no torque of such a session.
+Control step, guard, task, screen and aircraft are those of `exograv train`. A machine without motors takes no control
+step: it gets no torque, so there is nothing to limit.
 """
 
 import math
@@ -11,18 +11,20 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from exograv.control.observer import Observer
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.lockstep_screen import LEVEL_TICKS, TASK_TICKS
 from exograv.laboratory.participant.screen_session import ScreenSeat, ScreenSession
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import Doing, PointingPerson
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.control_step import ControlStep
 from exograv.loop.machine_limits import limits
+from exograv.loop.output_feedback import OutputFeedback
 from exograv.procedures.identification.identify import SKELETON_TICKS
 from exograv.recording import RecordingWriter
 from exograv.safety.envelope import Envelope
-from exograv.signals import Command, Reference
+from exograv.safety.guard import COMMAND_LIFE_S, Guard
+from exograv.signals import Command, JointState, Reference
 from exograv.task.aircraft_line import AircraftSample
 from exograv.task.events import Start
 from exograv.task.plan import TaskPlan
@@ -48,8 +50,6 @@ PASSED_S, PASSED_IN_FLIGHT_S = 0.5, 0.1
 
 LANDED_S = 60.0
 """After the end of a flight as it was planned: a window that never became whole does not come any more."""
-
-COMMAND_LIFE_S = 0.005
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -88,11 +88,16 @@ class SimulatedSession:
         """Those that count, so far."""
         self._twin, self._seed = stage.twin, seed
         self._seat = ScreenSeat(stage.twin, person, room, plan.protocol.target, seed, "simulated")
-        self._envelope = Envelope(limits(stage.laboratory.description), self._twin.period_s)
+        period_s, n = self._twin.period_s, len(self._twin.joints)
+        envelope = Envelope(limits(stage.laboratory.description), period_s)
+        self._guard = Guard.of_machine(envelope, period_s, stage.actuators.gain.tolist())
+        self._step = ControlStep(self._guard, stage.actuators.gain)
         self.stops = 0
-        """How often the envelope brought the machine down: somebody was too fast for it."""
-        self._observer = Observer(len(self._twin.joints), self._twin.period_s)
-        self._reference = Reference(self._twin.read().q.copy(), *np.zeros((2, len(self._twin.joints))))
+        """How often the guard brought the machine down."""
+        self._feedback = OutputFeedback(n, period_s, stage.controller)
+        self._feedback.reference = Reference(self._twin.read().q.copy(), *np.zeros((2, n)))
+        self._idle = np.zeros(n)
+        self._unknown = np.full(n, np.nan)
         self._recording: RecordingWriter | None = None
         self._is_driven = isinstance(stage.controller, ArmController)
         self._rows = TickRows(len(self._twin.joints))
@@ -170,26 +175,22 @@ class SimulatedSession:
         if self._is_driven:
             # The twin begins as if held: the torque that carries is there.
             state = twin.read()
-            self._envelope.begin(self.stage.controller.step(state.q, np.zeros_like(state.q), self._reference))
+            carrying = self.stage.controller.step(state.q, np.zeros_like(state.q), self._feedback.reference)
+            self._guard.envelope.begin(carrying)
         origin, windows = self.run.state.origin, plan.timeline.windows.values()
         return WindowTimes(tuple((origin + w.start_s, origin + w.end_s) for w in windows), LEAD_S["clock"])
 
     def _act(self, ticks: int) -> None:
         """Run the twin, with a person in it who may move."""
-        twin, controller, actuators = self._twin, self.stage.controller, self.stage.actuators
-        observer = self._observer
+        twin = self._twin
         for k in range(ticks):
             state = twin.read()
-            observer.update(state.q)
-            tau_desired = tau = controller.step(observer.q, observer.v, self._reference)
-            if self._is_driven:
-                tau = self._limited(tau_desired, state.q)
-            current = actuators.current(tau)
+            tau_desired, command = self._decided(state) if self._is_driven else self._let_go(state)
             if k == 0:
-                gained = actuators.torque(state.current)
-                self._rows.add(state, observer.v, gained, controller, (tau_desired, tau))
-            t = twin.t
-            twin.write(Command(t, state.sequence, t + COMMAND_LIFE_S, tau, current))
+                gained = self.stage.actuators.torque(state.current)
+                tau = tau_desired, command.tau
+                self._rows.add(state, self._feedback.v, gained, self.stage.controller, tau)
+            twin.write(command)
             if k % ACT_TICKS == 0:
                 self._seat.touch(twin.t)
                 self._seat.act()
@@ -198,17 +199,20 @@ class SimulatedSession:
         self._ticks += ticks
         self._draw_skeleton()
 
-    def _limited(self, tau: Joints, q: Joints) -> Joints:
-        """Within the envelope; after a stop the machine has come down softly, and an operator begins anew."""
-        envelope = self._envelope
-        was_stopped = envelope.stop is not None
-        tau = envelope.limit(tau, q, self._observer.v)
-        if envelope.stop is None:
-            return tau
-        self.stops += not was_stopped
-        if envelope.descent_is_over:
-            envelope.reset()
-        return tau
+    def _decided(self, state: JointState) -> tuple[Joints, Command]:
+        """Take a control step; after a stop the machine comes down softly, and an operator begins anew."""
+        guard, was_stopped = self._guard, self._guard.envelope.stop is not None
+        decision = self._step.take(state, self._twin.t, self._feedback)
+        if guard.envelope.stop is not None:
+            self.stops += not was_stopped
+            guard.reset()
+        submitted = decision.submitted
+        return self._unknown if submitted is None else submitted.tau, decision.command
+
+    def _let_go(self, state: JointState) -> tuple[Joints, Command]:
+        """Give no torque: the motors are off, or there are none."""
+        t, none = self._twin.t, self._idle
+        return self._feedback.step(state.q), Command(t, state.sequence, t + COMMAND_LIFE_S, none, none)
 
     def _pass(self, until_s: float) -> None:
         """Somebody rests: the clock goes on, and with it the task and the aircraft."""
@@ -239,5 +243,5 @@ class SimulatedSession:
         if self._recording is None or not is_drawn or not isinstance(controller, ArmController):
             return
         if self.run.state.window is not None:
-            exo, arm = controller.skeleton(self._observer.q)
+            exo, arm = controller.skeleton(self._feedback.q)
             self._recording.write("/skeleton", self._twin.t, {"exo": exo, "arm": arm})
