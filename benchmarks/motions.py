@@ -25,11 +25,12 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Method
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.laboratory.truth_score import Examination
+from exograv.loop.phases import TRAVEL_RAD_S
 from exograv.loop.pilot import TickSample
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
 from exograv.procedures.identification.estimator_session import build_method
-from exograv.procedures.identification.identify import TRAVEL, identification_motion
+from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.identification.motions import motion_parts
 from exograv.study.targets import TARGET_NM
 
@@ -78,7 +79,7 @@ def run(case: Case, calibrated: Calibrated, name: str, seconds: float) -> dict[s
     listener = Listener(method, SampleFilter(assembly.n, twin.period_s), worn.examination())
     parts = parts_of(name, (assembly, machine), method, seconds, twin.period_s)
     first = next(parts)
-    approach = [motion.go_to(pilot.q, first.q[0], TRAVEL, first.dt), motion.hold(first.q[0], 0.5, first.dt)]
+    approach = [motion.go_to(pilot.q, first.q[0], TRAVEL_RAD_S, first.dt), motion.hold(first.q[0], 0.5, first.dt)]
     pilot.run(controller, motion.joined(approach), "Moving to the start")
     for part in chain([first], parts):
         pilot.run(controller, part, "Identifying", listener)
