@@ -69,7 +69,7 @@ class FakeDesk:
             participants=("T01", "T02"),
             is_known=self.is_known,
             mode=mode.name.lower(),  # pyright: ignore[reportArgumentType]
-            mode_text=mode.value,
+            mode_text=mode.sentence,
             safe_state="descent" if mode is Mode.SAFE else "none",
             latch=self.latch,
             take_within_s=30.0 if mode is Mode.EXO_ONLY else None,

@@ -1,41 +1,48 @@
 """What the server says is known by its code, with what fills its gaps, wherever in the house it was said."""
 
 import ast
+import pickle
+import re
 from pathlib import Path
 
 import pytest
 
 from exograv.console import hub
-from exograv.console.sentences import GAP, SENTENCES, spoken
+from exograv.console.sentences import SENTENCES, say, spoken
 from exograv.experiment.steered import session_controller as desk
 from exograv.identification.core.interface import Outcome
 from exograv.runtime.control_loop import steering
-from exograv.safety.modes import Mode
+from exograv.safety.modes import Event, Mode
 from exograv.safety.stops import StopReason
 
+GAP = re.compile(r"\{(\w+)\}")
 IN_CONSOLE = ("handlers", "hub", "broadcaster", "trial", "feed", "line")
 IN_SESSION = ("request_validation", "session_controller", "live_session", "participant_keeping", "rehearsal")
 """Modules that talk to pages."""
 
 
 @pytest.mark.parametrize("code", SENTENCES)
-def test_each_is_recognised_with_its_gaps(code: str):
+def test_each_has_its_code_and_gaps_in_another_process_too(code: str):
     text = SENTENCES[code]
-    others = {"latch": StopReason.TOO_FAST.value, "mode": StopReason.TOO_FAST.value}
+    others = {"latch": StopReason.TOO_FAST.sentence, "mode": StopReason.TOO_FAST.sentence}
     filled = {name: others.get(name, f"x-{name}") for name in GAP.findall(text)}
-    said = spoken(text.format(**filled))
-    assert SENTENCES[said["code"]] == text
+    said = spoken(pickle.loads(pickle.dumps(say(code, **filled))))
+    assert said["code"] == code
+    assert said["text"] == text.format(**filled)
     assert {name: gap["text"] for name, gap in said["gaps"].items()} == filled
     assert all(gap["code"] == "stop.too_fast" for name, gap in said["gaps"].items() if name in others)
 
 
 @pytest.mark.parametrize("said", [*Mode, *StopReason, *Outcome])
 def test_what_comes_from_below_is_recognised(said: Mode | StopReason | Outcome):
-    assert spoken(said.value)["code"].endswith(f".{said.name.lower()}")
+    assert spoken(said.sentence)["code"].endswith(f".{said.name.lower()}")
+    assert SENTENCES[said.sentence.code] == said.value
 
 
 def test_a_guard_and_a_desk_that_say_the_same_say_it_in_one_sentence():
-    assert spoken(steering.NOT_POSSIBLE.format(mode=Mode.MOVING.value)) == {
+    refused = steering.Steering()
+    refused.lease(steering.Leased(until_ns=10**9), now_ns=0)
+    assert spoken(refused.ask(Event.TAKE_ARM, Mode.MOVING, is_latched=False, now_ns=0)) == {
         "text": f"Not possible now. {Mode.MOVING.value}",
         "code": "desk.not_possible",
         "gaps": {"mode": {"text": Mode.MOVING.value, "code": "mode.moving", "gaps": {}}},

@@ -7,7 +7,7 @@ from typing import get_args
 
 import pytest
 
-from exograv.console.sentences import GAP, SENTENCES
+from exograv.console.sentences import SENTENCES
 from exograv.console.server import PAGES
 from exograv.dynamics.parameters import names_and_units
 from exograv.experiment.steered.process_state import SHOWN_UNITS
@@ -24,6 +24,7 @@ FAMILIES = (
 """Whose last word is a state."""
 
 
+GAP = re.compile(r"\{(\w+)\}")
 OF_SERVER = "said."
 """English of them is the server's own."""
 

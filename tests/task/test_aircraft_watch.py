@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from exograv.sentence import Sentence
 from exograv.task.aircraft_line import DAY_MS, AircraftSample, parse_line
 from exograv.task.aircraft_watch import AircraftWatch
 from exograv.task.events import CloseWindow, FeedBack, FeedLost, OpenWindow, Start, Tick
@@ -188,3 +189,14 @@ def test_a_dwell_is_not_counted_across_a_gap_in_which_anything_may_have_been():
         watch, events = watch.with_sample(parsed_level(0.0, ms), 1e-3 * ms)
         said += events
     assert said == []
+
+
+def test_an_alarm_keeps_its_code_when_a_run_goes_on_from_its_checkpoint():
+    plan = TaskPlan(load_protocol("flight"), "passive")
+    run = TaskRun(plan)
+    for event in (Start(t=0.0), FeedLost(t=1.0), FeedBack(t=2.0), OpenWindow(t=3.0, by="aircraft"), FeedLost(t=4.0)):
+        run.feed(event)
+    again = TaskRun.from_kept(plan, run.kept())
+    said = [alarm.text for alarm in again.state.alarms]
+    assert said == [alarm.text for alarm in run.state.alarms]
+    assert [text.code for text in said if isinstance(text, Sentence)] == ["aircraft.lost", "aircraft.lost_in_window"]

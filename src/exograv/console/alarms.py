@@ -3,6 +3,7 @@
 from typing import Literal
 
 from exograv.model.rig_settings import Settings
+from exograv.sentence import SentenceText
 
 KEPT_MAX = 50
 """Not acknowledged; more of them say nothing new."""
@@ -12,7 +13,7 @@ class ConsoleAlarm(Settings):
     """One, until somebody has seen it."""
 
     number: int
-    text: str
+    text: SentenceText
     priority: Literal["high", "medium", "low"]
     since_s: float
     """On the desk's clock [s]."""

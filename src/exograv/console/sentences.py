@@ -1,12 +1,13 @@
-"""Everything that the server says to pages, and how a sentence goes over a line: as code and gaps, for any language."""
+"""English table of everything that the server says to pages, and a sentence on its way over a line."""
 
-import re
 from collections.abc import Mapping
-from functools import cache, lru_cache
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
+from exograv import sentence
 from exograv.experiment.steered import sentences as steered
+from exograv.sentence import Sentence
 from exograv.task import assist_as_needed
 from exograv.task import operator_events as operating
 
@@ -34,45 +35,19 @@ OWN: Mapping[str, str] = MappingProxyType(
         "alarm.wrong_link": "Somebody tried to come in with a wrong link.",
         "alarm.diary": "{path} cannot be written: {why}. Make room on the disk.",
         "aircraft.not_heard": "The run has begun, and the aircraft was not heard yet: open and close windows by hand.",
-        "aircraft.contradicted": operating.CONTRADICTED,
-        "aircraft.lost": operating.FEED_LOST,
-        "aircraft.lost_in_window": operating.FEED_LOST_IN_WINDOW,
+        **operating.SENTENCES,
     }
 )
 SENTENCES: Mapping[str, str] = MappingProxyType({**steered.SENTENCES, **assist_as_needed.SENTENCES, **OWN})
 """English, with gaps; a page has the same under `said.` and the code in every other language."""
 
-GAP = re.compile(r"\{(\w+)\}")
-
-
-def say(code: str, **gaps: object) -> str:
-    """One of our own, filled."""
-    return OWN[code].format(**gaps)
-
-
-@cache
-def _forms() -> tuple[tuple[str, re.Pattern[str]], ...]:
-    """Codes and forms; those with most of their own words first."""
-    forms = []
-    for code, text in SENTENCES.items():
-        parts = GAP.split(text)
-        form = "".join(f"(?P<{part}>.+)" if i % 2 else re.escape(part) for i, part in enumerate(parts))
-        forms.append((sum(map(len, parts[::2])) - 1000 * ("{" in text), code, re.compile(form, re.DOTALL)))
-    return tuple((code, form) for _, code, form in sorted(forms, key=lambda each: -each[0]))
-
-
-@lru_cache(512)
-def _recognised(text: str) -> tuple[str, Mapping[str, str]]:
-    for code, form in _forms():
-        if found := form.fullmatch(text):
-            return code, found.groupdict()
-    return "", {}
+say = partial(sentence.say, SENTENCES)
 
 
 def spoken(text: str) -> dict[str, Any]:
-    """As it goes over a line: the English text, its code and what fills the gaps; no code where a page cannot know it.
+    """A sentence as it goes over a line: the English text, its code and its fields.
 
-    What comes from files and from an operating system is such: it stays as it is.
+    Texts of files and of an operating system have no code: a page shows them as they are.
     """
-    code, gaps = _recognised(text)
-    return {"text": text, "code": code, "gaps": {name: spoken(gap) for name, gap in gaps.items()}}
+    code, fields = (text.code, text.fields) if isinstance(text, Sentence) else ("", {})
+    return {"text": str(text), "code": code, "gaps": {name: spoken(field) for name, field in fields.items()}}

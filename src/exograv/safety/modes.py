@@ -4,6 +4,8 @@ import enum
 import math
 from dataclasses import dataclass
 
+from exograv.sentence import Sentence, member_sentence
+
 RAMP_IN_S = 5.0
 """In which the arm's share comes, along a cosine [s]: a heavy arm of 11 N·m comes at 3.4 N·m/s at most."""
 
@@ -29,6 +31,11 @@ class Mode(enum.Enum):
     WEIGHING = "A weight is being weighed and carried."
     RAMP_OUT = "The machine gives the arm's weight back."
     SAFE = "The arm was let down softly. Reset, then begin with the self-test."
+
+    @property
+    def sentence(self) -> Sentence:
+        """Its value, with the code under which other languages have it."""
+        return member_sentence("mode", self)
 
 
 class Event(enum.Enum):

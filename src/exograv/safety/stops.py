@@ -2,6 +2,8 @@
 
 import enum
 
+from exograv.sentence import Sentence, member_sentence
+
 
 class StopReason(enum.Enum):
     """Why the soft descent started; the value is a sentence for the operator."""
@@ -21,6 +23,11 @@ class StopReason(enum.Enum):
     ENCODERS_PART = "A joint's encoder and its motor's do not say the same."
     DRIVE_FAULT = "A drive reports a fault."
     STOP_PRESSED = "Stop was pressed."
+
+    @property
+    def sentence(self) -> Sentence:
+        """Its value, with the code under which other languages have it."""
+        return member_sentence("stop", self)
 
 
 Finding = tuple[StopReason, int]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from exograv.errors import ConfigError
+from exograv.sentence import render
 
 SENTENCES: Mapping[str, str] = MappingProxyType(
     {
@@ -115,7 +116,7 @@ class Decision:
     @property
     def text(self) -> str:
         """For the therapist, in English."""
-        return SENTENCES[self.code].format(**self.gaps)
+        return render(SENTENCES, self.code, self.gaps)
 
 
 def first_session(settings: AssistSettings, needed_percent: float | None = None) -> AssistState:

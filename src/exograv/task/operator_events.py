@@ -1,7 +1,10 @@
 """What operator, aircraft and program do to a run: start, pause, resume, open and close windows, stop."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
+
+from exograv.sentence import Sentence, say
 
 from .events import CloseWindow, FeedBack, FeedLost, Interrupted, OpenWindow, Pause, Resume, Start, Stop
 from .levels import EARTH, slewing_s
@@ -13,10 +16,16 @@ from .timed_transitions import Step, close_window, end, made_level, open_window
 RESUME_NOTICE_S = 3.0
 """From the operator's word to what belongs to the window: nobody is surprised by a ramp [s]."""
 
-CONTRADICTED = "g has opened a window, and the aircraft announces something else."
-FEED_LOST = "The aircraft's data have stopped: open and close windows by hand."
-FEED_LOST_IN_WINDOW = "The aircraft's data have stopped: window {window} ends by the clock, the next open by hand."
-"""Alarms."""
+SENTENCES: Mapping[str, str] = MappingProxyType(
+    {
+        "aircraft.contradicted": "g has opened a window, and the aircraft announces something else.",
+        "aircraft.lost": "The aircraft's data have stopped: open and close windows by hand.",
+        "aircraft.lost_in_window": (
+            "The aircraft's data have stopped: window {window} ends by the clock, the next open by hand."
+        ),
+    }
+)
+"""Alarms, in English."""
 
 Outcome = Step | str
 """What has become of it, or why it cannot be."""
@@ -57,7 +66,7 @@ def open_next(plan: TaskPlan, state: RunState, event: OpenWindow) -> Outcome:
     )
     state, records = open_window(plan, state, opened)
     if event.confirmed is False:
-        state, more = raise_alarm(state, CONTRADICTED)
+        state, more = raise_alarm(state, say(SENTENCES, "aircraft.contradicted"))
         records = (*records, *more)
     return state, records
 
@@ -77,10 +86,10 @@ def lose_feed(plan: TaskPlan, state: RunState, event: FeedLost) -> Outcome:
         return state, ()
     state = state.model_copy(update={"is_feed_lost": True})
     window = state.window
-    text = FEED_LOST
+    text = say(SENTENCES, "aircraft.lost")
     if window is not None and window.by == "aircraft":
         state = state.with_window(len(state.windows) - 1, marks=(*window.marks, "feed lost"))
-        text = FEED_LOST_IN_WINDOW.format(window=window.number)
+        text = say(SENTENCES, "aircraft.lost_in_window", window=window.number)
     return raise_alarm(state, text)
 
 
@@ -139,12 +148,22 @@ def stop(plan: TaskPlan, state: RunState, event: Stop) -> Outcome:
     return state, (*records, *more)
 
 
-def raise_alarm(state: RunState, text: str) -> Step:
+def raise_alarm(state: RunState, text: Sentence) -> Step:
     """The operator has to know."""
     number = len(state.alarms)
     alarm = RunAlarm(number=number, t=state.t, text=text)
     record: Record = AlarmRaised(t=state.t, alarm=number, text=text)
     return state.model_copy(update={"alarms": (*state.alarms, alarm)}), (record,)
+
+
+def known_alarms(plan: TaskPlan, state: RunState) -> RunState:
+    """The same state; alarms that were read from a file as text have their codes again."""
+    numbers = plan.protocol.windows.numbers
+    said = [say(SENTENCES, "aircraft.contradicted"), say(SENTENCES, "aircraft.lost")]
+    said += [say(SENTENCES, "aircraft.lost_in_window", window=number) for number in numbers]
+    coded = {str(text): text for text in said}
+    alarms = tuple(alarm.model_copy(update={"text": coded.get(alarm.text, alarm.text)}) for alarm in state.alarms)
+    return state.model_copy(update={"alarms": alarms})
 
 
 OPERATING: dict[type, Callable[[TaskPlan, RunState, Any], Outcome]] = {

@@ -9,7 +9,7 @@ from exograv.errors import ConfigError
 from exograv.model.description import validation_sentences
 
 from .events import AcknowledgeAlarm, Distance, Event, Return, Touch
-from .operator_events import OPERATING
+from .operator_events import OPERATING, known_alarms
 from .plan import TaskPlan
 from .pointing import returned
 from .record_sinks import RecordSink
@@ -77,7 +77,7 @@ class TaskRun:
                 f"The kept state is of another protocol than '{plan.protocol.name}', or of another version of its "
                 "file. Give the file that the run was begun with."
             )
-        return cls(plan, state)
+        return cls(plan, known_alarms(plan, state))
 
 
 def step(plan: TaskPlan, state: RunState, event: Event) -> Step:

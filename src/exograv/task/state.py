@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from exograv.model.rig_settings import Settings
+from exograv.sentence import SentenceText
 
 from .events import Touch
 from .pace import Pace
@@ -44,7 +45,7 @@ class RunAlarm(Settings):
 
     number: int
     t: float
-    text: str
+    text: SentenceText
     is_acknowledged: bool = False
 
 

@@ -88,7 +88,6 @@ def run_assist_command(command: Assist) -> dict[str, Any]:
     except KeyboardInterrupt:
         print(f"\n{how_to_go_on(options, command.out)}", file=sys.stderr)
         raise
-    following = {"after": f"{result['next_percent']:g}"}
-    print(words.sentences[command.language]["assist.next"].format(**following))
+    print(words.following(result["next_percent"]))
     print(f"Page: {result['page']}")
     return result

@@ -8,6 +8,7 @@ import numpy as np
 from exograv.runtime.recorder.recorder_process import PHASE, Inlet
 from exograv.safety.guard import SafeState
 from exograv.safety.modes import Mode
+from exograv.safety.stops import StopReason
 
 from .view_models import Lateness, PlotTrace, SafeStateName
 
@@ -47,7 +48,7 @@ class Watching:
                 if kind == PHASE:
                     self.mode = Mode[text.upper()]
                 elif kind == "stop":
-                    self.cause = text
+                    self.cause = _cause(text)
             rows = self._ticks.take()
             if not len(rows):
                 return
@@ -105,3 +106,8 @@ class Watching:
             self._is_closed = True
             self._ticks.close()
             self._events.close()
+
+
+def _cause(text: str) -> str:
+    """Sentence of the stop that the guard's process has reported by its text."""
+    return next((reason.sentence for reason in StopReason if reason.value == text), text)

@@ -81,7 +81,7 @@ class ProcessState:
             parameters=_parameters(judged, self.plan),
             left_over_Nm=tuple(judged.left_over.tolist()),
             left_over_prior_Nm=tuple(judged.left_over_prior.tolist()),
-            outcome=(Outcome.RUNNING if learned is None else learned.outcome).value,
+            outcome=(Outcome.RUNNING if learned is None else learned.outcome).sentence,
             is_over=learned is not None,
         )
 

@@ -65,7 +65,7 @@ class RehearsedFlight:
             tau = tuple(share * (2.0 + joint) for joint in range(n))
             return FlightMoment(
                 mode=self._modes.mode,
-                latch=None if self._latch is None else self._latch.value,
+                latch=None if self._latch is None else self._latch.sentence,
                 safe_state="none" if self._latch is None else "descent",
                 rig="rehearsal",
                 title="A rehearsal without a machine",
@@ -203,6 +203,6 @@ class RehearsedFlight:
             parameters=parameters,
             left_over_Nm=(2.0 * left,) * len(JOINTS),
             left_over_prior_Nm=(2.0,) * len(JOINTS),
-            outcome=say("rehearsal.identified") if over else Outcome.RUNNING.value,
+            outcome=say("rehearsal.identified") if over else Outcome.RUNNING.sentence,
             is_over=over,
         )

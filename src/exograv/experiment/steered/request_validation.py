@@ -78,7 +78,7 @@ def _out_of_place(kind: ActKind, s: Standing, mode: Mode) -> str:
         possible = mode in LEVEL_IN
     else:
         possible = (mode, EVENTS[kind]) in TRANSITIONS or (kind == "make_ready" and mode is Mode.EXO_ONLY)
-    return "" if possible else say("desk.not_possible", mode=mode.value)
+    return "" if possible else say("desk.not_possible", mode=mode.sentence)
 
 
 def _out_of_turn(kind: ActKind, s: Standing) -> str:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 from pydantic import Field, TypeAdapter
 
 from exograv.model.rig_settings import Settings, Side
+from exograv.sentence import SentenceText
 
 from .view_models import PlotTrace, Shown, SkeletonLines
 
@@ -148,7 +149,7 @@ class Answer(Settings):
 
     id: str
     taken: bool
-    why: str = ""
+    why: SentenceText = ""
     """A sentence for whoever asked; empty where it was taken and there is nothing to say."""
 
 

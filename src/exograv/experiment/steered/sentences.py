@@ -1,30 +1,23 @@
 """Everything that a steered session says to whoever asks it, by the name under which a page has it in its languages."""
 
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType
 
+from exograv import sentence
 from exograv.identification.core.interface import Outcome
-from exograv.runtime.control_loop import guard_commands as hearing
 from exograv.runtime.control_loop import steering
 from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
 
 SENTENCES: Mapping[str, str] = MappingProxyType(
     {
-        **{f"mode.{mode.name.lower()}": mode.value for mode in Mode},
-        **{f"stop.{reason.name.lower()}": reason.value for reason in StopReason},
-        **{f"outcome.{outcome.name.lower()}": outcome.value for outcome in Outcome},
-        "guard.nobody": steering.NOBODY,
-        "guard.not_askable": steering.NOT_ASKABLE,
-        "guard.stopped": steering.STOPPED,
-        "guard.still_down": hearing.STILL_DOWN,
+        **{said.sentence.code: said.value for said in (*Mode, *StopReason, *Outcome)},
+        **steering.SENTENCES,
         "guard.absent": "There is no guard. Wait until the machine is off.",
         "guard.ended": "The guard's process has ended.",
         "guard.silent": "The guard did not answer in time. Look at what is shown before you ask again.",
         "desk.nobody": "Nobody steers: the operator's page was silent for {seconds} s. Open it again.",
-        "desk.nobody_any_more": steering.NOBODY_ANY_MORE,
-        "desk.not_possible": steering.NOT_POSSIBLE,
-        "desk.no_step_one": steering.NO_STEP_ONE,
         "desk.not_begun": "The session has not begun yet. Wait until the machine is off.",
         "desk.not_stopped": "Nothing was stopped.",
         "desk.stopped": "{latch} Reset it first.",
@@ -51,6 +44,4 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
 """English, with gaps; a gap may hold another sentence."""
 
 
-def say(code: str, **gaps: object) -> str:
-    """One of them, filled."""
-    return SENTENCES[code].format(**gaps)
+say = partial(sentence.say, SENTENCES)

@@ -145,7 +145,7 @@ def _mode_text(moment: FlightMoment) -> str:
         return moment.doing
     if moment.mode is Mode.SAFE and moment.latch is not None:
         return say("desk.let_down", latch=moment.latch)
-    return moment.mode.value
+    return moment.mode.sentence
 
 
 def _left(until: float | None, now: float) -> float | None:

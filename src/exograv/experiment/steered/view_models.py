@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from exograv.model.rig_settings import Settings, Side
+from exograv.sentence import SentenceText
 
 ModeName = Literal[
     "off", "self_test", "exo_only", "ramp_in", "floating", "moving", "weighing", "ramp_out", "safe", "starting"
@@ -34,7 +35,7 @@ class MachineAlarm(Settings):
     """Stays until somebody has seen it and what raised it is over."""
 
     number: int
-    text: str
+    text: SentenceText
     priority: Literal["high", "medium", "low"]
     since_s: float
     """On the desk's clock [s]."""
@@ -64,7 +65,7 @@ class Learning(Settings):
     """What is predicted to be left over, per joint over the workspace, RMS."""
     left_over_prior_Nm: tuple[float, ...]
     """The same before anything moved: by the table, or by the person's file."""
-    outcome: str
+    outcome: SentenceText
     """A sentence; what to do where it failed."""
     is_over: bool
 
@@ -136,9 +137,9 @@ class Shown(MachineSnapshot):
     """The desk's clock [s]."""
 
     mode: ModeName
-    mode_text: str
+    mode_text: SentenceText
     """A sentence."""
-    latch: str | None
+    latch: SentenceText | None
     """Why it was stopped; absent where no latch is in force."""
     take_within_s: float | None
     """Left for step two [s]; absent where step one has not been done, or too long ago."""

@@ -8,6 +8,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from exograv.sentence import Sentence, member_sentence
+
 Joints = Float[np.ndarray, " joint"]
 Parameters = Float[np.ndarray, " parameter"]
 Covariance = Float[np.ndarray, "parameter parameter"]
@@ -63,6 +65,11 @@ class Outcome(enum.Enum):
     NO_INTERVAL = (
         "The motion is over. This method states no uncertainty, so nothing says whether the arm is identified."
     )
+
+    @property
+    def sentence(self) -> Sentence:
+        """Its value, with the code under which other languages have it."""
+        return member_sentence("outcome", self)
 
 
 @dataclass(frozen=True)

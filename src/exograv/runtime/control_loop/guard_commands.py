@@ -11,9 +11,10 @@ from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.guard import Guard, SafeState
 from exograv.safety.modes import Event, Mode
 from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.sentence import say
 
 from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON, FeltLevel, LedPerson
-from .steering import ASKABLE, GuardReply, GuardRequest, Leased, Pressed, Steering
+from .steering import ASKABLE, SENTENCES, GuardReply, GuardRequest, Leased, Pressed, Steering
 
 ASK_PARENT_EVERY = 200
 """Ticks between two looks at the line where nobody has rung: whether the parent is gone."""
@@ -22,7 +23,6 @@ BELL = np.dtype("<u8")
 """How many words have been sent."""
 
 ENDS = "stop"
-STILL_DOWN = "The arm is still coming down, or the machine does not answer. Wait, then reset again."
 """The word after which the arm comes down and the run is over."""
 
 
@@ -150,7 +150,7 @@ class Hearing:
                 return why
             # Nobody hands an arm to a control that is not there: it has to answer first.
             if not (is_answered and self._guard.reset()):
-                return STILL_DOWN
+                return say(SENTENCES, "guard.still_down")
             self.acts |= RESET
             is_latched = False
             if mode is not Mode.SAFE:

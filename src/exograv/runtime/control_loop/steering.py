@@ -4,10 +4,13 @@ Whoever steers renews a lease. Without one nothing is begun, and an arm that is 
 """
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal
 
 from exograv.safety.modes import TRANSITIONS, WORN, Event, Mode
+from exograv.sentence import say
 
 LEASE_MAX_NS = 1_200_000_000
 """A lease is never longer (docs/safety.md, F31) [ns]."""
@@ -21,12 +24,18 @@ WINDOW_MAX_NS = 22_000_000_000
 ASKABLE = (Event.TEST, Event.PASSED, Event.TAKE_ARM, Event.GIVE_BACK, Event.SWITCH_OFF, Event.RESET)
 """Events that control is told of; a recorded tick names them by their place here."""
 
-NOBODY = "Nobody steers: the operator's page was silent for too long."
-NOBODY_ANY_MORE = "Nobody steers any more: the operator's page is silent."
-NOT_ASKABLE = "Nobody may ask for this from a page."
-STOPPED = "The machine has been stopped. Reset it first."
-NOT_POSSIBLE = "Not possible now. {mode}"
-NO_STEP_ONE = "Step one was not done in the last 30 s. Make the machine ready again."
+SENTENCES: Mapping[str, str] = MappingProxyType(
+    {
+        "guard.nobody": "Nobody steers: the operator's page was silent for too long.",
+        "guard.not_askable": "Nobody may ask for this from a page.",
+        "guard.stopped": "The machine has been stopped. Reset it first.",
+        "guard.still_down": "The arm is still coming down, or the machine does not answer. Wait, then reset again.",
+        "desk.nobody_any_more": "Nobody steers any more: the operator's page is silent.",
+        "desk.not_possible": "Not possible now. {mode}",
+        "desk.no_step_one": "Step one was not done in the last 30 s. Make the machine ready again.",
+    }
+)
+"""Reasons of the guard's process, in English."""
 
 Loss = Literal["finish", "stop"]
 """What becomes of a window that runs when nobody steers any more."""
@@ -85,7 +94,7 @@ class Steering:
 
     def why_nobody(self, now_ns: int) -> str:
         """Why nobody may ask for anything; empty while somebody steers."""
-        return NOBODY if now_ns > self._lease_until_ns else ""
+        return say(SENTENCES, "guard.nobody") if now_ns > self._lease_until_ns else ""
 
     def ask(self, event: Event, mode: Mode, *, is_latched: bool, now_ns: int) -> str:
         """Why it may not happen; empty where control will be told.
@@ -99,16 +108,16 @@ class Steering:
         if why := self.why_nobody(now_ns):
             return why
         if event not in ASKABLE or event is Event.PASSED:
-            return NOT_ASKABLE
+            return say(SENTENCES, "guard.not_askable")
         if is_latched:
-            return STOPPED
+            return say(SENTENCES, "guard.stopped")
         if event is Event.TEST and mode is Mode.EXO_ONLY:
             self._ready_until_ns = now_ns + READY_NS  # step one once more
             return ""
         if (mode, event) not in TRANSITIONS or self._waiting:
-            return NOT_POSSIBLE.format(mode=mode.value)
+            return say(SENTENCES, "desk.not_possible", mode=mode.sentence)
         if event is Event.TAKE_ARM and now_ns > self._ready_until_ns:
-            return NO_STEP_ONE
+            return say(SENTENCES, "desk.no_step_one")
         self._ready_until_ns = now_ns + READY_NS if event is Event.TEST else -1
         self._waiting.append(event)
         if event is Event.TEST:
@@ -140,7 +149,7 @@ class Steering:
         if not (finishes or self._gives_back or self.is_to_stop) and (mode, Event.GIVE_BACK) in TRANSITIONS:
             self._gives_back = True
             self._waiting.append(Event.GIVE_BACK)
-        return "" if was_lost else NOBODY_ANY_MORE
+        return "" if was_lost else say(SENTENCES, "desk.nobody_any_more")
 
     @property
     def is_to_stop(self) -> bool:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
+from exograv.sentence import render
+
 from .participant_record import AssistBlock
 
 Language = Literal["en", "de"]
@@ -56,7 +58,7 @@ PAGE: Mapping[Language, Mapping[str, str]] = MappingProxyType(
                 ),
                 "carried": "getragenes Gewicht [%]",
                 "reached": "erreicht [%]",
-                "block": "AssistBlock",
+                "block": "Block",
                 "session": "Sitzung",
                 "decisions": "Jede Entscheidung und ihr Grund",
                 "of": "{reached} von {tried}",
@@ -95,7 +97,11 @@ class Words:
 
     def in_all(self, block: AssistBlock) -> dict[Language, str]:
         """The same in every language there is."""
-        return {language: said[block.code].format(**block.gaps) for language, said in self.sentences.items()}
+        return {language: render(said, block.code, block.gaps) for language, said in self.sentences.items()}
+
+    def following(self, percent: float) -> str:
+        """Support with which the next session begins."""
+        return render(self.sentences[self.language], "assist.next", {"after": f"{percent:g}"})
 
     def said(self, number: int, block: AssistBlock) -> str:
         """For the terminal."""

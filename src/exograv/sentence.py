@@ -1,0 +1,62 @@
+"""A sentence for a person: its code and what fills its gaps, for any language; as a string it is the English text."""
+
+from collections.abc import Callable, Mapping
+from enum import Enum
+from typing import Annotated, Any
+
+
+class Sentence(str):
+    """English text with the code and the fields that render it in another language."""
+
+    __slots__ = ("code", "fields")
+
+    code: str
+    """Key in the table of each language; empty for text without a translation, such as that of an operating system."""
+
+    fields: Mapping[str, str]
+    """What fills each gap. A field may be a sentence."""
+
+    def __new__(cls, text: str, code: str = "", fields: Mapping[str, str] | None = None) -> "Sentence":
+        """Make a sentence from its English text."""
+        made = super().__new__(cls, text)
+        made.code, made.fields = code, dict(fields or {})
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Keep code and fields on the way into another process."""
+        return Sentence, (str(self), self.code, self.fields)
+
+    def rendered(self, texts: Mapping[str, str]) -> str:
+        """Text in the language of the table `texts`."""
+        return render(texts, self.code, self.fields) if self.code else str(self)
+
+
+class _KeepsSentence:
+    """Let pydantic keep a sentence as it is; by default it makes a plain string of it."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Callable[[Any], Any]) -> Any:
+        """Schema of a string that may be a sentence."""
+        from pydantic_core import core_schema
+
+        return core_schema.union_schema([core_schema.is_instance_schema(Sentence), handler(source)])
+
+
+SentenceText = Annotated[str, _KeepsSentence()]
+"""Type of a setting's field that holds a sentence, or text without a code."""
+
+
+def say(texts: Mapping[str, str], code: str, **fields: object) -> Sentence:
+    """Sentence of an English table, with its gaps filled."""
+    filled = {name: field if isinstance(field, Sentence) else str(field) for name, field in fields.items()}
+    return Sentence(texts[code].format(**filled), code, filled)
+
+
+def render(texts: Mapping[str, str], code: str, fields: Mapping[str, object]) -> str:
+    """Text of a code in the language of a table; fields that are sentences are rendered in the same language."""
+    filled = {name: field.rendered(texts) if isinstance(field, Sentence) else field for name, field in fields.items()}
+    return texts[code].format(**filled)
+
+
+def member_sentence(family: str, member: Enum) -> Sentence:
+    """Sentence of an enumeration whose values are English texts, such as `mode.floating`."""
+    return Sentence(member.value, f"{family}.{member.name.lower()}")
