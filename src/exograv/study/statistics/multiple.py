@@ -31,11 +31,9 @@ class Family:
 
 def holm(p: P) -> P:
     """Adjusted p-values. Source: Holm 1979, Scand J Stat 6:65."""
-    order = np.argsort(p)
-    factors = np.arange(len(p), 0, -1)
-    adjusted = np.empty(len(p))
-    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(p[order] * factors))
-    return adjusted
+    from statsmodels.stats.multitest import multipletests  # 0.5 s
+
+    return multipletests(p, method="holm")[1]
 
 
 def max_t(values: Float[np.ndarray, "measure person"], ways: Relabellings) -> P:
