@@ -9,6 +9,7 @@ from tests.console.serving import Served
 from exograv.console.keys import Role
 from exograv.console.permissions import MAY
 from exograv.safety.modes import Mode
+from exograv.safety.stops import StopReason
 
 from .conftest import Visit
 from .of_browser import take_arm
@@ -119,7 +120,7 @@ def test_pages_speak_german_and_name_what_they_show_to_a_screen_reader(house: Se
     visitor.page.wait_for_function("document.documentElement.lang === 'de'")
     visitor.page.locator("#stop", has_text="Stopp").wait_for()
     if role is Role.OPERATOR:
-        house.desk.alarm("Stop was pressed.")
+        house.desk.alarm(StopReason.STOP_PRESSED.sentence)
         visitor.page.locator("#alarms li", has_text="Stopp wurde gedrückt.").wait_for()
         visitor.page.locator("#legend button", has_text="Schulter: Abspreizen").wait_for()
     unnamed = visitor.page.evaluate(

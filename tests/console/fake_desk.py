@@ -20,6 +20,7 @@ from exograv.experiment.steered.view_models import (
 )
 from exograv.model.rig_settings import Side
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
+from exograv.safety.stops import StopReason
 
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
 LEVEL_PER_S = 0.2
@@ -189,7 +190,7 @@ class FakeDesk:
             self.machine.take(events[act.kind])
             self.version += 1
         if act.kind == "stop" and self.machine.mode is Mode.SAFE:
-            self.latch = act.why
+            self.latch = _why(act.why)
             self.alarm(self.latch)
         elif act.kind == "reset":
             self.latch = None
@@ -252,3 +253,7 @@ POSSIBLE: dict[str, frozenset[Mode] | None] = {
     "note": None,
     "acknowledge": None,
 }
+
+
+def _why(text: str) -> str:
+    return next((reason.sentence for reason in StopReason if reason.value == text), text)
