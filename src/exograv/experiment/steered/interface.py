@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
 from exograv.safety.modes import Event, Mode
+from exograv.sentence import SentenceText
 
 from .requests import Don
 from .view_models import MachineSnapshot, PlotTrace, SkeletonLines
@@ -14,15 +15,15 @@ class FlightMoment(MachineSnapshot):
 
     mode: Mode | None
     """Absent while no guard runs yet."""
-    latch: str | None
+    latch: SentenceText | None
     is_learned: bool
     """True if the identification is over too: a person whose file is there is checked by a short motion."""
 
-    failure: str = ""
+    failure: SentenceText = ""
     """Why there is no guard any more, and what to do; empty while all is well."""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[SentenceText, ...] = ()
     """Sentences for the operator, while their cause lasts."""
-    doing: str = ""
+    doing: SentenceText = ""
     """Sentence for what goes on while no guard runs yet."""
 
 
