@@ -33,7 +33,7 @@ def holm(p: P) -> P:
     """Adjusted p-values. Source: Holm 1979, Scand J Stat 6:65."""
     from statsmodels.stats.multitest import multipletests  # 0.5 s
 
-    return multipletests(p, method="holm")[1]
+    return np.asarray(multipletests(p, method="holm")[1])
 
 
 def max_t(values: Float[np.ndarray, "measure person"], ways: Relabellings) -> P:
