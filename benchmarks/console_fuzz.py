@@ -31,9 +31,10 @@ from exograv.console.event_log import EventLog
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.lease import LEASE_S
+from exograv.console.options import Address
 from exograv.console.page_clocks import PageClocks
 from exograv.console.run import plan_of
-from exograv.console.serve import Address, bound, serve
+from exograv.console.serve import bound, serve
 from exograv.console.trial import ProtocolTrial
 from exograv.experiment.steered.rehearsal import RehearsedFlight
 from exograv.experiment.steered.session_controller import SessionController
@@ -93,7 +94,7 @@ def serve_in_process(line: Connection, folder: Path) -> None:
                 line.send((memory_mb(), dict(hub.counts), hub.shown.mode))
 
         threading.Thread(target=answer_for_ever, daemon=True).start()
-        serve(hub, Address(port=0), listening, host, opens_browser=False, say=lambda _: None)
+        serve(hub, Address(port=0, browser=False), listening, host, say=lambda _: None)
 
 
 class Nonsense:

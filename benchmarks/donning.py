@@ -22,7 +22,8 @@ from exograv.errors import ExogravError
 from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.result_rows import time_to_target
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.procedures.identification.participant_session import ParticipantOptions, ParticipantRun
+from exograv.procedures.identification.options import ParticipantOptions
+from exograv.procedures.identification.participant_session import ParticipantRun
 from exograv.rig.twin import day_seed
 from exograv.study.targets import TARGET_NM
 

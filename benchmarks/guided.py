@@ -24,8 +24,9 @@ def quiet(_text: str, _share: float) -> None:
 def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
     """All cases of one seed."""
     from exograv.errors import ExogravError
-    from exograv.laboratory.guided.guided_command import GuidedOptions, RepeatOptions, run_repeat, run_teach
-    from exograv.laboratory.guided.mirror_command import MirrorOptions, run_mirror
+    from exograv.laboratory.guided.guided_command import run_repeat, run_teach
+    from exograv.laboratory.guided.mirror_command import run_mirror
+    from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
     from exograv.laboratory.preparation import prepare
     from exograv.laboratory.virtual_laboratory import VirtualLaboratory
     from exograv.loop.pilot import Progress

@@ -15,6 +15,7 @@ from typing import Any
 
 from exograv.errors import ExogravError
 from exograv.procedures.machine_tools.identify_log import METHODS, identify_log
+from exograv.procedures.machine_tools.options import LogOptions
 
 
 def main() -> None:
@@ -40,7 +41,7 @@ def main() -> None:
     for name in names:
         begun = time.monotonic()
         try:
-            results.append(identify_log(method=name, **options))
+            results.append(identify_log(LogOptions(method=name, **options)))
         except ExogravError as error:
             print(f"| `{name}` | {error} |")
             continue

@@ -8,8 +8,9 @@ import hashlib
 import tempfile
 from pathlib import Path
 
+from exograv.campaigns.sweep.options import SweepOptions
 from exograv.campaigns.sweep.study_file import load_study
-from exograv.campaigns.sweep.sweep_command import SweepOptions, run_sweep
+from exograv.campaigns.sweep.sweep_command import run_sweep
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sweeps" / "table.toml"
 

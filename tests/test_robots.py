@@ -10,10 +10,11 @@ import pytest
 
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly, adjusted, read_exoskeleton
-from exograv.model.description import RigDescription, Side, load_rig, rig_names
+from exograv.model.description import RigDescription, load_rig, rig_names
 from exograv.model.kinematics import body_poses
 from exograv.model.loops import LoopSolver
 from exograv.model.support import assemble, sample_postures
+from exograv.options import Side
 from exograv.spatial import Transform
 
 RIGS = rig_names()

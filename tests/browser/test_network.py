@@ -19,7 +19,7 @@ from tests.console.serving import Served, served
 
 from exograv.console import lease
 from exograv.console.keys import Role
-from exograv.console.serve import Address
+from exograv.console.options import Address
 
 from .of_browser import RETURN_S, Visitor, quick_plan, take_arm
 from .test_lost import totals, wait_until

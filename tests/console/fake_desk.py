@@ -18,7 +18,7 @@ from exograv.experiment.steered.view_models import (
     Shown,
     SkeletonLines,
 )
-from exograv.model.rig_settings import Side
+from exograv.options import Side
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.safety.stops import StopReason
 

@@ -14,8 +14,9 @@ from exograv.console.event_log import EventLog
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
 from exograv.console.limits import Close
+from exograv.console.options import Address
 from exograv.console.page_clocks import PageClocks
-from exograv.console.serve import Address, bound, settings_of
+from exograv.console.serve import bound, settings_of
 from exograv.console.trial import ProtocolTrial
 from exograv.task.plan import TaskPlan
 

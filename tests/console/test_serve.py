@@ -17,7 +17,8 @@ from websockets.typing import Origin
 
 from exograv.console.keys import Entry, Role
 from exograv.console.limits import MESSAGE_MAX_BYTES, Close
-from exograv.console.serve import Address, bound, settings_of
+from exograv.console.options import Address
+from exograv.console.serve import bound, settings_of
 from exograv.errors import ConfigError
 
 from .fake_desk import FakeDesk

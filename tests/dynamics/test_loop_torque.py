@@ -12,9 +12,10 @@ from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm
 from exograv.model.anthropometry import Body
 from exograv.model.arm import held_weight
 from exograv.model.assembly import Assembly
-from exograv.model.description import Side, load_rig
+from exograv.model.description import load_rig
 from exograv.model.loops import FIT, LoopSolver
 from exograv.model.support import assemble
+from exograv.options import Side
 
 POWER_TOLERANCE = 2e-6  # W: fourth-order differences at 1 ms of energies of 30 J
 PARITY = 1e-9  # N·m: the same sums with other signs; two searches end within 1e-10 rad

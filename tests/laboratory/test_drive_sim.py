@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.drive_sim import FRONT_ENDS, DriveSimOptions, _wiring, run_drive_sim
+from exograv.laboratory.drive_sim import FRONT_ENDS, _wiring, run_drive_sim
+from exograv.laboratory.options import DriveSimOptions
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.settings import load_drives
@@ -37,7 +38,7 @@ def options(**changes: Any) -> DriveSimOptions:
 def test_what_cannot_be_simulated_is_refused_before_anything_listens(case: str):
     changes, says = WRONG[case]
     with pytest.raises(ConfigError, match=says):
-        run_drive_sim(options(**changes), lambda line: None)
+        run_drive_sim(options(**changes), Path("out"), lambda line: None)
 
 
 def test_wrong_wires_multiply():
@@ -59,7 +60,7 @@ def test_without_a_file_drives_are_simulated_from_any_folder(tmp_path: Path, mon
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin", io.StringIO("quit\n"))
     said: list[str] = []
-    run_drive_sim(DriveSimOptions("udp", "recupera_like", None, lock_step=True), said.append)
+    run_drive_sim(DriveSimOptions(lock_step=True), Path("out"), said.append)
     assert str(Path("out") / "drive_sim" / "drives.toml") in said[0]
     assert (tmp_path / "out" / "drive_sim" / "drives.toml").is_file()
 
@@ -76,7 +77,5 @@ def test_simulated_drives_that_keep_time_give_their_rights_back(tmp_path: Path, 
     monkeypatch.setattr("exograv.laboratory.drive_sim.realtime", noting)
     for lock_step in (True, False):
         monkeypatch.setattr("sys.stdin", io.StringIO("quit\n"))
-        run_drive_sim(
-            DriveSimOptions("udp", "recupera_like", None, None, tmp_path, lock_step=lock_step), lambda _: None
-        )
+        run_drive_sim(DriveSimOptions(lock_step=lock_step), tmp_path, lambda _: None)
     assert asked == [(min(os.sched_getaffinity(0)),), ()]

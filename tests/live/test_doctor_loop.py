@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv import cli
 from exograv.cli.machine import computer_check as doctor
+from exograv.cli.machine.doctor import Doctor, run_doctor
 from exograv.cli.shell import terminal
+from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError, ExogravError, RigError
 from exograv.procedures.self_test import loop_timing as doctor_loop
 from exograv.procedures.self_test.loop_timing import HALVES, measure, refuse_unusable
@@ -148,7 +149,7 @@ def test_a_computer_unfit_for_worn_machines_is_no_broken_installation(
     whole: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr(doctor_loop, "loop_test", lambda _seconds, _progress: figures(VIRTUAL))
-    result = cli.run(cli.Doctor(loop=60.0))
+    result = run_doctor(Doctor(loop=60.0), Common())
     assert not result["loop"]["may_drive_worn"]
     assert result["ok"]
 
@@ -157,7 +158,7 @@ def test_where_something_is_missing_the_loop_is_not_run(whole: dict[str, Any], m
     whole["checks"][0]["ok"] = whole["ok"] = False
     monkeypatch.delattr(doctor_loop, "loop_test")
     monkeypatch.setattr(doctor_loop, "loop_test", None, raising=False)
-    assert "loop" not in cli.run(cli.Doctor(loop=60.0))
+    assert "loop" not in run_doctor(Doctor(loop=60.0), Common())
 
 
 def run(*words: str, folder: Path) -> list[str]:

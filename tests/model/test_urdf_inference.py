@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from exograv.model.assembly import read_exoskeleton
-from exograv.model.description import Side, load_rig, rig_names
+from exograv.model.description import load_rig, rig_names
 from exograv.model.urdf_inference import arms, place_of, side_of
+from exograv.options import Side
 
 MACHINES = [(rig, side) for rig in rig_names() for side in load_rig(rig).settings.urdf.sides]
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from exograv.laboratory.guided.guided_command import GuidedOptions, RepeatOptions, run_repeat, run_teach
-from exograv.laboratory.guided.mirror_command import MirrorOptions, run_mirror
+from exograv.laboratory.guided.guided_command import run_repeat, run_teach
+from exograv.laboratory.guided.mirror_command import run_mirror
+from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
 from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.pilot import Progress

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from exograv.cli.machine.rig_factory import run_live
-from exograv.cli.recordings.replaying import ReplayOptions, run_replay
+from exograv.cli.recordings.replaying import run_replay
 from exograv.errors import ConfigError
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.preparation import Preparation
@@ -89,7 +89,7 @@ def test_an_arm_that_is_learned_is_let_go_when_the_guard_knows_it(run: dict[str,
 
 @pytest.mark.slow
 def test_a_run_that_learned_live_decides_the_same_when_it_is_flown_again(run: dict[str, Any]):
-    again = run_replay(ReplayOptions(Path(run["recording"])), None, lambda _text, _share: None)
+    again = run_replay(Path(run["recording"]), None, lambda _text, _share: None)
     assert again["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
 
 

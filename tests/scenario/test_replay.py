@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 
 from exograv.cli.machine.rig_factory import run_live
-from exograv.cli.recordings.replaying import ReplayOptions, run_replay
+from exograv.cli.recordings.replaying import run_replay
 from exograv.live.live_flight import LiveOptions
 
 from .conftest import SEED, Demo
 
 
 def same(path: Path) -> None:
-    found = run_replay(ReplayOptions(path), None, lambda _text, _share: None)
+    found = run_replay(path, None, lambda _text, _share: None)
     assert found["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
     assert found["first_difference"] is None
     assert found["safe_state_differs"]["ticks"] == 0

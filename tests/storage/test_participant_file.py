@@ -15,12 +15,12 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.support import put_together
+from exograv.options import PersonCode
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.storage.calibration_file import identity_of
 from exograv.storage.participant_file import (
     new_code,
     read_participant,
-    refuse_name,
     refuse_other,
     refuse_other_body,
     write_participant,
@@ -180,9 +180,10 @@ def test_somebody_of_another_size_is_refused_before_anything_moves(keep: Callabl
 @pytest.mark.parametrize("code", ["anna", "Anna-Maria", "P", "P 07", "P07/..", "x" * 16 + "1", ""])
 def test_a_name_is_no_code(code: str):
     with pytest.raises(ConfigError, match="--code"):
-        refuse_name(code)
+        PersonCode().refuse("--code", code)
 
 
 def test_a_random_code_is_one_and_another_each_time():
-    codes = {refuse_name(new_code()) for _ in range(20)}
+    codes = {new_code() for _ in range(20)}
+    assert all(PersonCode().accepts(code) for code in codes)
     assert len(codes) > 15  # of a million

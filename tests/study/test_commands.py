@@ -5,12 +5,13 @@ from pathlib import Path
 import pytest
 from tests.study.made_up_sessions import settings, write_session
 
-from exograv.cli.study.add import Add, run_add
+from exograv.cli.study.add import Files, run_add
 from exograv.cli.study.identity import Identity, run_identity
 from exograv.cli.study.init import Init, run_init
 from exograv.cli.study.participant import Participant, run_participant
 from exograv.cli.study.status import Status, run_status
 from exograv.errors import ConfigError
+from exograv.study.dataset.options import AddOptions
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.codes import is_code
 from exograv.study.participants.register import read_register
@@ -44,10 +45,10 @@ def test_adding_says_what_became_of_each_file(study: Path, tmp_path: Path):
     code = new(study)
     write_session(tmp_path / "in" / "a.mcap", settings(code))
     write_session(tmp_path / "in" / "b.mcap", settings("P-02"))
-    found = run_add(Add(study=study, files=(tmp_path / "in",)))
+    found = run_add(Files(study=study, files=(tmp_path / "in",)), AddOptions())
     assert found["counts"] == {"added": 1, "refused": 1}
     assert not found["ok"]
-    again = run_add(Add(study=study, files=(tmp_path / "in",), session=2, new_code=(f"P-02={code}",)))
+    again = run_add(Files(study=study, files=(tmp_path / "in",)), AddOptions(session=2, new_code=(f"P-02={code}",)))
     assert again["counts"] == {"already there": 1, "added": 1}
     assert again["ok"]
     (person,) = run_status(Status(study=study))["participants"]
@@ -57,11 +58,11 @@ def test_adding_says_what_became_of_each_file(study: Path, tmp_path: Path):
 
 def test_nothing_to_add_and_a_mapping_of_nothing_are_refused(study: Path, tmp_path: Path):
     with pytest.raises(ConfigError, match="No file was named"):
-        run_add(Add(study=study))
+        run_add(Files(study=study), AddOptions())
     with pytest.raises(ConfigError, match="OLD=CODE"):
-        run_add(Add(study=study, files=(tmp_path,), new_code=("P-02",)))
+        run_add(Files(study=study, files=(tmp_path,)), AddOptions(new_code=("P-02",)))
     with pytest.raises(ConfigError, match="cannot be read"):
-        run_add(Add(study=study, files=(tmp_path,), mapping=tmp_path / "none.toml"))
+        run_add(Files(study=study, files=(tmp_path,)), AddOptions(mapping=tmp_path / "none.toml"))
 
 
 def test_nobody_is_erased_without_the_code_typed_twice(study: Path, monkeypatch: pytest.MonkeyPatch):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from exograv.cli.recordings.sync import Sync, run_sync
+from exograv.cli.shell.base_options import Common
 from exograv.errors import RecordingError
 from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
@@ -158,7 +159,7 @@ def test_a_rate_that_is_not_the_nominal_one_and_stamps_that_run_back_are_remarke
 def test_the_command_draws_and_says_what_it_found(bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     bench.connect(sampled())
     bench.figures()
-    result = run_sync(Sync(file=bench.path, out=tmp_path))
+    result = run_sync(Sync(bench.path), Common(out=tmp_path))
     assert Path(result["figure"]).is_file()
     assert result["robot"]["ticks"] == 6001
     assert result["robot"]["scatter_us"]["max"] < 1.0

@@ -2,7 +2,6 @@
 
 import os
 import sys
-from collections.abc import Callable
 from functools import reduce
 from operator import or_
 from typing import Annotated, Any
@@ -10,81 +9,82 @@ from typing import Annotated, Any
 import tyro
 
 from exograv import __version__
-from exograv.cli.machine.calibrate import Calibrate, run_calibrate_command
-from exograv.cli.machine.check_rig import CheckRig, run_check_rig
-from exograv.cli.machine.design_motion import DesignMotion, run_design_motion
-from exograv.cli.machine.doctor import Doctor, run_doctor
-from exograv.cli.machine.drive_sim import DriveSim, run_drive_sim_command
-from exograv.cli.machine.export_urdf import ExportUrdf, run_export_command
-from exograv.cli.machine.live import Live, run_live_command
-from exograv.cli.machine.new_rig import NewRig, run_new_rig
-from exograv.cli.machine.rig_test import RigTest, run_rig_test_command
-from exograv.cli.machine.rigs import Rigs, run_rigs
-from exograv.cli.machine.self_test import SelfTest, run_self_test_command
-from exograv.cli.person.aircraft import Aircraft, run_aircraft_command
-from exograv.cli.person.assist import Assist, run_assist_command
-from exograv.cli.person.console import Console, run_console_command
-from exograv.cli.person.demo import Demo, Identify, run_demo_command
-from exograv.cli.person.guided import Mirror, Repeat, Teach, run_mirror_command, run_repeat_command, run_teach_command
-from exograv.cli.person.support_level import SupportLevel, run_support_level_command
-from exograv.cli.person.train import Train, run_train_command
-from exograv.cli.person.verify import Verify, run_verify_command
-from exograv.cli.person.weigh import Weigh, run_weigh_command
-from exograv.cli.recordings.identify_log import IdentifyLog, run_identify_log
-from exograv.cli.recordings.replay import Replay, run_replay_command
-from exograv.cli.recordings.report import Report, run_report
-from exograv.cli.recordings.streams import Streams, run_streams
-from exograv.cli.recordings.sync import Sync, run_sync
+from exograv.cli.machine.calibrate import run_calibrate_command
+from exograv.cli.machine.check_rig import run_check_rig
+from exograv.cli.machine.design_motion import run_design_motion
+from exograv.cli.machine.doctor import run_doctor
+from exograv.cli.machine.drive_sim import run_drive_sim_command
+from exograv.cli.machine.export_urdf import run_export_command
+from exograv.cli.machine.live import run_live_command
+from exograv.cli.machine.new_rig import run_new_rig
+from exograv.cli.machine.rig_test import run_rig_test_command
+from exograv.cli.machine.rigs import run_rigs
+from exograv.cli.machine.self_test import run_self_test_command
+from exograv.cli.person.aircraft import run_aircraft_command
+from exograv.cli.person.assist import run_assist_command
+from exograv.cli.person.console import run_console_command
+from exograv.cli.person.demo import run_demo_command, run_identify_command
+from exograv.cli.person.guided import run_mirror_command, run_repeat_command, run_teach_command
+from exograv.cli.person.support_level import run_support_level_command
+from exograv.cli.person.train import run_train_command
+from exograv.cli.person.verify import run_verify_command
+from exograv.cli.person.weigh import run_weigh_command
+from exograv.cli.recordings.identify_log import run_identify_log
+from exograv.cli.recordings.replay import run_replay_command
+from exograv.cli.recordings.report import run_report
+from exograv.cli.recordings.streams import run_streams
+from exograv.cli.recordings.sync import run_sync
 from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
-from exograv.cli.simulation.benchmark_identification import BenchmarkIdentification, run_benchmark_identification
-from exograv.cli.simulation.faults import Faults, run_faults_command
-from exograv.cli.simulation.simulate_study import SimulateStudy, run_simulate_study
-from exograv.cli.simulation.sweep import Sweep, run_sweep_command
-from exograv.cli.simulation.transparency import Transparency, run_transparency_command
-from exograv.cli.simulation.validate_participant import ValidateParticipant, run_validate_participant
+from exograv.cli.shell.command import Action, act, command_class
+from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
+from exograv.cli.simulation.faults import run_faults_command
+from exograv.cli.simulation.simulate_study import run_simulate_study
+from exograv.cli.simulation.sweep import run_sweep_command
+from exograv.cli.simulation.transparency import run_transparency_command
+from exograv.cli.simulation.validate_participant import run_validate_participant
 from exograv.errors import ExogravError
 
 from .study import COMMANDS as STUDY_COMMANDS
 
-Commands = dict[str, tuple[type[Common], Callable[[Any], dict[str, Any]]]]
+Commands = dict[str, Action]
 
 COMMANDS: Commands = {
-    "demo": (Demo, run_demo_command),
-    "identify": (Identify, run_demo_command),
-    "calibrate": (Calibrate, run_calibrate_command),
-    "weigh": (Weigh, run_weigh_command),
-    "train": (Train, run_train_command),
-    "simulate-study": (SimulateStudy, run_simulate_study),
-    "verify": (Verify, run_verify_command),
-    "transparency": (Transparency, run_transparency_command),
-    "validate-participant": (ValidateParticipant, run_validate_participant),
-    "identify-log": (IdentifyLog, run_identify_log),
-    "export-urdf": (ExportUrdf, run_export_command),
-    "report": (Report, run_report),
-    "replay": (Replay, run_replay_command),
-    "rigs": (Rigs, run_rigs),
-    "new-rig": (NewRig, run_new_rig),
-    "check-rig": (CheckRig, run_check_rig),
-    "design-motion": (DesignMotion, run_design_motion),
-    "doctor": (Doctor, run_doctor),
-    "self-test": (SelfTest, run_self_test_command),
-    "live": (Live, run_live_command),
-    "console": (Console, run_console_command),
-    "drive-sim": (DriveSim, run_drive_sim_command),
-    "rig-test": (RigTest, run_rig_test_command),
-    "streams": (Streams, run_streams),
-    "sync": (Sync, run_sync),
-    "faults": (Faults, run_faults_command),
-    "support-level": (SupportLevel, run_support_level_command),
-    "teach": (Teach, run_teach_command),
-    "repeat": (Repeat, run_repeat_command),
-    "mirror": (Mirror, run_mirror_command),
-    "assist": (Assist, run_assist_command),
-    "aircraft": (Aircraft, run_aircraft_command),
-    "benchmark-identification": (BenchmarkIdentification, run_benchmark_identification),
-    "sweep": (Sweep, run_sweep_command),
+    "demo": run_demo_command,
+    "identify": run_identify_command,
+    "calibrate": run_calibrate_command,
+    "weigh": run_weigh_command,
+    "train": run_train_command,
+    "simulate-study": run_simulate_study,
+    "verify": run_verify_command,
+    "transparency": run_transparency_command,
+    "validate-participant": run_validate_participant,
+    "identify-log": run_identify_log,
+    "export-urdf": run_export_command,
+    "report": run_report,
+    "replay": run_replay_command,
+    "rigs": run_rigs,
+    "new-rig": run_new_rig,
+    "check-rig": run_check_rig,
+    "design-motion": run_design_motion,
+    "doctor": run_doctor,
+    "self-test": run_self_test_command,
+    "live": run_live_command,
+    "console": run_console_command,
+    "drive-sim": run_drive_sim_command,
+    "rig-test": run_rig_test_command,
+    "streams": run_streams,
+    "sync": run_sync,
+    "faults": run_faults_command,
+    "support-level": run_support_level_command,
+    "teach": run_teach_command,
+    "repeat": run_repeat_command,
+    "mirror": run_mirror_command,
+    "assist": run_assist_command,
+    "aircraft": run_aircraft_command,
+    "benchmark-identification": run_benchmark_identification,
+    "sweep": run_sweep_command,
 }
-"""Word on the command line: its options, and what runs them and returns the figures of `--json`."""
+"""Function of each word on the command line; its signature names the classes of its options."""
 
 GROUPS = {"study": ("From a folder of recordings to findings.", STUDY_COMMANDS)}
 """Words that are followed by another one: what it is all about, and the commands."""
@@ -123,7 +123,7 @@ def _run_as_asked() -> None:
         _one_of(COMMANDS, GROUPS),
         prog="exograv",
         description="Take the weight off an arm inside an exoskeleton. Research software, not a medical device.",
-        config=(tyro.conf.OmitSubcommandPrefixes,),
+        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed),
     )
     if command.json is not None:
         refuse_unwritable(command.json)
@@ -136,7 +136,7 @@ def _run_as_asked() -> None:
 
 
 def _one_of(commands: Commands, groups: dict[str, tuple[str, Commands]]) -> Any:
-    options = [Annotated[kind, tyro.conf.subcommand(name)] for name, (kind, _) in commands.items()]
+    options = [Annotated[command_class(action), tyro.conf.subcommand(name)] for name, action in commands.items()]
     for name, (about, members) in groups.items():
         options.append(Annotated[_one_of(members, {}), tyro.conf.subcommand(name, description=about)])
     return reduce(or_, options)
@@ -151,5 +151,5 @@ def was_keyboard(error: BaseException | None) -> bool:
 
 def run(command: Common) -> dict[str, Any]:
     """Run one command and show its result; returns what `--json` writes."""
-    known = [COMMANDS, *(members for _, members in GROUPS.values())]
-    return next(action for members in known for kind, action in members.values() if kind is type(command))(command)
+    actions = [*COMMANDS.values(), *(action for _, members in GROUPS.values() for action in members.values())]
+    return act(next(action for action in actions if command_class(action) is type(command)), command)

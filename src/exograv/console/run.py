@@ -2,7 +2,6 @@
 
 import contextlib
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,21 +15,11 @@ from exograv.task.protocol import load_protocol, refuse_levels
 from .event_log import EventLog
 from .feed import Feed
 from .hub import Hub
+from .options import Address
 from .page_clocks import PageClocks
 from .run_checkpoint import RunCheckpoint
-from .serve import Address, Say, bound, serve
+from .serve import Say, bound, serve
 from .trial import ProtocolTrial
-
-
-@dataclass(frozen=True)
-class ConsoleOptions:
-    """What is run, and where it is served."""
-
-    address: Address
-    out: Path
-    """Folder of the diary."""
-
-    opens_browser: bool = True
 
 
 def plan_of(protocol: str | None) -> TaskPlan | None:
@@ -47,7 +36,8 @@ def plan_of(protocol: str | None) -> TaskPlan | None:
 
 
 def run_console(
-    options: ConsoleOptions,
+    address: Address,
+    folder: Path,
     desk: Desk,
     plan: TaskPlan | None,
     say: Say,
@@ -59,16 +49,16 @@ def run_console(
     Raises:
         ConfigError: It cannot be served there, or what was kept is of another protocol.
     """
-    path = options.out / f"console-{time.strftime('%Y%m%d-%H%M%S')}.jsonl"
+    path = folder / f"console-{time.strftime('%Y%m%d-%H%M%S')}.jsonl"
     clocks = PageClocks()
-    with bound(options.address) as (listening, host), contextlib.ExitStack() as stack:
+    with bound(address) as (listening, host), contextlib.ExitStack() as stack:
         stack.callback(desk.close)
         diary = EventLog(path, desk.write)
         stack.callback(diary.close)
         if kept is not None:
             stack.callback(kept.close)
         trial = None if plan is None else ProtocolTrial(plan, clocks, diary, kept)
-        hub = Hub(desk, trial, clocks, diary, f"{options.address.scheme}://{host}")
+        hub = Hub(desk, trial, clocks, diary, f"{address.scheme}://{host}")
         if receiver is not None and trial is not None:
             hub.feed = Feed(stack.enter_context(receiver), trial, diary)
             say(f"The aircraft is listened to on UDP port {receiver.port}.")
@@ -78,7 +68,7 @@ def run_console(
             # The machine carries nothing of a run that was broken off: somebody has to begin anew, and say so.
             trial.run.feed(Interrupted(t=desk.now()))
         try:
-            serve(hub, options.address, listening, host, options.opens_browser, say)
+            serve(hub, address, listening, host, say)
         finally:
             desk.close()  # before all else that has to be ended
     figures = {} if trial is None else trial.run.totals().figures()

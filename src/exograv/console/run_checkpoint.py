@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError, ExogravError
-from exograv.model.rig_settings import Settings, Side
+from exograv.model.rig_settings import Settings
+from exograv.options import SESSIONS_MAX, Side
 from exograv.storage.session_checkpoint import KeptSession, read_kept, refuse_kept, write_kept
-from exograv.task.protocol import SESSIONS_MAX
 from exograv.task.screen import ScreenCalibration
 
 

@@ -3,11 +3,9 @@
 import contextlib
 import os
 import socket
-import ssl
 import tempfile
 import webbrowser
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
@@ -17,6 +15,7 @@ from exograv.errors import ConfigError, ExogravError
 from .hub import Hub
 from .keys import SESSION_S, Role
 from .limits import MESSAGE_MAX_BYTES
+from .options import Address
 from .server import application
 
 LOOPBACK = "127.0.0.1"
@@ -25,55 +24,6 @@ END_S = 3
 """In which pages have to let go when the server ends [s]."""
 
 Say = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Address:
-    """Where it is served."""
-
-    port: int = 8088
-    """0 takes a free one."""
-
-    lan: str | None = None
-    """Address or name of this computer in the network; only this computer itself without."""
-
-    certificate: Path | None = None
-    key: Path | None = None
-    """Of TLS, as PEM; needed with `lan`, for touches and words to a machine are not sent in clear."""
-
-    @property
-    def scheme(self) -> str:
-        """Of the pages."""
-        return "http" if self.lan is None else "https"
-
-    def check(self) -> None:
-        """Before anything else.
-
-        Raises:
-            ConfigError: It cannot be served like that.
-        """
-        if not 0 <= self.port <= 65535:
-            raise ConfigError(f"--port is {self.port}; allowed: 1 to 65535, or 0 for a free one.")
-        if self.lan is None:
-            if self.certificate is not None or self.key is not None:
-                raise ConfigError("--certificate and --key are for --lan; this computer alone needs none.")
-            return
-        if self.certificate is None or self.key is None:
-            raise ConfigError(
-                f"--lan {self.lan} is given without --certificate and --key. In a network pages are only served with "
-                "TLS: give both files (docs/console.md says how to make them)."
-            )
-        if self.lan in ("0.0.0.0", "::", ""):
-            raise ConfigError(
-                f"--lan is '{self.lan}'; give the one address or name by which tablets reach this computer. Pages "
-                "that ask by another name are refused."
-            )
-        try:
-            ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(self.certificate, self.key)
-        except (OSError, ssl.SSLError) as error:
-            raise ConfigError(
-                f"{self.certificate} and {self.key} are no certificate and its key: {error}. Give two PEM files."
-            ) from error
 
 
 @contextlib.contextmanager
@@ -127,7 +77,7 @@ def settings_of(hub: Hub, address: Address, host: str) -> uvicorn.Config:
     )
 
 
-def serve(hub: Hub, address: Address, listening: socket.socket, host: str, opens_browser: bool, say: Say) -> None:
+def serve(hub: Hub, address: Address, listening: socket.socket, host: str, say: Say) -> None:
     """Until Ctrl-C. The link is said once; whoever has it first is the operator.
 
     Raises:
@@ -137,7 +87,7 @@ def serve(hub: Hub, address: Address, listening: socket.socket, host: str, opens
     hub.on_failure = lambda: setattr(server, "should_exit", True)
     link = f"{hub.origin}/#{hub.keys.token(Role.OPERATOR, SESSION_S)}"
     say(f"Open this link once, as the operator: {link}")
-    with _opened(link) if opens_browser else contextlib.nullcontext(), contextlib.suppress(KeyboardInterrupt):
+    with _opened(link) if address.browser else contextlib.nullcontext(), contextlib.suppress(KeyboardInterrupt):
         server.run(sockets=[listening])
     if hub.failure is not None:
         raise ExogravError(

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from exograv.errors import ConfigError
 from exograv.experiment.steered.view_models import Shown
-from exograv.model.rig_settings import Side
+from exograv.options import Side
 from exograv.storage.session_checkpoint import AFRESH
 from exograv.task.events import (
     AcknowledgeAlarm,

@@ -19,16 +19,17 @@ from exograv.procedures.identification.estimator_session import Identification
 from exograv.procedures.identification.float_arm import Drift, float_arm
 from exograv.procedures.identification.identify import identify_arm
 from exograv.procedures.identification.motions import motion_parts
+from exograv.procedures.identification.options import NO_FILES, ParticipantOptions
 from exograv.procedures.identification.participant_session import ParticipantRun
 from exograv.procedures.weighing.known_weight import weigh
 from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.recording import RecordingWriter
 from exograv.recording.rounding import percentiles, rounded
-from exograv.rig.twin import WearerModel
+from exograv.rig.twin import WearerModel, day_seed
 from exograv.storage.calibration_file import TakenCalibration, take_calibration
 from exograv.study.targets import TARGET_NM
 
-from .demo_options import DemoOptions as DemoOptions
+from .options import DemoOptions as DemoOptions
 from .preparation import Preparation, WornTwin
 from .provenance import provenance
 from .result_rows import calibration_rows, identifiability_rows, parameter_rows, time_to_target
@@ -60,7 +61,9 @@ class _Run:
         return self.preparation.laboratory
 
 
-def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str, Any]:
+def run_demo(
+    options: DemoOptions, folder: Path, progress: Progress, files: ParticipantOptions = NO_FILES
+) -> dict[str, Any]:
     """Run it all; the result follows the contract of `exograv demo --json`.
 
     Raises:
@@ -84,7 +87,7 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     path = folder / f"{'identify' if options.only_identify else 'demo'}.mcap"
     taken = _stored_calibration(options, laboratory)
     person = ParticipantRun(
-        options.files,
+        files,
         laboratory.assembly(),
         laboratory.serial,
         laboratory.body,
@@ -95,7 +98,9 @@ def run_demo(options: DemoOptions, folder: Path, progress: Progress) -> dict[str
     if taken is not None:
         settings["hashes"]["calibration"] = taken.whole.content_sha256
     with RecordingWriter(path, laboratory.description.joints, settings) as recording:
-        preparation = Preparation(laboratory, options.day, progress, recording, options.realtime)
+        preparation = Preparation(
+            laboratory, day_seed(options.seed, options.donning), progress, recording, options.realtime
+        )
         run = _Run(options, preparation, recording, taken, person, targets)
         t, tick_us = _phases(run)
         recording.write("/result", t, {**run.result, "simulated_s": round(t, 3)})

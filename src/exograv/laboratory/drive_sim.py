@@ -5,16 +5,16 @@ import importlib
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.assembly import read_exoskeleton
-from exograv.model.description import RigDescription, Side, load_rig
+from exograv.model.description import RigDescription, load_rig
+from exograv.options import Bus
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.rig.drives.settings import Drives, load_drives
@@ -25,9 +25,9 @@ from exograv.runtime.clock.realtime import realtime
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
 
 from .cooperative_wearer import ArmHold
+from .options import DriveSimOptions
 from .virtual_laboratory import draw_laboratory
 
-Bus = Literal["canopen", "moteus", "udp"]
 FRONT_ENDS: dict[Bus, tuple[str, str]] = {
     "canopen": ("exograv.rig.drives.canopen.simulated.network", "CanopenDevices"),
     "moteus": ("exograv.rig.drives.moteus.simulated.bus", "MoteusDevices"),
@@ -56,31 +56,7 @@ class Device(FrontEnd, Protocol):
     def __exit__(self, *_: object) -> None: ...
 
 
-@dataclass(frozen=True)
-class DriveSimOptions:
-    """What is simulated, and how it is wired."""
-
-    bus: Bus
-    rig: str
-    side: Side | None
-    drives: Path | None = None
-    """drives.toml of the machine; one is written where absent."""
-    folder: Path = Path("out")
-    """Where it is written."""
-    level: int = 0
-    seed: int = 0
-    worn: bool = False
-    """With the wearer, who holds the own arm until the motors are on, and gives it over as in `exograv live`."""
-    lock_step: bool = False
-    wrong_sign: tuple[str, ...] = ()
-    """Joints whose motor turns the other way."""
-    wrong_scale: tuple[str, ...] = ()
-    """JOINT:FACTOR of motors that give so many times the torque."""
-    wrong_encoder: tuple[str, ...] = ()
-    """Joints whose encoder counts the other way."""
-
-
-def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
+def run_drive_sim(options: DriveSimOptions, folder: Path, say: Say) -> None:
     """Serve until `quit`, or Ctrl-C.
 
     Raises:
@@ -89,7 +65,7 @@ def run_drive_sim(options: DriveSimOptions, say: Say) -> None:
     """
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
-    file = options.drives or written(options.folder / "drive_sim", description, options.bus)
+    file = options.drives or written(folder / "drive_sim", description, options.bus)
     drives = load_drives(file, description)
     wiring = _wiring(options, drives.joints)
     make = front_end(options.bus, drives)

@@ -2,7 +2,7 @@
 
 from exograv.errors import RigError
 from exograv.loop.pilot import Progress
-from exograv.model.description import Side
+from exograv.options import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.live_machine import LiveMachine
 from exograv.procedures.self_test.machine_test import test_machine

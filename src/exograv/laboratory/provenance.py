@@ -10,7 +10,7 @@ from exograv.loop.replay_log import versions, written_rig, written_told
 from .virtual_laboratory import VirtualLaboratory
 
 if TYPE_CHECKING:
-    from .demo_options import DemoOptions
+    from .options import DemoOptions
 
 
 def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: list[float]) -> dict[str, Any]:

@@ -1,50 +1,26 @@
 """What a person feels of a kind of machine: muscle effort of one movement in six conditions, over several machines."""
 
 import time
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from exograv.errors import ConfigError, ExogravError
 from exograv.loop.pilot import Progress
 from exograv.model.assembly import read_exoskeleton
-from exograv.model.description import RigDescription, Side, load_rig
+from exograv.model.description import RigDescription, load_rig
 from exograv.rig.twin.twin import PERIOD
 from exograv.storage.self_test_pass import NOT_NEEDED
 
 from .effort import Effort
 from .movements import WantedMovement, pointing, recorded
+from .options import MovementName, TransparencyOptions
 from .transparency_summary import rig_result
 from .transparency_trial import CONDITIONS, TransparencyTrial, run_trial
 
-MovementName = Literal["pointing", "recorded"]
-
 BOTH_PROFILES = ("recupera_like", "recupera_like_qdd")
 """The same machine on harmonic and on quasi-direct drives."""
-
-
-@dataclass(frozen=True)
-class TransparencyOptions:
-    """What the test is asked for."""
-
-    rig: str | None = None
-    """None takes both profiles."""
-
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
-    machines: int = 5
-    movement: MovementName = "pointing"
-
-    def __post_init__(self):
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if not 1 <= self.machines <= 100:
-            raise ConfigError(f"--machines is {self.machines}; allowed: 1 to 100. Goals are judged by at least 5.")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
 
 
 def run_transparency(options: TransparencyOptions, folder: Path, progress: Progress) -> dict[str, Any]:

@@ -10,9 +10,10 @@ from exograv.errors import ConfigError
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
-from exograv.model.description import RigDescription, Side, load_rig
+from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
+from exograv.options import Side
 from exograv.rig.twin import (
     Disturbances,
     Machine,

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,59 +12,23 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
 from exograv.model.arm import WeightPlace
-from exograv.model.description import Side
 from exograv.model.support import assemble
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
 from exograv.procedures.weighing.first_motion import first_motion
-from exograv.procedures.weighing.known_weight import HEAVIEST_KG, weigh
+from exograv.procedures.weighing.known_weight import weigh
 from exograv.procedures.weighing.motion_samples import SampleCollector
 from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.rig.twin import Twin
 from exograv.rig.twin.wearer.parameter_truth import parameter_truth
 from exograv.storage.self_test_pass import NOT_NEEDED
 
+from .options import WeighOptions
 from .preparation import Preparation
 from .virtual_laboratory import VirtualLaboratory, driven_laboratory
 
 DRAWN_KG = (0.5, 1.0, 1.5, 2.0)
 RESTLESS_TEXT = "The person does not relax: the form cannot be checked. Ask the person to let go, then repeat."
-
-
-@dataclass(frozen=True)
-class WeighOptions:
-    """What `exograv weigh` is asked for."""
-
-    rig: str = "recupera_like"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
-    hand_weight_kg: float | None = None
-    """That the wearer takes into the hand, hidden from the software; one of `DRAWN_KG` by the seed where absent."""
-    forearm_weight_kg: float = 0.0
-    """That is strapped to the middle of the forearm, hidden likewise."""
-    body_mass_kg: float | None = None
-    """As the operator typed it; the wearer's own where absent."""
-    calibration: Path | None = None
-
-    def __post_init__(self):
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
-        for name, mass in (("hand", self.hand_weight_kg), ("forearm", self.forearm_weight_kg)):
-            if mass is not None and not 0.0 <= mass <= HEAVIEST_KG:
-                raise ConfigError(
-                    f"--{name}-weight is {mass} kg; allowed: 0 (none) to {HEAVIEST_KG:g} kg. Take a lighter one."
-                )
-
-    @property
-    def weights(self) -> dict[WeightPlace, float]:
-        """Those that are there [kg]."""
-        drawn = float(np.random.default_rng([self.seed, 9]).choice(DRAWN_KG))
-        hand = drawn if self.hand_weight_kg is None else self.hand_weight_kg
-        both: dict[WeightPlace, float] = {"hand": hand, "forearm": self.forearm_weight_kg}
-        return {place: mass for place, mass in both.items() if mass > 0.0}
 
 
 @dataclass
@@ -113,7 +76,7 @@ def _weigh_all(
     model = ArmModel(worn.known.assembly, worn.known.machine)
     judge, gentle = ArmJudge(model), first_motion(pilot, controller, model)
     found.check = judge.judge([gentle], body.mass_kg)
-    if is_enough(found.check, wants_weights=bool(options.weights)):
+    if is_enough(found.check, wants_weights=bool(weights_of(options))):
         return twin.t
     identifier, kept = worn.identifier(), SampleCollector()
     identifier.followers.append(kept)
@@ -123,7 +86,7 @@ def _weigh_all(
     found.check = in_doubt_not_refused(both, identified.restless_s is not None)
     if found.check.refused:
         return twin.t
-    for place, mass in options.weights.items():
+    for place, mass in weights_of(options).items():
         found.weights[place] = weigh(pilot, controller, model, arm, _hanging(twin, place, mass), place)
     return twin.t
 
@@ -171,7 +134,7 @@ def _figures(options: WeighOptions, laboratory: VirtualLaboratory, typed: float,
         "weights": [
             {
                 "place": place,
-                "true_kg": options.weights[place],
+                "true_kg": weights_of(options)[place],
                 "estimated_kg": round(one.mass, 4),
                 "ci95_kg": _interval(one.ci95),
             }
@@ -184,3 +147,11 @@ def _figures(options: WeighOptions, laboratory: VirtualLaboratory, typed: float,
 
 def _interval(interval: tuple[float, float]) -> list[float]:
     return [round(value, 4) for value in interval]
+
+
+def weights_of(options: WeighOptions) -> dict[WeightPlace, float]:
+    """Weights on the arm [kg]; the one in the hand is one of `DRAWN_KG` by the seed where the options name none."""
+    drawn = float(np.random.default_rng([options.seed, 9]).choice(DRAWN_KG))
+    hand = drawn if options.hand_weight_kg is None else options.hand_weight_kg
+    both: dict[WeightPlace, float] = {"hand": hand, "forearm": options.forearm_weight_kg}
+    return {place: mass for place, mass in both.items() if mass > 0.0}

@@ -11,7 +11,8 @@ from typing import Any
 from exograv.errors import ConfigError
 from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import versions, written_person, written_rig, written_told
-from exograv.model.description import RigDescription, Side
+from exograv.model.description import RigDescription
+from exograv.options import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import Belief
 from exograv.procedures.verification.postures import Verification

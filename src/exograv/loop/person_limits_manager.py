@@ -10,6 +10,7 @@ from exograv.dynamics.parameters import ParameterLayout, Parameters
 from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.assembly import Assembly
 from exograv.model.support import sample_postures
+from exograv.options import HEAVIEST_KG
 from exograv.safety.envelope import Envelope
 from exograv.safety.person import GuardedPerson, PersonLimits
 
@@ -28,9 +29,6 @@ UNKNOWN_J = 3.0
 PATH_W = 2.0
 """Allowed along a path beyond carrying: damping of the arm's joints, hysteresis and what the table's arm is off took
 0.4 W on a tuning wearer (recupera_like, level 2, seed 1000)."""
-
-HEAVIEST_KG = 2.0
-"""That a person is given to hold, and only to be weighed."""
 
 Joints = Float[np.ndarray, " joint"]
 Covariance = Float[np.ndarray, "parameter parameter"]

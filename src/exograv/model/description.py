@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from exograv.errors import ConfigError
+from exograv.options import Side
 
 from .open_questions import open_questions
 from .rig_settings import Actuator as Actuator
@@ -23,7 +24,6 @@ from .rig_settings import Excitation as Excitation
 from .rig_settings import JointSweep as JointSweep
 from .rig_settings import Place as Place
 from .rig_settings import RigSettings as RigSettings
-from .rig_settings import Side as Side
 
 
 @dataclass(frozen=True)

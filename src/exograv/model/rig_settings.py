@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, model_validator
 
-Side = Literal["right", "left", "both"]
-"""Of a machine; one for both arms is one machine."""
+from exograv.options import Side
+
 ArmSide = Literal["right", "left"]
 Place = Literal["shoulder", "elbow", "wrist"]
 """Where a joint of a machine is beside the arm; forearm roll belongs to the wrist."""

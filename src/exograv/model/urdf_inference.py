@@ -6,8 +6,10 @@ import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
+from exograv.options import Side
+
 from .kinematics import body_poses
-from .rig_settings import ArmSide, Place, Side
+from .rig_settings import ArmSide, Place
 from .tree import Tree
 
 WORDS: dict[Place, tuple[str, ...]] = {

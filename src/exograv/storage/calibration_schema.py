@@ -9,7 +9,8 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.friction import Friction
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.identification.calibration.empty_machine import V_REST, Calibration, tilted_gravity
-from exograv.model.rig_settings import Settings, Side
+from exograv.model.rig_settings import Settings
+from exograv.options import Side
 
 from .sealed_file import Sealed, sealed
 

@@ -9,7 +9,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 
 from .calibration_file import CLOCK_ERROR, identity_of, refuse_other_machine
-from .participant_schema import CODE, StoredParticipant, StoredPerson, is_code, parameter_names
+from .participant_schema import StoredParticipant, StoredPerson, parameter_names
 from .sealed_file import read_sealed, write_sealed
 
 AGAIN = "Identify the person again: `exograv identify --keep FILE`."
@@ -27,19 +27,6 @@ people gain and lose between sessions."""
 def new_code() -> str:
     """A random code: six digits that say nothing."""
     return f"P-{secrets.randbelow(1_000_000):06d}"
-
-
-def refuse_name(code: str, option: str = "--code") -> str:
-    """The code itself.
-
-    Raises:
-        ConfigError: It cannot be a code, or looks like a name.
-    """
-    if not is_code(code):
-        raise ConfigError(
-            f"{option} is '{code}'; it must have {CODE}. Give one such as P-07, or none for a random one."
-        )
-    return code
 
 
 def write_participant(path: Path, whole: StoredParticipant) -> None:

@@ -1,7 +1,6 @@
 """What a participant's file holds: one person in one machine, as identified last."""
 
 import hashlib
-import re
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
@@ -14,6 +13,7 @@ from exograv.identification.recursive.previous_session import kept_part
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Settings
+from exograv.options import PersonCode
 
 from .calibration_schema import Identity
 from .sealed_file import Sealed
@@ -21,20 +21,15 @@ from .sealed_file import Sealed
 SCHEMA_VERSION = 1
 DIGITS = 9
 """Of mean and covariance [-]: the best known combination of parameters has 1e-5 of the table's variance."""
-CODE = "3 to 16 letters, digits, '-' and '_', with a digit among them: what has none looks like a name"
+CODE = PersonCode()
 
 Kept = Float[np.ndarray, " kept"]
 KeptSquare = Float[np.ndarray, "kept kept"]
 
 
-def is_code(code: str) -> bool:
-    """Whether it can stand for a person."""
-    return re.fullmatch(r"[A-Za-z0-9_-]{3,16}", code) is not None and any(letter.isdigit() for letter in code)
-
-
 def _checked_code(code: str) -> str:
-    if not is_code(code):
-        raise ValueError(f"it must have {CODE}")
+    if not CODE.accepts(code):
+        raise ValueError(f"it must have {CODE.text}")
     return code
 
 

@@ -18,7 +18,6 @@ from .protocol_schema import Protocol
 
 FOLDER = Path(__file__).parent / "protocols"
 SIZE_MAX_BYTES = 200_000
-SESSIONS_MAX = 99
 """A protocol has three thousand."""
 
 Read = TypeVar("Read", bound=Settings)

@@ -8,10 +8,10 @@ from exograv.campaigns.benchmark_identification.cases import Case, by_machine, p
 from exograv.campaigns.benchmark_identification.options import (
     BenchmarkOptions,
     levels_of,
-    machines,
     methods_of,
     profiles_of,
 )
+from exograv.campaigns.benchmark_identification.tasks import machines
 from exograv.errors import ConfigError
 from exograv.rig.twin.disturbances.levels import MACHINE, WEARER
 

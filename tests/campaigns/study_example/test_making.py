@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exograv.campaigns.study_example.example_study import ExampleOptions, make_example
+from exograv.campaigns.study_example.example_study import make_example
+from exograv.campaigns.study_example.options import ExampleOptions
 from exograv.campaigns.study_example.session_file import STAY_S
 from exograv.errors import ConfigError
 from exograv.recording import Recording, read_recording

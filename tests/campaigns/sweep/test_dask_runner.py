@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from exograv.campaigns.sweep.options import SweepOptions
 from exograv.campaigns.sweep.study_file import Study
-from exograv.campaigns.sweep.sweep_command import SweepOptions, run_sweep
+from exograv.campaigns.sweep.sweep_command import run_sweep
 from exograv.errors import ConfigError, RigError
 
 pytest.importorskip("distributed")

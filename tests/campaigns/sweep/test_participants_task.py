@@ -5,9 +5,10 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from exograv.campaigns.sweep.options import SweepOptions
 from exograv.campaigns.sweep.participants_task import ParticipantsGrid
 from exograv.campaigns.sweep.study_file import load_study
-from exograv.campaigns.sweep.sweep_command import SweepOptions, run_sweep
+from exograv.campaigns.sweep.sweep_command import run_sweep
 from exograv.errors import ConfigError
 
 ROOT = Path(__file__).parents[3]

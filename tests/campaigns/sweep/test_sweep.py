@@ -7,11 +7,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from exograv.campaigns.sweep.kinds import KINDS
+from exograv.campaigns.sweep.options import SweepOptions
 from exograv.campaigns.sweep.plan import plan
 from exograv.campaigns.sweep.process_runner import OnProcesses
 from exograv.campaigns.sweep.store import Store
 from exograv.campaigns.sweep.study_file import Study, load_study
-from exograv.campaigns.sweep.sweep_command import SweepOptions, run_sweep
+from exograv.campaigns.sweep.sweep_command import run_sweep
 from exograv.errors import ConfigError, RecordingError
 from exograv.loop.replay_log import versions
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from exograv.campaigns.virtual_study.options import StudyOptions, careers
+from exograv.campaigns.virtual_study.careers import careers
+from exograv.campaigns.virtual_study.options import StudyOptions
 from exograv.errors import ConfigError
 
 CODES = tuple(f"V{k}" for k in range(6))

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from exograv.campaigns.virtual_study import participants as people
-from exograv.campaigns.virtual_study.options import StudyOptions, careers
+from exograv.campaigns.virtual_study.careers import careers
+from exograv.campaigns.virtual_study.options import StudyOptions
 from exograv.campaigns.virtual_study.participants import ParticipantSimulation
 from exograv.errors import IdentificationError
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from tests.campaigns.virtual_study.made_up_flights import flight
 
+from exograv.campaigns.virtual_study.careers import careers
 from exograv.campaigns.virtual_study.checkpoint import CareerJob, lived_of, read_lived
-from exograv.campaigns.virtual_study.options import StudyOptions, careers
+from exograv.campaigns.virtual_study.options import StudyOptions
 from exograv.campaigns.virtual_study.out_folder import CAREERS, SETTINGS, out_folder, settings_of_study
 from exograv.campaigns.virtual_study.participants import ParticipantResult
 from exograv.campaigns.virtual_study.study import Work, simulate_study
@@ -16,7 +17,7 @@ from exograv.errors import ConfigError, RecordingError
 
 
 def begin(folder: Path, resume: bool = False) -> None:
-    simulate_study(StudyOptions(), Work(folder, 1, resume), lambda _text, _share: None)
+    simulate_study(StudyOptions(), Work(1, resume, folder=folder), lambda _text, _share: None)
 
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.console.nominal_console import nominal_knowledge
 
-from exograv.cli.recordings.replaying import ReplayOptions, run_replay
+from exograv.cli.recordings.replaying import run_replay
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.requests import ACT, Answer
@@ -111,7 +111,7 @@ def test_it_begins_and_stops_at_an_operators_word_and_is_replayed_to_the_last_bi
         ("take_arm", "operator", False),
         ("identify", "operator", True),
     ]
-    found = run_replay(ReplayOptions(path, Instead()), None, lambda *_: None)
+    found = run_replay(path, None, lambda *_: None, Instead())
     assert found["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
 
 

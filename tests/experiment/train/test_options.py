@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.experiment.train.options import TrainOptions, asked_for, read_allocation
+from exograv.experiment.train.options import TrainOptions
+from exograv.experiment.train.request import asked_for, read_allocation
 from exograv.task.allocation import Group, draw_list
 from exograv.task.protocol import first_windows, load_protocol
 from exograv.task.schedule import timeline

@@ -12,7 +12,7 @@ from exograv.control.exo_tick import ExoTick
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import RigError
-from exograv.laboratory.demo_options import DemoOptions
+from exograv.laboratory.options import DemoOptions
 from exograv.laboratory.provenance import provenance
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController

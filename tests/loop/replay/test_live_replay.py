@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.cli.recordings.replaying import ReplayOptions, run_replay
+from exograv.cli.recordings.replaying import run_replay
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
@@ -135,7 +135,7 @@ def write(
 
 
 def replayed(path: Path, **instead: Any) -> dict[str, Any]:
-    return run_replay(ReplayOptions(path, Instead(**instead)), None, nothing)
+    return run_replay(path, None, nothing, Instead(**instead))
 
 
 def test_every_torque_is_the_recorded_one_to_the_last_bit_and_the_stop_comes_again_in_its_tick(lived: Path):

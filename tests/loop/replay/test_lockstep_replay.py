@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.cli.recordings.replaying import ReplayOptions, run_replay
+from exograv.cli.recordings.replaying import run_replay
 from exograv.errors import ConfigError, RecordingError
 from exograv.loop.replay.reasons import other_versions
 from exograv.loop.replay.recorded_run import _unpack
@@ -21,7 +21,7 @@ from .conftest import Flown, nothing
 
 
 def replayed(path: Path, folder: Path | None = None, **instead: Any) -> dict[str, Any]:
-    return run_replay(ReplayOptions(path, Instead(**instead)), folder, nothing)
+    return run_replay(path, folder, nothing, Instead(**instead))
 
 
 def rewritten(flown: Flown, path: Path, ticks: np.ndarray, change: Any = lambda _topic, message: message) -> Path:

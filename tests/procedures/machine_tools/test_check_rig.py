@@ -9,7 +9,8 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.model.description import load_rig, rig_names, robots_folder
-from exograv.procedures.machine_tools.check_rig import CheckOptions, check_rig
+from exograv.procedures.machine_tools.check_rig import check_rig
+from exograv.procedures.machine_tools.options import CheckOptions
 from exograv.report.figures import machine as drawing
 
 SOURCE = robots_folder() / "recupera_like"

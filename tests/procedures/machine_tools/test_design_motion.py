@@ -12,12 +12,12 @@ from exograv.model.description import load_rig
 from exograv.model.rig_settings import Excitation
 from exograv.model.support import assemble
 from exograv.procedures.machine_tools.design_motion import (
-    DesignOptions,
     design_motion,
     excitation_block,
     excitation_text,
     periodic,
 )
+from exograv.procedures.machine_tools.options import DesignOptions
 
 ROUNDING = 0.01
 """Share of a limit by which the tenths of a degree in the file may exceed it."""

@@ -6,10 +6,12 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import ConfigError, ModelError
-from exograv.model.description import Side, load_rig, robots_folder
+from exograv.model.description import load_rig, robots_folder
 from exograv.model.open_questions import open_questions
-from exograv.procedures.machine_tools.check_rig import CheckOptions, check_rig
-from exograv.procedures.machine_tools.new_rig import NewRigOptions, new_rig
+from exograv.options import Side
+from exograv.procedures.machine_tools.check_rig import check_rig
+from exograv.procedures.machine_tools.new_rig import new_rig
+from exograv.procedures.machine_tools.options import CheckOptions, NewRigOptions
 
 ROBOTS = robots_folder()
 

@@ -8,7 +8,8 @@ from tests.study.made_up_sessions import settings, study_with, write_session
 
 from exograv.errors import ConfigError
 from exograv.report.study_report.report import write_study_report
-from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.adding import add_files
+from exograv.study.dataset.options import AddOptions
 
 
 @pytest.fixture(autouse=True)

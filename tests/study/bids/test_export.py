@@ -16,13 +16,13 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.study.bids.checking import problems_of
 from exograv.study.bids.export import export_bids
 from exograv.study.bids.manifest import MANIFEST, files_of, read_manifest
-from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.beginning import begin_study
+from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.tables import Tables, read_tables, write_tables
 from exograv.study.folder.journal import alone
 from exograv.study.folder.settings import AS_PUBLISHED
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported_session import Said
 from exograv.study.participants.register import new_participant
 
 from .small_study import (
@@ -210,7 +210,7 @@ def test_a_study_is_added_to_and_exported_by_commands(tmp_path: Path, capsys: py
     people = [new_participant(folder, group).code for group in ("trained", "untrained")]
     paths = [write_recording(tmp_path / f"{k}.mcap", with_devices=k == 0, seed=k) for k in range(2)]
     for code, path in zip(people, paths, strict=True):
-        add_files(folder, [path], AddOptions(said=Said(code, "training", 1)))
+        add_files(folder, [path], AddOptions(participant=code, protocol="training", session=1))
     folder.table("touches").unlink()  # made anew from the sources
     result = run_export(Export(study=folder.path, bids=tmp_path / "bids"))
     assert (result["sessions"], result["participants"], result["touches"]) == (2, 2, 6)

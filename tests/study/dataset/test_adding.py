@@ -10,13 +10,13 @@ from tests.study.made_up_sessions import BEGUN_S, settings, study_with, write_se
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.study.dataset import sources
-from exograv.study.dataset.adding import AddingOutcome, AddOptions, add_files
+from exograv.study.dataset.adding import AddingOutcome, add_files
 from exograv.study.dataset.making import current_tables
+from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.quarantine import quarantined
 from exograv.study.dataset.status import study_status
 from exograv.study.dataset.tables import read_tables
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported_session import Said
 
 
 def add(folder: StudyFolder, *paths: Path, **options) -> list[AddingOutcome]:
@@ -83,14 +83,14 @@ def test_a_code_that_the_study_does_not_have_is_refused_until_it_is_told(tmp_pat
     (outcome,) = add(folder, path)
     assert outcome.what == "refused"
     assert "'P-02'" in outcome.sentence
-    assert whats(add(folder, path, new_codes={"P-02": code})) == ["added"]
+    assert whats(add(folder, path, new_code=(f"P-02={code}",))) == ["added"]
     assert read_tables(folder).sessions["participant"].tolist() == [code]
 
 
 def test_what_is_told_against_the_file_is_followed_and_remarked(tmp_path: Path):
     folder, (code,) = study_with(tmp_path / "study", "trained")
     path = write_session(tmp_path / "run.mcap", settings(code))
-    (outcome,) = add(folder, path, said=Said(session=4))
+    (outcome,) = add(folder, path, session=4)
     assert outcome.key == (code, "training", 4)
     assert "says session 1" in str(outcome.remark)
     assert "says session 1" in read_tables(folder).sessions["remark"][0]

@@ -11,8 +11,9 @@ from tests.study.made_up_sessions import settings, study_with, write_session
 
 from exograv.errors import ConfigError
 from exograv.recording import RecordingWriter
-from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.erasing import erase
+from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.tables import read_tables
 from exograv.study.folder.journal import read_journal
 from exograv.study.folder.study_folder import StudyFolder
@@ -27,7 +28,7 @@ def full_study(tmp_path: Path) -> tuple[StudyFolder, str, str]:
         first = write_session(tmp_path / f"{k}a.mcap", settings(code))
         old = write_session(tmp_path / f"{k}b.mcap", settings(f"P-0{k}", session=2))
         again = write_session(tmp_path / f"{k}c.mcap", settings(code, seed=9))
-        add_files(folder, [first, old], AddOptions(new_codes={f"P-0{k}": code}))
+        add_files(folder, [first, old], AddOptions(new_code=(f"P-0{k}={code}",)))
         add_files(folder, [again], AddOptions(replace=True))
     export = folder.path / "bids"
     (export / f"sub-{one}").mkdir(parents=True)

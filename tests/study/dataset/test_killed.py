@@ -14,8 +14,9 @@ import pytest
 from tests.study.made_up_sessions import BEGUN_S, settings, study_with, write_session
 
 from exograv.files import PARTIAL
-from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.making import current_tables
+from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.sources import placed_sources, sha256_of
 from exograv.study.dataset.tables import read_tables
 from exograv.study.folder.study_folder import StudyFolder

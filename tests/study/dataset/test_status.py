@@ -6,7 +6,8 @@ import pytest
 from tests.study.made_up_sessions import run_records, settings, study_with, write_session
 
 from exograv.errors import ConfigError
-from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.adding import add_files
+from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.status import in_words, study_status
 from exograv.study.folder.settings import AS_PUBLISHED, read_settings
 
@@ -33,7 +34,7 @@ def test_a_refused_file_counts_once_and_until_it_comes_in(tmp_path: Path):
     for _ in range(2):
         add_files(folder, [path], AddOptions())
     assert study_status(folder).refused == 1
-    add_files(folder, [path], AddOptions(new_codes={"P-02": code}))
+    add_files(folder, [path], AddOptions(new_code=(f"P-02={code}",)))
     assert study_status(folder).refused == 0
 
 

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from tests.study.made_up_sessions import study_with
 
 from exograv.errors import RecordingError
-from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.making import refresh
+from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.tables import frame, read_tables
 from exograv.study.folder.columns import SESSIONS, TOUCHES, WINDOWS
 from exograv.study.importers.imported_session import Said
@@ -136,5 +137,5 @@ def test_a_sheet_under_other_codes_comes_in_by_new_codes_and_again_from_its_plac
     folder, (code,) = study_with(tmp_path / "study", "trained")
     path = tmp_path / "old.csv"
     path.write_text((HEAD + LINES.splitlines(keepends=True)[0]).replace(CODES[0], "P-02"))
-    assert [one.what for one in add_files(folder, [path], AddOptions(new_codes={"P-02": code}))] == ["added"]
+    assert [one.what for one in add_files(folder, [path], AddOptions(new_code=(f"P-02={code}",)))] == ["added"]
     assert refresh(folder, everything=True).touches["participant"].tolist() == [code]

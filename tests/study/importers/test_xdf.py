@@ -4,15 +4,16 @@ import json
 from pathlib import Path
 
 import pytest
+import tomlkit
 from tests.study.importers.xdf_file import stream, write_xdf
 from tests.study.made_up_sessions import BEGUN_S, run_records, settings, study_with, write_session
 
 from exograv.errors import RecordingError
-from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.making import refresh
+from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.tables import frame, read_tables
 from exograv.study.folder.columns import SESSIONS, TOUCHES, WINDOWS
-from exograv.study.importers.imported_session import Said
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.xdf import OURS, import_xdf
 from exograv.study.importers.xdf_mapping import XdfMapping
@@ -97,7 +98,8 @@ def test_what_is_not_in_the_file_is_said(tmp_path: Path):
 def test_xdf_comes_into_a_study_and_its_tables_can_be_made_again(tmp_path: Path):
     folder, (code,) = study_with(tmp_path / "study", "trained")
     path = write_xdf(tmp_path / "lab.xdf", foreign([1.0, 2.0]))
-    options = AddOptions(said=Said(code, "training", 2), mapping=FOREIGN)
+    (tmp_path / "mapping.toml").write_text(tomlkit.dumps(FOREIGN.model_dump(exclude_none=True)), encoding="utf-8")
+    options = AddOptions(participant=code, protocol="training", session=2, mapping=tmp_path / "mapping.toml")
     assert [one.what for one in add_files(folder, [path], options)] == ["added"]
     before = read_tables(folder).touches
     assert refresh(folder, everything=True).touches.equals(before)

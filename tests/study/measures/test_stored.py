@@ -6,8 +6,9 @@ import pytest
 from tests.study.made_up_sessions import settings, study_with
 from tests.study.measures.test_recordings import write_session
 
-from exograv.study.dataset.adding import AddOptions, add_files
+from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.making import current_tables
+from exograv.study.dataset.options import AddOptions
 from exograv.study.measures import stored
 from exograv.study.measures.stored import measure_study
 

@@ -7,8 +7,9 @@ import pytest
 from tests.study.statistics.made_up_touches import GROUPS, made_up_touches
 
 from exograv.errors import ConfigError
-from exograv.study.power.assumptions import PlannedStudy, Price
-from exograv.study.power.curve import CurveOptions, power_study, seats
+from exograv.study.power.assumptions import PlannedStudy
+from exograv.study.power.curve import power_study, seats
+from exograv.study.power.options import CurveOptions, Price
 from exograv.study.power.pilot import read_pilot
 
 ASKED = CurveOptions(n_max=8, studies=1000, seed=1000)

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 from tests.study.statistics.made_up_touches import made_up_touches
 
-from exograv.cli.study.power import Power, run_power
+from exograv.cli.shell.command import act, command_class
+from exograv.cli.study.power import run_power
 from exograv.errors import ConfigError, RecordingError
 from exograv.study.dataset.tables import Tables, frame, write_tables
 from exograv.study.folder.columns import SESSIONS, WINDOWS
@@ -15,6 +16,11 @@ from exograv.study.folder.settings import AS_PUBLISHED, write_settings
 from exograv.study.folder.study_folder import StudyFolder
 
 QUICK: dict[str, Any] = {"n_max": 6, "studies": 500}
+
+
+def planned(**options: Any) -> dict[str, Any]:
+    """Figures of the command."""
+    return act(run_power, command_class(run_power)(**options))
 
 
 def pilot(folder: Path, complete: int = 5) -> Path:
@@ -41,7 +47,7 @@ def pilot(folder: Path, complete: int = 5) -> Path:
 
 
 def test_stated_assumptions_give_the_figures_of_the_contract(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    result = json.loads(json.dumps(run_power(Power(sd=0.25, difference=0.9, seat_cost=6000.0, out=tmp_path, **QUICK))))
+    result = json.loads(json.dumps(planned(sd=0.25, difference=0.9, seat_cost=6000.0, out=tmp_path, **QUICK)))
     assert 4 <= result["n_per_group"]["80"] <= result["n_per_group"]["90"] <= 6
     assert {"n", "power", "width_factor", "p_min", "seats", "cost"} <= set(result["curve"][0])
     assert result["pilot"] is None
@@ -52,11 +58,11 @@ def test_stated_assumptions_give_the_figures_of_the_contract(tmp_path: Path, cap
 
 
 def test_touches_of_windows_that_were_broken_off_are_no_pilot_as_they_are_none_for_the_report(tmp_path: Path):
-    assert run_power(Power(pilot=pilot(tmp_path, 3), out=tmp_path, **QUICK))["pilot"]["touches"] == 6 * 3 * 8
+    assert planned(pilot=pilot(tmp_path, 3), out=tmp_path, **QUICK)["pilot"]["touches"] == 6 * 3 * 8
 
 
 def test_a_pilot_gives_assurance_beside_power_and_is_called_simulated(tmp_path: Path, capsys):
-    result = run_power(Power(pilot=pilot(tmp_path), out=tmp_path, **QUICK))
+    result = planned(pilot=pilot(tmp_path), out=tmp_path, **QUICK)
     assert result["pilot"]["people"] == [3, 3]
     assert all("assurance" in row for row in result["curve"])
     assert result["n_per_group_assurance"].keys() == {"80", "90"}
@@ -65,7 +71,7 @@ def test_a_pilot_gives_assurance_beside_power_and_is_called_simulated(tmp_path: 
 
 
 def test_a_stated_spread_comes_before_the_pilot_s_and_has_no_assurance(tmp_path: Path):
-    result = run_power(Power(pilot=pilot(tmp_path), sd=0.9, out=tmp_path, **QUICK))
+    result = planned(pilot=pilot(tmp_path), sd=0.9, out=tmp_path, **QUICK)
     assert result["assumptions"]["person_sd"] == 0.9
     assert result["n_per_group_assurance"] is None
 
@@ -82,16 +88,16 @@ def test_a_stated_spread_comes_before_the_pilot_s_and_has_no_assurance(tmp_path:
 )
 def test_what_cannot_be_planned_is_refused_with_the_way_on(options: dict, word: str):
     with pytest.raises(ConfigError, match=word):
-        run_power(Power(**options))
+        planned(**options)
 
 
 def test_a_folder_without_tables_is_refused(tmp_path: Path):
     write_settings(StudyFolder(tmp_path), AS_PUBLISHED)
     with pytest.raises(RecordingError, match=r"touches\.parquet cannot be read"):
-        run_power(Power(pilot=tmp_path))
+        planned(pilot=tmp_path)
 
 
 @pytest.mark.parametrize("groups", ["trained", "a,b", "trained,trained", ""])
 def test_groups_that_the_study_does_not_have_are_refused(tmp_path: Path, groups: str):
     with pytest.raises(ConfigError, match=r"two by comma of those in study\.toml: trained, untrained"):
-        run_power(Power(pilot=pilot(tmp_path), groups=groups))
+        planned(pilot=pilot(tmp_path), groups=groups)

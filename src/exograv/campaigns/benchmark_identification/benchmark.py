@@ -13,9 +13,10 @@ from exograv.runtime.processes.process_pool import results_of
 from .bootstrap import RESAMPLES
 from .comparison import paired, parts, ratios, winner
 from .measures import left_over, rounded, row, time_to
-from .options import BenchmarkOptions, machines
+from .options import BenchmarkOptions
 from .runs import MethodRun, RunFile
 from .stream_replay import DURATIONS_S
+from .tasks import machines
 from .work import WearerTask, run_machine
 
 FILE = "benchmark_identification.jsonl"

@@ -9,13 +9,13 @@ from typing import Literal
 from exograv.errors import ConfigError
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, laboratory_at
 from exograv.model.description import RigDescription, load_rig
+from exograv.options import Profile
 from exograv.rig.twin import Disturbances, WearerModel, read_wearer_model
 from exograv.rig.twin.disturbances.levels import MACHINE
 
-ProfileName = Literal["harmonic", "qdd"]
 ArmName = Literal["drawn", "arm26", "rajagopal"]
 
-RIGS: Mapping[ProfileName, str] = MappingProxyType({"harmonic": "recupera_like", "qdd": "recupera_like_qdd"})
+RIGS: Mapping[Profile, str] = MappingProxyType({"harmonic": "recupera_like", "qdd": "recupera_like_qdd"})
 """The same machine on two kinds of drives."""
 
 WEARERS_A_MACHINE = 3
@@ -34,7 +34,7 @@ FOREIGN: tuple[ArmName, ...] = ("arm26", "rajagopal")
 class Case:
     """One wearer in one machine."""
 
-    profile: ProfileName
+    profile: Profile
     level: int
     wearer_seed: int
     machine_seed: int
@@ -90,7 +90,7 @@ class Case:
 
 
 def population(
-    profile: ProfileName,
+    profile: Profile,
     level: int,
     count: int,
     seed_from: int,

@@ -1,64 +1,18 @@
-"""What the benchmark is asked for, checked before its first minute."""
+"""Options of the comparison of identification methods."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, cast, get_args
+from dataclasses import dataclass
+from typing import Annotated, Literal, cast, get_args
+
+import tyro
 
 from exograv.errors import ConfigError
+from exograv.options import Options, Processes, Profile, Within, words
 from exograv.procedures.identification.method_names import MethodName
-from exograv.rig.twin.disturbances.levels import ROWS
 
-from .cases import Case, ProfileName, by_machine, population
-from .streams import MOTION_S
-from .work import WearerTask
-
+MOTION_S = 120.0
 FINALISTS = ("recursive", "gradient", "gradient-full")
 """Flown in closed loop too: ours, and the paper's method with its own model and with ours."""
-
-BreakDown = Literal["without", "only"]
-
-
-@dataclass(frozen=True)
-class BenchmarkOptions:
-    """What the benchmark is asked for."""
-
-    wearers: int = 3
-    """In closed loop."""
-
-    streams: int = 3
-    """In open loop."""
-
-    levels: tuple[int, ...] = (2,)
-    profiles: tuple[ProfileName, ...] = ("harmonic",)
-    methods: tuple[MethodName, ...] = get_args(MethodName)
-    seed_from: int = 0
-    only: str | None = None
-    without: str | None = None
-    never_relaxed: bool = False
-    break_down: BreakDown | None = None
-    """Every disturbance in turn: all others at the level ("without"), or all others at level 0 ("only")."""
-
-    processes: int = 1
-    resume: bool = False
-    seconds: float = MOTION_S
-    """Of motion; tests take less, figures never do."""
-
-    def __post_init__(self):
-        _refuse_numbers(self)
-        if sum(one is not None for one in (self.only, self.without, self.break_down)) > 1:
-            raise ConfigError("--only, --without and --break-down exclude each other; give one of them.")
-        for name, row in (("--only", self.only), ("--without", self.without)):
-            if row is not None and row not in ROWS:
-                raise ConfigError(f"{name} names no disturbance '{row}'; known: {', '.join(ROWS)}.")
-        if self.break_down is not None and self.streams == 0:
-            raise ConfigError("--break-down compares open-loop streams; --streams is 0. Give it 1 or more.")
-        if self.break_down is not None and (self.never_relaxed or len(self.levels) > 1):
-            raise ConfigError("--break-down takes one level and no --never-relaxed. Run it once for each.")
-
-    @property
-    def closed_loop_methods(self) -> tuple[MethodName, ...]:
-        """Those that fly; with `break_down` none, the streams tell."""
-        return tuple(name for name in self.methods if name in FINALISTS and self.break_down is None)
 
 
 def methods_of(text: str) -> tuple[MethodName, ...]:
@@ -70,13 +24,13 @@ def methods_of(text: str) -> tuple[MethodName, ...]:
     return cast(tuple[MethodName, ...], _known(text, "--methods", get_args(MethodName)))
 
 
-def profiles_of(text: str) -> tuple[ProfileName, ...]:
+def profiles_of(text: str) -> tuple[Profile, ...]:
     """Kinds of drive in the same way.
 
     Raises:
         ConfigError: One is unknown, or named twice.
     """
-    return cast(tuple[ProfileName, ...], _known(text, "--profiles", get_args(ProfileName)))
+    return cast(tuple[Profile, ...], _known(text, "--profiles", get_args(Profile)))
 
 
 def levels_of(text: str) -> tuple[int, ...]:
@@ -98,44 +52,77 @@ def _known(text: str, option: str, known: Sequence[str]) -> tuple[str, ...]:
     return given
 
 
-def _refuse_numbers(options: BenchmarkOptions) -> None:
-    for name, value in (("--wearers", options.wearers), ("--streams", options.streams)):
-        if not 0 <= value <= 1000:
-            raise ConfigError(f"{name} is {value}; allowed: 0 to 1000.")
-    if options.wearers + options.streams == 0:
-        raise ConfigError("--wearers and --streams are both 0; nothing would run. Give one of them 1 or more.")
-    if options.seed_from < 0:
-        raise ConfigError(
-            f"--seed-from is {options.seed_from}; allowed: 0 and above. Tune from 1000 on, report from 0."
-        )
-    if not 1 <= options.processes <= 64:
-        raise ConfigError(f"--processes is {options.processes}; allowed: 1 to 64.")
+@dataclass(frozen=True)
+class BenchmarkOptions(Options):
+    """Options of `exograv benchmark-identification`."""
+
+    wearers: Annotated[int, Within(0, 1000)] = 3
+    """Wearers in closed loop, where the estimate drives the arm (finalists only)."""
+
+    streams: Annotated[int, Within(0, 1000)] = 3
+    """Recorded streams that every method meets alike."""
+
+    levels: Annotated[tuple[int, ...], words(levels_of)] = (2,)
+    """Disturbance levels by commas, 0 (none) to 4 (a bad day)."""
+
+    profiles: Annotated[tuple[Profile, ...], words(profiles_of)] = ("harmonic",)
+    """Kinds of drive by commas: harmonic, qdd."""
+
+    methods: Annotated[tuple[MethodName, ...], words(methods_of)] = get_args(MethodName)
+    """Methods by commas; all if absent."""
+
+    seed_from: Annotated[int | None, Within(0, allowed="0 and above. Tune from 1000 on, report from 0.")] = None
+    """Seed of the first wearer, `--seed` if absent; the others follow it. Tune from 1000 on, report from 0."""
+
+    only: str | None = None
+    """One disturbance at the level, all others at level 0."""
+
+    without: str | None = None
+    """One disturbance switched off."""
+
+    never_relaxed: bool = False
+    """Wearers who never let go: their muscles stir as at level 4, all else stays at the level."""
+
+    break_down: Literal["without", "only"] | None = None
+    """Every disturbance in turn switched off, or alone: what the remainder is made of. Open loop only."""
+
+    processes: Processes = 1
+    """At the same time; update times are fair only with a free core for each."""
+
+    resume: bool = False
+    """Go on with the runs in the folder of `--out`."""
+
+    seconds: tyro.conf.Fixed[float] = MOTION_S
+    """Of motion; tests take less, figures never do."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.wearers + self.streams == 0:
+            raise ConfigError("--wearers and --streams are both 0; nothing would run. Give one of them 1 or more.")
+        if sum(one is not None for one in (self.only, self.without, self.break_down)) > 1:
+            raise ConfigError("--only, --without and --break-down exclude each other; give one of them.")
+        _refuse_unknown_rows(self)
+        if self.break_down is not None and self.streams == 0:
+            raise ConfigError("--break-down compares open-loop streams; --streams is 0. Give it 1 or more.")
+        if self.break_down is not None and (self.never_relaxed or len(self.levels) > 1):
+            raise ConfigError("--break-down takes one level and no --never-relaxed. Run it once for each.")
+
+    @property
+    def first_seed(self) -> int:
+        """Seed of the first wearer."""
+        return self.seed_from or 0
+
+    @property
+    def closed_loop_methods(self) -> tuple[MethodName, ...]:
+        """Those that fly; with `break_down` none, the streams tell."""
+        return tuple(name for name in self.methods if name in FINALISTS and self.break_down is None)
 
 
-def machines(options: BenchmarkOptions) -> list[list[WearerTask]]:
-    """Everything to be run, the wearers of one machine together."""
-    cases = [
-        case for level in options.levels for profile in options.profiles for case in _cases(options, level, profile)
-    ]
-    return [[_task(options, case) for case in group] for group in by_machine(cases)]
+def _refuse_unknown_rows(options: BenchmarkOptions) -> None:
+    if (options.only, options.without) == (None, None):
+        return
+    from exograv.rig.twin.disturbances.levels import ROWS  # loads the twin
 
-
-def _cases(options: BenchmarkOptions, level: int, profile: ProfileName) -> list[Case]:
-    kind = options.break_down
-    count = options.streams if kind else max(options.wearers, options.streams)
-    more = options.only, options.without, options.never_relaxed
-    whole = population(profile, level, count, options.seed_from, *more)
-    if kind is None:
-        return whole
-    # One alone is told from none, one off from all.
-    reference = whole if kind == "without" else population(profile, 0, count, options.seed_from)
-    return [*reference, *(replace(case, **{kind: row}) for row in ROWS for case in whole)]
-
-
-def _task(options: BenchmarkOptions, case: Case) -> WearerTask:
-    k = case.wearer_seed - options.seed_from
-    return WearerTask(
-        case,
-        options.methods if k < options.streams else (),
-        options.closed_loop_methods if k < options.wearers else (),
-    )
+    for name, row in (("--only", options.only), ("--without", options.without)):
+        if row is not None and row not in ROWS:
+            raise ConfigError(f"{name} names no disturbance '{row}'; known: {', '.join(ROWS)}.")

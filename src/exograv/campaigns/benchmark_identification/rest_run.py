@@ -6,8 +6,9 @@ from exograv.identification.core.interface import Estimate, Method, RestingMetho
 from exograv.loop.pilot import Progress
 from exograv.procedures.identification.resting_poses import rest_first
 
+from .options import MOTION_S
 from .stream_replay import NOTE_S
-from .streams import MOTION_S, Calibrated
+from .streams import Calibrated
 from .wearer_judge import WearerJudge
 
 

@@ -20,8 +20,8 @@ from exograv.procedures.identification.identify import identification_motion
 from exograv.rig.twin import draw_machine
 
 from .cases import Case
+from .options import MOTION_S
 
-MOTION_S = 120.0
 DONNING_S = 300.0
 """Machine time from one wearer to the next, in which the machine warms up [s]."""
 

@@ -13,7 +13,6 @@ from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.laboratory.cooperative_wearer import cooperative_machine
-from exograv.laboratory.drive_sim import Bus
 from exograv.live.live_control import LivePlan
 from exograv.loop.pilot import Progress
 from exograv.runtime.processes.process_pool import ProcessPool, Tell, in_order
@@ -25,6 +24,7 @@ from .fault_participants import load_participant, prepare_participant
 from .fault_plant import FaultParticipant, PlantSource
 from .fault_table import FAULTS, Fault
 from .figures import figures_of, told, with_strikes
+from .options import FaultOptions
 from .process_faults import strike
 from .scenario import THE_TWIN, Scenario, ScenarioVerdict, fly, is_bad, names_of, shrunk
 
@@ -36,47 +36,13 @@ LOST = (
     "kept with --out: go on with --resume, and with fewer --processes."
 )
 
-STRIKES_MAX = 60
-"""Of each kind; a live run lasts at most two hours."""
-
 
 @dataclass(frozen=True)
-class Campaign:
-    """What `exograv faults` is asked for."""
-
-    scenarios: int = 200
-    seed: int = 0
-    level: int = 2
-    persons: int = 2
-    processes: int | None = None
-    strikes: int = 1
-    """How often each process of a live run is struck for real, after the scenarios."""
-
-    replay: str | None = None
-    """One scenario in place of all: "NUMBER:FAULT+FAULT"."""
-
-    through: Bus | None = None
-    """The bus of simulated drives in another process, with our driver before them; the twin itself if absent."""
+class Campaign(FaultOptions):
+    """Scenarios of `exograv faults`, and the folder that keeps their verdicts."""
 
     out: Path | None = None
     """Folder in which verdicts are kept as they are reached; they are not if absent."""
-
-    resume: bool = False
-    """Go on with the verdicts in that folder."""
-
-    def __post_init__(self):
-        if self.scenarios < 1:
-            raise ConfigError(f"--scenarios is {self.scenarios}; allowed: 1 and above.")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if not 0 <= self.strikes <= STRIKES_MAX:
-            raise ConfigError(f"--strikes is {self.strikes}; allowed: 0 (none) to {STRIKES_MAX}.")
-        if self.persons < 1:
-            raise ConfigError(f"--persons is {self.persons}; allowed: 1 and above.")
-        if self.processes is not None and self.processes < 1:
-            raise ConfigError(f"--processes is {self.processes}; allowed: 1 and above.")
 
     def replayed(self) -> Scenario:
         """The one that is asked for.

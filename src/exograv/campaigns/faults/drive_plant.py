@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import RigError
-from exograv.laboratory.drive_sim import Bus
+from exograv.options import Bus
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.opening import DrivenRig, open_drives
 from exograv.rig.drives.settings import Drives, load_drives

@@ -10,7 +10,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from exograv.laboratory.drive_sim import Bus, Device, front_end
+from exograv.laboratory.drive_sim import Device, front_end
+from exograv.options import Bus
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated import Plant
 from exograv.rig.drives.simulated.bench import SimulatedBench

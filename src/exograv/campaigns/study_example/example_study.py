@@ -11,14 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from exograv.errors import ConfigError, RecordingError
+from exograv.errors import RecordingError
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.pilot import Progress
 from exograv.runtime.processes.process_pool import Tell, in_order, results_of
-from exograv.study.dataset.adding import AddOptions, add_files, worst
+from exograv.study.dataset.adding import add_files, worst
 from exograv.study.dataset.beginning import begin_study
+from exograv.study.dataset.options import AddOptions
 from exograv.study.folder.settings import AS_PUBLISHED, StudySettings
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.codes import draw_code
@@ -27,6 +28,7 @@ from exograv.task.plan import TaskPlan
 from exograv.task.protocol import LoadedProtocol, load_protocol
 
 from .arm_tables import arm_tables
+from .options import ExampleOptions
 from .pointer import Pointer
 from .session_file import ExampleSession
 
@@ -35,40 +37,9 @@ LEVEL = 2
 GROUPS = {"trained": "training", "untrained": "familiarisation"}
 """What a group does before the flight."""
 
-PARTICIPANTS_MAX, SESSIONS_MAX = 100, 99
-
 LOST = (
     "A process that simulates sessions was ended from outside, perhaps because memory ran out. Begin in another folder."
 )
-
-
-@dataclass(frozen=True)
-class ExampleOptions:
-    """What is asked for."""
-
-    participants: tuple[int, int] = (3, 3)
-    """Trained, untrained."""
-
-    sessions: tuple[int, int] = (16, 4)
-    """Before the flight, of each."""
-
-    seed: int = 0
-
-    def __post_init__(self):
-        """Refuse what cannot be.
-
-        Raises:
-            ConfigError: Names the option.
-        """
-        for name, pair, low, high in (
-            ("participants", self.participants, 0, PARTICIPANTS_MAX),
-            ("sessions", self.sessions, 0, SESSIONS_MAX),
-        ):
-            if len(pair) != 2 or not all(low <= value <= high for value in pair):
-                given = ",".join(str(value) for value in pair)
-                raise ConfigError(f"--{name} is {given}; give two numbers, trained and untrained: {low} to {high}.")
-        if sum(self.participants) == 0:
-            raise ConfigError("--participants is 0,0; a study has somebody in it.")
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, field_validator
 
+from exograv.campaigns.virtual_study.careers import Career
 from exograv.campaigns.virtual_study.conditions import condition_of
 from exograv.campaigns.virtual_study.flight import FAMILIARISED
-from exograv.campaigns.virtual_study.options import Career, StudyOptions
+from exograv.campaigns.virtual_study.options import StudyOptions
 from exograv.campaigns.virtual_study.participants import simulate_participant
 from exograv.campaigns.virtual_study.transfer import constant_error_mm, first_touch_mm
 from exograv.errors import ConfigError, IdentificationError

@@ -3,63 +3,20 @@
 import time
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from exograv.errors import ConfigError
 from exograv.loop.pilot import Progress
 
-from .process_runner import OnProcesses
-from .runner import LOSSES_MAX, Finished, InThisProcess, Lost, Runner
+from .options import SweepOptions
+from .runner import LOSSES_MAX, Finished, Lost, Runner
 from .store import Store
 from .study_file import Study
 from .task import Result, TaskBatch
 
-WORKERS_MAX = 1024
 FLUSH_S = 5.0
 """Results are kept at least so often: each part file is forced to the disk."""
-
-
-@dataclass(frozen=True)
-class SweepOptions:
-    """Who works, and on what share of it."""
-
-    workers: int = 1
-    scheduler: str | None = None
-    part: str | None = None
-    """ "K/N": only every N-th batch, for jobs that know nothing of each other."""
-
-    def __post_init__(self):
-        if not 1 <= self.workers <= WORKERS_MAX:
-            raise ConfigError(f"--workers is {self.workers}; allowed: 1 to {WORKERS_MAX}.")
-        if self.scheduler is not None and self.workers != 1:
-            raise ConfigError("--scheduler and --workers exclude each other: the cluster's workers do the tasks.")
-        _ = self.share
-
-    @property
-    def share(self) -> tuple[int, int]:
-        """Which one of how many.
-
-        Raises:
-            ConfigError: It is none.
-        """
-        k, _, n = (self.part or "1/1").partition("/")
-        if not (k.isdecimal() and n.isdecimal() and 1 <= int(k) <= int(n)):
-            raise ConfigError(f"--part is '{self.part}'; allowed: K/N with K from 1 to N, such as 3/100.")
-        return int(k) - 1, int(n)
-
-    def runner(self) -> Runner:
-        """Who does it.
-
-        Raises:
-            ConfigError: There is no such cluster, or it cannot be used.
-        """
-        if self.scheduler is not None:
-            from .dask_runner import OnDask  # of the extra `cluster`
-
-            return OnDask(self.scheduler)
-        return InThisProcess() if self.workers == 1 else OnProcesses(self.workers)
 
 
 class SweepRun:

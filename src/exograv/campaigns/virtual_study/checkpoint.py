@@ -10,8 +10,9 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.files import write_whole
 from exograv.runtime.processes.process_pool import Tell, results_of
 
+from .careers import Career
 from .flight import flight_of
-from .options import Career, StudyOptions
+from .options import StudyOptions
 from .participants import ParticipantResult, simulate_participant
 
 TOLD_EVERY = 0.01

@@ -1,96 +1,71 @@
-"""What a virtual study is asked for, and who does what in it."""
+"""Options of a virtual study."""
 
-import re
-from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
+import tyro
 
-from exograv.campaigns.study_example.example_study import ExampleOptions
+from exograv.campaigns.study_example.options import ExampleOptions
 from exograv.errors import ConfigError
-from exograv.laboratory.participant.habits import Habits, with_constants
-from exograv.task.protocol import load_protocol
+from exograv.options import AnySeed, Level, NamedNumbers, Options, Processes, pair, words
 
-from .conditions import Condition, condition_of
-from .flight import FAMILIARISED, Group
+if TYPE_CHECKING:
+    from exograv.laboratory.participant.habits import Habits
 
-LEVEL_MAX = 4
-COMPARED = (4, 1)
-"""Sessions before flights that only compare conditions: trainings, familiarisations; so many suffice."""
+    from .conditions import Condition
 
 PROTOCOLS = ("training", "familiarisation", "flight")
 
 
-@dataclass(frozen=True)
-class Career:
-    """One person from the first session to the last flight, in one condition."""
-
-    person: int
-    seed: int
-    condition: Condition | None
-    """None: familiarisation only."""
-
-    sessions: int
-    flights: tuple[tuple[int, Group], ...]
-    """After which sessions it flies, and for what; each flight from what was learned until then."""
-
-    code: str | None = None
-    """In the study's folder, where its recordings go; nothing is recorded without."""
-
-    @property
-    def condition_name(self) -> str:
-        """As flights have it."""
-        return FAMILIARISED if self.condition is None else self.condition.name
-
-    @property
-    def name(self) -> str:
-        """Of the file that keeps what came out."""
-        group = "" if self.code is None else "-study"
-        return re.sub(r"[^A-Za-z0-9.]+", "-", f"V{self.person:02d}-{self.condition_name}{group}")
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 @dataclass(frozen=True)
-class StudyOptions:
-    """What `exograv simulate-study` is asked for."""
+class StudyOptions(Options):
+    """Options of `exograv simulate-study` that its figures depend on."""
 
-    participants: tuple[int, int] = (3, 3)
-    """Trained, untrained."""
+    participants: Annotated[tuple[int, int], pair("--participants")] = (3, 3)
+    """Trained and untrained."""
 
-    sessions: tuple[int, int] = (16, 4)
-    """Before the flight, of each."""
+    sessions: Annotated[tuple[int, int], pair("--sessions")] = (16, 4)
+    """Of each before the flight: trainings, familiarisations."""
 
-    conditions: tuple[str, ...] = ("dam",)
-    """The trained group trains in the first; all are compared in the same people."""
+    conditions: Annotated[tuple[str, ...], words(_names)] = ("dam",)
+    """By commas; the trained group has the first. table, gcm, gradient, dam, ideal, water, parabolic; with a machine
+    also @quasi-direct, +left=0.2 (share of the weight left on purpose), +friction=2 (over the machine's own)."""
 
-    compared: tuple[int, int] = COMPARED
-    """Sessions before flights that compare conditions; never more than `sessions`."""
+    compared: Annotated[tuple[int, int], pair("--compared")] = (4, 1)
+    """Sessions before flights that only compare conditions, at most."""
 
-    seed: int = 0
-    level: int = 2
-    """Of the twin's disturbances."""
+    seed: AnySeed = 0
+    level: Level = 2
 
-    windows: int | None = None
-    """So many of each protocol's, to try it; all where absent."""
+    windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
+    """Only so many of each protocol, to try it."""
 
-    flight_windows: int | None = None
-    """So many of the flight's, which is long enough for what is left in the first; as `windows` where absent."""
+    flight_windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
+    """Only so many of the flight's: one is enough for transfer. As --windows where absent."""
 
-    constants: Mapping[str, float] = field(default_factory=dict)
-    """Of the virtual participants, changed."""
+    constants: NamedNumbers = field(default_factory=dict)
+    """NAME=VALUE of the virtual participants (docs/virtual_participant.md), such as width=0.1."""
 
     def __post_init__(self):
-        """Refuse what cannot be.
+        """Check the study.
 
         Raises:
             ConfigError: Names the option.
         """
+        from exograv.task.protocol import load_protocol
+
+        from .conditions import condition_of
+
         ExampleOptions(self.participants, self.sessions, self.seed)  # the same two pairs
+        super().__post_init__()
         if self.participants[0] == 0:
             raise ConfigError("--participants begins with 0; somebody has to train. Give 1 or more, as in 3,3.")
         if len(self.compared) != 2 or not all(0 <= value <= 99 for value in self.compared):
             raise ConfigError("--compared takes two numbers of 0 to 99, trainings and familiarisations, as 4,1.")
-        if not 0 <= self.level <= LEVEL_MAX:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 to {LEVEL_MAX}.")
         for option, count in (("--windows", self.windows), ("--flight-windows", self.flight_windows)):
             most = min(load_protocol(name).settings.windows.count for name in PROTOCOLS)
             if count is not None and not 1 <= count <= most:
@@ -108,33 +83,32 @@ class StudyOptions:
         _ = self.habits
 
     @property
-    def main(self) -> Condition:
+    def main(self) -> "Condition":
         """Of the trained group."""
+        from .conditions import condition_of
+
         return condition_of(self.conditions[0])
 
     @property
-    def habits(self) -> Habits:
+    def habits(self) -> "Habits":
         """Of everybody."""
+        from exograv.laboratory.participant.habits import with_constants
+
         return with_constants(self.constants)
 
 
-def careers(options: StudyOptions, codes: tuple[str, ...]) -> list[Career]:
-    """Everybody's, longest first: the main study, then the same trained people in every other way."""
-    trained, untrained = options.participants
-    seeds = np.random.default_rng([options.seed, 43]).integers(1000, 2**31, trained + untrained).tolist()
-    sessions, familiarisations = options.sessions
-    few, fewer = (min(a, b) for a, b in zip(options.compared, options.sessions, strict=True))
-    found = list[Career]()
-    for person in range(trained + untrained):
-        is_trained = person < trained
-        last = sessions if is_trained else familiarisations
-        flights: list[tuple[int, Group]] = [(last, "trained" if is_trained else "untrained")]
-        if is_trained and few != last:
-            flights.insert(0, (few, "comparison"))
-        condition = options.main if is_trained else None
-        found.append(Career(person, seeds[person], condition, last, tuple(flights), codes[person]))
-    for text in options.conditions[1:]:
-        condition = condition_of(text)
-        found += [Career(k, seeds[k], condition, few, ((few, "comparison"),)) for k in range(trained)]
-    found += [Career(k, seeds[k], None, fewer, ((fewer, "comparison"),)) for k in range(trained)]
-    return found
+@dataclass(frozen=True)
+class WorkOptions(Options):
+    """Options of `exograv simulate-study` that say how it is computed."""
+
+    processes: Processes = 2
+    """At the same time; figures do not depend on it."""
+
+    resume: bool = False
+    """Go on with the study in the folder of `--out`."""
+
+    sensitivity: bool = False
+    """Sweep every constant of the virtual people that no source was read for, too: transfer at its low and high end."""
+
+    ablate: bool = False
+    """Fly all conditions with one mechanism of the virtual people off at a time, too: from which transfer comes."""

@@ -15,7 +15,8 @@ from exograv.study.folder.settings import AS_PUBLISHED, Expected, StudySettings
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.register import new_participant
 
-from .options import Career, StudyOptions
+from .careers import Career
+from .options import StudyOptions
 
 SETTINGS, CAREERS, SWEEP, RECORDINGS, STUDY = "simulate_study.json", "careers", "sweep", ".recordings", "study"
 

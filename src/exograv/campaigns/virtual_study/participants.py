@@ -18,8 +18,9 @@ from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.plan import TaskPlan
 from exograv.task.protocol import LoadedProtocol, first_windows, load_protocol
 
+from .careers import Career
 from .flight import Group, VirtualFlight
-from .options import Career, StudyOptions
+from .options import StudyOptions
 from .session_setup import (
     SessionSetup,
     TrainingKnowledge,

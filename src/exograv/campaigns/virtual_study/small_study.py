@@ -4,9 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from .careers import Career, careers
 from .checkpoint import CareerJob, lived_of
 from .flight import VirtualFlight
-from .options import Career, StudyOptions, careers
+from .options import StudyOptions
 
 SESSIONS, WINDOWS, FLIGHT_WINDOWS = 1, 3, 1
 """All that transfer takes."""

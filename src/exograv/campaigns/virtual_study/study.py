@@ -4,7 +4,7 @@ import os
 import random
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +12,17 @@ from exograv import __version__
 from exograv.errors import RecordingError
 from exograv.loop.pilot import Progress
 from exograv.report.study_report.report import write_study_report
-from exograv.study.dataset.adding import AddOptions, add_files, worst
+from exograv.study.dataset.adding import add_files, worst
+from exograv.study.dataset.options import AddOptions
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.codes import draw_code
 
 from .ablation import Ablated, ablation
+from .careers import Career, careers
 from .checkpoint import CareerJob, lived_of
 from .figure_sensitivity import Swept
 from .flight import VirtualFlight
-from .options import Career, StudyOptions, careers
+from .options import StudyOptions, WorkOptions
 from .out_folder import CAREERS, RECORDINGS, STUDY, SWEEP, out_folder
 from .outcome import NO_EVIDENCE, outcome_of
 from .page import Content, write_virtual_page
@@ -32,17 +34,10 @@ Result = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Work:
-    """Where and how it is done."""
+class Work(WorkOptions):
+    """Way in which a study is computed, and its place."""
 
-    folder: Path
-    processes: int
-    resume: bool
-    sensitivity: bool = False
-    """Whether every constant of the virtual person is swept, too."""
-
-    ablate: bool = False
-    """Whether its mechanisms are put out of action one at a time, too."""
+    folder: Path = field(kw_only=True)
 
 
 def simulate_study(

@@ -1,41 +1,18 @@
 """`exograv check-rig`."""
 
-from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
-
-import tyro
+from typing import Any
 
 from exograv.cli.shell.base_options import Common
+from exograv.procedures.machine_tools.options import CheckOptions
 
 
-@dataclass(frozen=True)
-class CheckRig(Common):
+def run_check_rig(options: CheckOptions, common: Common) -> dict[str, Any]:
     """Say what a machine's folder lacks, what its cuffs hold, how far it reaches and whom it can carry."""
-
-    rig: Annotated[str, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Folder with a rig.toml, or name of a machine (see `exograv rigs`)."""
-
-    side: Literal["right", "left", "both"] | None = None
-    """Arm that is put in; the machine's first if none is named."""
-
-    height_m: float = 1.75
-    """Of the wearer whose arm is put in [m]."""
-
-    mass_kg: float = 75.0
-    """Of the wearer [kg]."""
-
-    sex: Literal["male", "female"] = "male"
-    """Of the wearer: which table the arm is taken from."""
-
-
-def run_check_rig(command: CheckRig) -> dict[str, Any]:
-    """Examine and show; `ok` is false where problems remain."""
     from exograv.cli.shell.terminal import bars
-    from exograv.procedures.machine_tools.check_rig import CheckOptions, check_rig
+    from exograv.procedures.machine_tools.check_rig import check_rig
 
-    options = CheckOptions(command.rig, command.side, command.height_m, command.mass_kg, command.sex)
     with bars() as progress:
-        result = check_rig(options, command.out, progress)
+        result = check_rig(options, common.out, progress)
     _show(result)
     return result
 

@@ -1,70 +1,22 @@
 """`exograv design-motion`."""
 
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal
-
-import tyro
+from typing import Any
 
 from exograv.cli.shell.base_options import Common
+from exograv.procedures.machine_tools.options import DesignOptions
 
 
-@dataclass(frozen=True)
-class DesignMotion(Common):
+def run_design_motion(options: DesignOptions, common: Common) -> dict[str, Any]:
     """Design the motion that tells most about an arm in a machine, and print the block for its rig.toml."""
-
-    rig: Annotated[str, tyro.conf.Positional] = "recupera_like"
-    """Name of a machine (see `exograv rigs`) or path of its folder."""
-
-    side: Literal["right", "left", "both"] | None = None
-    """Arm; the machine's first if none is named."""
-
-    height_m: float = 1.70
-    """Of the person it is designed for [m]."""
-
-    mass_kg: float = 70.0
-    """Of that person [kg]."""
-
-    sex: Literal["female", "male"] = "female"
-    """By which table."""
-
-    seconds: float = 300.0
-    """How long to search [s]; what is not reached by then is left out, and the result may differ between computers."""
-
-    period_s: float = 30.0
-    """After which the motion repeats itself [s]."""
-
-    harmonics: int = 8
-    """Of that period."""
-
-    starts: int = 4
-    """Random starts beside the machine's present motion: loops, and motions that come back the way they went."""
-
-
-def run_design_motion(command: DesignMotion) -> dict[str, Any]:
-    """Design it, draw it, print the block."""
     from exograv.cli.shell.terminal import bars
-    from exograv.procedures.machine_tools.design_motion import DesignOptions, design_motion, excitation_text
+    from exograv.procedures.machine_tools.design_motion import design_motion, excitation_text
     from exograv.report.figures.excitation import write_picture
 
-    options = DesignOptions(
-        command.rig,
-        command.side,
-        command.height_m,
-        command.mass_kg,
-        command.sex,
-        command.seconds,
-        command.period_s,
-        command.harmonics,
-        command.starts,
-        seed=command.seed,
-    )
     with bars() as progress:
         designed = design_motion(options, progress)
-    result = designed.figures
-    path = designed.path
-    picture = write_picture(
-        command.out / "motion.svg", tuple(result["joints"]), path.q, path.dt, designed.limits_deg
-    )  # fmt: skip
+    result, path = designed.figures, designed.path
+    file = common.out / "motion.svg"
+    picture = write_picture(file, tuple(result["joints"]), path.q, path.dt, designed.limits_deg)
     print(excitation_text(result["excitation"]))
     show_design(result)
     print(f"Picture of one period: {picture}")

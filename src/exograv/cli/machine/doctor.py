@@ -7,15 +7,15 @@ from exograv.cli.shell.base_options import Common
 
 
 @dataclass(frozen=True)
-class Doctor(Common):
-    """Say whether this computer has what exograv needs, and how fast its loop is here."""
+class Doctor:
+    """Options of `exograv doctor`."""
 
     loop: float | None = None
     """Also run the live loop for so long [s], half of it with real-time rights: may a worn machine hang on it?"""
 
 
-def run_doctor(command: Doctor) -> dict[str, Any]:
-    """Examine and show."""
+def run_doctor(command: Doctor, common: Common) -> dict[str, Any]:
+    """Say whether this computer has what exograv needs, and how fast its loop is here."""
     from exograv.cli.shell.terminal import bars, show_doctor, show_loop
     from exograv.procedures.self_test.loop_timing import loop_test, refuse_unusable
 
@@ -23,7 +23,7 @@ def run_doctor(command: Doctor) -> dict[str, Any]:
 
     if command.loop is not None:
         refuse_unusable(command.loop)
-    result = examine_computer(command.out)
+    result = examine_computer(common.out)
     show_doctor(result)
     if command.loop is not None and has_all_it_needs(result):
         with bars() as progress:

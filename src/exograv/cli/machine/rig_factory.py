@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from exograv.live.live_processes import Running
     from exograv.live.on_drives.connection import DrivesAsked, Say
     from exograv.loop.pilot import Progress
-    from exograv.model.description import RigDescription, Side
+    from exograv.model.description import RigDescription
+    from exograv.options import Side
     from exograv.procedures.calibration.calibrate_command import CalibrateOptions, EmptyMachine, TruthAt
     from exograv.procedures.identification.simulated_wearer import SimulatedWearer
     from exograv.procedures.self_test.self_test_command import MachineUnderTest, SelfTestOptions

@@ -1,18 +1,10 @@
 """`exograv rigs`."""
 
-from dataclasses import dataclass
 from typing import Any
 
-from exograv.cli.shell.base_options import Common
 
-
-@dataclass(frozen=True)
-class Rigs(Common):
+def run_rigs() -> dict[str, Any]:
     """List the machines that come with exograv."""
-
-
-def run_rigs(_command: Rigs) -> dict[str, Any]:
-    """List them."""
     from exograv.model.description import load_rig, rig_names
 
     rows = []

@@ -9,8 +9,8 @@ from exograv.cli.shell.base_options import Common
 
 
 @dataclass(frozen=True)
-class Aircraft(Common):
-    """The live data of an aircraft in parabolic flight: hear them, or send such data on the ground."""
+class Aircraft:
+    """Options of `exograv aircraft`."""
 
     what: tyro.conf.Positional[Literal["listen", "emulate"]] = "listen"
     """Hear what is sent and say when windows open; or send an emulated flight."""
@@ -46,8 +46,8 @@ class Aircraft(Common):
     """Mean delay of its datagrams."""
 
 
-def run_aircraft_command(command: Aircraft) -> dict[str, Any]:
-    """Listen or emulate."""
+def run_aircraft_command(command: Aircraft, common: Common) -> dict[str, Any]:
+    """The live data of an aircraft in parabolic flight: hear them, or send such data on the ground."""
     from pydantic import ValidationError
 
     from exograv.errors import ConfigError
@@ -74,7 +74,7 @@ def run_aircraft_command(command: Aircraft) -> dict[str, Any]:
             f"The emulated flight cannot be: {validation_sentences(error)} Correct the option."
         ) from error
     try:
-        sent = emulate(Emulation(profile, network, command.host, command.port, command.speed, command.seed), say)
+        sent = emulate(Emulation(profile, network, command.host, command.port, command.speed, common.seed), say)
     except KeyboardInterrupt:
         say("Ended by the keyboard.")
         return {"sent": None}

@@ -2,31 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
 
 
 @dataclass(frozen=True)
-class Guided(Common):
-    """What they take."""
-
-    simulate: bool = False
-    """On the twin; nothing else is led yet."""
-
-    rig: str = "recupera_like_qdd"
-    """Name of a machine (see `exograv rigs`) or path of its folder."""
-
-    side: Literal["right", "left", "both"] | None = None
-    """Arm; the machine's first if none is named."""
-
-    level: int = 2
-    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
-
-
-@dataclass(frozen=True)
-class Teach(Guided):
-    """The arm floats, a therapist leads it once, and where it went is kept as a path, checked and slow enough."""
+class NewPath:
+    """Path that is taught."""
 
     path: Path = Path("out/path.toml")
     """File for the path."""
@@ -36,8 +20,8 @@ class Teach(Guided):
 
 
 @dataclass(frozen=True)
-class Repeat(Guided):
-    """The machine leads the weightless arm along a taught path, and lets go of whoever holds against it."""
+class TaughtPath:
+    """Path that is repeated."""
 
     path: Path = Path("out/path.toml")
     """File of `exograv teach`."""
@@ -45,88 +29,41 @@ class Repeat(Guided):
     code: str | None = None
     """The participant's code, where the path was taught with one; a path of somebody else is refused."""
 
-    speed: float = 1.0
-    """Share of the path's own speed, 0.1 to 1."""
 
-    repetitions: int = 1
-    """How often."""
-
-    person: Literal["relaxed", "pauses", "overrules", "lets-go"] = "relaxed"
-    """What the simulated person does: nothing, hold the arm for two seconds, hold it, or ask to be let go."""
-
-
-@dataclass(frozen=True)
-class Mirror(Guided):
-    """In a machine for both arms the sound one leads, and the other is led along its mirror image."""
-
-    rig: str = "recupera_like_dual"
-    """Name of a machine for both arms, or path of its folder."""
-
-    lead: Literal["right", "left"] = "right"
-    """The sound arm."""
-
-    seconds: float = 20.0
-    """From when the other arm is taken hold of [s]."""
-
-    person: Literal["relaxed", "overrules", "lets-go"] = "relaxed"
-    """What the simulated person does: nothing, hold the led arm, or ask to be let go."""
-
-
-def run_teach_command(command: Teach) -> dict[str, Any]:
-    """Run it and say what was kept."""
+def run_teach_command(options: GuidedOptions, new: NewPath, common: Common) -> dict[str, Any]:
+    """The arm floats, a therapist leads it once, and where it went is kept as a path, checked and slow enough."""
     from exograv.cli.shell.terminal import bars
-    from exograv.laboratory.guided.guided_command import GuidedOptions, run_teach
+    from exograv.laboratory.guided.guided_command import run_teach
 
-    options = GuidedOptions(command.rig, command.side, command.level, command.seed, command.simulate)
-    code = _code(command.code) or ""
-    refuse_unwritable(command.path, "--path")
+    code = _code(new.code) or ""
+    refuse_unwritable(new.path, "--path")
     with bars() as progress:
-        result = run_teach(options, command.path, code, command.out, progress)
+        result = run_teach(options, new.path, code, common.out, progress)
     slower = f", {result['stretched']:.1f} times slower than it was led" if result["stretched"] > 1.0 else ""
     print(f"A path of {result['seconds']:.1f} s{slower}: {result['path']}")
     print("Repeat it with: exograv repeat --simulate --path", result["path"])
     return result
 
 
-def run_repeat_command(command: Repeat) -> dict[str, Any]:
-    """Run it and say how it went."""
+def run_repeat_command(options: RepeatOptions, taught: TaughtPath, common: Common) -> dict[str, Any]:
+    """The machine leads the weightless arm along a taught path, and lets go of whoever holds against it."""
     from exograv.cli.shell.terminal import bars
-    from exograv.laboratory.guided.guided_command import RepeatOptions, run_repeat
+    from exograv.laboratory.guided.guided_command import run_repeat
 
-    options = RepeatOptions(
-        command.rig,
-        command.side,
-        command.level,
-        command.seed,
-        command.simulate,
-        command.speed,
-        command.repetitions,
-        command.person,
-    )
     with bars() as progress:
-        result = run_repeat(options, command.path, _code(command.code), command.out, progress)
-    print(f"{result['outcome']} Repetitions to the end: {result['repetitions']} of {command.repetitions}.")
+        result = run_repeat(options, taught.path, _code(taught.code), common.out, progress)
+    print(f"{result['outcome']} Repetitions to the end: {result['repetitions']} of {options.repetitions}.")
     say_followed(result)
     return result
 
 
-def run_mirror_command(command: Mirror) -> dict[str, Any]:
-    """Run it and say how it went."""
+def run_mirror_command(options: MirrorOptions, common: Common) -> dict[str, Any]:
+    """In a machine for both arms the sound one leads, and the other is led along its mirror image."""
     from exograv.cli.shell.terminal import bars
-    from exograv.laboratory.guided.mirror_command import MirrorOptions, run_mirror
+    from exograv.laboratory.guided.mirror_command import run_mirror
 
-    options = MirrorOptions(
-        command.rig,
-        command.side,
-        command.level,
-        command.seed,
-        command.simulate,
-        command.lead,
-        command.seconds,
-        command.person,
-    )
     with bars() as progress:
-        result = run_mirror(options, command.out, progress)
+        result = run_mirror(options, common.out, progress)
     print(result["outcome"])
     if result["late_s"] is not None:
         print(f"It followed {result['late_s']:.2f} s late; against then off by {max(result['late_rms_deg']):.1f}° RMS.")

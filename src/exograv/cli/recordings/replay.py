@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import tyro
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.loop.replay.options import InsteadOptions
 
 TITLE = "Commanded torque, replayed minus recorded: RMS (largest) [N·m]"
 
@@ -15,39 +16,26 @@ ROOM_FOR_JOINT = 12
 
 
 @dataclass(frozen=True)
-class Replay(Common):
-    """Let control and guard decide once more on what a recording measured; exit status 1 where they decide otherwise.
-
-    With another person, calibration, gravity level or machine: how the torque would have differed.
-    """
+class Recording:
+    """Recording that is replayed."""
 
     file: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Recording of `exograv demo`, `identify` or `live`."""
 
-    person: Path | None = None
-    """What if: the arm in this participant's file from the first tick on, in place of what was identified."""
 
-    calibration: Path | None = None
-    """What if: the machine as in this calibration, its friction for the identified one; the arm as recorded."""
+def run_replay_command(recording: Recording, options: InsteadOptions, common: Common) -> dict[str, Any]:
+    """Let control and guard decide once more on what a recording measured; exit status 1 where they decide otherwise.
 
-    gravity_level: float | None = None
-    """What if: this felt share of the arm's weight in every tick in which an arm is carried."""
-
-    rig: str | None = None
-    """What if: this machine's present files in place of the recorded ones."""
-
-
-def run_replay_command(command: Replay) -> dict[str, Any]:
-    """Run it and say where it differs."""
+    With another person, calibration, gravity level or machine: how the torque would have differed.
+    """
     from exograv.cli.shell.terminal import bars
     from exograv.loop.replay.what_if import Instead
 
-    from .replaying import ReplayOptions, run_replay
+    from .replaying import run_replay
 
-    instead = Instead(command.rig, command.person, command.calibration, command.gravity_level)
-    refuse_unwritable(command.out / "replay.png", "--out")
+    refuse_unwritable(common.out / "replay.png", "--out")
     with bars() as progress:
-        result = run_replay(ReplayOptions(command.file, instead), command.out, progress)
+        result = run_replay(recording.file, common.out, progress, Instead(**vars(options)))
     show_replay(result)
     return result
 

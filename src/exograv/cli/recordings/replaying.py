@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,24 +21,17 @@ from exograv.loop.replay.difference import (
 from exograv.loop.replay.lockstep_replay import Lockstep
 from exograv.loop.replay.reasons import circumstances
 from exograv.loop.replay.recorded_run import RecordedRun, recorded
-from exograv.loop.replay.what_if import Instead
+from exograv.loop.replay.what_if import AS_RECORDED, Instead
 
 
-@dataclass(frozen=True)
-class ReplayOptions:
-    """What is replayed, and what with."""
-
-    file: Path
-    instead: Instead = field(default_factory=Instead)
-
-
-def run_replay(options: ReplayOptions, folder: Path | None, progress: Progress) -> dict[str, Any]:
+def run_replay(file: Path, folder: Path | None, progress: Progress, instead: Instead = AS_RECORDED) -> dict[str, Any]:
     """Run it; the result is what `exograv replay --json` writes.
 
     Args:
-        options: What is asked for.
+        file: Recording.
         folder: Of the figure; none is drawn where absent.
         progress: Told now and then.
+        instead: What takes the place of something recorded.
 
     Raises:
         RecordingError: The file cannot be replayed, or the figure not be written.
@@ -47,12 +39,12 @@ def run_replay(options: ReplayOptions, folder: Path | None, progress: Progress) 
     """
     start = time.perf_counter()
     progress("Reading the recording", 0.0)
-    with recorded(options.file, options.instead.rig) as run:
+    with recorded(file, instead.rig) as run:
         progress("Reading the recording", 1.0)
-        again = again_of(run, options.instead, progress)
+        again = again_of(run, instead, progress)
         columns = Columns(run.recording.ticks)
         found = differences(columns, again)
-        result = figures(run, columns, again, found, options.instead)
+        result = figures(run, columns, again, found, instead)
         result["figure"] = None if folder is None else str(_draw(run, columns, again, found, folder))
     return result | {"wall_s": round(time.perf_counter() - start, 2)}
 

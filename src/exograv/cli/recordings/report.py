@@ -11,19 +11,19 @@ from exograv.errors import RecordingError
 
 
 @dataclass(frozen=True)
-class Report(Common):
-    """Make the report of a recording again."""
+class Report:
+    """Options of `exograv report`."""
 
     recording: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """File that a run has written (.mcap)."""
 
 
-def run_report(command: Report) -> dict[str, Any]:
-    """Write the report and say where."""
+def run_report(command: Report, common: Common) -> dict[str, Any]:
+    """Make the report of a recording again."""
     from exograv.report.of_recording.recording_report import write_report
 
     if not command.recording.is_file():
         raise RecordingError(f"No recording '{command.recording}'. Give the .mcap file that a run has written.")
-    report = write_report(command.recording, command.out / "report.html")
+    report = write_report(command.recording, common.out / "report.html")
     print(f"Report: {report}")
     return {"recording": str(command.recording), "report": str(report)}

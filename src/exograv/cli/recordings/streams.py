@@ -9,8 +9,8 @@ from exograv.cli.shell.base_options import Common
 
 
 @dataclass(frozen=True)
-class Streams(Common):
-    """Show which streams of Lab Streaming Layer are there, or record some without a robot."""
+class Streams:
+    """Options of `exograv streams`."""
 
     record: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME")] = ()
     """Record the stream of this name, or all of this type; may be repeated."""
@@ -19,8 +19,8 @@ class Streams(Common):
     """How long to record; Ctrl-C ends it earlier, and the file is complete all the same."""
 
 
-def run_streams(command: Streams) -> dict[str, Any]:
-    """Look, or record."""
+def run_streams(command: Streams, common: Common) -> dict[str, Any]:
+    """Show which streams of Lab Streaming Layer are there, or record some without a robot."""
     from exograv.cli.shell.terminal import bars
 
     if not command.record:
@@ -28,7 +28,7 @@ def run_streams(command: Streams) -> dict[str, Any]:
     from exograv.live.record_streams import record_streams
 
     with bars() as progress:
-        result = record_streams(command.record, command.seconds, command.out / "streams.mcap", progress)
+        result = record_streams(command.record, command.seconds, common.out / "streams.mcap", progress)
     for stream in result["streams"]:
         print(f"{stream['name']} ({stream['type']}): connected {stream['connected']} times, lost {stream['lost']}.")
     print(f"Recorded: {result['recording']}. {result['recording_why']}")

@@ -10,22 +10,22 @@ from exograv.cli.shell.base_options import Common
 
 
 @dataclass(frozen=True)
-class Sync(Common):
-    """Say how well the streams in a recording are tied to the robot's clock, and what is missing of them."""
+class Sync:
+    """Options of `exograv sync`."""
 
     file: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Recording of `exograv live --record-stream` or `exograv streams --record` (.mcap)."""
 
 
-def run_sync(command: Sync) -> dict[str, Any]:
-    """Work it out, show it, draw it."""
+def run_sync(command: Sync, common: Common) -> dict[str, Any]:
+    """Say how well the streams in a recording are tied to the robot's clock, and what is missing of them."""
     from exograv.recording import read_recording
     from exograv.report.figures.sync import write_sync_picture
     from exograv.study.sync import sync_figures
 
     recording = read_recording(command.file)
     result = sync_figures(recording)
-    result["figure"] = str(write_sync_picture(recording, command.out / "sync.png"))
+    result["figure"] = str(write_sync_picture(recording, common.out / "sync.png"))
     show_sync(result)
     return result
 

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.options import AnySeed
 
 
 @dataclass(frozen=True)
 class Common:
     """What every command takes."""
 
-    seed: int = 0
-    """Draws machine, wearer and run; the same seed gives the same figures."""
+    seed: AnySeed = 0
 
     json: Path | None = None
     """Write the figures to this file."""

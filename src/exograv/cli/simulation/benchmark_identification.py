@@ -1,83 +1,24 @@
 """`exograv benchmark-identification`."""
 
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Any
 
+from exograv.campaigns.benchmark_identification.options import BenchmarkOptions
 from exograv.cli.shell.base_options import Common, write_json
 
 STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
 """Measured on one core of a server: a machine, a wearer, and one method on one wearer in the middle."""
 
 
-@dataclass(frozen=True)
-class BenchmarkIdentification(Common):
+def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> dict[str, Any]:
     """Every identification method on the same virtual wearers: how soon, how near, how honest, how often possible."""
-
-    wearers: int = 3
-    """Wearers in closed loop, where the estimate drives the arm (finalists only)."""
-
-    streams: int = 3
-    """Recorded streams that every method meets alike."""
-
-    levels: str = "2"
-    """Disturbance levels by commas, 0 (none) to 4 (a bad day)."""
-
-    profiles: str = "harmonic"
-    """Kinds of drive by commas: harmonic, qdd."""
-
-    methods: str | None = None
-    """Methods by commas; all if absent."""
-
-    seed_from: int | None = None
-    """Seed of the first wearer, `--seed` if absent; the others follow it. Tune from 1000 on, report from 0."""
-
-    only: str | None = None
-    """One disturbance at the level, all others at level 0."""
-
-    without: str | None = None
-    """One disturbance switched off."""
-
-    never_relaxed: bool = False
-    """Wearers who never let go: their muscles stir as at level 4, all else stays at the level."""
-
-    break_down: Literal["without", "only"] | None = None
-    """Every disturbance in turn switched off, or alone: what the remainder is made of. Open loop only."""
-
-    processes: int = 1
-    """At the same time; update times are fair only with a free core for each."""
-
-    resume: bool = False
-    """Go on with the runs in the folder of `--out`."""
-
-
-def run_benchmark_identification(command: BenchmarkIdentification) -> dict[str, Any]:
-    """Run it, show its tables, and write table and figure into the folder of `--out`."""
     from exograv.campaigns.benchmark_identification.benchmark import run_benchmark
-    from exograv.campaigns.benchmark_identification.options import (
-        BenchmarkOptions,
-        levels_of,
-        machines,
-        methods_of,
-        profiles_of,
-    )
+    from exograv.campaigns.benchmark_identification.tasks import machines
     from exograv.cli.shell.terminal import bars
     from exograv.report.of_benchmarks.identification_benchmark import write_benchmark_page
 
-    chosen: dict[str, Any] = {} if command.methods is None else {"methods": methods_of(command.methods)}
-    options = BenchmarkOptions(
-        wearers=command.wearers,
-        streams=command.streams,
-        levels=levels_of(command.levels),
-        profiles=profiles_of(command.profiles),
-        seed_from=command.seed if command.seed_from is None else command.seed_from,
-        only=command.only,
-        without=command.without,
-        never_relaxed=command.never_relaxed,
-        break_down=command.break_down,
-        processes=command.processes,
-        resume=command.resume,
-        **chosen,
-    )
+    if options.seed_from is None:
+        options = replace(options, seed_from=common.seed)
     planned = machines(options)
     tasks = [task for group in planned for task in group]
     runs = sum(len(task.keys) for task in tasks)
@@ -87,13 +28,13 @@ def run_benchmark_identification(command: BenchmarkIdentification) -> dict[str, 
         f"{seconds / 60 / options.processes:.0f} minutes. Ctrl-C keeps what is done; --resume goes on."
     )
     with bars() as progress:
-        result = run_benchmark(options, command.out, progress)
-    page, picture = write_benchmark_page(result, command.out)
+        result = run_benchmark(options, common.out, progress)
+    page, picture = write_benchmark_page(result, common.out)
     result |= {"page": str(page), "figure": None if picture is None else str(picture)}
     show_benchmark(result)
     if result["interrupted"]:
-        if command.json is not None:
-            write_json(command.json, result)
+        if common.json is not None:
+            write_json(common.json, result)
         raise KeyboardInterrupt
     return result
 

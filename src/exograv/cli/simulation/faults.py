@@ -1,11 +1,9 @@
 """`exograv faults`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Any
 
-import tyro
-
+from exograv.campaigns.faults.options import FaultOptions
 from exograv.cli.shell.base_options import Common
 
 ROOM_FOR_WORDS = 160
@@ -15,55 +13,13 @@ ROOM_FOR_TABLE = 72
 """Columns below which a table would cut its figures off: then each fault has a line."""
 
 
-@dataclass(frozen=True)
-class Faults(Common):
+def run_faults_command(options: FaultOptions, common: Common) -> dict[str, Any]:
     """Break machine, control and person in simulation, thousands of times, and see what the guard makes of it."""
-
-    scenarios: int = 200
-    """How many; one takes half a second of a processor."""
-
-    level: int = 2
-    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
-
-    persons: int = 2
-    """Persons in machines, each calibrated and identified at first; every second one has quasi-direct drives."""
-
-    processes: int | None = None
-    """At the same time; one a processor if none is named. The result does not depend on it."""
-
-    strikes: int = 1
-    """How often each process of a live run is killed, stopped and starved for real afterwards; 0 for not at all."""
-
-    replay: Annotated[str | None, tyro.conf.arg(metavar="NUMBER:FAULT")] = None
-    """One scenario, as a campaign prints it."""
-
-    through: Literal["udp", "canopen"] | None = None
-    """Our driver of this bus, before simulated drives in another process, in place of the twin; ten times as slow,
-    and without strikes."""
-
-    resume: bool = False
-    """Go on with a campaign that was interrupted, by the verdicts in the folder of `--out`."""
-
-
-def run_faults_command(command: Faults) -> dict[str, Any]:
-    """Run it and say what came of it."""
     from exograv.campaigns.faults.campaign import Campaign, run_campaign
     from exograv.cli.shell.terminal import bars
 
-    campaign = Campaign(
-        command.scenarios,
-        command.seed,
-        command.level,
-        command.persons,
-        command.processes,
-        command.strikes,
-        command.replay,
-        command.through,
-        command.out,
-        command.resume,
-    )
     with bars() as progress:
-        result = run_campaign(campaign, progress)
+        result = run_campaign(Campaign(**vars(options), out=common.out), progress)
     show_faults(result)
     return result
 

@@ -6,25 +6,22 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common, numbers, write_json
+from exograv.campaigns.sweep.options import SweepOptions
+from exograv.cli.shell.base_options import Common, write_json
 from exograv.errors import ConfigError
+from exograv.options import read_numbers, words
+
+
+def _workers_of(text: str) -> tuple[int, ...]:
+    return tuple(int(number) for number in read_numbers(text, "--plan-workers"))
 
 
 @dataclass(frozen=True)
-class Sweep(Common):
-    """Wearers, machines, disturbances and methods by the thousand, here or on a cluster; run again, it goes on."""
+class SweepPlan:
+    """Study that is swept, and questions about its cost."""
 
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """What is swept: kind of task and grid (docs/sweep.md)."""
-
-    workers: int = 1
-    """Processes of this computer."""
-
-    scheduler: str | None = None
-    """Address of a Dask scheduler whose workers do the tasks, such as tcp://10.0.0.5:8786."""
-
-    part: Annotated[str | None, tyro.conf.arg(metavar="K/N")] = None
-    """The K-th of N shares, for jobs that know nothing of each other; without it afterwards, once, for the table."""
 
     plan: bool = False
     """Run nothing: what 10⁴, 10⁶ and 10⁸ wearers would take, by the times in the folder of `--out`."""
@@ -32,34 +29,33 @@ class Sweep(Common):
     price_per_core_hour: float | None = None
     """What your provider asks, in your currency, for `--plan`."""
 
-    plan_workers: str = "2,100,1000"
+    plan_workers: Annotated[tuple[int, ...], words(_workers_of)] = (2, 100, 1000)
     """Workers by commas, for `--plan`."""
 
 
-def run_sweep_command(command: Sweep) -> dict[str, Any]:
-    """Run it, or plan."""
+def run_sweep_command(asked: SweepPlan, options: SweepOptions, common: Common) -> dict[str, Any]:
+    """Wearers, machines, disturbances and methods by the thousand, here or on a cluster; run again, it goes on."""
     from exograv.campaigns.sweep.study_file import load_study
-    from exograv.campaigns.sweep.sweep_command import SweepOptions, run_sweep
+    from exograv.campaigns.sweep.sweep_command import run_sweep
     from exograv.cli.shell.terminal import bars
 
-    if command.seed != 0:
-        raise ConfigError(f"--seed is {command.seed}; the seeds of a sweep stand in {command.study}. Leave it out.")
-    study = load_study(command.study)
-    if command.plan:
-        return _plan(command)
-    options = SweepOptions(command.workers, command.scheduler, command.part)
+    if common.seed != 0:
+        raise ConfigError(f"--seed is {common.seed}; the seeds of a sweep stand in {asked.study}. Leave it out.")
+    study = load_study(asked.study)
+    if asked.plan:
+        return _plan(asked, common.out)
     print(f"{study.title}: {len(study.grid)} tasks. Ctrl-C keeps what is done; the same command goes on.", flush=True)
     with bars() as progress:
-        result = run_sweep(study, options, command.out, progress)
-    _show(result, command)
+        result = run_sweep(study, options, common.out, progress)
+    _show(result, f"exograv sweep {asked.study} --out {common.out}")
     if result["interrupted"]:
-        if command.json is not None:
-            write_json(command.json, result)
+        if common.json is not None:
+            write_json(common.json, result)
         raise KeyboardInterrupt
     return result
 
 
-def _show(result: dict[str, Any], command: Sweep) -> None:
+def _show(result: dict[str, Any], again: str) -> None:
     rate = "" if result["tasks_per_s"] is None else f", {result['tasks_per_s']:g} tasks/s"
     print(
         f"{result['done']} of {result['tasks']} done, {result['failed']} failed, {result['retried']} run again after a "
@@ -69,20 +65,20 @@ def _show(result: dict[str, Any], command: Sweep) -> None:
     if result["lost"]:
         print(f"{result['lost']} took every worker down that had them; the same command tries them again.")
     if result["done"] + result["failed"] < result["tasks"]:
-        print(f"The others are still to be done. Go on with: exograv sweep {command.study} --out {command.out}")
+        print(f"The others are still to be done. Go on with: {again}")
     if result["table"] is not None:
         print(f"Table: {result['table']}")
 
 
-def _plan(command: Sweep) -> dict[str, Any]:
+def _plan(asked: SweepPlan, folder: Path) -> dict[str, Any]:
     from rich.console import Console
     from rich.table import Table
 
     from exograv.campaigns.sweep.plan import plan
     from exograv.campaigns.sweep.study_file import load_study
 
-    workers = [int(number) for number in numbers(command.plan_workers, "--plan-workers")]
-    result = plan(load_study(command.study), command.out, workers, command.price_per_core_hour)
+    workers = asked.plan_workers
+    result = plan(load_study(asked.study), folder, workers, asked.price_per_core_hour)
     table = Table(
         "wearers", "core hours", "price", "table", *(f"on {count}" for count in workers), title=result["title"]
     )

@@ -1,48 +1,24 @@
 """`exograv transparency`."""
 
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from exograv.cli.shell.base_options import Common
+from exograv.laboratory.options import TransparencyOptions
 
 MINUTES_A_MACHINE = 2.0
 """Measured on two shared cores of a server; recorded movements take twice as long."""
 
 
-@dataclass(frozen=True)
-class Transparency(Common):
+def run_transparency_command(options: TransparencyOptions, common: Common) -> dict[str, Any]:
     """What a person feels of the machine: muscle effort of one movement in six conditions, over several machines."""
-
-    rig: str | None = None
-    """Name of a machine (see `exograv rigs`) or path of its folder; harmonic and quasi-direct drives side by side if
-    none is named."""
-
-    side: Literal["right", "left"] | None = None
-    """Arm; the machine's first if none is named."""
-
-    level: int = 2
-    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
-
-    movement: Literal["pointing", "recorded"] = "pointing"
-    """Eight touches of a screen, or reaching as recorded from people (docs/transparency.md says where to get it)."""
-
-    machines: int = 5
-    """Machines and wearers, drawn from `seed` and the seeds after it."""
-
-
-def run_transparency_command(command: Transparency) -> dict[str, Any]:
-    """Run it and show one table a kind of drive."""
     from exograv.cli.shell.terminal import bars
-    from exograv.laboratory.transparency import TransparencyOptions, run_transparency
+    from exograv.laboratory.transparency import run_transparency
 
-    options = TransparencyOptions(
-        command.rig, command.side, command.level, command.seed, command.machines, command.movement
-    )
-    count = command.machines * (2 if command.rig is None else 1)
-    minutes = MINUTES_A_MACHINE * count * (2.0 if command.movement == "recorded" else 1.0)
+    count = options.machines * (2 if options.rig is None else 1)
+    minutes = MINUTES_A_MACHINE * count * (2.0 if options.movement == "recorded" else 1.0)
     print(f"{count} machines, each calibrated, worn and moved in six conditions: about {minutes:.0f} minutes.")
     with bars() as progress:
-        result = run_transparency(options, command.out, progress)
+        result = run_transparency(options, common.out, progress)
     for one in result.get("profiles", {"": result}).values():
         _show(one)
     print(f"Report: {result['report']}")

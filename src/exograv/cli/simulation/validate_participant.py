@@ -1,36 +1,37 @@
 """`exograv validate-participant`."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from exograv.cli.shell.base_options import Common, named_number, refuse_unwritable
+from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.options import NamedNumbers
 
 
 @dataclass(frozen=True)
-class ValidateParticipant(Common):
-    """Hold the virtual participant against published data, before anything is concluded from it. Simulated."""
+class ValidationOptions:
+    """People who are held against data."""
 
     people: int = 6
     """Virtual people, drawn from `seed` and the seeds after it; about 15 s each."""
 
-    constant: tuple[str, ...] = ()
+    constants: NamedNumbers = field(default_factory=dict)
     """NAME=VALUE of the virtual participant, such as sees_higher_m=0.05."""
 
 
-def run_validate_participant(command: ValidateParticipant) -> dict[str, Any]:
-    """Measure, show the table, draw the picture."""
+def run_validate_participant(options: ValidationOptions, common: Common) -> dict[str, Any]:
+    """Hold the virtual participant against published data, before anything is concluded from it. Simulated."""
     from exograv.campaigns.virtual_study.validation import run_validation
     from exograv.campaigns.virtual_study.validation_picture import PICTURE, write_picture
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.participant.habits import with_constants
 
-    habits = with_constants(dict(named_number(text, "--constant") for text in command.constant))
-    refuse_unwritable(command.out / PICTURE, "--out")
+    habits = with_constants(options.constants)
+    refuse_unwritable(common.out / PICTURE, "--out")
     with bars() as progress:
-        result = run_validation(command.people, command.seed, progress, habits)
+        result = run_validation(options.people, common.seed, progress, habits)
     _show(result)
-    result["picture"] = str(write_picture(result, command.out))
+    result["picture"] = str(write_picture(result, common.out))
     print(f"Picture: {result['picture']}")
     return _plain(result)
 

@@ -6,12 +6,10 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
-
 
 @dataclass(frozen=True)
-class Export(Common):
-    """Give a study on as a data set of BIDS, which other laboratories' programs read."""
+class Export:
+    """Options of `exograv study export`."""
 
     study: Annotated[Path, tyro.conf.Positional] = Path()
     """Folder of the study; the one you are in if absent."""
@@ -27,7 +25,7 @@ class Export(Common):
 
 
 def run_export(command: Export) -> dict[str, Any]:
-    """Export, and say what there is."""
+    """Give a study on as a data set of BIDS, which other laboratories' programs read."""
     from exograv.study.bids.export import export_bids
 
     result = export_bids(command.study, command.bids, command.rate, command.raw)

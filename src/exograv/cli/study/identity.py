@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
 
 PASSPHRASE = "EXOGRAV_IDENTITIES_PASSPHRASE"
@@ -18,8 +17,8 @@ FIELDS = ("name", "contact", "note")
 
 
 @dataclass(frozen=True)
-class Identity(Common):
-    """Names behind codes. Nothing of a person is taken from the command line: it is asked for, or comes on stdin."""
+class Identity:
+    """Options of `exograv study identity`."""
 
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Folder of the study."""
@@ -38,7 +37,7 @@ class Identity(Common):
 
 
 def run_identity(command: Identity) -> dict[str, Any]:
-    """Do it."""
+    """Names behind codes. Nothing of a person is taken from the command line: it is asked for, or comes on stdin."""
     from exograv.study.folder.settings import read_settings
     from exograv.study.folder.study_folder import StudyFolder
     from exograv.study.participants.codes import typed_code

@@ -6,12 +6,10 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
-
 
 @dataclass(frozen=True)
-class Init(Common):
-    """Begin a study: a folder with `study.toml`, to be filled in."""
+class Init:
+    """Options of `exograv study init`."""
 
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Its folder, which is made."""
@@ -21,7 +19,7 @@ class Init(Common):
 
 
 def run_init(command: Init) -> dict[str, Any]:
-    """Make it."""
+    """Begin a study: a folder with `study.toml`, to be filled in."""
     from exograv.study.dataset.beginning import begin_study
     from exograv.study.folder.settings import AS_PUBLISHED, StudySettings, checked
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -16,8 +15,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Participant(Common):
-    """New participants, a list of all, unsealed groups, and erasing somebody provably."""
+class Participant:
+    """Options of `exograv study participant`."""
 
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Folder of the study."""
@@ -57,7 +56,7 @@ class Participant(Common):
 
 
 def run_participant(command: Participant) -> dict[str, Any]:
-    """Do it."""
+    """New participants, a list of all, unsealed groups, and erasing somebody provably."""
     from exograv.study.folder.study_folder import StudyFolder
 
     actions: dict[str, Callable[[Participant, StudyFolder], dict[str, Any]]] = {

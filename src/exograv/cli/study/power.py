@@ -8,11 +8,12 @@ import tyro
 
 from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
+from exograv.study.power.options import CurveOptions, Price
 
 
 @dataclass(frozen=True)
-class Power(Common):
-    """How many people the next study needs: from a pilot, or from what is stated. All spreads are of log deviation."""
+class Assumed:
+    """What is stated of the next study, and the pilot that tells the rest."""
 
     pilot: Annotated[Path | None, tyro.conf.arg(name="from")] = None
     """Folder of a study that was done; what is stated below comes before what it tells."""
@@ -45,18 +46,6 @@ class Power(Common):
     alpha: float = 0.05
     """Share of false alarms that is accepted."""
 
-    seat_cost: float | None = None
-    """Of one seat on one flight, in any currency."""
-
-    seats_per_flight: int | None = None
-    """For participants."""
-
-    n_max: int = 40
-    """People a group up to which to look."""
-
-    studies: int = 10_000
-    """Simulated for each number of people."""
-
     groups: str | None = None
     """Of the pilot, by comma; the first two of its study.toml if absent."""
 
@@ -64,19 +53,17 @@ class Power(Common):
     """Of the pilot: what is compared."""
 
 
-def run_power(command: Power) -> dict[str, Any]:
-    """Simulate, show the table, and draw it into the folder of `--out`."""
+def run_power(command: Assumed, asked: CurveOptions, price: Price, common: Common) -> dict[str, Any]:
+    """How many people the next study needs: from a pilot, or from what is stated. All spreads are of log deviation."""
     from exograv.cli.shell.terminal import bars
     from exograv.report.study_figures.power_curve import write_power_figure
-    from exograv.study.power.assumptions import LOG_2, TOUCH_SD, PlannedStudy, Price
-    from exograv.study.power.curve import CurveOptions, power_study
+    from exograv.study.power.assumptions import LOG_2, TOUCH_SD, PlannedStudy
+    from exograv.study.power.curve import power_study
 
     if command.pilot is None and command.sd is None:
         raise ConfigError(
             "How much people differ is not known. Give a study by --from, or state --sd, such as 0.35 log units."
         )
-    price = Price(command.seat_cost, command.seats_per_flight)
-    asked = CurveOptions(command.n_max, command.studies, command.seed)
     pilot, is_simulated = (None, False) if command.pilot is None else _pilot(command, command.pilot)
 
     def first(stated: float | int | None, of_pilot: float | int | None, otherwise: float | int = 0.0) -> float | int:
@@ -98,14 +85,14 @@ def run_power(command: Power) -> dict[str, Any]:
         carried = None if command.sd is not None else pilot
         result = power_study(plan, price, asked, progress, carried, command.difference is not None)
     result["pilot"] = None if pilot is None else _of_pilot(pilot, is_simulated)
-    figure = command.out / "power.svg"
+    figure = common.out / "power.svg"
     write_power_figure(result, figure)
     result["figure"] = str(figure)
     show_power(result)
     return result
 
 
-def _pilot(command: Power, folder: Path) -> tuple[Any, bool]:
+def _pilot(command: Assumed, folder: Path) -> tuple[Any, bool]:
     """The pilot, and whether nobody took part in it."""
     from exograv.study.dataset.tables import read_tables
     from exograv.study.folder.columns import TOUCHES

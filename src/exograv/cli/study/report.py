@@ -6,19 +6,17 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
-
 
 @dataclass(frozen=True)
-class StudyReport(Common):
-    """Measure, compare and draw a study: report/ in its folder gets a page, a PDF and the figures."""
+class StudyReport:
+    """Options of `exograv study report`."""
 
     study: Annotated[Path, tyro.conf.Positional] = Path()
     """Folder of the study; the one you are in if absent."""
 
 
 def run_study_report(command: StudyReport) -> dict[str, Any]:
-    """Write the report and say where."""
+    """Measure, compare and draw a study: report/ in its folder gets a page, a PDF and the figures."""
     from exograv.report.study_report.report import write_study_report
 
     result = write_study_report(command.study, tell=lambda source: print(f"Reading {source}"))

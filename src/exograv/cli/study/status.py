@@ -6,12 +6,10 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
-
 
 @dataclass(frozen=True)
-class Status(Common):
-    """What a study holds, and what is missing."""
+class Status:
+    """Options of `exograv study status`."""
 
     study: Annotated[Path, tyro.conf.Positional] = Path()
     """Folder of the study; the one you are in if absent."""
@@ -21,7 +19,7 @@ class Status(Common):
 
 
 def run_status(command: Status) -> dict[str, Any]:
-    """Say it."""
+    """What a study holds, and what is missing."""
     from exograv.study.dataset.status import study_status
     from exograv.study.folder.study_folder import StudyFolder
 

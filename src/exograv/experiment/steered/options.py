@@ -1,47 +1,41 @@
-"""What a steered session is begun with."""
+"""Options of a session that pages steer."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from exograv.errors import ConfigError
-from exograv.model.description import Side
-from exograv.runtime.control_loop.steering import Loss
-from exograv.storage.participant_file import refuse_name
+import tyro
+
+from exograv.options import Donning, Level, Loss, Options, PersonCode, RigOption, Seed, SideOption, Within
 
 
 @dataclass(frozen=True)
-class SteeredOptions:
-    """What a steered session on the twin is begun with."""
+class SteeredOptions(Options):
+    """Options of a steered session on the twin."""
 
-    rig: str = "recupera_like"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
-    donning: int = 0
-    """Number of the day on which the virtual person is in the machine."""
+    rig: RigOption = "recupera_like"
+    side: SideOption = None
+    level: Level = 2
+    seed: Seed = 0
+    donning: Donning = 0
+
     calibration: Path | None = None
-    """Of the machine; it is calibrated at the beginning where absent."""
-    participants: Path | None = None
-    """Folder of people's files: read, and written when somebody has been learned."""
-    participant: str | None = None
-    """Code of whoever is in it at the beginning, who is identified where the folder has no such file yet."""
-    identify_s: float = 60.0
-    """Of motion, if so [s]."""
-    session_s: float = 3600.0
-    """Longest recording [s]."""
-    on_loss: Loss = "finish"
-    """What becomes of a window that runs when nobody steers any more."""
+    """calibration.toml of this machine; it is calibrated at the beginning where none is named, which takes a minute."""
 
-    def __post_init__(self):
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if self.participant is not None:
-            refuse_name(self.participant, "--participant")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
-        if not 60.0 <= self.session_s <= 7200.0:
-            raise ConfigError(f"--session is {self.session_s:g} s; allowed: 60 to 7200.")
+    participants: Path | None = None
+    """Folder of people's files: who is in it is only checked, 20 s instead of 60; who is learned is written there."""
+
+    participant: Annotated[str | None, PersonCode()] = None
+    """Code of whoever is in the machine at the beginning, such as P-07, never a name."""
+
+    identify_s: Annotated[float, tyro.conf.arg(name="identify", metavar="S")] = 60.0
+    """Of motion, for somebody who is not known."""
+
+    session_s: Annotated[tyro.conf.Fixed[float], Within(60.0, 7200.0)] = 3600.0
+    """Longest recording [s]."""
+
+    on_loss: Loss = "finish"
+    """What becomes of an open window when nobody steers any more."""
 
     def written(self) -> dict[str, Any]:
         """For the recording."""

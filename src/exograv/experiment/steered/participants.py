@@ -16,8 +16,8 @@ from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import lesson_plan
 from exograv.live.live_identification import person_believed, unknown_person
 from exograv.model.assembly import Assembly
-from exograv.model.rig_settings import Side
 from exograv.model.wearer_form import WearerForm
+from exograv.options import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.participant_session import NOT_KEPT, stored_person
 from exograv.procedures.identification.warm_start import belief_today

@@ -9,7 +9,7 @@ from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.arm_worker import LearnedArm
 from exograv.loop.machine_limits import limits, refuse_motorless
-from exograv.model.rig_settings import Side
+from exograv.options import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin.twin import PERIOD
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from exograv.identification.core.interface import Outcome
-from exograv.model.rig_settings import Side
+from exograv.options import Side
 from exograv.runtime.control_loop.steering import Leased, Steering
 from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine

@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 
 from pydantic import Field, TypeAdapter
 
-from exograv.model.rig_settings import Settings, Side
+from exograv.model.rig_settings import Settings
+from exograv.options import Side
 from exograv.sentence import SentenceText
 
 from .view_models import PlotTrace, Shown, SkeletonLines

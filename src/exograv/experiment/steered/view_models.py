@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from exograv.model.rig_settings import Settings, Side
+from exograv.model.rig_settings import Settings
+from exograv.options import Side
 from exograv.sentence import SentenceText
 
 ModeName = Literal[

@@ -22,7 +22,8 @@ from exograv.loop.phases import LAYING_DOWN
 from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.replay_log import read_machine
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
-from exograv.procedures.identification.participant_session import ParticipantOptions, ParticipantRun
+from exograv.procedures.identification.options import ParticipantOptions
+from exograv.procedures.identification.participant_session import ParticipantRun
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.self_test.machine_test import test_machine
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge

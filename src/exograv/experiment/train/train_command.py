@@ -28,9 +28,10 @@ from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import aircraft_sink, checkpoint_sink, marker_sink, recording_sink
 from exograv.task.run import TaskRun
 
-from .options import TrainingRequest, TrainOptions, asked_for
+from .options import TrainOptions
 from .preparation import Ready, known_again, known_arm, recording_only, tested_machine
 from .recording_pilot import RecordingPilot
+from .request import TrainingRequest, asked_for
 from .verification import verify_between
 
 PREPARING_S = 420.0

@@ -1,56 +1,47 @@
-"""What a session of assist-as-needed is asked for, refused before anything moves."""
+"""Options of a session of assist-as-needed."""
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from exograv.errors import ConfigError
-from exograv.laboratory.support_level.options import SupportOptions
-from exograv.model.description import Side
-from exograv.storage.participant_schema import CODE, is_code
+from exograv.laboratory.support_level.options import SupportOptions, Synergy
+from exograv.options import Level, OneSideOption, Options, PersonCode, RigOption, Seed, Within
 
-GAIN_MAX = 2.0
 SEED_OF_SESSION = 10_000
 """Between the seeds of two sessions of one person: noise, and what each attempt mobilises, are the day's own."""
 
 
 @dataclass(frozen=True)
-class AssistOptions:
-    """What `exograv assist` is asked for."""
+class AssistOptions(Options):
+    """Options of `exograv assist`."""
 
-    participant: str
-    """A code, never a name."""
+    participant: Annotated[str, PersonCode("Give the code that stands for the person, such as P-07.")] = ""
+    """Code that stands for the person, such as P-07, never a name."""
 
     protocol: str = "assist-as-needed"
-    rig: str = "recupera_like_qdd"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
+    """`assist-as-needed`, or the path of a protocol of your own."""
+
+    rig: RigOption = "recupera_like_qdd"
+    side: OneSideOption = None
+    level: Level = 2
+    seed: Seed = 0
+
     strength: float | None = None
-    """Of the virtual person in the first session."""
+    """Of the virtual person in the first session, over a healthy adult's; 0.1 if not given."""
 
-    synergy: float | None = None
-    gain: float = 0.15
-    """By which share the virtual person is stronger from session to session; assumed."""
+    synergy: Synergy = None
 
-    needed_percent: float | None = None
-    """What a test of support has found, to begin with."""
+    gain: Annotated[float, Within(0.0, 2.0, "0 (stays as weak) to 2.")] = 0.15
+    """By which share the virtual person is stronger from session to session."""
+
+    needed_percent: Annotated[float | None, Within(0.0, 100.0, "0 to 100, as `exograv support-level` found it.")] = None
+    """Support that a test has found (`exograv support-level`); without it the first session begins fully supported."""
 
     new_session: bool = False
-    """Whether a session that was broken off is left as it is, and another one begun."""
+    """Leave a session that was broken off as it is, and begin another one."""
 
     def __post_init__(self):
-        if not is_code(self.participant):
-            raise ConfigError(
-                f"--participant is '{self.participant}'; it must have {CODE}. Give the code that stands for the "
-                "person, such as P-07."
-            )
-        if not 0.0 <= self.gain <= GAIN_MAX:
-            raise ConfigError(f"--gain is {self.gain:g}; allowed: 0 (stays as weak) to {GAIN_MAX:g}.")
-        if self.needed_percent is not None and not 0.0 <= self.needed_percent <= 100.0:
-            raise ConfigError(
-                f"--needed-percent is {self.needed_percent:g}; allowed: 0 to 100, as `exograv support-level` found it."
-            )
+        super().__post_init__()
         self.person(1)
 
     def person(self, session: int) -> SupportOptions:

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from exograv.laboratory.preparation import Preparation, prepare
 from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, driven_laboratory
 from exograv.loop.pilot import Progress
-from exograv.model.description import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.rehabilitation.guided.floating_arm import FloatingArm, rms_deg
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
@@ -25,6 +24,7 @@ from exograv.procedures.rehabilitation.guided.teach import teach
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin
 
+from .options import GuidedOptions, PersonKind, RepeatOptions
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
 AFTER_S = 1.0
@@ -35,44 +35,6 @@ ACTS_S, PAUSE_S = 8.0, 2.0
 
 Preparing = Callable[[VirtualLaboratory, int, Progress], ControllerKnowledge]
 """By laboratory and seed: whoever flies one several times prepares it once."""
-
-PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
-
-
-@dataclass(frozen=True)
-class GuidedOptions:
-    """On the twin; on real machines nothing is led yet."""
-
-    rig: str = "recupera_like_qdd"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
-    simulate: bool = False
-
-    def __post_init__(self):
-        if not self.simulate:
-            raise ConfigError(
-                "Only the twin is led so far: add --simulate. A real machine first needs its own risk analysis for "
-                "motion that a person does not begin (docs/guided.md)."
-            )
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-
-
-@dataclass(frozen=True)
-class RepeatOptions(GuidedOptions):
-    """How a path is repeated, and what the simulated person does about it."""
-
-    speed: float = 1.0
-    repetitions: int = 1
-    person: PersonKind = "relaxed"
-
-    def __post_init__(self):
-        super().__post_init__()
-        if not 0.1 <= self.speed <= 1.0:
-            raise ConfigError(f"--speed is {self.speed:g}; allowed: 0.1 to 1, the speed of the path itself.")
-        if not 1 <= self.repetitions <= 100:
-            raise ConfigError(f"--repetitions is {self.repetitions}; allowed: 1 to 100.")
 
 
 def run_teach(

@@ -1,13 +1,11 @@
 """Mirroring from end to end: prepare both arms, let one lead, and say how well the other followed."""
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from exograv.errors import ConfigError
 from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import driven_laboratory
 from exograv.loop.pilot import Progress
@@ -17,7 +15,8 @@ from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S
 
-from .guided_command import GuidedOptions, Preparing, about_run, floating_twin, writer_of
+from .guided_command import Preparing, about_run, floating_twin, writer_of
+from .options import MirrorOptions
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
 MEETS_S = 3.0
@@ -28,21 +27,6 @@ HOLDS_AFTER_S = 5.0
 
 LATE_MAX_S = 1.0
 """Up to which it is looked for how late the following arm is."""
-
-
-@dataclass(frozen=True)
-class MirrorOptions(GuidedOptions):
-    """Who leads, and what the other arm does about it."""
-
-    rig: str = "recupera_like_dual"
-    lead: Literal["right", "left"] = "right"
-    seconds: float = 20.0
-    person: Literal["relaxed", "overrules", "lets-go"] = "relaxed"
-
-    def __post_init__(self):
-        super().__post_init__()
-        if not 5.0 <= self.seconds <= 600.0:
-            raise ConfigError(f"--seconds is {self.seconds:g}; allowed: 5 to 600.")
 
 
 def run_mirror(

@@ -1,46 +1,51 @@
-"""What a search for the needed support is asked for, and who the person is."""
+"""Options of a search for the support that a person needs."""
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-import numpy as np
-from pydantic import Field, ValidationError
+import tyro
 
 from exograv.errors import ConfigError
-from exograv.model.description import Side
-from exograv.model.rig_settings import Settings
-from exograv.rig.twin.behaviour.weakness import Weakness, drawn_weakness
+from exograv.options import Level, OneSideOption, Options, RigOption, Seed, Within
 
 STRENGTH = 0.1
 """Of the person where none is named [-]: about half of the arm's weight has to be carried then."""
 
+Synergy = Annotated[
+    float | None,
+    Within(0.0, 1.0, "0 (none) to 1."),
+    tyro.conf.arg(help="Torque that bends the elbow over the one with which the shoulder lifts; none if not given."),
+]
+
 
 @dataclass(frozen=True)
-class SupportOptions:
-    """Of `exograv support-level` with a virtual person."""
+class SupportOptions(Options):
+    """Options of `exograv support-level` with a virtual person."""
 
-    rig: str = "recupera_like_qdd"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
+    rig: RigOption = "recupera_like_qdd"
+    side: OneSideOption = None
+    level: Level = 2
+    seed: Seed = 0
+
     strength: float | None = None
-    synergy: float | None = None
+    """Of the virtual person over a healthy adult's; 0.1 if neither this nor a file is given."""
+
+    synergy: Synergy = None
+
     person_file: Path | None = None
-    name: str = "support_level"
+    """TOML file of a virtual person: strength, synergy, mobilised_sd, noise (docs/support_level.md)."""
+
+    name: tyro.conf.Fixed[str] = "support_level"
     """Of recording and picture."""
 
     def __post_init__(self):
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
         if self.strength is not None and not 0.0 < self.strength <= 1.0:
             raise ConfigError(
                 f"--strength is {self.strength:g}; allowed: above 0 to 1, a healthy adult. Somebody who "
                 "needs half of the arm's weight carried has about 0.1."
             )
-        if self.synergy is not None and not 0.0 <= self.synergy <= 1.0:
-            raise ConfigError(f"--synergy is {self.synergy:g}; allowed: 0 (none) to 1.")
+        super().__post_init__()
         if self.person_file is not None and (self.strength is not None or self.synergy is not None):
             raise ConfigError("--person-file says all of the person; give it without --strength and --synergy.")
 
@@ -48,51 +53,3 @@ class SupportOptions:
     def strength_or_usual(self) -> float:
         """Of the person where no file says it [-]."""
         return STRENGTH if self.strength is None else self.strength
-
-
-class PersonFile(Settings):
-    """A virtual person of little strength (docs/support_level.md)."""
-
-    strength: float | list[float] = Field(description="Of a healthy adult's; one number, or one a freedom.")
-    synergy: float = Field(0.0, ge=0.0, le=1.0)
-    mobilised_sd: float = Field(0.1, ge=0.0, le=0.5)
-    noise: float = Field(0.05, ge=0.0, le=0.5)
-
-
-def weakness_of(options: SupportOptions, freedoms: int) -> Weakness:
-    """Of the person who is asked for.
-
-    Raises:
-        ConfigError: The file cannot be read or says what cannot be.
-    """
-    path = options.person_file
-    if path is None:
-        return drawn_weakness(options.strength_or_usual, options.seed, freedoms, options.synergy or 0.0)
-    person = _read(path)
-    if isinstance(person.strength, float):
-        strength = drawn_weakness(person.strength, options.seed, freedoms).strength
-    else:
-        strength = np.array(person.strength)
-    if len(strength) != freedoms or not ((strength > 0.0) & (strength <= 1.0)).all():
-        raise ConfigError(
-            f"strength in {path} is {person.strength}; give a number above 0 to 1, or {freedoms} of them, in the order "
-            "flexion, abduction, rotation, elbow."
-        )
-    return Weakness(strength, person.synergy, person.mobilised_sd, person.noise)
-
-
-def _read(path: Path) -> PersonFile:
-    import tomllib
-
-    try:
-        return PersonFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise ConfigError(f"--person-file {path} cannot be read: {error.strerror}. Check its path.") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"--person-file {path} is no TOML file: {error}.") from error
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise ConfigError(
-            f"--person-file {path}: {where}: {first['msg']}. It may say strength, synergy, mobilised_sd and noise."
-        ) from error

@@ -14,7 +14,8 @@ from exograv.recording import RecordingWriter
 from exograv.rig.twin.behaviour.weakness import Weakness, weakened
 
 from .flight import SupportFlight
-from .options import SupportOptions, weakness_of
+from .options import SupportOptions
+from .person_file import weakness_of
 from .weak_person import BodyKnowledge, ReachingPerson
 
 LIMIT_MARGIN = np.deg2rad(5.0)

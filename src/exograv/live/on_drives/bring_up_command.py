@@ -11,7 +11,8 @@ from typing import Any
 from exograv.errors import ConfigError
 from exograv.loop.pilot import Progress
 from exograv.model.assembly import read_exoskeleton
-from exograv.model.description import RigDescription, Side, load_rig
+from exograv.model.description import RigDescription, load_rig
+from exograv.options import Side
 from exograv.procedures.bring_up.bench_machine import BenchMachine
 from exograv.procedures.bring_up.hands import Hands
 from exograv.procedures.bring_up.powered_steps import PoweredSteps

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,20 +14,12 @@ from exograv.storage.calibration_file import read_calibration
 from exograv.storage.participant_file import read_participant
 from exograv.storage.participant_schema import parameter_names
 
+from .options import InsteadOptions
+
 
 @dataclass(frozen=True)
-class Instead:
+class Instead(InsteadOptions):
     """What takes the place of what was recorded; the recorded where absent."""
-
-    rig: str | None = None
-    person: Path | None = None
-    calibration: Path | None = None
-    gravity_level: float | None = None
-
-    def __post_init__(self):
-        level = self.gravity_level
-        if level is not None and not 0.0 <= level <= 1.0:
-            raise ConfigError(f"--gravity-level is {level:g}; allowed: 0 (weightless) to 1 (Earth).")
 
     @property
     def is_anything(self) -> bool:
@@ -106,3 +97,6 @@ class Instead:
     @cached_property
     def _participant(self) -> Any:
         return read_participant(self.person) if self.person is not None else None
+
+
+AS_RECORDED = Instead()

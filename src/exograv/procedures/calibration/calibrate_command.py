@@ -10,7 +10,8 @@ from typing import Any, Protocol
 
 from exograv.errors import ConfigError
 from exograv.identification.calibration.empty_machine import Calibration
-from exograv.model.description import RigDescription, Side, load_rig
+from exograv.model.description import RigDescription, load_rig
+from exograv.options import Side
 from exograv.storage.calibration_file import identity_of, take_calibration, write_calibration
 from exograv.storage.calibration_schema import MeasurementConditions, stored
 

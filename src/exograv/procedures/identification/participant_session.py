@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ from exograv.storage.calibration_file import identity_of
 from exograv.storage.participant_file import (
     new_code,
     read_participant,
-    refuse_name,
     refuse_other,
     refuse_other_body,
     write_participant,
@@ -35,27 +33,12 @@ from exograv.storage.sealed_file import sealed
 
 from .estimator_session import Belief, Identification
 from .identify import Identifier
+from .options import ParticipantOptions
 from .sample_observers import HeldOut
 from .warm_start import WarmStart, belief_today
 
 NOT_KEPT = (Outcome.NOT_RELAXED, Outcome.NOT_EXCITED)
 """After these a file would carry on what was no arm."""
-
-
-@dataclass(frozen=True)
-class ParticipantOptions:
-    """Which files a run reads and writes."""
-
-    keep: Path | None = None
-    """Where the person as identified is kept."""
-    code: str | None = None
-    """Of the person; that of the file that was read, or a random one, where absent."""
-    participant: Path | None = None
-    """File of an earlier donning to start from."""
-
-    def __post_init__(self):
-        if self.code is not None:
-            refuse_name(self.code)
 
 
 @dataclass

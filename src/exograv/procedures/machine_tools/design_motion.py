@@ -3,12 +3,11 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from exograv import motion
-from exograv.errors import ConfigError
 from exograv.identification.core.left_over import TARGET_NM
 from exograv.identification.excitation import Basis, Designer, fixed_motion, harmonic
 from exograv.identification.excitation.basis import Coefficients
@@ -16,47 +15,17 @@ from exograv.identification.excitation.design import Progress
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
-from exograv.model.description import Side, load_rig
+from exograv.model.description import load_rig
 from exograv.model.rig_settings import Excitation
 from exograv.model.support import assemble
 from exograv.motion import Trajectory
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 
+from .options import DesignOptions
+
 FORECAST_S = (20.0, 60.0, 120.0)
 DT = 0.02  # s: of the tables that are judged; the filter takes every eighth row
 STANDARD_PERIOD_S = 20.0
-PERIOD_S = (5.0, 120.0)
-FASTEST_HZ = 0.6  # a harmonic faster than this would lie too near the sample filter's corner
-
-
-@dataclass(frozen=True)
-class DesignOptions:
-    """What is to be designed, and how long it may take."""
-
-    rig: str = "recupera_like"
-    side: Side | None = None
-    height_m: float = 1.70
-    mass_kg: float = 70.0
-    sex: Literal["female", "male"] = "female"
-    seconds: float = 300.0
-    period_s: float = 30.0
-    harmonics: int = 8
-    starts: int = 4
-    iterations: int = 120
-    """Of each start."""
-    seed: int = 0
-
-    def __post_init__(self):
-        if not PERIOD_S[0] <= self.period_s <= PERIOD_S[1]:
-            raise ConfigError(f"--period-s is {self.period_s}; allowed: {PERIOD_S[0]:g} to {PERIOD_S[1]:g} s.")
-        most = int(FASTEST_HZ * self.period_s)
-        if not 1 <= self.harmonics <= most:
-            raise ConfigError(
-                f"--harmonics is {self.harmonics}; allowed with a period of {self.period_s:g} s: 1 to {most}, "
-                f"so that none is faster than {FASTEST_HZ:g} Hz."
-            )
-        if self.seconds <= 0.0 or self.starts < 1:
-            raise ConfigError(f"--seconds {self.seconds:g} and --starts {self.starts} must be positive.")
 
 
 @dataclass(frozen=True)

@@ -26,21 +26,10 @@ from exograv.storage.participant_file import read_participant
 from exograv.storage.participant_schema import StoredParticipant, parameter_names
 
 from .export_loops import loops_text
+from .options import ExportOptions
 
 EXO, ARM, LOOPS, BOTH = "exo.urdf", "arm.urdf", "loops.toml", "exo_and_arm.xml"
 GIVE = "Give a calibration.toml of the participant's machine with --calibration, or none."
-
-
-@dataclass(frozen=True)
-class ExportOptions:
-    """What is exported."""
-
-    participant: Path
-    folder: Path
-    calibration: Path | None = None
-    """Of the machine; its links are those of the description where absent."""
-    rig: str | None = None
-    """Folder of a machine that is not built in."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +45,7 @@ class Links:
     notes: tuple[str, ...] = ()
 
 
-def run_export(options: ExportOptions) -> dict[str, Any]:
+def run_export(options: ExportOptions, folder: Path) -> dict[str, Any]:
     """Write the files; returns where they are and what they hold.
 
     Raises:
@@ -80,14 +69,14 @@ def run_export(options: ExportOptions) -> dict[str, Any]:
         LOOPS: loops_text(whole, person, springs, links.gravity, links.source),
         BOTH: mjcf_text(person, springs, links.rotor, links.gravity, shifts, donned),
     }
-    _write(options.folder, files)
+    _write(folder, files)
     masses = {
         name: round(float(whole.mean[body.start]), 4)
         for name, body in zip(assembly.arm.segments, layout.bodies, strict=True)
     }
     return {
         "code": whole.person.code,
-        "folder": str(options.folder),
+        "folder": str(folder),
         "files": list(files),
         "links": links.source,
         "notes": list(links.notes),

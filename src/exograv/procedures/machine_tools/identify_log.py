@@ -24,6 +24,8 @@ from exograv.model.urdf import read_urdf
 from exograv.procedures.identification.method_names import MethodName
 from exograv.recording import MotionLog, read_log
 
+from .options import LogOptions
+
 LOOK_PERIOD_S = 0.1
 """Between estimates that are compared with a known mass."""
 
@@ -47,36 +49,8 @@ class _Loaded:
     samples: list[Sample]
 
 
-def identify_log(  # noqa: PLR0913 - one argument for each option of the command
-    *,
-    log: Path,
-    unloaded: Path,
-    urdf: Path,
-    payload_frame: str,
-    gains: Sequence[float],
-    true_kg: float | None = None,
-    method: MethodName = "recursive",
-    rows: str | None = None,
-    rows_unloaded: str | None = None,
-    gain_sd: float = 0.0,
-    seed: int = 0,
-    progress: Progress = lambda _text, _share: None,
-) -> dict[str, Any]:
+def identify_log(options: LogOptions, progress: Progress = lambda _text, _share: None) -> dict[str, Any]:
     """Identify the empty robot from one log, then from another the payload it carries.
-
-    Args:
-        log: Recorded with the payload.
-        unloaded: Recorded without it; the motion may be another, but should pass through the same postures.
-        urdf: Description of the robot, its base frame with z up.
-        payload_frame: Link or frame of the description in which the payload is stated.
-        gains: Joint torque per motor current, one a joint [N·m/A].
-        true_kg: Mass of the payload where it is known, for the time until the estimate stays within 10 % of it.
-        method: One of `METHODS`.
-        rows: First and last line of `log` to use, as "first:last"; without it the log is cut to the motion.
-        rows_unloaded: The same for `unloaded`.
-        gain_sd: Standard deviation of the gains, as a share that all joints have in common.
-        seed: Without effect: nothing is drawn here. Every command takes one.
-        progress: Told what is going on.
 
     Returns:
         The figures, ready for JSON: payload, time_to_10pct_s, duration_s, samples, outcome and what explains them.
@@ -87,18 +61,20 @@ def identify_log(  # noqa: PLR0913 - one argument for each option of the command
         RecordingError: A log cannot be read, or is not of this robot.
         IdentificationError: The robot carried less than nothing.
     """
-    tree = read_urdf(urdf)
-    _refuse_options(tree, gains, true_kg, method, gain_sd)
-    model = PayloadModel(tree, payload_frame)
+    tree = read_urdf(options.urdf)
+    _refuse_options(tree, options)
+    model = PayloadModel(tree, options.payload_frame)
     progress("Reading the logs", 0.0)
-    logs = [_read(path, tree, chosen) for path, chosen in ((unloaded, rows_unloaded), (log, rows))]
-    samples_unloaded, samples = (_samples(one, path, gains) for one, path in zip(logs, (unloaded, log), strict=True))
+    paths, true_kg = (options.unloaded, options.log), options.true_kg
+    chosen = (options.rows_unloaded, options.rows)
+    logs = [_read(path, tree, rows) for path, rows in zip(paths, chosen, strict=True)]
+    samples_unloaded, samples = (_samples(one, path, options.gains) for one, path in zip(logs, paths, strict=True))
     progress("Identifying the empty robot", 0.0)
     robot = robot_from_log(model, samples_unloaded)
     refuse_negative_mass(model, robot, samples)
     loaded = _Loaded(model, robot, samples_unloaded, samples)
-    estimate, masses = _follow(loaded, method, true_kg is not None, progress)
-    interval = mass_interval(estimate, gain_sd)
+    estimate, masses = _follow(loaded, options.method, true_kg is not None, progress)
+    interval = mass_interval(estimate, options.gain_sd)
     residuals = _residuals(loaded, estimate)
     worse = np.max(residuals["loaded_with_payload"] / residuals["unloaded"])
     return {
@@ -107,23 +83,22 @@ def identify_log(  # noqa: PLR0913 - one argument for each option of the command
         "duration_s": _digits(logs[1].t[-1] - logs[1].t[0]),
         "samples": len(samples),
         "outcome": judge(estimate, interval, float(worse)).value,
-        "method": method,
-        "payload_frame": payload_frame,
+        "method": options.method,
+        "payload_frame": options.payload_frame,
         "true_kg": true_kg,
-        "gains_Nm_per_A": list(gains),
-        "gain_sd": gain_sd,
+        "gains_Nm_per_A": list(options.gains),
+        "gain_sd": options.gain_sd,
         "rejected_share": _digits(estimate.rejected_share),
         "joints": list(tree.joint_names),
         "residual_rms_Nm": {name: _digits(rms) for name, rms in residuals.items()},
         "log": _provenance(logs[1]),
         "unloaded": _provenance(logs[0]),
-        "seed": seed,
+        "seed": options.seed,
     }
 
 
-def _refuse_options(
-    tree: Tree, gains: Sequence[float], true_kg: float | None, method: MethodName, gain_sd: float
-) -> None:
+def _refuse_options(tree: Tree, options: LogOptions) -> None:
+    gains, true_kg, method, gain_sd = options.gains, options.true_kg, options.method, options.gain_sd
     names = ", ".join(tree.joint_names)
     if len(gains) != len(tree.joints):
         raise ConfigError(

@@ -1,32 +1,19 @@
 """`exograv new-rig`: a folder for a user's machine, with all that its URDF tells and a question for everything else."""
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.model.open_questions import open_questions
-from exograv.model.rig_settings import Side
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf
 
+from .options import NewRigOptions
 from .rig_questions import rig_text
 
 # Pictures for people: nothing here looks at them, and the twin would search for their meshes.
 PICTURES = re.compile(r"[ \t]*<(visual|collision)\b[^>]*?(?:/>|>.*?</\1\s*>)[ \t]*\n?", re.DOTALL)
-
-
-@dataclass(frozen=True)
-class NewRigOptions:
-    """From which URDF, and where to."""
-
-    urdf: Path
-    folder: Path | None = None
-    """None: called like the robot, in the current folder."""
-
-    side: Side | None = None
-    """None: by the names in the URDF, or a question."""
 
 
 def new_rig(options: NewRigOptions) -> dict[str, Any]:
@@ -37,7 +24,7 @@ def new_rig(options: NewRigOptions) -> dict[str, Any]:
         ConfigError: The folder exists already, or cannot be written.
     """
     tree = read_urdf(options.urdf)
-    folder = options.folder or Path(_name(tree))
+    folder = Path(_name(tree)) if options.out == Path() else options.out
     if folder.exists():
         raise ConfigError(f"{folder} exists already; nothing is overwritten. Give another folder with --out.")
     text = rig_text(tree, folder.name, options.urdf.name, options.side)

@@ -5,9 +5,10 @@ import numpy as np
 from exograv.files import toml_value
 from exograv.model.limb import FREEDOMS
 from exograv.model.open_questions import MARK
-from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind, Side
+from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind
 from exograv.model.tree import Joint, Tree
 from exograv.model.urdf_inference import ArmGuess, arms, place_of, side_of
+from exograv.options import Side
 
 HEAD = """\
 # {name}: written by `exograv new-rig` from {file}. Every "?" is a question: its comment says what to put in its place.

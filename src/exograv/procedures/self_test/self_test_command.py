@@ -10,7 +10,8 @@ from typing import Any, Protocol
 
 from exograv.errors import ConfigError
 from exograv.loop.pilot import Progress
-from exograv.model.description import RigDescription, Side, load_rig
+from exograv.model.description import RigDescription, load_rig
+from exograv.options import Side
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
 from exograv.rig import may_be_worn
 from exograv.storage.calibration_file import TakenCalibration, take_calibration

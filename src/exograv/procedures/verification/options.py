@@ -2,31 +2,34 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from exograv.errors import ConfigError
-from exograv.model.description import Side
+import tyro
+
+from exograv.options import Level, Options, RigOption, Seed, SideOption, Within
 
 LATER_MAX_MIN = 240.0
 
 
 @dataclass(frozen=True)
-class VerifyOptions:
-    """What `exograv verify` is asked for."""
+class VerifyOptions(Options):
+    """Options of `exograv verify`."""
 
-    rig: str = "recupera_like"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
+    rig: RigOption = "recupera_like"
+    side: SideOption = None
+    level: Level = 2
+    seed: Seed = 0
+
     calibration: Path | None = None
-    before: Path | None = None
-    """Figures of a former verification, to say what changed."""
-    later_min: float = 0.0
-    """That the machine runs between identification and verification [min]."""
+    """calibration.toml of this machine (`exograv calibrate`); without it the twin is calibrated first.
+    On drives the one in the folder of --out."""
 
-    def __post_init__(self):
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
-        if not 0.0 <= self.later_min <= LATER_MAX_MIN:
-            raise ConfigError(f"--later is {self.later_min:g} min; allowed: 0 to {LATER_MAX_MIN:g} min.")
+    before: Path | None = None
+    """Figures of a former verification (its --json): says what changed since, and whether by more than chance."""
+
+    later_min: Annotated[
+        float,
+        tyro.conf.arg(name="later", metavar="MIN"),
+        Within(0.0, LATER_MAX_MIN, f"0 to {LATER_MAX_MIN:g} min.", " min"),
+    ] = 0.0
+    """On the twin: so many minutes the machine runs between identification and verification; friction warms [min]."""

@@ -4,8 +4,9 @@ from typing import Any
 
 from exograv.study.measures.selecting import people
 from exograv.study.measures.study_data import PRIMARY, StudyData
-from exograv.study.power.assumptions import LOG_2, PlannedStudy, Price
-from exograv.study.power.curve import CurveOptions, power_study
+from exograv.study.power.assumptions import LOG_2, PlannedStudy
+from exograv.study.power.curve import power_study
+from exograv.study.power.options import CurveOptions, Price
 from exograv.study.power.pilot import read_pilot
 
 STUDIES = 2000

@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
 
+from exograv.options import Loss
 from exograv.safety.modes import TRANSITIONS, WORN, Event, Mode
 from exograv.sentence import say
 
@@ -36,9 +36,6 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
     }
 )
 """Reasons of the guard's process, in English."""
-
-Loss = Literal["finish", "stop"]
-"""What becomes of a window that runs when nobody steers any more."""
 
 
 @dataclass(frozen=True)

@@ -1,56 +1,34 @@
 """Files come into a study: each once, under a code, whole or not at all; what cannot come in is named and counted."""
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
 from mcap.writer import MCAP0_MAGIC
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.options import SESSIONS_MAX
 from exograv.study.folder.journal import alone, note
-from exograv.study.folder.settings import StudySettings, read_settings
+from exograv.study.folder.settings import StudySettings, read_settings, read_toml
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.imported_session import Imported, Said, SessionKey, sentences
 from exograv.study.importers.xdf_mapping import XdfMapping
+from exograv.study.participants.codes import typed_code
 from exograv.study.participants.register import read_register
-from exograv.task.protocol import SESSIONS_MAX
 
 from .incoming import Incoming, read_incoming
 from .making import refresh
+from .options import AddOptions
 from .quarantine import put_aside, quarantined, set_aside
 from .showing import looks_like_code, shown_file
 from .sources import SUFFIXES, Source, SourceNote, copied, placed_sources, put, remove_partial, sha256_of
 from .who import same_person
 
-NOTHING = Said()
 BUILT_IN = ("training", "familiarisation", "flight")
 FIRST_WINDOWS = re.compile(r"-first-\d{1,3}$")
 """What `exograv train --windows` puts behind a protocol's name."""
-
-
-@dataclass(frozen=True)
-class AddOptions:
-    """What is told beside the files."""
-
-    said: Said = NOTHING
-    """Holds for all files; where a file says another, it is followed, and that is remarked."""
-
-    acquired: str | None = None
-    """Date and time, ISO 8601."""
-
-    new_codes: Mapping[str, str] = field(default_factory=dict)
-    """Code of the study for a code in files that were made under another."""
-
-    gravity_level: float | None = None
-    """Of touches that say none."""
-
-    mapping: XdfMapping | None = None
-    """Of XDF of somebody else."""
-
-    replace: bool = False
-    """A session that is there already is put aside."""
 
 
 @dataclass(frozen=True)
@@ -92,9 +70,33 @@ def _refuse_options(options: AddOptions) -> None:
             datetime.fromisoformat(options.acquired)
         except ValueError:
             raise ConfigError("--acquired is no date and time. Write ISO 8601, as 2026-03-04T09:30:00+01:00.") from None
-    said = options.said
-    if said.session is not None and not 1 <= said.session <= SESSIONS_MAX:
-        raise ConfigError(f"--session is {said.session}; sessions are numbered from 1 to {SESSIONS_MAX}.")
+    if options.session is not None and not 1 <= options.session <= SESSIONS_MAX:
+        raise ConfigError(f"--session is {options.session}; sessions are numbered from 1 to {SESSIONS_MAX}.")
+
+
+def said_of(options: AddOptions) -> Said:
+    """Session as it is told; holds for all files.
+
+    Raises:
+        ConfigError: The code is none.
+    """
+    code = None if options.participant is None else typed_code(options.participant)
+    return Said(code, options.protocol, options.session)
+
+
+def new_codes(pairs: Sequence[str]) -> dict[str, str]:
+    """Code of the study for each code in files that were made under another.
+
+    Raises:
+        ConfigError: A pair is none, or its code.
+    """
+    codes = dict[str, str]()
+    for pair in pairs:
+        old, equals, new = pair.partition("=")
+        if not (old and equals):
+            raise ConfigError("--new-code takes OLD=CODE, such as P-02=K7MR4XX.")
+        codes[old] = typed_code(new)
+    return codes
 
 
 def _expanded(paths: Sequence[Path]) -> list[Path]:
@@ -109,6 +111,8 @@ class _Adding:
 
     def __init__(self, folder: StudyFolder, options: AddOptions, codes: set[str], settings: StudySettings):
         self._folder, self._options, self._codes, self._settings = folder, options, codes, settings
+        self._said, self._new_codes = said_of(options), new_codes(options.new_code)
+        self._mapping = None if options.mapping is None else read_toml(options.mapping, XdfMapping)
         self._protocols = {*BUILT_IN, *(one.protocol for one in settings.expected)}
         self._sources = {source.note.key: source for source in placed_sources(folder)}
         self.fresh = dict[SessionKey, Imported]()
@@ -137,8 +141,8 @@ class _Adding:
         if sha256 in quarantined(self._folder) and not self._options.replace:
             return [AddingOutcome(shown, "already there", "It is in quarantine; nothing was changed.")]
         try:
-            incoming = read_incoming(path, kind, sha256, self._options.said, self._options.gravity_level,
-                                     self._options.mapping, self._code_of)  # fmt: skip
+            incoming = read_incoming(path, kind, sha256, self._said, self._options.gravity_level,
+                                     self._mapping, self._code_of)  # fmt: skip
         except RecordingError as error:
             sentence = str(error).replace(str(path), "It").replace(path.name, "It")
             return [self._unreadable(path, shown, kind, sha256, sentence)]
@@ -189,7 +193,7 @@ class _Adding:
             recorded_as=None if recorded_as in (None, key.participant) else recorded_as,
             acquired=self._options.acquired,
             gravity_level=self._options.gravity_level,
-            mapping=self._options.mapping if one.kind == "xdf" else None,
+            mapping=self._mapping if one.kind == "xdf" else None,
             body=one.body,
             remark=sentences(remark, doubt, _refused_lines(one), self._doubt_reality(one)),
         )
@@ -209,7 +213,7 @@ class _Adding:
 
     def _key(self, recorded: Said) -> tuple[SessionKey, str | None]:
         """Which session it is, and what was told otherwise than the file says."""
-        told = self._options.said
+        told = self._said
         said = Said(self._participant(recorded.participant), told.protocol or recorded.protocol,
                     told.session or recorded.session)  # fmt: skip
         if said.participant is None or said.protocol is None or said.session is None:
@@ -227,7 +231,7 @@ class _Adding:
         return SessionKey(said.participant, said.protocol, said.session), remark
 
     def _participant(self, recorded: str | None) -> str | None:
-        told = self._options.said.participant
+        told = self._said.participant
         if recorded is None:
             if told is not None and told not in self._codes:
                 raise ConfigError(f"Participant {told} is not in the study: `exograv study participant STUDY list`.")
@@ -252,15 +256,15 @@ class _Adding:
 
     def _code_of(self, recorded: str) -> str | None:
         """Code of the study for what a file says; None for nobody."""
-        code = self._options.new_codes.get(recorded, recorded) if looks_like_code(recorded) else None
+        code = self._new_codes.get(recorded, recorded) if looks_like_code(recorded) else None
         return code if code in self._codes else None
 
     def _unreadable(self, path: Path, shown: str, kind: str, sha256: str, sentence: str) -> AddingOutcome:
         if kind == "csv" or not _has_mark(path):
             # It may be anything, with anybody's name in it: nothing of it is kept.
             return self._refused(shown, sentence, sha256)
-        put_aside(self._folder, path, sha256, sentence, self._options.said.participant)
-        note(self._folder, "quarantined", sentence, sha256=sha256, participant=self._options.said.participant)
+        put_aside(self._folder, path, sha256, sentence, self._said.participant)
+        note(self._folder, "quarantined", sentence, sha256=sha256, participant=self._said.participant)
         return AddingOutcome(shown, "quarantined", sentence)
 
     def _refused(self, shown: str, sentence: str, sha256: str | None = None) -> AddingOutcome:

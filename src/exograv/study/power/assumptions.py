@@ -82,25 +82,3 @@ def sure_worlds(plan: PlannedStudy, studies: int) -> Worlds:
     """Every study as the plan says."""
     full = [np.full(studies, value) for value in (plan.difference, plan.person_sd, plan.touch_sd)]
     return Worlds(*full)
-
-
-@dataclass(frozen=True)
-class Price:
-    """Of places on the aircraft."""
-
-    seat_cost: float | None = None
-    """Of one seat on one flight, any currency."""
-
-    seats_per_flight: int | None = None
-    """For participants."""
-
-    def __post_init__(self):
-        """Refuse what cannot be.
-
-        Raises:
-            ConfigError: Names the option.
-        """
-        if self.seat_cost is not None and not 0.0 <= self.seat_cost < np.inf:
-            raise ConfigError(f"--seat-cost is {self.seat_cost:g}; give what one seat costs, 0 or more.")
-        if self.seats_per_flight is not None and self.seats_per_flight < 1:
-            raise ConfigError(f"--seats-per-flight is {self.seats_per_flight}; a flight carries at least one.")

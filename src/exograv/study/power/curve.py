@@ -1,21 +1,20 @@
 """Power and precision over the number of people, and what windows, touches and flights add."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil, exp
 from typing import Any
 
 import numpy as np
 
-from exograv.errors import ConfigError
 from exograv.study.statistics.relabelling import generic_smallest_p
 
-from .assumptions import PlannedStudy, Price, Worlds, sure_worlds
+from .assumptions import PlannedStudy, Worlds, sure_worlds
+from .options import N_MIN, CurveOptions, Price
 from .pilot import PilotVariance
 from .simulate import Shares, people, shares
 
 TARGETS = (0.8, 0.9)
-N_MIN, N_LIMIT = 2, 200
 ENOUGH = 0.99
 """Power from which on the curve is of no interest, once it has `N_SHOWN` points."""
 
@@ -24,30 +23,6 @@ WINDOWS, TOUCHES, FLIGHTS = (1, 2, 5, 10, 20, 31), (1, 2, 4, 8, 16), (1, 2, 3)
 """Rows of the table of what matters."""
 
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True)
-class CurveOptions:
-    """How the curve is made."""
-
-    n_max: int = 40
-    studies: int = 10_000
-    """Simulated for each number of people."""
-
-    seed: int = 0
-
-    def __post_init__(self):
-        """Refuse what cannot be.
-
-        Raises:
-            ConfigError: Names the option.
-        """
-        if not N_MIN <= self.n_max <= N_LIMIT:
-            raise ConfigError(f"--n-max is {self.n_max}; give {N_MIN} to {N_LIMIT} people a group.")
-        if not 100 <= self.studies <= 1_000_000:
-            raise ConfigError(f"--studies is {self.studies}; give 100 to 1000000 for each number of people.")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; give 0 or more.")
 
 
 def power_study(

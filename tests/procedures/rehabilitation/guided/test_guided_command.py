@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.guided.guided_command import GuidedOptions, RepeatOptions
-from exograv.laboratory.guided.mirror_command import MirrorOptions, followed
+from exograv.laboratory.guided.mirror_command import followed
+from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
 
 DT = 0.001
 

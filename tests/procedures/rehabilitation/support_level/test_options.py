@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.support_level.options import SupportOptions, weakness_of
+from exograv.laboratory.support_level.options import SupportOptions
+from exograv.laboratory.support_level.person_file import weakness_of
 
 
 def person(tmp_path: Path, text: str) -> SupportOptions:

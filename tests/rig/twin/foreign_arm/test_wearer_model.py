@@ -9,7 +9,8 @@ import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports] - found through a path file
 import pytest
 
-from exograv.model.description import Side, load_rig
+from exograv.model.description import load_rig
+from exograv.options import Side
 from exograv.rig.twin import (
     Disturbances,
     Examiner,

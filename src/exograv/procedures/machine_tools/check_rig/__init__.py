@@ -1,20 +1,21 @@
 """`exograv check-rig`: what a machine's folder lacks, what its cuffs hold, how far it reaches, whom it can carry."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.model.anthropometry import Body, Sex
+from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
-from exograv.model.description import RigDescription, Side
+from exograv.model.description import RigDescription
 from exograv.model.loops import LoopSolver
 from exograv.model.rig_settings import FREEDOMS_OF_ARM, RigSettings
 from exograv.model.support import Support, put_together, support
 from exograv.model.tree import Tree
+from exograv.options import Side
+from exograv.procedures.machine_tools.options import CheckOptions
 
 from .agreement import examine_agreement
 from .findings import CheckFindings
@@ -29,17 +30,6 @@ Progress = Callable[[str, float], None]
 
 SOFTEST = 0.5
 """A freedom that is held more softly sags far under the weight of a hand [N·m/rad]."""
-
-
-@dataclass(frozen=True)
-class CheckOptions:
-    """Which machine, and who is to wear it."""
-
-    rig: str
-    side: Side | None = None
-    height_m: float = 1.75
-    mass_kg: float = 75.0
-    sex: Sex = "male"
 
 
 def check_rig(options: CheckOptions, out: Path, progress: Progress) -> dict[str, Any]:

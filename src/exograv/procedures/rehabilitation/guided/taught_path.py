@@ -9,8 +9,9 @@ from pydantic import Field
 
 from exograv.errors import ConfigError
 from exograv.model.assembly import read_exoskeleton
-from exograv.model.description import RigDescription, Side
+from exograv.model.description import RigDescription
 from exograv.motion import Trajectory
+from exograv.options import Side
 from exograv.storage.sealed_file import Sealed, read_sealed, sealed, write_sealed
 
 from .path_shaping import PERIOD_S, ShapedPath, driven, refuse_outside, refuse_quick

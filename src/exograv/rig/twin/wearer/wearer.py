@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from exograv.model.description import Side
 from exograv.model.rig_settings import ArmKind, ArmSide
+from exograv.options import Side
 from exograv.rig.twin.disturbances.levels import Disturbances
 from exograv.rig.twin.disturbances.streams import stream, uniform
 

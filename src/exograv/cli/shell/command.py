@@ -1,0 +1,40 @@
+"""From a command's function to its options: the classes in its signature are all that the command line reads."""
+
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass, make_dataclass
+from functools import cache
+from typing import Any, get_type_hints
+
+from .base_options import Common
+
+Action = Callable[..., dict[str, Any]]
+"""Takes instances of its options' classes, and `Common` if it needs that; returns the figures of `--json`."""
+
+
+def option_classes(action: Action) -> dict[str, type]:
+    """Class of each parameter of a command."""
+    hints = get_type_hints(action)
+    return {name: kind for name, kind in hints.items() if isinstance(kind, type) and is_dataclass(kind)}
+
+
+@cache
+def command_class(action: Action) -> type[Common]:
+    """All options of a command in one flat class, which tyro reads. Its instances are not checked."""
+    kinds = tuple(kind for kind in option_classes(action).values() if kind is not Common)
+    is_old = bool(kinds) and issubclass(kinds[0], Common)
+    namespace = {"__doc__": kinds[0].__doc__ if is_old else action.__doc__, "__post_init__": lambda _: None}
+    bases = kinds if is_old else (*kinds, Common)
+    return make_dataclass(action.__name__, [], bases=bases, frozen=True, namespace=namespace)
+
+
+def act(action: Action, parsed: Common) -> dict[str, Any]:
+    """Run a command.
+
+    Raises:
+        ConfigError: An option cannot be used.
+    """
+    parts = {
+        name: kind(**{field.name: getattr(parsed, field.name) for field in fields(kind) if field.init})
+        for name, kind in option_classes(action).items()
+    }
+    return action(**parts)

@@ -1,0 +1,70 @@
+"""Protocol, group and machine that come of a session's options and of the files that they name."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from exograv.errors import ConfigError
+from exograv.laboratory.options import GRAVITY_LEVEL_MAX
+from exograv.laboratory.virtual_laboratory import ACTIVE_RIG, PASSIVE_RIG
+from exograv.model.description import validation_sentences
+from exograv.task.allocation import AllocationList, exo_for, group_of
+from exograv.task.protocol import LoadedProtocol, first_windows, load_protocol, refuse_levels
+from exograv.task.protocol_schema import ExoMode
+
+from .options import TrainOptions
+
+ALLOCATION_MAX_BYTES = 1_000_000
+
+
+@dataclass(frozen=True)
+class TrainingRequest:
+    """What comes of the options and of the files that they name."""
+
+    loaded: LoadedProtocol
+    """To be run: the file's, or a part of it."""
+
+    exo: ExoMode
+    rig: str
+    allocation_sha256: str | None
+    is_whole: bool
+    """Whether all windows of the file are run."""
+
+
+def asked_for(options: TrainOptions) -> TrainingRequest:
+    """Read protocol and allocation.
+
+    Raises:
+        ConfigError: One of them cannot be used, or this machine does not make what the protocol states.
+    """
+    loaded = load_protocol(options.protocol)
+    refuse_levels(loaded.settings, GRAVITY_LEVEL_MAX)
+    exo, sha256 = exo_for(loaded.settings, None), None
+    if options.allocation is not None:
+        allocation, sha256 = read_allocation(options.allocation)
+        exo = exo_for(loaded.settings, group_of(allocation, options.participant))
+    rig = options.rig or (PASSIVE_RIG if loaded.settings.opening == "aircraft" else ACTIVE_RIG)
+    run = loaded if options.windows is None else first_windows(loaded, options.windows)
+    return TrainingRequest(run, exo, rig, sha256, is_whole=run is loaded)
+
+
+def read_allocation(path: Path) -> tuple[AllocationList, str]:
+    """The sealed list of a study, and the hash of its file.
+
+    Raises:
+        ConfigError: It cannot be read, or is no such list.
+    """
+    import hashlib
+
+    try:
+        if path.stat().st_size > ALLOCATION_MAX_BYTES:
+            raise ConfigError(f"{path} has more than {ALLOCATION_MAX_BYTES} bytes; a list has 100 a place.")
+        content = path.read_bytes()
+        return AllocationList.model_validate_json(content), hashlib.sha256(content).hexdigest()
+    except OSError as error:
+        raise ConfigError(f"--allocation {path} cannot be read: {error.strerror}. Give the study's list.") from error
+    except ValidationError as error:
+        raise ConfigError(
+            f"--allocation {path} is no list of a study: {validation_sentences(error)} Give the one that was drawn."
+        ) from error

@@ -1,0 +1,60 @@
+"""File of a virtual person of little strength."""
+
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field, ValidationError
+
+from exograv.errors import ConfigError
+from exograv.model.rig_settings import Settings
+from exograv.rig.twin.behaviour.weakness import Weakness, drawn_weakness
+
+from .options import SupportOptions
+
+
+class PersonFile(Settings):
+    """A virtual person of little strength (docs/support_level.md)."""
+
+    strength: float | list[float] = Field(description="Of a healthy adult's; one number, or one a freedom.")
+    synergy: float = Field(0.0, ge=0.0, le=1.0)
+    mobilised_sd: float = Field(0.1, ge=0.0, le=0.5)
+    noise: float = Field(0.05, ge=0.0, le=0.5)
+
+
+def weakness_of(options: SupportOptions, freedoms: int) -> Weakness:
+    """Of the person who is asked for.
+
+    Raises:
+        ConfigError: The file cannot be read or says what cannot be.
+    """
+    path = options.person_file
+    if path is None:
+        return drawn_weakness(options.strength_or_usual, options.seed, freedoms, options.synergy or 0.0)
+    person = _read(path)
+    if isinstance(person.strength, float):
+        strength = drawn_weakness(person.strength, options.seed, freedoms).strength
+    else:
+        strength = np.array(person.strength)
+    if len(strength) != freedoms or not ((strength > 0.0) & (strength <= 1.0)).all():
+        raise ConfigError(
+            f"strength in {path} is {person.strength}; give a number above 0 to 1, or {freedoms} of them, in the order "
+            "flexion, abduction, rotation, elbow."
+        )
+    return Weakness(strength, person.synergy, person.mobilised_sd, person.noise)
+
+
+def _read(path: Path) -> PersonFile:
+    import tomllib
+
+    try:
+        return PersonFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise ConfigError(f"--person-file {path} cannot be read: {error.strerror}. Check its path.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"--person-file {path} is no TOML file: {error}.") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise ConfigError(
+            f"--person-file {path}: {where}: {first['msg']}. It may say strength, synergy, mobilised_sd and noise."
+        ) from error

@@ -1,0 +1,221 @@
+"""Options of commands: types of the values that several of them take, each with its help text and its check.
+
+Every option is declared once, on the frozen dataclass that uses it; the command line reads these classes. A module that
+declares some imports neither NumPy nor an engine: `--help` must not wait for them.
+"""
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_type_hints
+
+import tyro
+
+from .errors import ConfigError
+
+DONNINGS_MAX = 1000
+SESSIONS_MAX = 99
+"""Of one protocol, for one person."""
+
+HEAVIEST_KG = 2.0
+"""Weight that a person is given to hold, and only to be weighed [kg]."""
+
+SIDE_HELP = "Arm; the machine's first if none is named."
+LEVEL_HELP = "Disturbances of the {}: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."
+
+
+@dataclass(frozen=True)
+class Within:
+    """Range of the values that are allowed, both ends included."""
+
+    low: float | int
+    high: float | int = math.inf
+    allowed: str | None = None
+    """End of the refusal; the range itself where absent."""
+
+    unit: str = ""
+    """Of the value, behind the refused number."""
+
+    def refuse(self, flag: str, value: float | int) -> None:
+        """Check one value.
+
+        Raises:
+            ConfigError: The value is outside of the range, or not a number.
+        """
+        if self.low <= value <= self.high:
+            return
+        end = "and above" if self.high == math.inf else f"to {self.high:g}"
+        allowed = f"{self.low:g} {end}." if self.allowed is None else self.allowed
+        raise ConfigError(f"{flag} is {value}{self.unit}; allowed: {allowed}")
+
+
+@dataclass(frozen=True)
+class PersonCode:
+    """Code that stands for a person, never a name."""
+
+    advice: str = "Give one such as P-07, or none for a random one."
+    marks: str = "-_"
+    """Allowed beside letters and digits."""
+
+    @property
+    def text(self) -> str:
+        """End of a refusal: what a code must have."""
+        first, second = self.marks
+        return (
+            f"3 to 16 letters, digits, '{first}' and '{second}', with a digit among them: what has none looks like a "
+            "name"
+        )
+
+    def accepts(self, code: str) -> bool:
+        """True if it can stand for a person."""
+        allowed = re.fullmatch(rf"[0-9A-Za-z{re.escape(self.marks)}]{{3,16}}", code) is not None
+        return allowed and any(letter.isdigit() for letter in code)
+
+    def refuse(self, flag: str, code: str) -> None:
+        """Check one code.
+
+        Raises:
+            ConfigError: It cannot be a code, or looks like a name.
+        """
+        if not self.accepts(code):
+            raise ConfigError(f"{flag} is '{code}'; it must have {self.text}. {self.advice}")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a command, or a part of them. Subclasses are frozen dataclasses."""
+
+    def __post_init__(self):
+        """Check every field whose type states what is allowed.
+
+        Raises:
+            ConfigError: A value is not allowed.
+        """
+        for field, flag, marks in flags(type(self)):
+            value = getattr(self, field)
+            for mark in marks:
+                if isinstance(mark, Within | PersonCode) and value is not None:
+                    mark.refuse(flag, value)
+
+
+def flags(kind: type) -> Iterator[tuple[str, str, tuple[Any, ...]]]:
+    """Name, flag and marks of every option of a class that carries marks."""
+    for field, hint in get_type_hints(kind, include_extras=True).items():
+        marks = getattr(hint, "__metadata__", ())
+        if marks:
+            named = [mark.name for mark in marks if getattr(mark, "name", None)]
+            yield field, f"--{(named or [field])[-1].replace('_', '-')}", marks
+
+
+Side = Literal["right", "left", "both"]
+"""Of a machine; one for both arms is one machine."""
+
+Sex = Literal["female", "male"]
+Loss = Literal["finish", "stop"]
+"""End of an open window when no page steers any more."""
+
+Bus = Literal["canopen", "moteus", "udp"]
+Profile = Literal["harmonic", "qdd"]
+
+RigOption = Annotated[str, tyro.conf.arg(help="Name of a machine (see `exograv rigs`) or path of its folder.")]
+SideOption = Annotated[Side | None, tyro.conf.arg(help=SIDE_HELP)]
+OneSideOption = Annotated[Literal["right", "left"] | None, tyro.conf.arg(help=SIDE_HELP)]
+Level = Annotated[int, Within(0, 4, "0 (none) to 4 (a bad day)."), tyro.conf.arg(help=LEVEL_HELP.format("twin"))]
+AnySeed = Annotated[int, tyro.conf.arg(help="Draws machine, wearer and run; the same seed gives the same figures.")]
+Seed = Annotated[AnySeed, Within(0)]
+Processes = Annotated[int, Within(1, 64)]
+Donning = Annotated[
+    int,
+    Within(0, DONNINGS_MAX, f"0 (the first) to {DONNINGS_MAX}."),
+    tyro.conf.arg(
+        help="Day on which the twin's wearer is in the machine: 0 the first, 1 the same person in the cuffs anew."
+    ),
+]
+CalibrationFile = Annotated[
+    Path | None,
+    tyro.conf.arg(
+        help="calibration.toml of this machine (`exograv calibrate`); without it the machine is calibrated first."
+    ),
+]
+Repeated = Annotated[tuple[str, ...], tyro.conf.UseAppendAction]
+"""Flag that may be given several times."""
+
+
+def text_option(read: Callable[[str], Any], write: Callable[[Any], str], metavar: str) -> Any:
+    """Mark of an option that is read from one word of text."""
+    return tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=lambda words: read(words[0]),
+        is_instance=lambda value: isinstance(value, tuple),
+        str_from_instance=lambda value: [write(value)],
+    )
+
+
+def read_numbers(text: str, flag: str) -> list[float]:
+    """Numbers separated by commas.
+
+    Raises:
+        ConfigError: One of them is not a number.
+    """
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise ConfigError(f"{flag} is '{text}'; give numbers separated by commas, without spaces.") from error
+
+
+def read_pair(text: str, flag: str) -> tuple[int, int]:
+    """Two whole numbers separated by a comma.
+
+    Raises:
+        ConfigError: They are not.
+    """
+    values = read_numbers(text, flag)
+    if len(values) != 2 or any(value != int(value) for value in values):
+        raise ConfigError(f"{flag} is '{text}'; give two whole numbers, such as 3,3.")
+    return int(values[0]), int(values[1])
+
+
+def pair(flag: str) -> Any:
+    """Mark of an option that holds two whole numbers."""
+    return text_option(lambda text: read_pair(text, flag), lambda both: ",".join(map(str, both)), "A,B")
+
+
+def words(read: Callable[[str], tuple[Any, ...]]) -> Any:
+    """Mark of an option that holds words or numbers separated by commas."""
+    return text_option(read, lambda several: ",".join(map(str, several)), "STR")
+
+
+def _read_named(texts: list[str]) -> dict[str, float]:
+    return dict(_named_number(text, "--constant") for text in texts)
+
+
+def _named_number(text: str, flag: str) -> tuple[str, float]:
+    """NAME=VALUE.
+
+    Raises:
+        ConfigError: It is not.
+    """
+    name, equals, value = text.partition("=")
+    try:
+        if not equals:
+            raise ValueError
+        return name.strip(), float(value)
+    except ValueError:
+        raise ConfigError(f"{flag} is '{text}'; give NAME=VALUE with a number, such as width=0.1.") from None
+
+
+NamedNumbers = Annotated[
+    Mapping[str, float],
+    tyro.conf.arg(name="constant"),
+    tyro.constructors.PrimitiveConstructorSpec(
+        nargs="*",
+        metavar="[STR [STR ...]]",
+        instance_from_str=_read_named,
+        is_instance=lambda value: isinstance(value, Mapping),
+        str_from_instance=lambda value: [f"{name}={number:g}" for name, number in value.items()],
+    ),
+]
+"""Constants by name, each as NAME=VALUE."""

@@ -1,0 +1,24 @@
+"""Options of a participant's file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from exograv.options import Options, PersonCode
+
+
+@dataclass(frozen=True)
+class ParticipantOptions(Options):
+    """Files of a person that a run reads and writes."""
+
+    keep: Path | None = None
+    """Keep the person as identified in this file, for the next donning."""
+
+    code: Annotated[str | None, PersonCode()] = None
+    """Code that stands for the person in that file, such as P-07, never a name; a random one if none is given."""
+
+    participant: Path | None = None
+    """File of an earlier donning (`--keep`) to start from."""
+
+
+NO_FILES = ParticipantOptions()
