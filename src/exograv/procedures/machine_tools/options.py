@@ -1,5 +1,6 @@
 """Options of the tools for a machine's files."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -123,7 +124,7 @@ class LogOptions:
     payload_frame: str = field(default=tyro.MISSING)
     """Link or frame that carries the payload."""
 
-    gains: Annotated[tuple[float, ...], words(lambda text: tuple(read_numbers(text, "--gains")))] = field(
+    gains: Annotated[Sequence[float], words(lambda text: tuple(read_numbers(text, "--gains")))] = field(
         default=tyro.MISSING
     )
     """Joint torque per motor current [N·m/A], one a joint, separated by commas."""
