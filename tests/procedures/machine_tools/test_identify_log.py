@@ -11,6 +11,7 @@ import pytest
 
 from exograv.errors import ConfigError, ExogravError, IdentificationError, ModelError, RecordingError
 from exograv.identification.payload.payload_outcome import PayloadOutcome
+from exograv.loop.pilot import Progress
 from exograv.procedures.identification.method_names import MethodName
 from exograv.procedures.machine_tools.identify_log import identify_log
 from exograv.procedures.machine_tools.options import LogOptions
@@ -90,7 +91,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def identified(lab: Path, **changes: Any) -> dict[str, Any]:
+def identified(lab: Path, progress: Progress = lambda _text, _share: None, **changes: Any) -> dict[str, Any]:
     options: dict[str, Any] = {
         "log": lab / "loaded.csv",
         "unloaded": lab / "unloaded.csv",
@@ -98,7 +99,7 @@ def identified(lab: Path, **changes: Any) -> dict[str, Any]:
         "payload_frame": "tool",
         "gains": GAINS,
     }
-    return identify_log(LogOptions(**{**options, **changes}))
+    return identify_log(LogOptions(**{**options, **changes}), progress)
 
 
 def test_the_interval_holds_the_mass_on_nearly_every_seed_even_when_motion_and_friction_have_changed(
