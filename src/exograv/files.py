@@ -1,8 +1,9 @@
 """Files that are written completely or not at all, and the TOML that stands in them."""
 
+import json
 import os
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,25 @@ def sync(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def append_rows(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
+    """Append rows to a file, one a line of JSON, and force them to the disk.
+
+    A line that a killed process left unfinished then stands alone.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    text = "".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows).encode()
+    with path.open("ab+") as file:
+        size = file.seek(0, os.SEEK_END)
+        if size:
+            file.seek(size - 1)
+            text = text if file.read(1) == b"\n" else b"\n" + text
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def toml_text(content: Mapping[str, Any], head: str = "") -> str:

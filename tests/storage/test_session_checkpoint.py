@@ -10,7 +10,7 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.loop.replay_log import read_machine
 from exograv.model.description import load_rig
 from exograv.procedures.calibration.nominal_machine import nominal_machine
-from exograv.storage.session_checkpoint import KeptSession, KnownPerson, read_kept, refuse_kept, write_kept
+from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, KnownPerson, read_kept, refuse_kept
 
 OPTIONS = {"protocol": "training", "participant": "P-01", "seed": 1014, "windows": None}
 
@@ -22,8 +22,8 @@ def kept(**changes: object) -> KeptSession:
 
 def test_what_was_kept_comes_back(tmp_path: Path):
     path = tmp_path / "run.json"
-    write_kept(path, kept())
-    write_kept(path, kept(t=13.0))
+    SESSION_FILE.write(path, kept())
+    SESSION_FILE.write(path, kept(t=13.0))
     assert read_kept(path, OPTIONS) == kept(t=13.0)
     assert [one.name for one in tmp_path.iterdir()] == ["run.json"]
 
@@ -33,7 +33,7 @@ def test_the_person_comes_back_to_the_last_bit(tmp_path: Path):
     machine = nominal_machine(description, np.linspace(0.1, 1.0, 40).reshape(4, 10) / 3.0)
     x, covariance = np.random.default_rng(1).standard_normal(7) / 3.0, np.eye(7) / 3.0
     path = tmp_path / "run.json"
-    write_kept(path, kept(person=KnownPerson.of(machine, x, covariance)))
+    SESSION_FILE.write(path, kept(person=KnownPerson.of(machine, x, covariance)))
     person = read_kept(path, OPTIONS).person
     assert person is not None
     np.testing.assert_array_equal(np.array(person.x), x)
@@ -46,7 +46,7 @@ def test_the_person_comes_back_to_the_last_bit(tmp_path: Path):
 @pytest.mark.parametrize(("name", "value"), [("seed", 1015), ("participant", "P-02"), ("windows", 3)])
 def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path, name: str, value: object):
     path = tmp_path / "run.json"
-    write_kept(path, kept())
+    SESSION_FILE.write(path, kept())
     with pytest.raises(ConfigError, match=f"--{name} is {value}, and the run"):
         read_kept(path, OPTIONS | {name: value})
 
@@ -67,11 +67,11 @@ def test_without_a_run_there_is_nothing_to_go_on_with(tmp_path: Path):
 def test_a_second_start_overwrites_nobody(tmp_path: Path):
     path = tmp_path / "run.json"
     refuse_kept(path)
-    write_kept(path, kept())
+    SESSION_FILE.write(path, kept())
     with pytest.raises(ConfigError, match="--resume"):
         refuse_kept(path)
 
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path):
     with pytest.raises(RecordingError, match="cannot be written"):
-        write_kept(tmp_path / "nowhere" / "run.json", kept())
+        SESSION_FILE.write(tmp_path / "nowhere" / "run.json", kept())

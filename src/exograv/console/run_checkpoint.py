@@ -7,7 +7,7 @@ from typing import Any
 from exograv.errors import ConfigError, ExogravError
 from exograv.model.rig_settings import Settings
 from exograv.options import SESSIONS_MAX, Side
-from exograv.storage.session_checkpoint import KeptSession, read_kept, refuse_kept, write_kept
+from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, read_kept, refuse_kept
 from exograv.task.screen import ScreenCalibration
 
 
@@ -79,7 +79,7 @@ class RunCheckpoint:
             if kept is None:
                 return
             try:
-                write_kept(self.path, kept)
+                SESSION_FILE.write(self.path, kept)
                 self.why = ""
             except ExogravError as error:
                 self.why = str(error)

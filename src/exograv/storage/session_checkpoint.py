@@ -6,15 +6,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.errors import ConfigError, RecordingError
-from exograv.files import replace_file
-from exograv.model.description import validation_sentences
+from exograv.errors import ConfigError
 from exograv.model.rig_settings import Settings
 
-SIZE_MAX_BYTES = 20_000_000
+from .checkpoint import Advice, StateFile
+
 Share = Annotated[float, Field(ge=-100.0, le=100.0)]
 AFRESH = "Begin a new session with another --session number."
 
@@ -64,48 +63,36 @@ class KeptSession(Settings):
     """By the virtual participant, until then."""
 
 
-def write_kept(path: Path, kept: KeptSession) -> None:
-    """Write it at once or not at all.
-
-    Raises:
-        RecordingError: The place cannot be written.
-    """
-    try:
-        replace_file(path, kept.model_dump_json(), is_private=True)
-    except OSError as error:
-        raise RecordingError(
-            f"{path} cannot be written: {error.strerror}. Free some space there; the run can be gone on with by "
-            "--resume from where it was kept last."
-        ) from error
+SESSION_FILE = StateFile[KeptSession](
+    pack=KeptSession.model_dump_json,
+    unpack=KeptSession.model_validate_json,
+    advice=Advice(
+        too_large=f"{{path}} has more than {{most}} bytes; it is no run. {AFRESH}",
+        unreadable="There is no run to go on with: {path} cannot be read ({why}). Leave --resume out, or give the "
+        "--out, --participant, --protocol and --session of the run that was broken off.",
+        damaged=f"{{path}} is damaged: {{why}} {AFRESH}",
+        other="--{name} is {value}, and the run in {path} was begun with {found}. Give the same.",
+        unwritable="{path} cannot be written: {why}. Free some space there; the run can be gone on with by --resume "
+        "from where it was kept last.",
+    ),
+    is_private=True,
+    makes_folder=False,
+)
 
 
 def read_kept(path: Path, options: dict[str, Any]) -> KeptSession:
-    """What was kept of a run with these options.
+    """State of a run with these options.
 
     Raises:
-        ConfigError: There is none, it is damaged, or of other options.
+        ConfigError: There is no such file, it is damaged, or of other options.
     """
-    try:
-        if path.stat().st_size > SIZE_MAX_BYTES:
-            raise ConfigError(f"{path} has more than {SIZE_MAX_BYTES} bytes; it is no run. {AFRESH}")
-        kept = KeptSession.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise ConfigError(
-            f"There is no run to go on with: {path} cannot be read ({error.strerror}). Leave --resume out, or give the "
-            "--out, --participant, --protocol and --session of the run that was broken off."
-        ) from error
-    except ValidationError as error:
-        raise ConfigError(f"{path} is damaged: {validation_sentences(error)} {AFRESH}") from error
-    for name, value in options.items():
-        if kept.options.get(name) != value:
-            raise ConfigError(
-                f"--{name} is {value}, and the run in {path} was begun with {kept.options.get(name)}. Give the same."
-            )
+    kept = SESSION_FILE.read(path)
+    SESSION_FILE.refuse_other(path, kept.options, options)
     return kept
 
 
 def refuse_kept(path: Path) -> None:
-    """Nobody's data are overwritten by a second start.
+    """Refuse to begin where a run of this name is: a second start overwrites no data.
 
     Raises:
         ConfigError: A run of this name is there.

@@ -72,12 +72,12 @@ def test_a_resumed_file_gives_the_same_runs_even_if_its_last_line_was_cut(tmp_pa
     runs = [done("recursive", 0, intervals={"20": Intervals({"a": True}, (1, 2))}), done("ekf", 0)]
     for one in runs:
         file.add(one)
-    assert RunFile(path, 120.0, resume=True).runs == runs
+    assert RunFile(path, 120.0, resume=True).rows == runs
     path.write_text(path.read_text()[:-40])
     cut = RunFile(path, 120.0, resume=True)
-    assert cut.runs == runs[:1]
+    assert cut.rows == runs[:1]
     cut.add(runs[1])
-    assert RunFile(path, 120.0, resume=True).runs == runs
+    assert RunFile(path, 120.0, resume=True).rows == runs
 
 
 def test_runs_of_another_length_are_not_resumed(tmp_path: Path):
@@ -88,7 +88,7 @@ def test_runs_of_another_length_are_not_resumed(tmp_path: Path):
 
 def test_a_new_start_keeps_the_old_runs_beside(tmp_path: Path):
     RunFile(tmp_path / "runs.jsonl", 120.0, resume=False).add(done("recursive", 0))
-    assert RunFile(tmp_path / "runs.jsonl", 120.0, resume=False).runs == []
+    assert RunFile(tmp_path / "runs.jsonl", 120.0, resume=False).rows == []
     assert len((tmp_path / "runs.before.jsonl").read_text().splitlines()) == 2
 
 
@@ -102,7 +102,7 @@ def test_the_keyboard_stops_it_and_what_is_done_is_kept(tmp_path: Path, monkeypa
     options = BenchmarkOptions(wearers=0, streams=3, methods=("recursive", "gradient"))
     result = run_benchmark(options, tmp_path, lambda _text, _share: None)
     assert (result["interrupted"], result["runs_done"], result["runs_wanted"]) == (True, 2, 6)
-    assert len(RunFile(tmp_path / benchmark.FILE, 120.0, resume=True).runs) == 2
+    assert len(RunFile(tmp_path / benchmark.FILE, 120.0, resume=True).rows) == 2
 
 
 def test_several_processes_bring_the_same_runs_as_one():

@@ -8,7 +8,7 @@ import pytest
 from tests.campaigns.virtual_study.made_up_flights import flight
 
 from exograv.campaigns.virtual_study.careers import careers
-from exograv.campaigns.virtual_study.checkpoint import CareerJob, lived_of, read_lived
+from exograv.campaigns.virtual_study.checkpoint import CAREER_FILE, CareerJob, lived_of
 from exograv.campaigns.virtual_study.options import StudyOptions
 from exograv.campaigns.virtual_study.out_folder import CAREERS, SETTINGS, out_folder, settings_of_study
 from exograv.campaigns.virtual_study.participants import ParticipantResult
@@ -57,7 +57,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path):
 
 def test_a_career_in_whose_place_a_folder_is_is_named(tmp_path: Path):
     with pytest.raises(RecordingError, match=r"cannot be read"):
-        read_lived(tmp_path)
+        CAREER_FILE.find(tmp_path)
 
 
 def test_nothing_is_flown_that_is_kept(tmp_path: Path):
@@ -76,7 +76,7 @@ def test_a_career_that_cannot_be_read_is_named(tmp_path: Path, text: str):
     path = tmp_path / "V00-dam.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=r"V00-dam\.json.*Delete this file"):
-        read_lived(path)
+        CAREER_FILE.find(path)
 
 
 def test_without_sessions_flights_are_all_that_is_expected():

@@ -41,7 +41,7 @@ def run_benchmark(options: BenchmarkOptions, folder: Path, progress: Progress) -
     wanted = {key for tasks in planned for task in tasks for key in task.keys}
     file = RunFile(folder / FILE, options.seconds, options.resume)
     interrupted = _work_off(planned, wanted, options, file, progress)
-    runs = sorted((run for run in file.runs if run.key in wanted), key=lambda run: run.case.wearer_seed)
+    runs = sorted((run for run in file.rows if run.key in wanted), key=lambda run: run.case.wearer_seed)
     return {
         **summary(runs),
         "options": asdict(options),
@@ -62,7 +62,7 @@ def _work_off(
     progress: Progress,
 ) -> bool:
     """Whether the keyboard stopped it."""
-    done = {run.key for run in file.runs}
+    done = {run.key for run in file.rows}
     left = [[task.left(done) for task in tasks if task.left(done).keys] for tasks in planned]
     count = len(wanted & done)
 

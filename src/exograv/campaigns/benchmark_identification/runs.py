@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from exograv import __version__
-from exograv.storage.checkpoint_lines import KeptLines
+from exograv.storage.checkpoint import CheckpointRows
 
 from .cases import Case
 
@@ -76,7 +76,7 @@ class MethodRun:
         return self.setting, self.method, self.case
 
 
-class RunFile:
+class RunFile(CheckpointRows[MethodRun]):
     """Finished runs, kept as they are done."""
 
     def __init__(self, path: Path, seconds: float, resume: bool):
@@ -85,18 +85,7 @@ class RunFile:
         Raises:
             RecordingError: It cannot be written, or another version or length of motion made it.
         """
-        self._kept = KeptLines(path, {"exograv": __version__, "seconds": seconds}, resume)
-        self.path = path
-        try:
-            self.runs = [_run(row) for row in self._kept.rows]
-            """All that are done, those of the resumed file first."""
-        except (KeyError, TypeError) as error:
-            raise self._kept.damaged(error) from error
-
-    def add(self, run: MethodRun) -> None:
-        """Keep one more."""
-        self._kept.add(asdict(run))
-        self.runs.append(run)
+        super().__init__(path, {"exograv": __version__, "seconds": seconds}, resume, asdict, _run)
 
 
 def _run(row: dict[str, Any]) -> MethodRun:

@@ -9,7 +9,7 @@ from exograv import __version__
 from exograv.recording.code import code_sha256
 from exograv.safety.guard import SafeState
 from exograv.safety.stops import StopReason
-from exograv.storage.checkpoint_lines import KeptLines
+from exograv.storage.checkpoint import CheckpointRows
 
 from .scenario import Scenario, ScenarioVerdict
 from .scenario_log import ScenarioLog
@@ -32,11 +32,8 @@ class KeptVerdicts:
             RecordingError: The file cannot be used.
         """
         head = {"exograv": __version__, "code": code_sha256(), **campaign}
-        self._kept = KeptLines(folder / FILE, head, resume)
-        try:
-            self.verdicts = {row["scenario"]["number"]: verdict_of(row) for row in self._kept.rows}
-        except (KeyError, TypeError, ValueError) as error:
-            raise self._kept.damaged(error) from error
+        self._kept = CheckpointRows(folder / FILE, head, resume, row_of, verdict_of)
+        self.verdicts = {verdict.scenario.number: verdict for verdict in self._kept.rows}
 
     @property
     def path(self) -> Path:
@@ -46,7 +43,7 @@ class KeptVerdicts:
     def add(self, verdicts: Iterable[ScenarioVerdict]) -> None:
         """Keep more."""
         new = {verdict.scenario.number: verdict for verdict in verdicts}
-        self._kept.add(*map(row_of, new.values()))
+        self._kept.add(*new.values())
         self.verdicts |= new
 
 

@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
-from exograv.errors import ConfigError, RecordingError
-from exograv.files import write_whole
+from exograv.errors import RecordingError
 from exograv.runtime.processes.process_pool import Tell, results_of
+from exograv.storage.checkpoint import Advice, StateFile
 
 from .careers import Career
 from .flight import flight_of
@@ -52,7 +52,7 @@ def lived_of(
     Raises:
         ExogravError: A machine or run was refused, a file cannot be read, or the disk is full; what is kept stays.
     """
-    done = {k: lived for k, job in enumerate(jobs) if (lived := read_lived(job.file)) is not None}
+    done = {k: lived for k, job in enumerate(jobs) if (lived := CAREER_FILE.find(job.file)) is not None}
     left = [k for k in range(len(jobs)) if k not in done]
     going = dict[str, float]()
 
@@ -65,7 +65,7 @@ def lived_of(
         for which, lived in arriving:
             job = jobs[left[which]]
             add(lived)
-            write_whole(job.file, json.dumps(asdict(lived)))
+            CAREER_FILE.write(job.file, lived)
             done[left[which]] = lived
             going.pop(job.career.name, None)
     finally:
@@ -85,26 +85,22 @@ def _live(job: CareerJob, tell: Tell, recordings: Path) -> Iterator[ParticipantR
     yield simulate_participant(job.career, job.options, recordings, told)
 
 
-def read_lived(path: Path) -> ParticipantResult | None:
-    """What was kept; None where nothing was.
+def _unpacked(content: bytes) -> ParticipantResult:
+    plain = json.loads(content)
+    flights = tuple(flight_of(one) for one in plain["flights"])
+    return ParticipantResult(
+        flights, tuple(plain["files"]), plain["spent_s"], plain["simulated_s"], plain.get("refused")
+    )
 
-    Raises:
-        ConfigError: The file holds something else.
-        RecordingError: It cannot be read.
-    """
-    try:
-        text = path.read_text(encoding="utf-8")
-        plain = json.loads(text)
-        flights = tuple(flight_of(one) for one in plain["flights"])
-        return ParticipantResult(
-            flights, tuple(plain["files"]), plain["spent_s"], plain["simulated_s"], plain.get("refused")
-        )
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be read: {error.strerror}. See whose it is.") from None
-    except (ValueError, KeyError, TypeError) as error:
-        raise ConfigError(
-            f"{path} cannot be read as what came of a career ({error}). Delete this file, and --resume goes through "
-            "that career again."
-        ) from None
+
+CAREER_FILE = StateFile[ParticipantResult](
+    pack=lambda lived: json.dumps(asdict(lived)),
+    unpack=_unpacked,
+    advice=Advice(
+        unreadable="{path} cannot be read: {why}. See whose it is.",
+        unreadable_error=RecordingError,
+        damaged="{path} cannot be read as what came of a career ({why}). Delete this file, and --resume goes through "
+        "that career again.",
+    ),
+    size_max=None,
+)

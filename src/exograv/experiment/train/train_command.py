@@ -22,7 +22,7 @@ from exograv.recording.disk import refuse_small_disk
 from exograv.rig.twin import Twin, day_seed
 from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
-from exograv.storage.session_checkpoint import KeptSession, read_kept, refuse_kept, write_kept
+from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, read_kept, refuse_kept
 from exograv.task.events import Interrupted, Resume, Start
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import aircraft_sink, checkpoint_sink, marker_sink, recording_sink
@@ -196,7 +196,7 @@ class _Training:
                 options=self._options.kept, t=twin.t, run=run.kept(), person=ready.person, before=ready.figures,
                 learned=participant.learned,
             )  # fmt: skip
-            write_kept(self._kept_path, kept)
+            SESSION_FILE.write(self._kept_path, kept)
 
         outlet = self._outlet()
         run.sinks = (

@@ -10,11 +10,11 @@ from exograv.laboratory.support_level.weak_participant import WeakParticipant, p
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.assist.page import write_assist_page
 from exograv.procedures.rehabilitation.assist.participant_record import (
+    ASSIST_FILE,
     AssistBlock,
     AssistSession,
     opened,
     read_assist,
-    write_assist,
 )
 from exograv.procedures.rehabilitation.assist.words import Words
 from exograv.recording import RecordingWriter
@@ -64,7 +64,7 @@ def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, p
             def keep(now: AssistSession, block: AssistBlock) -> None:
                 nonlocal file
                 file = file.with_session(now)
-                write_assist(path, file)
+                ASSIST_FILE.write(path, file)
                 record = {"session": now.number, "block": len(now.blocks), **block.model_dump(mode="json")}
                 decided = {"kind": "assist_decided", "record": record | {"text": words.in_all(block)}}
                 recording.write("/task", one.known.t + flight.seconds, decided)

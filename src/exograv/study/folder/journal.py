@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.files import append_rows
 
 from .folder_lock import take_lock
 from .study_folder import StudyFolder
@@ -30,17 +31,8 @@ def note(folder: StudyFolder, what: str, sentence: str, **more: Any) -> None:
         RecordingError: The disk is full, or the folder cannot be written.
     """
     entry = {"at": datetime.now(UTC).replace(microsecond=0).isoformat(), "what": what, "sentence": sentence, **more}
-    line = json.dumps(entry, ensure_ascii=False).encode() + b"\n"
     try:
-        with folder.log.open("ab+") as file:
-            size = file.seek(0, os.SEEK_END)
-            if size:
-                file.seek(size - 1)
-                # Whoever was killed while writing left half a line, which then stands alone.
-                line = line if file.read(1) == b"\n" else b"\n" + line
-            file.write(line)
-            file.flush()
-            os.fsync(file.fileno())
+        append_rows(folder.log, [entry])
     except OSError as error:
         raise RecordingError(f"{folder.log} cannot be written: {error.strerror}. Free space on the disk.") from error
 

@@ -8,11 +8,11 @@ import pytest
 from exograv.errors import ConfigError
 from exograv.laboratory.assist.session import fly_session
 from exograv.procedures.rehabilitation.assist.participant_record import (
+    ASSIST_FILE,
     AssistFile,
     AssistSession,
     opened,
     read_assist,
-    write_assist,
 )
 
 from .weak import Weak, usual
@@ -33,7 +33,7 @@ def broken(file: AssistFile) -> AssistFile:
 
 
 def test_what_was_written_is_read_again_to_the_bit(tmp_path: Path):
-    write_assist(tmp_path / "a.json", flown())
+    ASSIST_FILE.write(tmp_path / "a.json", flown())
     assert read_assist(tmp_path / "a.json", "P-07", OPTIONS) == flown()
 
 
@@ -65,7 +65,7 @@ def test_what_would_change_a_course_is_refused(ask, message: str):
 
 def test_files_of_others_and_damaged_ones_are_refused(tmp_path: Path):
     path = tmp_path / "a.json"
-    write_assist(path, flown())
+    ASSIST_FILE.write(path, flown())
     with pytest.raises(ConfigError, match=r"is of P-07, not of P-08"):
         read_assist(path, "P-08", OPTIONS)
     with pytest.raises(ConfigError, match=r"--seed is 1001, and the sessions in .* were flown with 1000"):

@@ -3,16 +3,14 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from exograv.errors import ConfigError
-from exograv.files import write_whole
-from exograv.model.description import validation_sentences
 from exograv.model.rig_settings import Settings
+from exograv.storage.checkpoint import Advice, StateFile
 from exograv.task.assist_as_needed import AssistState, first_session, next_session
 from exograv.task.assist_protocol import AssistProtocol, LoadedAssist
 
-SIZE_MAX_BYTES = 20_000_000
 Percent = Annotated[float, Field(ge=0.0, le=100.0)]
 
 
@@ -91,39 +89,28 @@ def opened(file: AssistFile, loaded: LoadedAssist, needed_percent: float | None,
     return last
 
 
+ASSIST_FILE = StateFile[AssistFile](
+    pack=lambda file: file.model_dump_json(indent=1) + "\n",
+    unpack=AssistFile.model_validate_json,
+    advice=Advice(
+        too_large="{path} has more than {most} bytes; it is no file of sessions.",
+        damaged="{path} is damaged: {why} Take it from a copy, or move it away to begin anew.",
+        other="--{name} is {value}, and the sessions in {path} were flown with {found}. Give the same, or another "
+        "--participant.",
+    ),
+)
+
+
 def read_assist(path: Path, participant: str, options: dict[str, Any]) -> AssistFile:
-    """What there is of this participant; nothing yet where there is no file.
+    """Sessions of this participant; none where there is no file.
 
     Raises:
         ConfigError: It cannot be read, is damaged, or is of another participant or virtual person.
     """
-    if not path.exists():
+    file = ASSIST_FILE.find(path)
+    if file is None:
         return AssistFile(participant=participant, options=options)
-    try:
-        if path.stat().st_size > SIZE_MAX_BYTES:
-            raise ConfigError(f"{path} has more than {SIZE_MAX_BYTES} bytes; it is no file of sessions.")
-        file = AssistFile.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise ConfigError(f"{path} cannot be read: {error.strerror}. Check its permissions.") from error
-    except ValidationError as error:
-        raise ConfigError(
-            f"{path} is damaged: {validation_sentences(error)} Take it from a copy, or move it away to begin anew."
-        ) from error
     if file.participant != participant:
         raise ConfigError(f"{path} is of {file.participant}, not of {participant}. Give another --out.")
-    for name, value in options.items():
-        if file.options.get(name) != value:
-            raise ConfigError(
-                f"--{name} is {value}, and the sessions in {path} were flown with {file.options.get(name)}. Give the "
-                "same, or another --participant."
-            )
+    ASSIST_FILE.refuse_other(path, file.options, options)
     return file
-
-
-def write_assist(path: Path, file: AssistFile) -> None:
-    """At once or not at all.
-
-    Raises:
-        RecordingError: The folder cannot be written.
-    """
-    write_whole(path, file.model_dump_json(indent=1) + "\n")

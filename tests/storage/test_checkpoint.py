@@ -1,30 +1,35 @@
 """What was done before an interruption is there afterwards, and what something else has made is refused."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from exograv.errors import RecordingError
-from exograv.storage.checkpoint_lines import KeptLines
+from exograv.storage.checkpoint import CheckpointRows
 
 HEAD = {"seed": 0, "level": 2}
 
 
+def rows_in(path: Path, head: dict[str, int], resume: bool) -> CheckpointRows[dict[str, Any]]:
+    return CheckpointRows(path, head, resume, dict, dict)
+
+
 def test_what_was_kept_is_there_when_it_goes_on_but_for_a_line_that_was_cut_off(tmp_path: Path):
     path = tmp_path / "new" / "rows.jsonl"
-    KeptLines(path, HEAD, resume=False).add({"number": 1}, {"number": 2})
+    rows_in(path, HEAD, resume=False).add({"number": 1}, {"number": 2})
     content = path.read_text()
     path.write_text(content[:-3])
-    cut = KeptLines(path, HEAD, resume=True)
+    cut = rows_in(path, HEAD, resume=True)
     assert cut.rows == [{"number": 1}]
     cut.add({"number": 2})
     assert path.read_text() == content
 
 
 def test_what_something_else_has_made_is_refused_with_what_differs(tmp_path: Path):
-    KeptLines(tmp_path / "rows.jsonl", HEAD, resume=False)
+    rows_in(tmp_path / "rows.jsonl", HEAD, resume=False)
     with pytest.raises(RecordingError, match=r"now seed 1\)"):
-        KeptLines(tmp_path / "rows.jsonl", {**HEAD, "seed": 1}, resume=True)
+        rows_in(tmp_path / "rows.jsonl", {**HEAD, "seed": 1}, resume=True)
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"[1]\n", b'{"seed": 0, "level": 2}\nno\n{}\n'])
@@ -32,18 +37,18 @@ def test_a_damaged_file_is_refused_and_kept(tmp_path: Path, content: bytes):
     path = tmp_path / "rows.jsonl"
     path.write_bytes(content)
     with pytest.raises(RecordingError, match="--resume"):
-        KeptLines(path, HEAD, resume=True)
+        rows_in(path, HEAD, resume=True)
     assert path.read_bytes() == content
 
 
 def test_a_file_that_is_not_resumed_is_kept_beside(tmp_path: Path):
     path = tmp_path / "rows.jsonl"
-    KeptLines(path, HEAD, resume=False).add({"number": 1})
-    assert KeptLines(path, HEAD, resume=False).rows == []
+    rows_in(path, HEAD, resume=False).add({"number": 1})
+    assert rows_in(path, HEAD, resume=False).rows == []
     assert '"number": 1' in (tmp_path / "rows.before.jsonl").read_text()
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path):
     (tmp_path / "file").write_text("")
     with pytest.raises(RecordingError, match="--out"):
-        KeptLines(tmp_path / "file" / "rows.jsonl", HEAD, resume=False)
+        rows_in(tmp_path / "file" / "rows.jsonl", HEAD, resume=False)

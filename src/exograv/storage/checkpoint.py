@@ -1,0 +1,206 @@
+"""Checkpoints: what a long computation has reached, kept so that it goes on after an interruption.
+
+Rows are appended to one file as they are done. A state is one file that each write replaces completely. Both say what
+they belong to, and refuse to go on with something else.
+"""
+
+import contextlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from pydantic import ValidationError
+
+from exograv.errors import ConfigError, ExogravError, RecordingError
+from exograv.files import append_rows, replace_file
+from exograv.model.description import validation_sentences
+
+SIZE_MAX_BYTES = 20_000_000
+"""Far above any state; a larger file is a mistake."""
+
+Row = TypeVar("Row")
+State = TypeVar("State")
+
+NOT_SUCH = (KeyError, TypeError, ValueError)
+"""Errors of a function that unpacks what another program has written."""
+
+
+class CheckpointRows(Generic[Row]):
+    """Rows, one a line of JSON after a line that says what made them. Each is on the disk when `add` returns."""
+
+    def __init__(
+        self,
+        path: Path,
+        head: Mapping[str, Any],
+        resume: bool,
+        pack: Callable[[Row], Mapping[str, Any]],
+        unpack: Callable[[dict[str, Any]], Row],
+    ):
+        """Open the file; a file that is not resumed is kept beside as `.before`.
+
+        Args:
+            path: The file; its name ends with .jsonl.
+            head: Values that must be the same for rows to belong together.
+            resume: True to go on with the rows that are there.
+            pack: Row as values of JSON.
+            unpack: Row from values of JSON; may raise `NOT_SUCH`.
+
+        Raises:
+            RecordingError: The file cannot be written, is damaged, or something else made it.
+        """
+        self.path, self._head, self._pack, self._unpack = path, dict(head), pack, unpack
+        self.rows: list[Row] = []
+        """All rows that are done, those of the resumed file first."""
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if path.exists() and resume:
+                self._read()
+            else:
+                if path.exists():
+                    path.replace(path.with_suffix(".before.jsonl"))
+                append_rows(path, [self._head])
+        except OSError as error:
+            raise self._not_written(error) from error
+
+    def add(self, *rows: Row) -> None:
+        """Keep more rows.
+
+        Raises:
+            RecordingError: The disk takes no more.
+        """
+        try:
+            append_rows(self.path, [self._pack(row) for row in rows])
+        except OSError as error:
+            raise self._not_written(error) from error
+        self.rows.extend(rows)
+
+    def _not_written(self, error: OSError) -> RecordingError:
+        return RecordingError(f"{self.path} cannot be written: {error.strerror}. Give another folder with --out.")
+
+    def _read(self) -> None:
+        head, *lines = self.path.read_text(encoding="utf-8", errors="replace").splitlines() or [""]
+        whole = _whole(lines)
+        try:
+            found = json.loads(head)
+            rows = [json.loads(line) for line in whole]
+        except json.JSONDecodeError as error:
+            raise self._damaged(error) from error
+        if found != self._head:
+            asked = ", ".join(f"{name} {value}" for name, value in differing(found, self._head))
+            raise RecordingError(
+                f"{self.path} was made by something else ({head}; now {asked}). Leave out --resume, or choose another "
+                "--out."
+            )
+        try:
+            self.rows = [self._unpack(row) for row in rows]
+        except NOT_SUCH as error:
+            raise self._damaged(error) from error
+        if len(whole) < len(lines):
+            replace_file(self.path, "\n".join([head, *whole]) + "\n")
+
+    def _damaged(self, error: Exception) -> RecordingError:
+        return RecordingError(f"{self.path} is damaged ({error}). Leave out --resume; it is kept beside.")
+
+
+def differing(found: object, wanted: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Names and values that are wanted, and are another in what was found."""
+    for name, value in wanted.items():
+        if not isinstance(found, Mapping) or found.get(name) != value:
+            yield name, value
+
+
+def _whole(lines: Sequence[str]) -> Sequence[str]:
+    """Without a last line that was cut off in the middle."""
+    try:
+        json.loads(lines[-1] if lines else "{}")
+    except json.JSONDecodeError:
+        return lines[:-1]
+    return lines
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Sentences for the operator.
+
+    They may name {path}, {why}, the limit {most} and, where options differ, {name}, {value} and {found}.
+    """
+
+    damaged: str
+    too_large: str = ""
+    unreadable: str = "{path} cannot be read: {why}. Check its permissions."
+    other: str = ""
+    unwritable: str = (
+        "{path} cannot be written: {why}. What was there is unchanged. Free space, or give a folder that you may write."
+    )
+    unreadable_error: type[ExogravError] = ConfigError
+
+
+@dataclass(frozen=True)
+class StateFile(Generic[State]):
+    """How a state stands in a file."""
+
+    pack: Callable[[State], str]
+    unpack: Callable[[bytes], State]
+    """May raise a `ValidationError` or `NOT_SUCH`."""
+
+    advice: Advice
+    is_private: bool = False
+    """True if only the owner may read it."""
+
+    makes_folder: bool = True
+    """True if a missing folder is made; else it is an error."""
+
+    size_max: int | None = SIZE_MAX_BYTES
+    """Limit of the file; None if it has none."""
+
+    def write(self, path: Path, state: State) -> None:
+        """Replace the file, or leave the old one as it was.
+
+        Raises:
+            RecordingError: The file cannot be written.
+        """
+        try:
+            if self.makes_folder:
+                path.parent.mkdir(parents=True, exist_ok=True)
+            replace_file(path, self.pack(state), is_private=self.is_private)
+        except OSError as error:
+            raise RecordingError(self.advice.unwritable.format(path=path, why=error.strerror)) from error
+
+    def read(self, path: Path) -> State:
+        """State that was written last.
+
+        Raises:
+            ExogravError: The file cannot be read, or is damaged.
+        """
+        advice = self.advice
+        try:
+            if self.size_max is not None and path.stat().st_size > self.size_max:
+                raise ConfigError(advice.too_large.format(path=path, most=self.size_max))
+            return self.unpack(path.read_bytes())
+        except OSError as error:
+            raise advice.unreadable_error(advice.unreadable.format(path=path, why=error.strerror)) from error
+        except NOT_SUCH as error:
+            why = validation_sentences(error) if isinstance(error, ValidationError) else error
+            raise ConfigError(advice.damaged.format(path=path, why=why)) from error
+
+    def find(self, path: Path) -> State | None:
+        """State that was written last; None if there is no file.
+
+        Raises:
+            ExogravError: The file cannot be read, or is damaged.
+        """
+        with contextlib.suppress(PermissionError):  # then reading says why
+            if not path.exists():
+                return None
+        return self.read(path)
+
+    def refuse_other(self, path: Path, found: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+        """Refuse a state of other options.
+
+        Raises:
+            ConfigError: Names the first option that differs.
+        """
+        for name, value in differing(found, wanted):
+            raise ConfigError(self.advice.other.format(path=path, name=name, value=value, found=found.get(name)))
