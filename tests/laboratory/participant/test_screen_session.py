@@ -57,7 +57,7 @@ def test_a_clock_ends_its_run_and_the_machine_goes_on_until_it_has_settled():
     assert machine.settling == 0
     (touch,) = [record for record in records if isinstance(record, TouchRecord)]
     assert touch.is_accepted
-    np.testing.assert_allclose([touch.deviation_x_mm, touch.deviation_y_mm], [10.0, -5.0], atol=1e-9)
+    np.testing.assert_allclose(np.array([touch.deviation_x_mm, touch.deviation_y_mm], float), [10.0, -5.0], atol=1e-9)
     assert panel.is_empty
 
 

@@ -74,7 +74,7 @@ def _run_wearer(task: WearerTask, calibrated: Calibrated, seconds: float, tell: 
         tell(f"{who}: closed loop with '{name}'")
         try:
             trace, verdict = fly(judge, calibrated, name, seconds, _silent)
-            yield judge.judge("closed_loop", name, trace, verdict)
+            yield judge.judge_run("closed_loop", name, trace, verdict)
         except BREAKDOWNS as error:
             yield _failed(("closed_loop", name, case), str(error))
 
@@ -109,7 +109,7 @@ def _replayed(name: MethodName, judge: WearerJudge, recorded: RecordedStream, ca
         end = float(stream.samples.t[-1])
         after = [estimate for estimate in trace.estimates if estimate.t <= end + 1e-9]
         trace = replace(trace, estimates=[*before, *after])
-        return replace(judge.judge("open_loop", name, trace), offline=is_offline(method))
+        return replace(judge.judge_run("open_loop", name, trace), offline=is_offline(method))
 
 
 def _failed(key: tuple[Setting, str, Case], why: str) -> MethodRun:

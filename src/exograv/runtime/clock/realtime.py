@@ -9,9 +9,6 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-if sys.platform.startswith("linux"):
-    import resource
-
 PRIORITY = 50
 """Of SCHED_FIFO, 1 to 99: above every ordinary process, as ros2_control takes it (control.ros.org, Determinism)."""
 
@@ -99,6 +96,8 @@ def _lock_memory(rights: Rights, undo: ExitStack) -> None:
 
 
 def _schedule_fifo(rights: Rights, undo: ExitStack) -> None:
+    import resource  # Linux and macOS only
+
     soft, hard = resource.getrlimit(resource.RLIMIT_RTTIME)
     undo.callback(resource.setrlimit, resource.RLIMIT_RTTIME, (soft, hard))
     undo.callback(os.sched_setscheduler, 0, os.sched_getscheduler(0), os.sched_getparam(0))
