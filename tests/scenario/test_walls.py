@@ -13,6 +13,13 @@ from exograv.procedures.identification.identify import Identifier
 SOURCE = Path(exograv.__file__).parent
 DECIDING = sorted(path for room in ("control", "identification", "dynamics") for path in (SOURCE / room).rglob("*.py"))
 TRUTH = {"Truth", "truth", "Examiner", "Examination", "VirtualLaboratory", "parameter_truth", "Wearer", "Machine"}
+SHOWN_BESIDE = {
+    SOURCE / "live/on_drives/calibration.py",
+    SOURCE / "procedures/calibration/calibrate_command.py",
+    SOURCE / "procedures/calibration/figures.py",
+}
+"""Files that print the true values of a simulated machine beside a finished calibration; callers hand them over."""
+
 SHARED = sorted(path for room in ("loop", "storage", "procedures", "live") for path in (SOURCE / room).rglob("*.py"))
 
 
@@ -37,7 +44,8 @@ def test_no_room_that_serves_hardware_too_touches_the_truth(path: Path):
     tree = ast.parse(path.read_text(encoding="utf-8"))
     words = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
     words |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    assert not TRUTH & (words | imported(path))
+    allowed = {"truth"} if path in SHOWN_BESIDE else set()
+    assert not (TRUTH - allowed) & (words | imported(path))
 
 
 def test_the_identifier_is_given_a_way_to_note_and_no_way_to_look():

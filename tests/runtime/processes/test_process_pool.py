@@ -17,7 +17,8 @@ TASKS = (3, 1, 2)
 SOON_S = 30.0
 LOST = "A process was lost."
 PARENT = f"""
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the background lets its children ignore it
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from test_process_pool import sleeps
 from exograv.runtime.processes.process_pool import results_of

@@ -8,6 +8,10 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING or sys.platform.startswith("linux"):
+    import resource  # not on Windows
 
 PRIORITY = 50
 """Of SCHED_FIFO, 1 to 99: above every ordinary process, as ros2_control takes it (control.ros.org, Determinism)."""
@@ -96,8 +100,6 @@ def _lock_memory(rights: Rights, undo: ExitStack) -> None:
 
 
 def _schedule_fifo(rights: Rights, undo: ExitStack) -> None:
-    import resource  # Linux and macOS only
-
     soft, hard = resource.getrlimit(resource.RLIMIT_RTTIME)
     undo.callback(resource.setrlimit, resource.RLIMIT_RTTIME, (soft, hard))
     undo.callback(os.sched_setscheduler, 0, os.sched_getscheduler(0), os.sched_getparam(0))

@@ -36,11 +36,11 @@ class Flown(Weak):
 def no_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     description = SimpleNamespace(joints=("flexion", "abduction", "rotation", "elbow"))
 
-    def subject(_options: object, _progress: object) -> SimpleNamespace:
+    def prepared(_options: object, _progress: object) -> SimpleNamespace:
         laboratory, known = SimpleNamespace(description=description), SimpleNamespace(t=0.0)
         return SimpleNamespace(laboratory=laboratory, known=known, flight=lambda _seed, _recording: Flown(0.8))
 
-    monkeypatch.setattr(run, "subject", subject)
+    monkeypatch.setattr(run, "prepare_weak_participant", prepared)
     monkeypatch.setattr(run, "_settings", lambda *_: SETTINGS)
     monkeypatch.setattr(run, "write_assist_page", lambda path, _file, _words: path.write_text("page"))
 
