@@ -88,7 +88,7 @@ def run_live_on_drives(
     return fly_on_drives(options, asked, person, calibration, folder, progress, say, wearer).figures
 
 
-def fly_on_drives(  # noqa: PLR0913
+def fly_on_drives(  # noqa: PLR0913 (an operator names all of these)
     options: LiveOptions,
     asked: DrivesAsked,
     person: PersonForm,
