@@ -15,8 +15,10 @@ from exograv.campaigns.faults.strikes import KINDS
 ROOT = Path(__file__).parents[3]
 PACKAGE = Path(exograv.__file__).parent
 MOVES = ("control", "safety", "runtime", "rig", "dynamics")
-MOVES_TOO = ("live/live_flight.py", "live/live_processes.py", "live/live_control.py", "loop/pilot.py")
-MOVES_TOO = (*MOVES_TOO, "loop/arm_controller.py")
+MOVES_TOO = (
+    *(f"live/{name}.py" for name in ("guard_process", "live_control", "live_flight", "live_processes")),
+    *(f"loop/{name}.py" for name in ("arm_controller", "control_step", "output_feedback", "phases", "pilot")),
+)
 
 
 def functions(path: Path) -> set[str]:

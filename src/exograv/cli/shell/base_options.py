@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from exograv.errors import ConfigError, RecordingError
+from exograv.errors import RecordingError
 from exograv.options import AnySeed
 
 
@@ -57,42 +57,3 @@ def _with_file(path: Path, act: Callable[[], object], option: str) -> None:
         act()
     except OSError as error:
         raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another path with {option}.") from error
-
-
-def numbers(text: str, option: str) -> list[float]:
-    """Numbers separated by commas.
-
-    Raises:
-        ConfigError: One of them is not a number.
-    """
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError as error:
-        raise ConfigError(f"{option} is '{text}'; give numbers separated by commas, without spaces.") from error
-
-
-def whole_pair(text: str, option: str) -> tuple[int, int]:
-    """Two whole numbers separated by a comma.
-
-    Raises:
-        ConfigError: They are not.
-    """
-    values = numbers(text, option)
-    if len(values) != 2 or any(value != int(value) for value in values):
-        raise ConfigError(f"{option} is '{text}'; give two whole numbers, such as 3,3.")
-    return int(values[0]), int(values[1])
-
-
-def named_number(text: str, option: str) -> tuple[str, float]:
-    """NAME=VALUE.
-
-    Raises:
-        ConfigError: It is not.
-    """
-    name, equals, value = text.partition("=")
-    try:
-        if not equals:
-            raise ValueError
-        return name.strip(), float(value)
-    except ValueError:
-        raise ConfigError(f"{option} is '{text}'; give NAME=VALUE with a number, such as width=0.1.") from None
