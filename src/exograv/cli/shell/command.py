@@ -5,10 +5,12 @@ from dataclasses import fields, is_dataclass, make_dataclass
 from functools import cache
 from typing import Any, get_type_hints
 
+from exograv.results import json_value
+
 from .base_options import Common
 
-Action = Callable[..., dict[str, Any]]
-"""Takes instances of its options' classes, and `Common` if it needs that; returns the figures of `--json`."""
+Action = Callable[..., Any]
+"""Takes instances of its options' classes, and `Common` if it needs that; returns a result that has a JSON form."""
 
 
 def option_classes(action: Action) -> dict[str, type]:
@@ -28,7 +30,7 @@ def command_class(action: Action) -> type[Common]:
 
 
 def act(action: Action, parsed: Common) -> dict[str, Any]:
-    """Run a command.
+    """Run a command; return the object that `--json` writes.
 
     Raises:
         ConfigError: An option cannot be used.
@@ -37,4 +39,4 @@ def act(action: Action, parsed: Common) -> dict[str, Any]:
         name: kind(**{field.name: getattr(parsed, field.name) for field in fields(kind) if field.init})
         for name, kind in option_classes(action).items()
     }
-    return action(**parts)
+    return json_value(action(**parts))

@@ -1,0 +1,49 @@
+"""Results of commands: typed dataclasses inside the package, JSON values at its border."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+OPTIONAL = {"exograv": "optional"}
+"""Metadata of a field whose key is left out of the JSON object while its value is None."""
+
+MERGED = {"exograv": "merged"}
+"""Metadata of a field whose own members stand in the JSON object of the result, without a level between."""
+
+
+def json_value(value: Any) -> Any:
+    """Convert a result to values that `json.dumps` takes.
+
+    Dataclasses become objects with their fields in order, arrays and tuples become lists.
+
+    Raises:
+        TypeError: A member has a type without a JSON form.
+    """
+    if value is None or isinstance(value, str | bool | int | float):
+        return value.value if isinstance(value, Enum) else value
+    if is_dataclass(value) and not isinstance(value, type):
+        return _object(value)
+    if isinstance(value, Mapping):
+        return {str(json_value(key)): json_value(one) for key, one in value.items()}
+    if hasattr(value, "tolist"):  # arrays and scalars of NumPy: help must not wait for its import
+        return value.tolist()
+    if isinstance(value, Sequence | set | frozenset):
+        return [json_value(one) for one in value]
+    if isinstance(value, Enum):
+        return json_value(value.value)
+    if isinstance(value, Path):
+        return str(value)
+    raise TypeError(f"{type(value).__name__} has no JSON form.")
+
+
+def _object(result: Any) -> dict[str, Any]:
+    made: dict[str, Any] = {}
+    for one in fields(result):
+        value = getattr(result, one.name)
+        if one.metadata == MERGED:
+            made |= json_value(value)
+        elif value is not None or one.metadata != OPTIONAL:
+            made[one.name] = json_value(value)
+    return made
