@@ -34,6 +34,7 @@ class Outer:
     weights: tuple[Inner, ...] = ()
     file: Path | None = None
     note: str | None = field(default=None, metadata=OPTIONAL)
+    other: Inner | None = field(default=None, metadata=MERGED)
 
 
 ARM = Inner(3.0, np.array([2.5, 3.5]))
@@ -51,6 +52,11 @@ def test_none_is_null_unless_the_field_is_optional():
     assert "note" not in made
     named = json_value(Outer(Colour.RED, ARM, file=Path("a/b"), note="x"))
     assert (named["file"], named["note"]) == ("a/b", "x")
+
+
+def test_a_merged_member_that_is_none_adds_nothing():
+    made = json_value(Outer(Colour.RED, ARM, other=None))
+    assert list(made) == ["verdict", "mass_kg", "ci95_kg", "weights", "file"]
 
 
 def test_keys_of_an_object_are_text_and_numpy_values_are_plain():

@@ -10,7 +10,10 @@ OPTIONAL = {"exograv": "optional"}
 """Metadata of a field whose key is left out of the JSON object while its value is None."""
 
 MERGED = {"exograv": "merged"}
-"""Metadata of a field whose own members stand in the JSON object of the result, without a level between."""
+"""Metadata of a field whose own members stand in the JSON object of the result, without a level between.
+
+A merged field that is None adds nothing.
+"""
 
 
 def json_value(value: Any) -> Any:
@@ -43,7 +46,7 @@ def _object(result: Any) -> dict[str, Any]:
     for one in fields(result):
         value = getattr(result, one.name)
         if one.metadata == MERGED:
-            made |= json_value(value)
+            made |= {} if value is None else json_value(value)
         elif value is not None or one.metadata != OPTIONAL:
             made[one.name] = json_value(value)
     return made
