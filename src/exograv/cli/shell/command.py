@@ -1,9 +1,10 @@
 """From a command's function to its options: the classes in its signature are all that the command line reads."""
 
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass, make_dataclass
+from dataclasses import fields, make_dataclass
 from functools import cache
-from typing import Any, get_type_hints
+from inspect import signature
+from typing import Any
 
 from exograv.results import json_value
 
@@ -14,9 +15,8 @@ Action = Callable[..., Any]
 
 
 def option_classes(action: Action) -> dict[str, type]:
-    """Class of each parameter of a command."""
-    hints = get_type_hints(action)
-    return {name: kind for name, kind in hints.items() if isinstance(kind, type) and is_dataclass(kind)}
+    """Class of each parameter of a command. Its result may have a class that is imported only when it runs."""
+    return {name: parameter.annotation for name, parameter in signature(action).parameters.items()}
 
 
 @cache
