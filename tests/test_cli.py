@@ -5,10 +5,10 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from tests.waiting import wait_until
 
 from exograv import __version__
 from exograv.cli import was_keyboard
@@ -234,9 +234,8 @@ def test_a_run_that_is_stopped_by_the_keyboard_leaves_a_recording_that_can_be_re
         str(tmp_path),
     ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    path, deadline = tmp_path / "demo.mcap", time.monotonic() + RECORDING_STARTS_S
-    while not (path.exists() and path.stat().st_size > 500_000) and time.monotonic() < deadline:
-        time.sleep(0.05)
+    path = tmp_path / "demo.mcap"
+    wait_until(lambda: path.exists() and path.stat().st_size > 500_000, "half a megabyte", RECORDING_STARTS_S)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=RECORDING_STARTS_S)
     assert process.returncode == 130

@@ -3,6 +3,7 @@
 import time
 
 from tests.console.serving import Served
+from tests.waiting import wait_until
 
 from exograv.console.keys import Role
 
@@ -26,13 +27,6 @@ def in_task(visit: Visit) -> tuple[Visitor, Visitor]:
 def totals(house: Served):
     assert house.hub.trial is not None
     return house.hub.trial.operator(house.desk.now()).totals
-
-
-def wait_until(condition, seconds: float = 5.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def test_touches_without_a_line_wait_outlive_a_reload_and_count_where_they_fell(house: Served, visit: Visit):

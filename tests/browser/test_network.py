@@ -16,13 +16,14 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 from playwright.sync_api import Browser
 from tests.console.serving import Served, served
+from tests.waiting import wait_until
 
 from exograv.console import lease
 from exograv.console.keys import Role
 from exograv.console.options import Address
 
 from .of_browser import RETURN_S, Visitor, quick_plan, take_arm
-from .test_lost import totals, wait_until
+from .test_lost import totals
 
 LAN = "127.0.0.2"
 """Another address of this computer than the one that it serves without a certificate."""

@@ -5,6 +5,7 @@ import time
 
 import pytest
 from tests.console.serving import Served
+from tests.waiting import wait_until
 
 from exograv.console.keys import Role
 from exograv.console.permissions import MAY
@@ -13,7 +14,6 @@ from exograv.safety.stops import StopReason
 
 from .conftest import Visit
 from .of_browser import take_arm
-from .test_lost import wait_until
 
 
 def test_the_second_operator_watches_until_the_first_is_gone(house: Served, visit: Visit):

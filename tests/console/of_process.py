@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from tests.waiting import wait_until
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.typing import Origin
@@ -108,10 +109,7 @@ class Page:
         self.say("touches", touches=[touch])
 
     def until(self, condition: Callable[[], object], seconds: float = SOON_S) -> None:
-        end = time.monotonic() + seconds
-        while not condition():
-            assert time.monotonic() < end, self.heard.get("state")
-            time.sleep(0.01)
+        wait_until(condition, lambda: self.heard.get("state"), seconds)
 
     @property
     def shown(self) -> dict[str, Any]:

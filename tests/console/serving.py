@@ -2,13 +2,13 @@
 
 import asyncio
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
+from tests.waiting import wait_until
 
 from exograv.console.event_log import EventLog
 from exograv.console.hub import Hub
@@ -73,8 +73,7 @@ def served(
         thread = threading.Thread(target=lambda: loop.run_until_complete(server.serve(sockets=[listening])))
         thread.start()
         try:
-            while not server.started and thread.is_alive():
-                time.sleep(0.005)
+            wait_until(lambda: server.started or not thread.is_alive(), "a server")
             yield Served(hub, desk, server, loop)
         finally:
             server.should_exit = True

@@ -2,14 +2,14 @@
 
 import multiprocessing
 import socket
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.experiment.test_aircraft import line as datagram
 from tests.task.of_run import short_plan
+from tests.waiting import wait_until
 
 from exograv.console.broadcaster import Broadcaster
 from exograv.console.feed import Feed, receiver_of
@@ -125,22 +125,15 @@ def test_an_emulated_flight_of_another_process_opens_windows_until_it_ends_in_on
         aircraft = multiprocessing.get_context("spawn").Process(target=emulate, args=(emulation, print), daemon=True)
         aircraft.start()
         house.loop.call_soon_threadsafe(setattr, house.hub, "feed", Feed(receiver, trial, house.hub.diary))
-        wait_until(lambda: receiver.heard > 0, 20.0)
+        wait_until(lambda: receiver.heard > 0, seconds=20.0)
         house.loop.call_soon_threadsafe(trial.run.feed, Start(t=house.desk.now()))
-        wait_until(lambda: [each.is_complete for each in trial.run.state.windows] == [True, False], 20.0)
+        wait_until(lambda: [each.is_complete for each in trial.run.state.windows] == [True, False], seconds=20.0)
         aircraft.kill()
-        wait_until(lambda: len(trial.run.state.complete) == 2, 20.0)
+        wait_until(lambda: len(trial.run.state.complete) == 2, seconds=20.0)
         first, second = trial.run.state.windows
         assert ("feed lost" in first.marks, "feed lost" in second.marks) == (False, True)
         assert trial.run.state.is_feed_lost
         aircraft.join()
-
-
-def wait_until(condition: Callable[[], bool], seconds: float) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def fly(hub: Hub, receiver: AircraftReceiver, levels: list[float], begun: float) -> None:

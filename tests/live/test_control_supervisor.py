@@ -3,12 +3,12 @@
 import contextlib
 import os
 import signal
-import time
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
 
 import numpy as np
 import pytest
+from tests.waiting import wait_until
 
 from exograv.live.control_supervisor import FRUITLESS_MAX, HANGS_TICKS, ControlKeeper
 from exograv.runtime.control_loop.answering import ControlJob
@@ -68,15 +68,13 @@ class Desk:
             self.states.write(np.zeros((), state_dtype(1)))
 
     def until_answered_by(self, who: int) -> None:
-        end = time.monotonic() + SOON_S
-        while time.monotonic() < end:
+        def is_answered() -> bool:
             self.ask()
             self.keeper.check()
-            time.sleep(0.01)
             got = self.answers.read()
-            if got is not None and got[1]["mode"] == who:
-                return
-        raise AssertionError(f"control {who} did not answer")
+            return got is not None and got[1]["mode"] == who
+
+        wait_until(is_answered, f"an answer of control {who}", SOON_S)
 
 
 @pytest.fixture
@@ -123,10 +121,12 @@ def test_a_control_that_hangs_is_replaced_only_when_it_was_asked_for_long(make_d
 def test_controls_that_die_at_once_are_given_up(make_desk):
     desk = make_desk(dies)
     os.kill(desk.keeper.pid, signal.SIGKILL)
-    end = time.monotonic() + SOON_S
-    while desk.keeper.restarts < FRUITLESS_MAX and time.monotonic() < end:
+
+    def is_given_up() -> bool:
         desk.keeper.check()
-        time.sleep(0.05)
+        return desk.keeper.restarts >= FRUITLESS_MAX
+
+    wait_until(is_given_up, "the last restart", SOON_S)
     desk.keeper._child.await_exit(SOON_S)
     desk.keeper.check()
     assert desk.keeper.restarts == FRUITLESS_MAX

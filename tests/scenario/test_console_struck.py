@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.console.of_process import Page, console
+from tests.waiting import wait_until
 
 from exograv.experiment.steered.requests import LEASE_S
 from exograv.recording import read_recording
@@ -37,11 +38,14 @@ def floating(operator: Page) -> None:
 
 
 def whole(path: Path) -> Recording:
-    """When the recorder has completed it."""
-    end = time.monotonic() + SOON_S
-    while (recording := read_recording(path)).remark is not None:
-        assert time.monotonic() < end, recording.remark
-        time.sleep(0.5)
+    """Wait until the recorder has completed the file."""
+
+    def complete() -> Recording | None:
+        recording = read_recording(path)
+        return recording if recording.remark is None else None
+
+    recording = wait_until(complete, "a complete file", SOON_S)
+    assert recording is not None
     return recording
 
 

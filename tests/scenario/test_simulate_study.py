@@ -5,10 +5,10 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from tests.waiting import wait_until
 
 SHORT = ("--participants", "1,1", "--sessions", "1,1", "--windows", "1", "--flight-windows", "1", "--seed", "1005")
 
@@ -55,9 +55,8 @@ def test_figures_do_not_depend_on_the_number_of_processes_nor_on_an_interruption
     folder = tmp_path / "broken"
     words = [*SHORT, "--conditions", "ideal,water", "--processes", "2", "--out", str(folder)]
     with subprocess.Popen(command(*words), stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as run:
-        while not list((folder / "careers").glob("*.json")):
-            assert run.poll() is None
-            time.sleep(0.1)
+        wait_until(lambda: run.poll() is not None or list((folder / "careers").glob("*.json")), "a career", 600.0)
+        assert run.poll() is None
         os.kill(run.pid, signal.SIGINT)
         assert run.wait(30) == 130
     kept = len(list((folder / "careers").glob("*.json")))

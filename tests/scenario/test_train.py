@@ -4,12 +4,12 @@ import json
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.waiting import wait_until
 
 from exograv.recording import Recording, read_recording
 from exograv.task.allocation import Group, draw_list, group_of
@@ -137,16 +137,16 @@ def test_a_run_that_is_broken_off_in_a_window_is_gone_on_with_and_loses_no_touch
 
 
 def _touches_in_the_second_window(kept: Path, process: subprocess.Popen[str]) -> int:
-    """Of the whole run, as soon as one has come there."""
-    until = time.monotonic() + WAIT_S
-    while time.monotonic() < until and process.poll() is None:
+    """Wait for a touch in the second window; return the touches of the whole run."""
+
+    def touches() -> int:
+        assert process.poll() is None, "the run ended before it could be broken off"
         state: dict[str, Any] = {"windows": []}
         if kept.exists():
             state = json.loads(json.loads(kept.read_text())["run"])
-        if len(state["windows"]) == 2 and state["windows"][1]["touches"]:
-            return state["touches"]
-        time.sleep(0.02)
-    raise AssertionError("the run ended before it could be broken off")
+        return state["touches"] if len(state["windows"]) == 2 and state["windows"][1]["touches"] else 0
+
+    return wait_until(touches, "a touch in the second window", WAIT_S)
 
 
 @pytest.mark.slow

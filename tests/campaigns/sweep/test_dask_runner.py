@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from tests.waiting import wait_until
 
 from exograv.campaigns.sweep.options import SweepOptions
 from exograv.campaigns.sweep.study_file import Study
@@ -31,11 +32,7 @@ class Cluster:
     def __init__(self, folder: Path):
         file = folder / "scheduler.json"
         self.scheduler = self._begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
-        until = time.monotonic() + START_S
-        while not file.exists() and time.monotonic() < until:
-            time.sleep(0.1)
-        time.sleep(0.2)
-        self.address: str = json.loads(file.read_text())["address"]
+        self.address: str = wait_until(lambda: _address(file), "the scheduler's address", START_S)
         self.workers: list[subprocess.Popen[bytes]] = []
 
     def hire(self, count: int, threads: int = 1) -> None:
@@ -50,6 +47,14 @@ class Cluster:
     def _begin(self, what: str, *options: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", f"distributed.cli.dask_{what}", "--no-dashboard", *options]
         return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def _address(file: Path) -> str:
+    """Read the scheduler's address; empty while its file is not complete."""
+    try:
+        return json.loads(file.read_text())["address"]
+    except (OSError, ValueError):
+        return ""
 
 
 @pytest.fixture

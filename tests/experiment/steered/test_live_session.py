@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.console.nominal_console import nominal_knowledge
+from tests.waiting import wait_until
 
 from exograv.cli.recordings.replaying import run_replay
 from exograv.experiment.steered.live_session import LiveFlight
@@ -44,31 +45,28 @@ class Operator:
         return self.desk.act(ACT.validate_python(made), "operator")
 
     def until(self, mode: str, keeps: bool = True) -> None:
-        end = time.monotonic() + SOON_S
-        while (shown := self.desk.shown()).mode != mode:
-            assert time.monotonic() < end, shown.mode_text
+        def is_in_mode() -> bool:
             if keeps:
                 self.desk.keep()
-            time.sleep(KEEP_S)
+            return self.desk.shown().mode == mode
 
-    def wait(self) -> None:
-        self.desk.keep()
-        time.sleep(KEEP_S)
+        wait_until(is_in_mode, lambda: self.desk.shown().mode_text, SOON_S, KEEP_S)
 
     def kept(self) -> str:
-        """The code of whoever was learned, soon."""
-        end = time.monotonic() + KEPT_WITHIN_S
-        while (code := self.desk.shown().participant) is None:
-            assert time.monotonic() < end, self.desk.shown().learning
-            self.wait()
-        return code
+        """The participant's code, as soon as the estimate is stored."""
+
+        def code() -> str | None:
+            self.desk.keep()
+            return self.desk.shown().participant
+
+        return wait_until(code, lambda: self.desk.shown().learning, KEPT_WITHIN_S, KEEP_S) or ""
 
     def reset(self) -> None:
-        end = time.monotonic() + SOON_S
-        while not self.act("reset").taken:
-            assert time.monotonic() < end
+        def is_reset() -> bool:
             self.desk.keep()
-            time.sleep(KEEP_S)
+            return self.act("reset").taken
+
+        wait_until(is_reset, "a reset", SOON_S, KEEP_S)
 
 
 @pytest.fixture
@@ -156,10 +154,13 @@ def test_who_was_learned_is_kept_and_only_checked_the_next_time(operator: Operat
     begun = operator.desk.now()
     operator.until("floating")
     assert FROM_FILE_S <= operator.desk.now() - begun < 2.0 * FROM_FILE_S
-    end = time.monotonic() + KEPT_WITHIN_S
-    while (again := read_participant(path)).identified.donnings == 1:
-        assert time.monotonic() < end
-        operator.wait()
+
+    def is_stored() -> bool:
+        operator.desk.keep()
+        return read_participant(path).identified.donnings > 1
+
+    wait_until(is_stored, "the participant's file", KEPT_WITHIN_S, KEEP_S)
+    again = read_participant(path)
     assert (again.identified.donnings, again.identified.motion_s) == (2, pytest.approx(FROM_FILE_S, abs=0.5))
     learning = operator.desk.shown().learning
     assert learning is not None

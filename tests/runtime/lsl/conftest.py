@@ -2,8 +2,6 @@
 
 import os
 import secrets
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -31,11 +29,3 @@ def network(tmp_path_factory: pytest.TempPathFactory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("LSLAPICFG", str(file))
         yield
-
-
-def wait_for(claim: Callable[[], object], what: str) -> None:
-    """Ask until it is so."""
-    until = time.monotonic() + SOON_S
-    while not claim():
-        assert time.monotonic() < until, f"not within {SOON_S} s: {what}"
-        time.sleep(0.01)

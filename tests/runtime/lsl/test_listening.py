@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.waiting import wait_until
 
 from exograv.errors import ConfigError
 from exograv.recording import Recording, read_recording
@@ -21,8 +22,6 @@ from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.streams import FoundStream, formats, quoted
 from exograv.runtime.processes.shared_memory import Ring
 from exograv.runtime.recorder.recorder import Recorder
-
-from .conftest import wait_for
 
 DEVICE = Path(__file__).with_name("device.py")
 TYPES = ("float32", "double64", "int16", "int64")
@@ -74,8 +73,8 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Recording:
         device(*(f"{one}:{one}" for one in TYPES), "keys:string"),
         recording(path, "EEG", "keys") as (listening, recorder),
     ):
-        wait_for(lambda: min(written(path, f"/lsl/{one}") for one in (*TYPES, "keys")) > 30, "samples")
-        wait_for(lambda: corrections(path) > 1, "a second correction")
+        wait_until(lambda: min(written(path, f"/lsl/{one}") for one in (*TYPES, "keys")) > 30, "samples")
+        wait_until(lambda: corrections(path) > 1, "a second correction")
         return finished(listening, recorder)
 
 
@@ -124,12 +123,12 @@ def test_the_whole_description_and_every_correction_are_kept(undisturbed: Record
 def test_a_device_that_dies_is_noted_and_awaited_and_comes_back_as_another_connection(tmp_path: Path):
     path = tmp_path / "a.mcap"
     with device("amp:float32") as first, recording(path, "amp") as (listening, recorder):
-        wait_for(lambda: written(path, "/lsl/amp") > 20, "samples of the first")
+        wait_until(lambda: written(path, "/lsl/amp") > 20, "samples of the first")
         first.kill()
-        wait_for(noted(listening, "lost"), "the loss")
+        wait_until(noted(listening, "lost"), "the loss")
         with device("amp:float32"):
             before = written(path, "/lsl/amp")
-            wait_for(lambda: written(path, "/lsl/amp") > before + 20, "samples of the second")
+            wait_until(lambda: written(path, "/lsl/amp") > before + 20, "samples of the second")
             found = finished(listening, recorder)
     (stream,) = found.streams
     assert [note["kind"] for note in stream.notes] == ["connected", "lost", "connected"]
@@ -142,15 +141,15 @@ def test_a_device_that_dies_is_noted_and_awaited_and_comes_back_as_another_conne
 def test_nothing_is_missing_and_nothing_is_twice_after_recorder_and_listener_were_killed(tmp_path: Path):
     path = tmp_path / "a.mcap"
     with device("amp:float32"), recording(path, "amp") as (listening, recorder):
-        wait_for(lambda: written(path, "/lsl/amp") > 20, "samples")
+        wait_until(lambda: written(path, "/lsl/amp") > 20, "samples")
         os.kill(recorder.pid, signal.SIGKILL)
-        wait_for(lambda: recorder.check().restarts == 1, "another recorder")
+        wait_until(lambda: recorder.check().restarts == 1, "another recorder")
         before = written(path, "/lsl/amp")
-        wait_for(lambda: written(path, "/lsl/amp") > before + 20, "samples after it")
+        wait_until(lambda: written(path, "/lsl/amp") > before + 20, "samples after it")
         of_first = written(path, "/lsl/amp")
         os.kill(listening.pid, signal.SIGKILL)
-        wait_for(noted(listening, "connected", 2), "another listener")
-        wait_for(lambda: written(path, "/lsl/amp") > of_first + 40, "samples after it")
+        wait_until(noted(listening, "connected", 2), "another listener")
+        wait_until(lambda: written(path, "/lsl/amp") > of_first + 40, "samples after it")
         found = finished(listening, recorder)
     (stream,) = found.streams
     counts = stream.values[:, 0].astype(int)
@@ -164,12 +163,12 @@ def test_nothing_is_missing_and_nothing_is_twice_after_recorder_and_listener_wer
 def test_a_device_that_hangs_is_silent_and_then_resumed(tmp_path: Path):
     path = tmp_path / "a.mcap"
     with device("amp:float32") as process, recording(path, "amp") as (listening, recorder):
-        wait_for(lambda: written(path, "/lsl/amp") > 5, "samples")
+        wait_until(lambda: written(path, "/lsl/amp") > 5, "samples")
         process.send_signal(signal.SIGSTOP)
-        wait_for(noted(listening, "silent"), "the silence")
+        wait_until(noted(listening, "silent"), "the silence")
         process.send_signal(signal.SIGCONT)
         before = written(path, "/lsl/amp")
-        wait_for(lambda: written(path, "/lsl/amp") > before, "samples again")
+        wait_until(lambda: written(path, "/lsl/amp") > before, "samples again")
         found = finished(listening, recorder)
     kinds = [note["kind"] for note in found.streams[0].notes]
     assert kinds == ["connected", "silent", "resumed"]
@@ -192,7 +191,7 @@ def test_a_full_ring_is_written_part_by_part_in_its_order_and_nothing_is_missing
         for k in range(SLOTS):
             samples = StreamBlock(float(k), 1, np.array([0.1 * k]), np.full((1, 3), k, np.int16))
             assert ring.put(block(0, SAMPLES, float(k), packed(samples, 3)))
-        wait_for(lambda: ring.acknowledged == SLOTS, "all on the disk")
+        wait_until(lambda: ring.acknowledged == SLOTS, "all on the disk")
         assert recorder.finish().recording_ok
     (found,) = read_recording(path).streams
     np.testing.assert_array_equal(found.values[:, 0], np.arange(SLOTS))

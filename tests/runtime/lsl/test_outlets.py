@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.waiting import wait_until
 
 from exograv.errors import ConfigError
 from exograv.recording import read_recording
@@ -16,8 +17,6 @@ from exograv.runtime.lsl.library import lsl
 from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.recorder.recorder import Recorder
 from exograv.runtime.recorder.recorder_process import PHASE, event
-
-from .conftest import wait_for
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 SETTINGS = {"rig": "recupera_like", "wearer": {"name": "Ada Example", "mass_kg": 61.0}}
@@ -87,7 +86,7 @@ def received(stream, wanted: int) -> tuple[list, list[float]]:
         stamps.extend(times)
         return len(stamps) >= wanted
 
-    wait_for(is_whole, f"{wanted} samples")
+    wait_until(is_whole, f"{wanted} samples")
     return values, stamps
 
 
@@ -161,11 +160,10 @@ def test_a_killed_recorder_loses_no_tick_and_its_streams_are_found_again(run, jo
     def is_back() -> bool:
         recorder.check()
         loop.tick()
-        time.sleep(0.01)
         back.extend(joints.pull_chunk()[1])
         return len(back) > 5
 
-    wait_for(is_back, "samples of another recorder")
+    wait_until(is_back, "samples of another recorder")
     report = recorder.finish()
     assert (report.restarts, report.lost, report.unpublished) == (1, 0, "")
     assert read_recording(recorder.path).ticks["sequence"].tolist() == list(range(1, len(loop.put_in) + 1))

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from tests.waiting import wait_until
 
 from exograv.errors import ConfigError, RigError
 from exograv.runtime.processes.process_pool import Arrived, LostTask, ProcessPool, in_order, results_of
@@ -19,8 +20,8 @@ LOST = "A process was lost."
 PARENT = f"""
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the background lets its children ignore it
-sys.path.insert(0, {str(Path(__file__).parent)!r})
-from test_process_pool import sleeps
+sys.path.insert(0, {str(Path(__file__).parents[3])!r})
+from tests.runtime.processes.test_process_pool import sleeps
 from exograv.runtime.processes.process_pool import results_of
 if __name__ == "__main__":
     for _, pid in results_of(sleeps, (1, 2), 2, print, "lost"):
@@ -136,10 +137,7 @@ def test_processes_end_with_their_parent(strike: signal.Signals, tmp_path: Path)
             parent.kill()
         words = parent.stderr.read()
     assert words.count("Traceback") == (1 if strike == signal.SIGINT else 0)  # the parent's own
-    end = time.monotonic() + SOON_S
-    while any(_runs(pid) for pid in pids) and time.monotonic() < end:
-        time.sleep(0.05)
-    assert not any(_runs(pid) for pid in pids)
+    wait_until(lambda: not any(_runs(pid) for pid in pids), "the end of both", SOON_S)
 
 
 def _runs(pid: int) -> bool:

@@ -2,8 +2,9 @@
 
 import os
 import signal
-import time
 from multiprocessing.connection import Connection
+
+from tests.waiting import wait_until
 
 from exograv.runtime.processes.spawn import spawned
 
@@ -11,16 +12,17 @@ SOON_S = 30.0
 
 
 def says(word: str, parent: Connection) -> None:
-    time.sleep(0.2)
     parent.send(word)
 
 
 def test_a_process_that_just_begins_survives_ctrl_c_and_says_its_word():
     process, line = spawned("child", says, "here")
-    for _ in range(20):
+
+    def has_said() -> bool:
         os.kill(process.pid or 0, signal.SIGINT)
-        time.sleep(0.01)
-    assert line.poll(SOON_S)
+        return line.poll()
+
+    wait_until(has_said, "the child's word", SOON_S)
     assert line.recv() == "here"
     process.join(SOON_S)
     assert process.exitcode == 0

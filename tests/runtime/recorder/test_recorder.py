@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from tests.waiting import wait_until
 
 from exograv.errors import RecordingError
 from exograv.recording import read_recording
@@ -75,13 +76,6 @@ def recording(path: Path, sync_every_s: float = SYNC_S) -> Iterator[tuple[Record
         yield recorder, control
 
 
-def wait_for(claim, what: str) -> None:
-    until = time.monotonic() + SOON_S
-    while not claim():
-        assert time.monotonic() < until, f"not within {SOON_S} s: {what}"
-        time.sleep(0.01)
-
-
 def file_size_limit(pid: int, size: int) -> None:
     """A disk that takes no more: the kernel then refuses to write, as on a full one."""
     _, hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)
@@ -116,7 +110,7 @@ def test_what_is_put_into_the_rings_comes_back_from_the_file(tmp_path: Path):
 def test_ticks_are_acknowledged_while_the_run_goes_on(tmp_path: Path):
     with recording(tmp_path / "a.mcap") as (recorder, control):
         control.put(100)
-        wait_for(lambda: recorder.check().acknowledged == 100, "100 ticks on disk")
+        wait_until(lambda: recorder.check().acknowledged == 100, "100 ticks on disk")
         on_disk = read_recording(tmp_path / "a.mcap")
         assert on_disk.ticks["sequence"].tolist() == list(range(100))
         assert recorder.check().sync_us_max > 0.0
@@ -135,9 +129,9 @@ def test_events_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
         for k in range(3):
             control.say("note", str(k))
             control.put(5)
-            wait_for(lambda k=k: recorder.check().acknowledged == 5 * (k + 1), "ticks on disk")
+            wait_until(lambda k=k: recorder.check().acknowledged == 5 * (k + 1), "ticks on disk")
             os.kill(recorder.pid, signal.SIGKILL)
-            wait_for(lambda: not recorder._child.is_alive, "its end")
+            wait_until(lambda: not recorder._child.is_alive, "its end")
         recorder.finish()
     assert [note["text"] for note in read_recording(tmp_path / "a.mcap").messages("/event")] == ["0", "1", "2"]
 
@@ -145,11 +139,11 @@ def test_events_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
 def test_a_new_recorder_writes_within_five_seconds(tmp_path: Path):
     with recording(tmp_path / "a.mcap") as (recorder, control):
         control.put(5)
-        wait_for(lambda: recorder.check().acknowledged == 5, "ticks on disk")
+        wait_until(lambda: recorder.check().acknowledged == 5, "ticks on disk")
         os.kill(recorder.pid, signal.SIGKILL)
         killed = time.monotonic()
         control.put(5)
-        wait_for(lambda: recorder.check().acknowledged == 10, "ticks on disk")
+        wait_until(lambda: recorder.check().acknowledged == 10, "ticks on disk")
         assert time.monotonic() - killed < 5.0
 
 
@@ -178,7 +172,7 @@ def test_when_the_parent_is_killed_all_that_was_put_is_recorded_and_the_file_com
     (tmp_path / "parent.py").write_text(program)
     path = tmp_path / "a.mcap"
     subprocess.run([sys.executable, tmp_path / "parent.py", path], capture_output=True, check=False)
-    wait_for(lambda: path.exists() and read_recording(path).remark is None, "a complete file")
+    wait_until(lambda: path.exists() and read_recording(path).remark is None, "a complete file")
     assert len(read_recording(path).ticks) == 40
 
 
@@ -186,7 +180,7 @@ def test_ctrl_c_does_not_end_the_recorder(tmp_path: Path):
     with recording(tmp_path / "a.mcap") as (recorder, control):
         os.kill(recorder.pid, signal.SIGINT)
         control.put(10)
-        wait_for(lambda: recorder.check().acknowledged == 10, "ticks on disk")
+        wait_until(lambda: recorder.check().acknowledged == 10, "ticks on disk")
         assert recorder.check().restarts == 0
 
 
@@ -194,11 +188,11 @@ def test_a_full_disk_is_reported_within_a_second_and_leaves_control_alone(tmp_pa
     path = tmp_path / "a.mcap"
     with recording(path) as (recorder, control):
         control.put(100)
-        wait_for(lambda: recorder.check().acknowledged == 100, "ticks on disk")
+        wait_until(lambda: recorder.check().acknowledged == 100, "ticks on disk")
         file_size_limit(recorder.pid, path.stat().st_size + 100)
         control.put(200)
         full = time.monotonic()
-        wait_for(lambda: not recorder.check().recording_ok, "an alarm")
+        wait_until(lambda: not recorder.check().recording_ok, "an alarm")
         assert time.monotonic() - full < 1.0
         control.put(RING_TICKS)
         report = recorder.check()
@@ -246,7 +240,7 @@ def test_a_disk_that_stands_still_is_reported_and_forgiven(tmp_path: Path):
         assert not report.recording_ok
         assert "wait for the disk" in report.why
         os.kill(recorder.pid, signal.SIGCONT)
-        wait_for(lambda: recorder.check().recording_ok, "a recorder that has caught up")
+        wait_until(lambda: recorder.check().recording_ok, "a recorder that has caught up")
         assert recorder.finish().lost == 0
 
 
@@ -255,7 +249,7 @@ def test_ticks_that_found_the_ring_full_are_counted_and_leave_a_gap(tmp_path: Pa
         os.kill(recorder.pid, signal.SIGSTOP)
         control.put(RING_TICKS + 30)
         os.kill(recorder.pid, signal.SIGCONT)
-        wait_for(lambda: recorder.check().waiting == 0, "a recorder that has caught up")
+        wait_until(lambda: recorder.check().waiting == 0, "a recorder that has caught up")
         control.put(1)
         report = recorder.finish()
     assert report.lost == 30
@@ -274,7 +268,7 @@ def test_a_recorder_that_ends_by_itself_again_and_again_is_given_up(tmp_path: Pa
     monkeypatch.setattr("exograv.runtime.recorder.recorder.record", _end_at_once)
     with recording(tmp_path / "a.mcap") as (recorder, _):
         os.kill(recorder.pid, signal.SIGKILL)
-        wait_for(lambda: not recorder.check().recording_ok, "an alarm")
+        wait_until(lambda: not recorder.check().recording_ok, "an alarm")
         report = recorder.check()
     assert "ended by themselves (exit code 1)" in report.why
     assert report.restarts == FRUITLESS_MAX
@@ -284,12 +278,12 @@ def test_an_alteration_of_the_file_under_a_killed_recorder_is_reported(tmp_path:
     path = tmp_path / "a.mcap"
     with recording(path) as (recorder, control):
         control.put(100)
-        wait_for(lambda: recorder.check().acknowledged == 100, "ticks on disk")
+        wait_until(lambda: recorder.check().acknowledged == 100, "ticks on disk")
         os.kill(recorder.pid, signal.SIGKILL)
-        wait_for(lambda: not recorder._child.is_alive, "its end")
+        wait_until(lambda: not recorder._child.is_alive, "its end")
         altered = path.read_bytes()[:-50]
         path.write_bytes(altered)
-        wait_for(lambda: not recorder.check().recording_ok, "an alarm")
+        wait_until(lambda: not recorder.check().recording_ok, "an alarm")
         assert "sound ticks, and 100 were on the disk before" in recorder.check().why
     assert path.read_bytes() == altered
 
@@ -308,7 +302,7 @@ def test_another_program_can_read_the_file(tmp_path: Path):
     path = tmp_path / "a.mcap"
     with recording(path) as (recorder, control):
         control.put(50)
-        wait_for(lambda: recorder.check().acknowledged == 50, "ticks on disk")
+        wait_until(lambda: recorder.check().acknowledged == 50, "ticks on disk")
         os.kill(recorder.pid, signal.SIGKILL)
         control.put(50)
     with path.open("rb") as stream:

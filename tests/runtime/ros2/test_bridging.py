@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.waiting import wait_until
 
 from exograv.errors import ConfigError
 from exograv.recording import read_recording
@@ -245,11 +246,12 @@ def test_without_the_operator_s_consent_no_level_is_taken(run: Run):
 def test_a_bridge_that_is_killed_is_noted_and_nothing_else_happens(run: Run):
     run.message(JOINT_STATES)
     os.kill(run.bridging.pid, signal.SIGKILL)
-    until = time.monotonic() + SOON_S
-    while not run.bridging.figures()["ended"] and time.monotonic() < until:
+
+    def ended() -> str:
         run.tick()
-        time.sleep(0.002)
-    assert "exit status -9" in run.bridging.figures()["ended"]
+        return run.bridging.figures()["ended"]
+
+    assert "exit status -9" in wait_until(ended, "the end of the bridge", SOON_S)
     put_in = len(run.put_in)
     for _ in range(50):
         run.tick()

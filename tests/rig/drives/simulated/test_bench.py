@@ -2,12 +2,12 @@
 
 import io
 import json
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.waiting import wait_until
 
 from exograv.errors import RigError
 from exograv.model.description import load_rig
@@ -105,9 +105,7 @@ def test_what_cannot_be_done_is_refused_with_what_can(stage: Stage, line: str):
 
 def test_typed_lines_are_obeyed_between_steps_and_quit_ends(stage: Stage):
     stage.bench.listen(io.StringIO("nonsense\n\nfail shoulder_flexion\nquit\n"))
-    ends = time.monotonic() + 5.0
-    while not stage.bench.obey() and time.monotonic() < ends:
-        time.sleep(0.001)
+    wait_until(stage.bench.obey, "the end", 5.0)
     assert stage.bench.is_done
     assert stage.drives[0].fault is DriveFault.INTERNAL
     assert "not understood" in stage.said[0]
