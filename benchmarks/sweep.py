@@ -25,9 +25,9 @@ def main() -> None:
     for workers in map(int, options.workers.split(",")):
         with tempfile.TemporaryDirectory() as folder:
             result = run_sweep(study, SweepOptions(workers), Path(folder), lambda _text, _share: None)
-            digest = hashlib.sha256(Path(result["table"]).read_bytes()).hexdigest()
+            digest = hashlib.sha256((Path(folder) / "sweep.parquet").read_bytes()).hexdigest()
         print(
-            f"{workers} workers: {result['tasks_per_s']:.2f} tasks/s, {result['wall_s']:.1f} s, {result['done']} done, "
+            f"{workers} workers: {result.tasks_per_s:.2f} tasks/s, {result.wall_s:.1f} s, {result.done} done, "
             f"table {digest[:12]}",
             flush=True,
         )

@@ -82,10 +82,10 @@ def test_a_worker_that_is_killed_loses_nothing_and_the_table_is_the_same(
 
     result = run_sweep(study, SweepOptions(scheduler=cluster.address), tmp_path / "cluster", strike)
     assert struck
-    assert (result["done"], result["failed"]) == (149, 1)
-    assert result["retried"] >= 1
+    assert (result.done, result.failed) == (149, 1)
+    assert result.retried >= 1
     alone = run_sweep(study, SweepOptions(), tmp_path / "alone", silent)
-    assert Path(result["table"]).read_bytes() == Path(alone["table"]).read_bytes()
+    assert Path(str(result.table)).read_bytes() == Path(str(alone.table)).read_bytes()
 
 
 def test_a_scheduler_that_goes_away_leaves_what_is_done(study_of: StudyOf, tmp_path: Path, cluster: Cluster):
@@ -98,7 +98,7 @@ def test_a_scheduler_that_goes_away_leaves_what_is_done(study_of: StudyOf, tmp_p
 
     with pytest.raises(RigError, match="went away"):
         run_sweep(study, SweepOptions(scheduler=cluster.address), tmp_path, strike)
-    assert 6 <= run_sweep(study, SweepOptions(), tmp_path, silent)["before"] < 60
+    assert 6 <= run_sweep(study, SweepOptions(), tmp_path, silent).before < 60
 
 
 def test_workers_with_several_threads_are_refused(study_of: StudyOf, tmp_path: Path, cluster: Cluster):

@@ -55,9 +55,9 @@ def test_a_trained_person_is_flown_as_in_a_study_and_twice_the_same(tmp_path: Pa
     tables = []
     for name in ("once", "again"):
         result = run_sweep(load_study(path), SweepOptions(), tmp_path / name, lambda _text, _share: None)
-        assert (result["done"], result["failed"]) == (2, 0)
-        tables.append(Path(result["table"]).read_bytes())
+        assert (result.done, result.failed) == (2, 0)
+        tables.append(Path(str(result.table)).read_bytes())
     assert tables[0] == tables[1]
-    rows = pq.read_table(Path(result["table"])).to_pylist()
+    rows = pq.read_table(Path(str(result.table))).to_pylist()
     assert {row["left_over_Nm"] is None for row in rows} == {True, False}
     assert all(row["touches"] >= 4 for row in rows)

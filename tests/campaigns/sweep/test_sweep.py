@@ -12,7 +12,7 @@ from exograv.campaigns.sweep.plan import plan
 from exograv.campaigns.sweep.process_runner import OnProcesses
 from exograv.campaigns.sweep.store import Store
 from exograv.campaigns.sweep.study_file import Study, load_study
-from exograv.campaigns.sweep.sweep_command import run_sweep
+from exograv.campaigns.sweep.sweep_command import SweepResult, run_sweep
 from exograv.errors import ConfigError, RecordingError
 from exograv.loop.replay_log import versions
 
@@ -25,17 +25,18 @@ def silent(_text: str, _share: float) -> None:
     """Nobody listens."""
 
 
-def table_of(result: dict) -> bytes:
-    return Path(result["table"]).read_bytes()
+def table_of(result: SweepResult) -> bytes:
+    assert result.table is not None
+    return result.table.read_bytes()
 
 
 def test_a_task_that_fails_by_itself_is_a_row_with_its_error_and_is_not_tried_again(study_of: StudyOf, tmp_path: Path):
     study = study_of(count=5, seconds=0.0, batch=3, fail=[1])
     first = run_sweep(study, SweepOptions(), tmp_path, silent)
     again = run_sweep(study, SweepOptions(), tmp_path, silent)
-    assert (first["tasks"], first["done"], first["failed"], first["retried"], first["ran"]) == (5, 4, 1, 0, 5)
-    assert (again["done"], again["failed"], again["ran"]) == (4, 1, 0)
-    rows = pq.read_table(first["table"]).to_pylist()
+    assert (first.tasks, first.done, first.failed, first.retried, first.ran) == (5, 4, 1, 0, 5)
+    assert (again.done, again.failed, again.ran) == (4, 1, 0)
+    rows = pq.read_table(first.table).to_pylist()
     assert [row["outcome"] for row in rows] == ["done", "failed", "done", "done", "done"]
     assert rows[1]["error"] == "ValueError: task 1 was told to fail"
 
@@ -50,9 +51,9 @@ def test_a_sweep_that_was_stopped_goes_on_and_ends_with_the_same_bytes(study_of:
 
     whole = run_sweep(study, SweepOptions(), tmp_path / "whole", silent)
     stopped = run_sweep(study, SweepOptions(), tmp_path / "stopped", stop)
-    assert (stopped["interrupted"], stopped["done"]) == (True, 3)
+    assert (stopped.interrupted, stopped.done) == (True, 3)
     rest = run_sweep(study, SweepOptions(), tmp_path / "stopped", silent)
-    assert (rest["ran"], rest["done"]) == (3, 6)
+    assert (rest.ran, rest.done) == (3, 6)
     assert table_of(rest) == table_of(whole)
 
 
@@ -63,15 +64,15 @@ def test_a_task_in_two_parts_counts_once(study_of: StudyOf, tmp_path: Path):
     part.with_name("twice.parquet").write_bytes(part.read_bytes())
     before = table_of(whole)
     again = run_sweep(study, SweepOptions(), tmp_path, silent)
-    assert (again["ran"], table_of(again)) == (0, before)
+    assert (again.ran, table_of(again)) == (0, before)
 
 
 def test_shares_of_a_sweep_make_one_table(study_of: StudyOf, tmp_path: Path):
     study = study_of(count=8, seconds=0.0)
     shares = [run_sweep(study, SweepOptions(part=f"{k}/3"), tmp_path / "shares", silent) for k in (1, 2, 3)]
-    assert sum(share["ran"] for share in shares) == 8
+    assert sum(share.ran for share in shares) == 8
     joined = run_sweep(study, SweepOptions(), tmp_path / "shares", silent)
-    assert joined["ran"] == 0
+    assert joined.ran == 0
     assert table_of(joined) == table_of(run_sweep(study, SweepOptions(), tmp_path / "whole", silent))
 
 
@@ -150,10 +151,10 @@ def test_tasks_of_a_batch_share_one_machine(study_of: StudyOf):
 def test_a_plan_is_proportional_to_what_was_measured(study_of: StudyOf, tmp_path: Path):
     study = study_of(count=4, seconds=0.01)
     run_sweep(study, SweepOptions(), tmp_path, silent)
-    rows = plan(study, tmp_path, [2, 100], 0.5)["rows"]
-    assert [row["wearers"] for row in rows] == [10**4, 10**6, 10**8]
-    assert rows[1]["price"] == pytest.approx(0.5 * rows[1]["core_h"])
-    assert rows[2]["hours"]["100"] == pytest.approx(100 * rows[1]["hours"]["100"])
+    rows = plan(study, tmp_path, [2, 100], 0.5).rows
+    assert [row.wearers for row in rows] == [10**4, 10**6, 10**8]
+    assert rows[1].price == pytest.approx(0.5 * rows[1].core_h)
+    assert rows[2].hours["100"] == pytest.approx(100 * rows[1].hours["100"])
 
 
 def test_a_plan_without_a_sweep_says_what_to_do(study_of: StudyOf, tmp_path: Path):
@@ -180,8 +181,8 @@ def test_one_two_and_four_workers_make_the_same_bytes_of_real_wearers(study_of: 
 def test_a_task_that_takes_its_workers_down_is_given_up_and_the_others_are_done(study_of: StudyOf, tmp_path: Path):
     study = study_of(count=6, seconds=0.0, batch=3, die=[1])
     result = run_sweep(study, SweepOptions(workers=2), tmp_path, silent)
-    assert (result["done"], result["failed"], result["lost"]) == (5, 1, 1)
-    assert 1 <= result["retried"] <= 4
+    assert (result.done, result.failed, result.lost) == (5, 1, 1)
+    assert 1 <= result.retried <= 4
 
 
 @pytest.mark.slow
@@ -198,7 +199,7 @@ def test_a_process_that_is_killed_loses_nothing(study_of: StudyOf, tmp_path: Pat
 
     result = run_sweep(study, SweepOptions(), tmp_path / "struck", strike)
     assert struck
-    assert (result["done"], result["failed"]) == (30, 0)
-    assert result["retried"] >= 1
+    assert (result.done, result.failed) == (30, 0)
+    assert result.retried >= 1
     monkeypatch.undo()
     assert table_of(result) == table_of(run_sweep(study, SweepOptions(), tmp_path / "whole", silent))

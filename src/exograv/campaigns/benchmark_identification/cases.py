@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Literal
+from typing import Annotated, Literal
 
 from exograv.errors import ConfigError
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, laboratory_at
@@ -34,27 +34,23 @@ FOREIGN: tuple[ArmName, ...] = ("arm26", "rajagopal")
 class Case:
     """One wearer in one machine."""
 
-    profile: Profile
-    level: int
-    wearer_seed: int
-    machine_seed: int
-    turn: int = 0
-    """How many wearers the machine had since it was calibrated."""
+    profile: Annotated[Profile, "kind of drive"]
+    level: Annotated[int, "of the disturbances"]
+    wearer_seed: Annotated[int, "draws the wearer"]
+    machine_seed: Annotated[int, "draws the machine"]
+    turn: Annotated[int, "wearers whom the machine had since it was calibrated"] = 0
+    arm: Annotated[ArmName, "`drawn`, or whose"] = "drawn"
+    """Fit, passive joints and unrest are drawn for everybody."""
 
-    arm: ArmName = "drawn"
-    """Whose arm it is; fit, passive joints and unrest are drawn for everybody."""
+    only: Annotated[str | None, "the one disturbance at the level"] = None
+    """All others are at level 0; None takes all."""
 
-    only: str | None = None
-    """The one disturbance at `level`, all others at level 0; None takes all."""
+    without: Annotated[str | None, "a disturbance switched off"] = None
+    restless: Annotated[bool, "the wearer never lets go"] = False
+    """The wearer stirs as at level 4."""
 
-    without: str | None = None
-    """A disturbance that is switched off."""
-
-    restless: bool = False
-    """Whether the wearer never lets go: stirs as at level 4."""
-
-    rig: str | None = None
-    """A machine by name or folder, in place of the profile's."""
+    rig: Annotated[str | None, "machine"] = None
+    """By name or folder, in place of the profile's."""
 
     @property
     def disturbances(self) -> Disturbances:

@@ -1,7 +1,7 @@
 """How soon and how well a method knows an arm: the identification benchmark's run of one method on one wearer."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Annotated, Any
 
 import numpy as np
@@ -21,58 +21,53 @@ from exograv.campaigns.benchmark_identification.stream_replay import DURATIONS_S
 from exograv.campaigns.benchmark_identification.work import WearerTask as WearerTask
 from exograv.campaigns.benchmark_identification.work import run_machine
 from exograv.procedures.identification.method_names import MethodName
-from exograv.study.folder.columns import Column
 
-from .task import SweepTask, TaskKind, Values
+from .task import SweepTask, TaskKind
 from .wearers import Several, WearerGrid, refuse_other_rig
 
-CASE_COLUMNS = (
-    Column("profile", "string", "-", "kind of drive"),
-    Column("level", "int64", "-", "of the disturbances"),
-    Column("wearer_seed", "int64", "-", "draws the wearer"),
-    Column("machine_seed", "int64", "-", "draws the machine"),
-    Column("turn", "int64", "-", "wearers whom the machine had since it was calibrated"),
-    Column("arm", "string", "-", "`drawn`, or whose"),
-    Column("only", "string", "-", "the one disturbance at the level", is_nullable=True),
-    Column("without", "string", "-", "a disturbance switched off", is_nullable=True),
-    Column("restless", "bool", "-", "the wearer never lets go"),
-    Column("rig", "string", "-", "machine"),
-    Column("rig_sha256", "string", "-", "of its rig.toml and URDF"),
-)
-"""Fields of `CaseTask`."""
 
+@dataclass(frozen=True, kw_only=True)
+class CaseTask(Case):
+    """A wearer in a machine whose files are known."""
 
-@dataclass(frozen=True)
-class CaseTask:
-    """A wearer in a machine, flat."""
+    rig: Annotated[str, "machine"] = ""
+    """By name or folder; a sweep always names it."""
 
-    profile: Any
-    level: int
-    wearer_seed: int
-    machine_seed: int
-    turn: int
-    arm: Any
-    only: str | None
-    without: str | None
-    restless: bool
-    rig: str
-    rig_sha256: str
+    rig_sha256: Annotated[str, "of its rig.toml and URDF"]
 
     @property
     def case(self) -> Case:
-        """As the benchmark has it."""
-        fields = {column.name: getattr(self, column.name) for column in CASE_COLUMNS}
-        del fields["rig_sha256"]
-        return Case(**fields)
+        """Case of the benchmark."""
+        return Case(**{one.name: getattr(self, one.name) for one in fields(Case)})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class IdentifyTask(CaseTask):
     """One method on one wearer."""
 
-    method: MethodName
-    setting: Setting
-    motion_s: float
+    method: Annotated[MethodName, "identification method"]
+    setting: Annotated[Setting, "`open_loop` or `closed_loop`"]
+    motion_s: Annotated[float, "of motion"]
+
+
+@dataclass(frozen=True)
+class IdentifyResult:
+    """One run of a method."""
+
+    time_to_target_s: Annotated[float | None, "until within the target to the end; NA if never"]
+    time_to_coarse_s: Annotated[float | None, "the same of 2.5 times the target"]
+    left_over_shoulder_Nm: Annotated[float | None, "worst axis, RMS over held-out postures"]
+    left_over_elbow_Nm: Annotated[float | None, "the same at the elbow"]
+    possible_share: Annotated[float | None, "of the estimates, physically possible"]
+    verdict: Annotated[str | None, "of the stop rule"]
+    stop_s: Annotated[float | None, "when it would have ended the motion"]
+    restless_s: Annotated[float | None, "when the wearer was seen not to relax"]
+    rejected_share: Annotated[float | None, "of the samples"]
+    noise_scale: Annotated[float | None, "noise against the calibration's"]
+    parameters_covered: Annotated[int | None, "95 % intervals that hold the truth, after at most 120 s"]
+    parameters_intervals: Annotated[int | None, "of so many"]
+    torque_covered: Annotated[int | None, "the same of torque at held-out postures"]
+    torque_intervals: Annotated[int | None, "of so many"]
 
 
 class IdentifyGrid(WearerGrid):
@@ -100,7 +95,7 @@ class IdentifyGrid(WearerGrid):
                 ]
 
 
-def _run(tasks: Sequence[SweepTask], /) -> Iterator[tuple[SweepTask, Values | str]]:
+def _run(tasks: Sequence[SweepTask], /) -> Iterator[tuple[SweepTask, IdentifyResult | str]]:
     by_key = {(task.settings.setting, task.settings.method, task.settings.case): task for task in tasks}
     cases = {case: None for _, _, case in by_key}
     refuse_other_rig(next(iter(cases)), tasks[0].settings.rig_sha256)
@@ -108,62 +103,40 @@ def _run(tasks: Sequence[SweepTask], /) -> Iterator[tuple[SweepTask, Values | st
         WearerTask(case, _methods(by_key, "open_loop", case), _methods(by_key, "closed_loop", case)) for case in cases
     ]
     for run in run_machine(wearers, lambda _text: None, tasks[0].settings.motion_s):
-        yield by_key[run.key], run.failed if run.failed is not None else _values(run)
+        yield by_key[run.key], run.failed if run.failed is not None else _result(run)
 
 
 def _methods(by_key: dict[Any, SweepTask], setting: Setting, case: Case) -> tuple[MethodName, ...]:
     return tuple(method for where, method, who in by_key if (where, who) == (setting, case))
 
 
-def _values(run: MethodRun) -> Values:
+def _result(run: MethodRun) -> IdentifyResult:
     end = run.t[-1]
-    held = {
-        "parameters": coverage([run], f"{DURATIONS_S[-1]:g}"),
-        "torque": torque_coverage([run], f"{DURATIONS_S[-1]:g}"),
-    }
-    values: dict[str, Any] = {
-        "time_to_target_s": rounded(time_to(run)),
-        "time_to_coarse_s": rounded(time_to(run, COARSE)),
-        "left_over_shoulder_Nm": rounded(left_over(run, end, "shoulder")),
-        "left_over_elbow_Nm": rounded(left_over(run, end, "elbow")),
-        "possible_share": float(run.possible_share),
-        "verdict": run.outcome,
-        "stop_s": run.stop_s,
-        "restless_s": run.restless_s,
-        "rejected_share": float(run.rejected_share),
-        "noise_scale": float(run.noise_scale) if np.isfinite(run.noise_scale) else None,
-    }
-    for name, count in held.items():
-        values |= {f"{name}_covered": count["covered"], f"{name}_intervals": count["of"]}
-    return values
+    parameters, torque = (count([run], f"{DURATIONS_S[-1]:g}") for count in (coverage, torque_coverage))
+    return IdentifyResult(
+        time_to_target_s=rounded(time_to(run)),
+        time_to_coarse_s=rounded(time_to(run, COARSE)),
+        left_over_shoulder_Nm=rounded(left_over(run, end, "shoulder")),
+        left_over_elbow_Nm=rounded(left_over(run, end, "elbow")),
+        possible_share=float(run.possible_share),
+        verdict=run.outcome,
+        stop_s=run.stop_s,
+        restless_s=run.restless_s,
+        rejected_share=float(run.rejected_share),
+        noise_scale=float(run.noise_scale) if np.isfinite(run.noise_scale) else None,
+        parameters_covered=parameters["covered"],
+        parameters_intervals=parameters["of"],
+        torque_covered=torque["covered"],
+        torque_intervals=torque["of"],
+    )
 
 
 IDENTIFY = TaskKind(
     "identify",
     "One method identifies one wearer, as in `exograv benchmark-identification`.",
     IdentifyGrid,
-    (
-        *CASE_COLUMNS,
-        Column("method", "string", "-", "identification method"),
-        Column("setting", "string", "-", "`open_loop` or `closed_loop`"),
-        Column("motion_s", "float64", "s", "of motion"),
-    ),
-    (
-        Column("time_to_target_s", "float64", "s", "until within the target to the end; NA if never", is_nullable=True),
-        Column("time_to_coarse_s", "float64", "s", "the same of 2.5 times the target", is_nullable=True),
-        Column("left_over_shoulder_Nm", "float64", "N·m", "worst axis, RMS over held-out postures", is_nullable=True),
-        Column("left_over_elbow_Nm", "float64", "N·m", "the same at the elbow", is_nullable=True),
-        Column("possible_share", "float64", "-", "of the estimates, physically possible", is_nullable=True),
-        Column("verdict", "string", "-", "of the stop rule", is_nullable=True),
-        Column("stop_s", "float64", "s", "when it would have ended the motion", is_nullable=True),
-        Column("restless_s", "float64", "s", "when the wearer was seen not to relax", is_nullable=True),
-        Column("rejected_share", "float64", "-", "of the samples", is_nullable=True),
-        Column("noise_scale", "float64", "-", "noise against the calibration's", is_nullable=True),
-        Column("parameters_covered", "int64", "-", "95 % intervals that hold the truth, after at most 120 s", True),
-        Column("parameters_intervals", "int64", "-", "of so many", is_nullable=True),
-        Column("torque_covered", "int64", "-", "the same of torque at held-out postures", is_nullable=True),
-        Column("torque_intervals", "int64", "-", "of so many", is_nullable=True),
-    ),
+    IdentifyTask,
+    IdentifyResult,
     ("wearer_seed",),
     _run,
 )

@@ -18,9 +18,8 @@ from exograv.campaigns.virtual_study.participants import simulate_participant
 from exograv.campaigns.virtual_study.transfer import constant_error_mm, first_touch_mm
 from exograv.errors import ConfigError, IdentificationError
 from exograv.laboratory.participant.habits import with_constants
-from exograv.study.folder.columns import Column
 
-from .task import Grid, SweepTask, TaskKind, Values, each
+from .task import Grid, SweepTask, TaskKind, each
 from .wearers import Level, Seed, Several
 
 Sessions = Annotated[int, Field(ge=0, le=99, strict=True)]
@@ -32,17 +31,15 @@ Constants = dict[str, Annotated[list[float], Several]]
 class ParticipantsTask:
     """One person, from the first session through a flight."""
 
-    condition: str
+    condition: Annotated[str, "of the training"]
     """`FAMILIARISED`: gets used to the passive machine only."""
 
-    constants: str
-    """Of the person, changed: "name=value" by spaces."""
-
-    sessions: int
-    windows: int | None
-    flight_windows: int | None
-    level: int
-    seed: int
+    constants: Annotated[str, "of the person, changed; `name=value` by spaces"]
+    sessions: Annotated[int, "before the flight"]
+    windows: Annotated[int | None, "of each; the protocol's where empty"]
+    flight_windows: Annotated[int | None, "of the flight"]
+    level: Annotated[int, "of the disturbances"]
+    seed: Annotated[int, "draws person and machine"]
 
     @property
     def options(self) -> StudyOptions:
@@ -54,6 +51,18 @@ class ParticipantsTask:
             flight_windows=self.flight_windows,
             constants={name: float(value) for name, value in changed},
         )
+
+
+@dataclass(frozen=True)
+class ParticipantsResult:
+    """One flight."""
+
+    first_window_up_mm: Annotated[float | None, "mean height of the flight's first window"]
+    first_touch_up_mm: Annotated[float | None, "height of its first accepted touch"]
+    median_px: Annotated[float | None, "median deviation in the flight"]
+    touches: Annotated[int | None, "accepted in the flight"]
+    left_over_Nm: Annotated[float | None, "by the machine of the training, worst shoulder axis"]
+    friction_Nm: Annotated[float | None, "Coulomb friction of that machine, mean over its joints"]
 
 
 class ParticipantsGrid(Grid):
@@ -111,7 +120,7 @@ class ParticipantsGrid(Grid):
                 ]
 
 
-def _run(task: SweepTask) -> Values:
+def _run(task: SweepTask) -> ParticipantsResult:
     settings: ParticipantsTask = task.settings
     condition = None if settings.condition == FAMILIARISED else condition_of(settings.condition)
     career = Career(0, settings.seed, condition, settings.sessions, ((settings.sessions, "comparison"),))
@@ -121,37 +130,19 @@ def _run(task: SweepTask) -> Values:
     (flight,) = lived.flights
     if not flight.first_window:
         raise ConfigError("No touch of the flight's first window counts: this person found the screen too late.")
-    return {
-        "first_window_up_mm": constant_error_mm(flight),
-        "first_touch_up_mm": first_touch_mm(flight),
-        "median_px": float(np.median([touch.deviation_px for touch in flight.touches])),
-        "touches": len(flight.touches),
-        "left_over_Nm": flight.left_over_Nm,
-        "friction_Nm": flight.friction_Nm,
-    }
+    median_px = float(np.median([touch.deviation_px for touch in flight.touches]))
+    return ParticipantsResult(
+        constant_error_mm(flight), first_touch_mm(flight), median_px, len(flight.touches), flight.left_over_Nm,
+        flight.friction_Nm,
+    )  # fmt: skip
 
 
 PARTICIPANTS = TaskKind(
     "participants",
     "Where one virtual participant points in flight, after a training.",
     ParticipantsGrid,
-    (
-        Column("condition", "string", "-", "of the training"),
-        Column("constants", "string", "-", "of the person, changed; `name=value` by spaces"),
-        Column("sessions", "int64", "-", "before the flight"),
-        Column("windows", "int64", "-", "of each; the protocol's where empty", is_nullable=True),
-        Column("flight_windows", "int64", "-", "of the flight", is_nullable=True),
-        Column("level", "int64", "-", "of the disturbances"),
-        Column("seed", "int64", "-", "draws person and machine"),
-    ),
-    (
-        Column("first_window_up_mm", "float64", "mm", "mean height of the flight's first window", is_nullable=True),
-        Column("first_touch_up_mm", "float64", "mm", "height of its first accepted touch", is_nullable=True),
-        Column("median_px", "float64", "px", "median deviation in the flight", is_nullable=True),
-        Column("touches", "int64", "-", "accepted in the flight", is_nullable=True),
-        Column("left_over_Nm", "float64", "N·m", "by the machine of the training, worst shoulder axis", True),
-        Column("friction_Nm", "float64", "N·m", "Coulomb friction of that machine, mean over its joints", True),
-    ),
+    ParticipantsTask,
+    ParticipantsResult,
     ("seed",),
     each(_run),
 )

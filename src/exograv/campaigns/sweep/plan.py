@@ -1,8 +1,8 @@
 """What many more wearers would take, by the times that a sweep has measured."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -14,7 +14,32 @@ from .study_file import Study
 WEARERS = (10_000, 1_000_000, 100_000_000)
 
 
-def plan(study: Study, folder: Path, workers: Sequence[int], price: float | None) -> dict[str, Any]:
+@dataclass(frozen=True)
+class PlanRow:
+    """Cost of so many wearers."""
+
+    wearers: int
+    core_h: float
+    price: float | None
+    table_bytes: float
+    hours: dict[str, float]
+    """By number of workers."""
+
+
+@dataclass(frozen=True)
+class SweepPlanResult:
+    """Cost of a sweep of more wearers."""
+
+    title: str
+    measured: str
+    """Sentence about the tasks that were measured."""
+
+    wearers_measured: int
+    core_s_per_wearer: float
+    rows: tuple[PlanRow, ...]
+
+
+def plan(study: Study, folder: Path, workers: Sequence[int], price: float | None) -> SweepPlanResult:
     """A row for each number of wearers, every wearer in all that the study asks of one.
 
     Args:
@@ -44,22 +69,18 @@ def plan(study: Study, folder: Path, workers: Sequence[int], price: float | None
     people = len(rows.group_by(list(study.kind.person)).aggregate([]))
     busy_s = sum(rows["wall_s"].to_pylist())
     core_h, bytes_each = busy_s / 3600 / people, size / people
-    return {
-        "title": study.title,
-        "measured": (
-            f"Measured: {len(rows)} tasks on {people} wearers, {busy_s:.1f} s of a core in all, "
-            f"{busy_s / people:.3g} s a wearer. Workers that wait for each other or for a disk are not in it."
-        ),
-        "wearers_measured": people,
-        "core_s_per_wearer": busy_s / people,
-        "rows": [
-            {
-                "wearers": count,
-                "core_h": count * core_h,
-                "price": None if price is None else count * core_h * price,
-                "table_bytes": count * bytes_each,
-                "hours": {str(number): count * core_h / number for number in workers},
-            }
-            for count in WEARERS
-        ],
-    }
+    measured = (
+        f"Measured: {len(rows)} tasks on {people} wearers, {busy_s:.1f} s of a core in all, "
+        f"{busy_s / people:.3g} s a wearer. Workers that wait for each other or for a disk are not in it."
+    )
+    costs = tuple(
+        PlanRow(
+            count,
+            count * core_h,
+            None if price is None else count * core_h * price,
+            count * bytes_each,
+            {str(number): count * core_h / number for number in workers},
+        )
+        for count in WEARERS
+    )
+    return SweepPlanResult(study.title, measured, people, busy_s / people, costs)

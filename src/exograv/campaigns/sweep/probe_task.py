@@ -9,9 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from exograv.study.folder.columns import Column
-
-from .task import Grid, SweepTask, TaskKind, Values, each
+from .task import Grid, SweepTask, TaskKind, each
 
 Does = Literal["work", "fail", "die"]
 """Computes; raises an error; or ends its own process, as a worker ends that has no memory left."""
@@ -21,9 +19,16 @@ Does = Literal["work", "fail", "die"]
 class ProbeTask:
     """Settings of one."""
 
-    number: int
-    seconds: float
-    does: Does
+    number: Annotated[int, "which one"]
+    seconds: Annotated[float, "of a processor", "s"]
+    does: Annotated[Does, "`work`, `fail` or `die`"]
+
+
+@dataclass(frozen=True)
+class ProbeResult:
+    """Result of one."""
+
+    drawn: Annotated[float | None, "one normal number from the task's own seed"]
 
 
 class ProbeGrid(Grid):
@@ -57,7 +62,7 @@ class ProbeGrid(Grid):
         return "fail" if number in self.fail else "work"
 
 
-def _run(task: SweepTask) -> Values:
+def _run(task: SweepTask) -> ProbeResult:
     settings: ProbeTask = task.settings
     end = time.process_time() + settings.seconds
     if settings.does == "die":
@@ -66,19 +71,15 @@ def _run(task: SweepTask) -> Values:
         raise ValueError(f"task {settings.number} was told to fail")
     while time.process_time() < end:
         pass
-    return {"drawn": float(np.random.default_rng(task.seed).normal())}
+    return ProbeResult(float(np.random.default_rng(task.seed).normal()))
 
 
 PROBE = TaskKind(
     "probe",
     "Takes time and finds nothing: tries a cluster.",
     ProbeGrid,
-    (
-        Column("number", "int64", "-", "which one"),
-        Column("seconds", "float64", "s", "of a processor"),
-        Column("does", "string", "-", "`work`, `fail` or `die`"),
-    ),
-    (Column("drawn", "float64", "-", "one normal number from the task's own seed", is_nullable=True),),
+    ProbeTask,
+    ProbeResult,
     ("number",),
     each(_run),
 )

@@ -3,7 +3,7 @@
 import contextlib
 import secrets
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 
 import pyarrow as pa
@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from exograv.errors import RecordingError
 from exograv.loop.replay_log import versions
 from exograv.study.dataset.tables import schema, write_parquet
-from exograv.study.folder.columns import Column
+from exograv.study.folder.columns import Column, columns_of
 
 from .study_file import Study
 from .task import Result, TaskKind
@@ -24,21 +24,14 @@ KEY = (
     Column("key", "string", "-", "of the task: its kind and settings, hashed"),
     Column("task_seed", "int64", "-", "the task's own seed, from its key"),
 )
-OUTCOME = (
-    Column("outcome", "string", "-", "`done`, `failed` or `lost`"),
-    Column("error", "string", "-", "why there is no result", is_nullable=True),
-)
-TIMES = (
-    Column("wall_s", "float64", "s", "since the batch's previous result: what is shared counts for the first"),
-    Column("worker", "string", "-", "computer"),
-    Column("retries", "int64", "-", "how often its worker was lost before"),
-)
+*OUTCOME, WALL, WORKER, RETRIES = columns_of(Result)
+TIMES = (WALL, WORKER, RETRIES)
 
 
 def table_columns(kind: TaskKind) -> tuple[Column, ...]:
     """What does not depend on who computed it, or when."""
     named = [Column(f"version_{name}", "string", "-", "of the worker") for name in versions()]
-    return (*KEY, *kind.settings, *OUTCOME, *kind.results, *named)
+    return (*KEY, *columns_of(kind.settings), *OUTCOME, *columns_of(kind.results), *named)
 
 
 class Store:
@@ -72,13 +65,10 @@ class Store:
                 **asdict(result.task.settings),
                 "key": result.task.key,
                 "task_seed": result.task.seed,
-                "outcome": result.outcome,
-                "error": result.error,
-                **result.values,
+                **{column.name: getattr(result, column.name) for column in (*OUTCOME, *TIMES)},
+                **(asdict(result.values) if result.values is not None else {}),
                 **ours,
                 "wall_s": round(result.wall_s, 4),
-                "worker": result.worker,
-                "retries": result.retries,
             }
             for result in results
         ]
@@ -104,7 +94,7 @@ class Store:
         """
         rows = self._rows(self._paths())
         rows = rows.filter(_mask(key in keys for key in rows["key"].to_pylist()))
-        order = [column.name for column in self._kind.settings]
+        order = [field.name for field in fields(self._kind.settings)]
         rows = rows.sort_by([(name, "ascending") for name in (*order, "key")])
         told = {
             b"exograv_sweep": f"schema {SCHEMA_VERSION}".encode(),

@@ -3,9 +3,8 @@
 import time
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from exograv.loop.pilot import Progress
 
@@ -103,8 +102,37 @@ def _time(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
-def run_sweep(study: Study, options: SweepOptions, folder: Path, progress: Progress) -> dict[str, Any]:
-    """Do what is left, and write the tables; the result follows the contract of `exograv sweep --json`.
+@dataclass(frozen=True)
+class SweepResult:
+    """Result of `exograv sweep`."""
+
+    tasks: int
+    done: int
+    failed: int
+    retried: int
+    """Tasks that ran again because their worker was lost."""
+
+    wall_s: float
+    table: Path | None
+    """Results; None for a part of a sweep."""
+
+    times: Path | None
+    lost: int
+    """Tasks that were given up."""
+
+    before: int
+    """Tasks that an earlier command had done."""
+
+    ran: int
+    busy_s: float
+    tasks_per_s: float | None
+    runner: str
+    workers: int
+    interrupted: bool
+
+
+def run_sweep(study: Study, options: SweepOptions, folder: Path, progress: Progress) -> SweepResult:
+    """Do what is left, and write the tables.
 
     Raises:
         ConfigError: The cluster cannot be used.
@@ -122,26 +150,24 @@ def run_sweep(study: Study, options: SweepOptions, folder: Path, progress: Progr
     keys = {task.key for batch in study.batches() for task in batch.tasks}
     outcomes = Counter(store.done[key] for key in keys if key in store.done)
     lost = len(sweep.given_up & keys)
-    result: dict[str, Any] = {
-        "tasks": len(keys),
-        "done": outcomes["done"],
-        "failed": outcomes["failed"] + lost,
-        "retried": sweep.retried,
-    }
     table = times = None
     if options.part is None:
         store.compact()
         table, times = store.write_tables(study, keys)
-    return result | {
-        "wall_s": round(time.perf_counter() - start, 3),
-        "table": None if table is None else str(table),
-        "times": None if times is None else str(times),
-        "lost": lost,
-        "before": before,
-        "ran": sweep.ran,
-        "busy_s": round(sweep.busy_s, 3),
-        "tasks_per_s": round(sweep.ran / worked_s, 4) if sweep.ran else None,
-        "runner": runner.name,
-        "workers": runner.workers,
-        "interrupted": interrupted,
-    }
+    return SweepResult(
+        tasks=len(keys),
+        done=outcomes["done"],
+        failed=outcomes["failed"] + lost,
+        retried=sweep.retried,
+        wall_s=round(time.perf_counter() - start, 3),
+        table=table,
+        times=times,
+        lost=lost,
+        before=before,
+        ran=sweep.ran,
+        busy_s=round(sweep.busy_s, 3),
+        tasks_per_s=round(sweep.ran / worked_s, 4) if sweep.ran else None,
+        runner=runner.name,
+        workers=runner.workers,
+        interrupted=interrupted,
+    )

@@ -2,19 +2,15 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from exograv.model.rig_settings import Settings
-from exograv.study.folder.columns import Column
 
 Outcome = Literal["done", "failed", "lost"]
 """Done; failed by itself, which it would again; or given up because its worker was lost time after time."""
-
-Values = Mapping[str, Any]
-"""Results of one task, by the names of its kind's columns."""
 
 KEY_BITS = 128
 SEED_BITS = 63  # fits a signed 64-bit column
@@ -63,14 +59,14 @@ class Result:
     """What came of one task."""
 
     task: SweepTask
-    outcome: Outcome
-    values: Values = field(default_factory=dict)
-    error: str | None = None
-    wall_s: float = 0.0
-    """From the previous result of the batch to this one: what a batch shares counts for its first task [s]."""
+    outcome: Annotated[Outcome, "`done`, `failed` or `lost`"]
+    values: Any = None
+    """Dataclass of the kind's `results`; None where there is none."""
 
-    worker: str = ""
-    retries: int = 0
+    error: Annotated[str | None, "why there is no result"] = None
+    wall_s: Annotated[float, "since the batch's previous result: what is shared counts for the first"] = 0.0
+    worker: Annotated[str, "computer"] = ""
+    retries: Annotated[int, "how often its worker was lost before"] = 0
 
 
 class Grid(Settings):
@@ -85,7 +81,7 @@ class Grid(Settings):
         raise NotImplementedError
 
 
-Run = Callable[[Sequence[SweepTask]], Iterator[tuple[SweepTask, Values | str]]]
+Run = Callable[[Sequence[SweepTask]], Iterator[tuple[SweepTask, Any]]]
 """Does tasks of one group: each with its results, or with the sentence that says why there are none.
 
 An exception of several tasks lets each run alone; an exception of one is its failure.
@@ -94,27 +90,29 @@ An exception of several tasks lets each run alone; an exception of one is its fa
 
 @dataclass(frozen=True)
 class TaskKind:
-    """One kind of task: its grid, its columns, and what runs it."""
+    """One kind of task: its grid, its rows, and what runs it."""
 
     name: str
     what: str
     """In a sentence."""
 
     grid: type[Grid]
-    settings: tuple[Column, ...]
-    """Fields of a task's settings, in their order."""
+    settings: type
+    """Dataclass of a task's settings; its fields are columns of the table, and so are those of `results`."""
 
-    results: tuple[Column, ...]
+    results: type
+    """Dataclass of what comes of a task, but for a failure."""
+
     person: tuple[str, ...]
     """Settings that tell one wearer from another: the planning table counts these."""
 
     run: Run
 
 
-def each(run_one: Callable[[SweepTask], Values]) -> Run:
+def each(run_one: Callable[[SweepTask], object]) -> Run:
     """A kind whose tasks share nothing."""
 
-    def run(tasks: Sequence[SweepTask], /) -> Iterator[tuple[SweepTask, Values | str]]:
+    def run(tasks: Sequence[SweepTask], /) -> Iterator[tuple[SweepTask, Any]]:
         for task in tasks:
             yield task, run_one(task)
 

@@ -1,7 +1,7 @@
 """What a person feels of a machine: muscle effort of one movement in six conditions, as `exograv transparency`."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, make_dataclass
 from typing import Annotated
 
 from pydantic import Field
@@ -10,9 +10,8 @@ from exograv.errors import ConfigError
 from exograv.laboratory.transparency import MovementName, movement_for
 from exograv.laboratory.transparency_trial import CONDITIONS, TransparencyTrial, run_trial
 from exograv.model.description import load_rig
-from exograv.study.folder.columns import Column
 
-from .task import Grid, SweepTask, TaskKind, Values, each
+from .task import Grid, SweepTask, TaskKind, each
 from .wearers import Level, Seed, Several
 
 
@@ -20,11 +19,20 @@ from .wearers import Level, Seed, Several
 class TransparencyTask:
     """One machine with its wearer."""
 
-    rig: str
-    rig_sha256: str
-    level: int
-    seed: int
-    movement: MovementName
+    rig: Annotated[str, "machine"]
+    rig_sha256: Annotated[str, "of its rig.toml and URDF"]
+    level: Annotated[int, "of the disturbances"]
+    seed: Annotated[int, "draws machine and wearer"]
+    movement: Annotated[MovementName, "`pointing` or `recorded`"]
+
+
+EFFORTS = [(f"effort_{name}_Nms", Annotated[float | None, what]) for name, what in CONDITIONS.items()]
+TransparencyResult = make_dataclass(
+    "TransparencyResult",
+    [*EFFORTS, ("tracking_error_deg", Annotated[float | None, "worst joint in the worst condition"])],
+    frozen=True,
+)
+"""Muscle effort in each condition."""
 
 
 class TransparencyGrid(Grid):
@@ -48,7 +56,7 @@ class TransparencyGrid(Grid):
                     yield [TransparencyTask(rig, sha256, level, seed, self.movement)]
 
 
-def _run(task: SweepTask) -> Values:
+def _run(task: SweepTask) -> object:
     settings: TransparencyTask = task.settings
     description = load_rig(settings.rig)
     if description.sha256 != settings.rig_sha256:
@@ -56,24 +64,16 @@ def _run(task: SweepTask) -> Values:
     trial = TransparencyTrial(description, settings.level, settings.seed)
     efforts = run_trial(trial, movement_for(settings.movement, description), lambda _text, _share: None)
     values = {f"effort_{name}_Nms": float(effort.absolute.sum()) for name, effort in efforts.items()}
-    return values | {"tracking_error_deg": max(float(effort.tracking_deg.max()) for effort in efforts.values())}
+    worst_deg = max(float(effort.tracking_deg.max()) for effort in efforts.values())
+    return TransparencyResult(**values, tracking_error_deg=worst_deg)
 
 
 TRANSPARENCY = TaskKind(
     "transparency",
     "Muscle effort of one movement in six conditions.",
     TransparencyGrid,
-    (
-        Column("rig", "string", "-", "machine"),
-        Column("rig_sha256", "string", "-", "of its rig.toml and URDF"),
-        Column("level", "int64", "-", "of the disturbances"),
-        Column("seed", "int64", "-", "draws machine and wearer"),
-        Column("movement", "string", "-", "`pointing` or `recorded`"),
-    ),
-    (
-        *(Column(f"effort_{name}_Nms", "float64", "N·m·s", what, True) for name, what in CONDITIONS.items()),
-        Column("tracking_error_deg", "float64", "°", "worst joint in the worst condition", is_nullable=True),
-    ),
+    TransparencyTask,
+    TransparencyResult,
     ("seed",),
     each(_run),
 )

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -10,6 +10,11 @@ from exograv.campaigns.sweep.options import SweepOptions
 from exograv.cli.shell.base_options import Common, write_json
 from exograv.errors import ConfigError
 from exograv.options import read_numbers, words
+from exograv.results import json_value
+
+if TYPE_CHECKING:
+    from exograv.campaigns.sweep.plan import SweepPlanResult
+    from exograv.campaigns.sweep.sweep_command import SweepResult
 
 
 def _workers_of(text: str) -> tuple[int, ...]:
@@ -33,7 +38,7 @@ class SweepPlan:
     """Workers by commas, for `--plan`."""
 
 
-def run_sweep_command(asked: SweepPlan, options: SweepOptions, common: Common) -> dict[str, Any]:
+def run_sweep_command(asked: SweepPlan, options: SweepOptions, common: Common) -> "SweepResult | SweepPlanResult":
     """Wearers, machines, disturbances and methods by the thousand, here or on a cluster; run again, it goes on."""
     from exograv.campaigns.sweep.study_file import load_study
     from exograv.campaigns.sweep.sweep_command import run_sweep
@@ -48,29 +53,29 @@ def run_sweep_command(asked: SweepPlan, options: SweepOptions, common: Common) -
     with bars() as progress:
         result = run_sweep(study, options, common.out, progress)
     _show(result, f"exograv sweep {asked.study} --out {common.out}")
-    if result["interrupted"]:
+    if result.interrupted:
         if common.json is not None:
-            write_json(common.json, result)
+            write_json(common.json, json_value(result))
         raise KeyboardInterrupt
     return result
 
 
-def _show(result: dict[str, Any], again: str) -> None:
-    rate = "" if result["tasks_per_s"] is None else f", {result['tasks_per_s']:g} tasks/s"
+def _show(result: "SweepResult", again: str) -> None:
+    rate = "" if result.tasks_per_s is None else f", {result.tasks_per_s:g} tasks/s"
     print(
-        f"{result['done']} of {result['tasks']} done, {result['failed']} failed, {result['retried']} run again after a "
-        f"worker was lost; {result['ran']} ran now on {result['workers']} ({result['runner']}) in "
-        f"{result['wall_s']:.1f} s{rate}."
+        f"{result.done} of {result.tasks} done, {result.failed} failed, {result.retried} run again after a "
+        f"worker was lost; {result.ran} ran now on {result.workers} ({result.runner}) in "
+        f"{result.wall_s:.1f} s{rate}."
     )
-    if result["lost"]:
-        print(f"{result['lost']} took every worker down that had them; the same command tries them again.")
-    if result["done"] + result["failed"] < result["tasks"]:
+    if result.lost:
+        print(f"{result.lost} took every worker down that had them; the same command tries them again.")
+    if result.done + result.failed < result.tasks:
         print(f"The others are still to be done. Go on with: {again}")
-    if result["table"] is not None:
-        print(f"Table: {result['table']}")
+    if result.table is not None:
+        print(f"Table: {result.table}")
 
 
-def _plan(asked: SweepPlan, folder: Path) -> dict[str, Any]:
+def _plan(asked: SweepPlan, folder: Path) -> "SweepPlanResult":
     from rich.console import Console
     from rich.table import Table
 
@@ -79,15 +84,13 @@ def _plan(asked: SweepPlan, folder: Path) -> dict[str, Any]:
 
     workers = asked.plan_workers
     result = plan(load_study(asked.study), folder, workers, asked.price_per_core_hour)
-    table = Table(
-        "wearers", "core hours", "price", "table", *(f"on {count}" for count in workers), title=result["title"]
-    )
-    for row in result["rows"]:
-        price = "–" if row["price"] is None else f"{row['price']:,.2f}"
-        cells = (f"{row['wearers']:,}", f"{row['core_h']:,.1f}", price, _size(row["table_bytes"]))
-        table.add_row(*cells, *(_time(hours) for hours in row["hours"].values()))
+    table = Table("wearers", "core hours", "price", "table", *(f"on {count}" for count in workers), title=result.title)
+    for row in result.rows:
+        price = "–" if row.price is None else f"{row.price:,.2f}"
+        cells = (f"{row.wearers:,}", f"{row.core_h:,.1f}", price, _size(row.table_bytes))
+        table.add_row(*cells, *(_time(hours) for hours in row.hours.values()))
     Console().print(table)
-    print(result["measured"])
+    print(result.measured)
     return result
 
 

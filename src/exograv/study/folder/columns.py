@@ -4,8 +4,9 @@ Every source (our recordings, a CSV of touches, XDF) becomes these; measures, st
 Missing is NA. Times count from the beginning of the session's recording, right and down are positive on the screen.
 """
 
-from dataclasses import dataclass
-from typing import Literal, get_args
+from dataclasses import dataclass, fields
+from types import NoneType
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from exograv.task.records import TouchRecord
 
@@ -32,18 +33,30 @@ KEY = (
 )
 
 KINDS: dict[object, Kind] = {int: "int64", float: "float64", bool: "bool"}
-UNITS = ("px", "mm", "s")
+UNITS = {"px": "px", "mm": "mm", "s": "s", "Hz": "Hz", "Nm": "N·m", "Nms": "N·m·s", "deg": "°"}
+"""Units by the last part of a name."""
+
+
+def columns_of(row: type) -> tuple[Column, ...]:
+    """Columns of a dataclass of rows: fields of type `Annotated[type, meaning]`; others have none.
+
+    The unit is a second text where the name does not end with it.
+    """
+    hints = get_type_hints(row, include_extras=True)
+    told = {one.name: hints[one.name] for one in fields(row) if get_origin(hints[one.name]) is Annotated}
+    return tuple(_column(name, *get_args(annotation)) for name, annotation in told.items())
+
+
+def _column(name: str, annotation: Any, meaning: str, unit: str | None = None) -> Column:
+    kinds = (annotation,) if get_origin(annotation) is Literal else get_args(annotation) or (annotation,)
+    by_name = UNITS.get(name.rpartition("_")[2], "-")
+    return Column(name, KINDS.get(kinds[0], "string"), unit or by_name, meaning, NoneType in kinds)
 
 
 def _recorded(*names: str) -> tuple[Column, ...]:
-    """Columns of fields that the record of a touch has; the unit is the last part of the name."""
-    columns = list[Column]()
-    for name in names:
-        field, unit = TouchRecord.model_fields[name], name.rpartition("_")[2]
-        kinds = get_args(field.annotation) or (field.annotation,)
-        kind, is_nullable = KINDS.get(kinds[0], "string"), type(None) in kinds
-        columns.append(Column(name, kind, unit if unit in UNITS else "-", field.description or "", is_nullable))
-    return tuple(columns)
+    """Columns of fields that the record of a touch has."""
+    known = TouchRecord.model_fields
+    return tuple(_column(name, known[name].annotation, known[name].description or "") for name in names)
 
 
 TOUCHES = (
