@@ -28,13 +28,14 @@ RELATIVE = ("gain", "coulomb_Nm", "viscous", "breakaway", "v_stribeck_rad_per_s"
 def run(rig: str, level: int, seed: int, worn: bool) -> dict[str, Any]:
     """One machine; a refused one is a result too."""
     from exograv.cli.machine.rig_factory import run_calibration
-    from exograv.procedures.calibration.calibrate_command import CalibrateOptions
+    from exograv.procedures.calibration.options import CalibrateOptions
 
     key = {"rig": rig, "level": level, "seed": seed}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "calibration.toml"
+        options = CalibrateOptions(rig, None, level, seed, calibration=file)
         try:
-            found = run_calibration(CalibrateOptions(rig, None, level, seed, file), lambda _text, _share: None)
+            found = run_calibration(options, Path(folder), lambda _text, _share: None)
         except ExogravError as error:
             return key | {"refused": str(error)}
         result = key | {"found": found, "empty": empty_left_over(rig, level, seed, file)}

@@ -28,13 +28,14 @@ def calibrated(rig: str, level: int, seed: int, folder: Path) -> Path | None:
     """The machine's calibration; None where stage 0 refuses the machine."""
     from exograv.cli.machine.rig_factory import run_calibration
     from exograv.errors import ExogravError
-    from exograv.procedures.calibration.calibrate_command import CalibrateOptions
+    from exograv.procedures.calibration.options import CalibrateOptions
 
     file = folder / f"{rig}_{level}_{seed}.toml"
     if not file.exists() and not file.with_suffix(".refused").exists():
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            run_calibration(CalibrateOptions(rig, None, level, seed, file), lambda _text, _share: None)
+            options = CalibrateOptions(rig, None, level, seed, calibration=file)
+            run_calibration(options, folder, lambda _text, _share: None)
         except ExogravError as error:
             file.with_suffix(".refused").write_text(str(error))
     return file if file.exists() else None

@@ -12,8 +12,6 @@ from exograv.errors import ConfigError
 from exograv.options import Level, Options, Within
 
 ACTIONS = {**COMMANDS, **{f"{word} {name}": act for word, (_, acts) in GROUPS.items() for name, act in acts.items()}}
-COPIED = {"calibrate", "self-test", "rig-test", "live", "verify"}
-"""Commands for real machines that still copy options by hand."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +28,10 @@ def test_no_option_of_a_command_is_declared_twice(word: str):
     assert [name for name, times in count.items() if times > 1] == []
 
 
-def test_only_commands_for_real_machines_copy_what_every_command_takes():
-    copying = {w for w, act in ACTIONS.items() for kind in option_classes(act).values() if issubclass(kind, Common)}
-    plain = {w for w, act in ACTIONS.items() if Common in option_classes(act).values()}
-    assert copying - plain <= COPIED
+@pytest.mark.parametrize("word", sorted(ACTIONS))
+def test_no_command_copies_what_every_command_takes(word: str):
+    kinds = [kind for kind in option_classes(ACTIONS[word]).values() if kind is not Common]
+    assert not [kind for kind in kinds if issubclass(kind, Common)]
 
 
 def test_a_range_is_checked_where_the_option_is_declared():

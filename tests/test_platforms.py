@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import ConfigError, RigError
-from exograv.live.live_flight import LiveOptions
+from exograv.live.options import LiveOptions
 from exograv.loop.keyboard import is_line_typed
 from exograv.rig.drives.moteus.fdcanusb import Fdcanusb
 from exograv.runtime.clock.host import read_host

@@ -19,6 +19,9 @@ DONNINGS_MAX = 1000
 SESSIONS_MAX = 99
 """Of one protocol, for one person."""
 
+GRAVITY_LEVEL_MAX = 1.0
+"""Above 1 the arm would be pushed down: that needs a mode of its own (docs/safety.md)."""
+
 HEAVIEST_KG = 2.0
 """Weight that a person is given to hold, and only to be weighed [kg]."""
 
@@ -141,6 +144,54 @@ CalibrationFile = Annotated[
 ]
 Repeated = Annotated[tuple[str, ...], tyro.conf.UseAppendAction]
 """Flag that may be given several times."""
+
+StreamNames = Annotated[Repeated, tyro.conf.arg(metavar="NAME")]
+SegmentLengths = Annotated[Repeated, tyro.conf.arg(name="length", metavar="SEGMENT=M")]
+JointNames = Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT")]
+JointFactors = Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT:FACTOR")]
+DrivesFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
+GravityLevel = Annotated[
+    float, Within(0.0, GRAVITY_LEVEL_MAX, "0 (weightless) to 1 (Earth). The Moon is 0.165, Mars 0.378.")
+]
+
+
+@dataclass(frozen=True)
+class MachineOptions(Options):
+    """Options of a command for the twin or a machine on drives. Each subclass says what its drives must have passed."""
+
+    rig: RigOption = "recupera_like"
+    side: SideOption = None
+    level: Level = 2
+    seed: Seed = 0
+    drives: DrivesFile = None
+    simulate: bool = False
+
+    @property
+    def is_on_drives(self) -> bool:
+        """True if the machine is reached over its bus."""
+        return self.drives is not None or self.simulate
+
+
+@dataclass(frozen=True)
+class CalibratedOptions(MachineOptions):
+    """Options of a command that reads or writes the calibration of a machine."""
+
+    calibration: Path | None = None
+
+    def calibration_in(self, folder: Path) -> Path:
+        """File of the calibration; the one in `folder` if none is named."""
+        return self.calibration or folder / "calibration.toml"
+
+
+@dataclass(frozen=True)
+class WornOptions(CalibratedOptions):
+    """Options of a command that moves a person's arm in a machine, or that of the twin's wearer."""
+
+    drives: DrivesFile = None
+    """drives.toml of a real machine that has passed its self-test here today, with who is in it."""
+
+    simulate: bool = False
+    """Practise on simulated drives in another process, with a virtual person in the machine."""
 
 
 def text_option(read: Callable[[str], Any], write: Callable[[Any], str], metavar: str) -> Any:

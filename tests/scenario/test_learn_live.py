@@ -17,8 +17,8 @@ from exograv.cli.recordings.replaying import run_replay
 from exograv.errors import ConfigError
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.preparation import Preparation
-from exograv.live.live_flight import LiveOptions
 from exograv.live.live_processes import Running
+from exograv.live.options import LiveOptions
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import read_recording

@@ -12,8 +12,8 @@ import pytest
 
 from exograv.cli.machine.rig_factory import run_live
 from exograv.live.live_figures import stall_ms
-from exograv.live.live_flight import LiveOptions
 from exograv.live.live_processes import Running
+from exograv.live.options import LiveOptions
 from exograv.recording import read_recording
 from exograv.runtime.clock.timing import LoopOutcome, Timing
 from exograv.safety.envelope import StopReason

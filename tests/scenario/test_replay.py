@@ -7,7 +7,7 @@ import pytest
 
 from exograv.cli.machine.rig_factory import run_live
 from exograv.cli.recordings.replaying import run_replay
-from exograv.live.live_flight import LiveOptions
+from exograv.live.options import LiveOptions
 
 from .conftest import SEED, Demo
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.live.on_drives.bring_up_command import RigTestOptions
+from exograv.live.options import RigTestOptions
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import drives_of, written
 from exograv.procedures.bring_up.unpowered_steps import wiring

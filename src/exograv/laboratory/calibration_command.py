@@ -9,8 +9,9 @@ import numpy as np
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
-from exograv.procedures.calibration.calibrate_command import CalibrateOptions, TruthAt
+from exograv.procedures.calibration.calibrate_command import TruthAt
 from exograv.procedures.calibration.figures import CalibrationTruth
+from exograv.procedures.calibration.options import CalibrateOptions
 from exograv.rig.twin import Disturbances, Machine, draw_machine
 from exograv.storage.calibration_file import twin_identity
 

@@ -11,6 +11,9 @@ from exograv.options import (
     Bus,
     CalibrationFile,
     Donning,
+    GravityLevel,
+    JointFactors,
+    JointNames,
     Level,
     OneSideOption,
     Options,
@@ -21,7 +24,6 @@ from exograv.options import (
 )
 from exograv.procedures.identification.method_names import MethodName, MotionName, TorqueSourceName
 
-GRAVITY_LEVEL_MAX = 1.0  # above 1 the arm would be pushed down: that needs a mode of its own (docs/safety.md)
 MovementName = Literal["pointing", "recorded"]
 Kilograms = tyro.conf.arg(metavar="KG")
 HeldWeight = Within(0.0, HEAVIEST_KG, f"0 (none) to {HEAVIEST_KG:g} kg. Take a lighter one.", " kg")
@@ -38,10 +40,7 @@ class DemoOptions(Options):
     method: MethodName = "recursive"
     """How the arm is identified: ours, the paper's, or the table alone."""
 
-    gravity_level: Annotated[
-        float,
-        Within(0.0, GRAVITY_LEVEL_MAX, "0 (weightless) to 1 (Earth). The Moon is 0.165, Mars 0.378."),
-    ] = 0.0
+    gravity_level: GravityLevel = 0.0
     """Felt share of the arm's own weight: 0 weightless, 0.165 Moon, 0.378 Mars, 1 Earth."""
 
     seed: Seed = 0
@@ -137,11 +136,11 @@ class DriveSimOptions(Options):
     lock_step: bool = False
     """Step by one period of the loop with each measurement, faster or slower than real time."""
 
-    wrong_sign: Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT")] = ()
+    wrong_sign: JointNames = ()
     """Joints whose motor turns the other way."""
 
-    wrong_scale: Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT:FACTOR")] = ()
+    wrong_scale: JointFactors = ()
     """Joints whose motor gives so many times the torque."""
 
-    wrong_encoder: Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT")] = ()
+    wrong_encoder: JointNames = ()
     """Joints whose encoder counts the other way."""

@@ -1,11 +1,12 @@
 """`exograv self-test` on the twin: its empty machine, and the arm of its wearer if asked."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
 from exograv.procedures.self_test.bench import TestedMachine
-from exograv.procedures.self_test.self_test_command import SelfTestOptions
+from exograv.procedures.self_test.options import SelfTestOptions
 from exograv.rig.twin import Disturbances, draw_machine
 from exograv.storage.calibration_file import twin_identity
 from exograv.storage.calibration_schema import StoredCalibration
@@ -22,6 +23,7 @@ class TwinUnderTest:
     """`MachineUnderTest`: the twin of these options."""
 
     options: SelfTestOptions
+    calibration: Path
     description: RigDescription
     progress: Progress
 
@@ -50,7 +52,7 @@ class TwinUnderTest:
         asked = self.options
         options = WeighOptions(
             asked.rig, asked.side, asked.level, asked.seed, hand_weight_kg=0.0, body_mass_kg=asked.body_mass_kg,
-            calibration=asked.calibration,
+            calibration=self.calibration,
         )  # fmt: skip
         found = run_weighing(options, self.progress)
         passed = not found["refused"]

@@ -1,18 +1,15 @@
 """A flight of the live processes: its options, its plan, and what its recording says of it."""
 
 import contextlib
-import sys
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from exograv.errors import ConfigError
 from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import versions, written_person, written_rig, written_told
 from exograv.model.description import RigDescription
-from exograv.options import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import Belief
 from exograv.procedures.verification.postures import Verification
@@ -20,71 +17,13 @@ from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.recorder.recorder import Recorder
-from exograv.runtime.ros2.bridging import Bridging, Ros2
+from exograv.runtime.ros2.bridging import Bridging
 from exograv.runtime.ros2.streaming import NO_STREAMING, Streaming
 
 from .live_control import LiveControl, LivePlan, guarded_rig, notes
 from .live_identification import LiveIdentificationPlan
 from .live_processes import LiveResult, Parts, Running, fly
-
-LESSON_S = (10.0, 600.0)
-"""Of motion, at least and at most [s]."""
-
-
-AROUND_LESSON_S = 16.0
-"""Rest, ramp, the way to the motion's beginning, and what the worker takes at its end [s]."""
-
-
-@dataclass(frozen=True)
-class LiveOptions:
-    """What `exograv live` is asked for."""
-
-    rig: str = "recupera_like"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
-    seconds: float = 10.0
-    identify_s: float = 0.0
-    """Of motion in which the arm is learned live, before all else; 0 learns it in lock-step before the loop [s]."""
-    gravity_level: float = 0.0
-    self_test: bool = False
-    """Whether the empty twin is tested before; no wearer of it could come to harm without."""
-    lsl: bool = False
-    """Whether joint state, torque and markers are published."""
-    record_streams: tuple[str, ...] = ()
-    """Names or types of streams of other devices that are recorded besides."""
-    ros2: Ros2 | None = None
-    """The bridge to ROS 2, if there is to be one."""
-
-    def __post_init__(self):
-        if not 1.0 <= self.seconds <= 7200.0:
-            raise ConfigError(f"--seconds is {self.seconds:g}; allowed: 1 to 7200.")
-        if self.identify_s and not LESSON_S[0] <= self.identify_s <= LESSON_S[1]:
-            raise ConfigError(
-                f"--identify is {self.identify_s:g}; allowed: {LESSON_S[0]:g} to {LESSON_S[1]:g}, or 0 to identify "
-                "the arm before the live run."
-            )
-        if self.identify_s and self.gravity_level:
-            raise ConfigError(
-                f"--gravity-level is {self.gravity_level:g}; with --identify allowed: 0, because an arm is learned "
-                "while all of its weight is carried. Leave out one of the two."
-            )
-        if not 0.0 <= self.gravity_level <= 1.0:
-            raise ConfigError(
-                f"--gravity-level is {self.gravity_level:g}; allowed: 0 (weightless) to 1 (Earth). Above 1 the arm is "
-                "pushed down: a mode of its own, later."
-            )
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
-        if not sys.platform.startswith("linux"):
-            raise ConfigError(f"exograv live needs Linux, and this is {sys.platform}.")
-
-    @property
-    def loop_s(self) -> float:
-        """How long the loop runs [s]."""
-        return self.seconds + (self.identify_s + AROUND_LESSON_S if self.identify_s else 0.0)
+from .options import AROUND_MOTION_S, LiveOptions
 
 
 def streaming_of(
@@ -92,7 +31,7 @@ def streaming_of(
 ) -> Streaming:
     """Streams of a live run: what is published, and what is recorded besides."""
     outlets = OutletsJob(description.name, description.joints, period_s) if options.lsl else None
-    ros2 = None if options.ros2 is None else Bridging(options.ros2, description.joints)
+    ros2 = None if (bridge := options.bridge) is None else Bridging(bridge, description.joints)
     return Streaming(outlets, listening, ros2)
 
 
@@ -109,7 +48,7 @@ def lesson_plan(
 
     It begins with a belief of another day, if there is one.
     """
-    moved_s = seconds + AROUND_LESSON_S + passes_s
+    moved_s = seconds + AROUND_MOTION_S + passes_s
     size = WorkerMemory(prepared.assembly.n, len(prepared.x), round(2 * moved_s / period_s))
     samples = stack.enter_context(contextlib.closing(size.sample_ring()))
     findings = stack.enter_context(contextlib.closing(size.finding_ring()))

@@ -2,7 +2,6 @@
 
 import contextlib
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,10 @@ from exograv.runtime.lsl.listening import Listening
 
 from .live_control import SKIPPED, LivePlan
 from .live_figures import flown_figures, learned_figures
-from .live_flight import LiveOptions, fly_plan, lesson_plan, streaming_of
+from .live_flight import fly_plan, lesson_plan, streaming_of
 from .live_identification import unknown_person
 from .live_processes import Running
+from .options import LiveOptions
 
 
 def run_live_simulated(
@@ -51,7 +51,7 @@ def run_live_simulated(
         refuse_motorless(description)
         refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
         machine = prepare()
-        said = {"disturbance_level": options.level, "seed": options.seed, "settings": {"options": asdict(options)}}
+        said = {"disturbance_level": options.level, "seed": options.seed, "settings": {"options": options.recorded()}}
         plan = _plan(options, machine, progress, stack)
         lsl = streaming_of(options, description, machine.period_s, listening)
         flown = fly_plan(plan, options.loop_s, folder, said, progress, started, machine.self_test is not None, lsl)

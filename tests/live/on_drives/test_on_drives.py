@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.live.live_flight import LiveOptions
-from exograv.live.on_drives.connection import DrivesAsked, drives_with_hands
-from exograv.live.on_drives.float_command import PersonForm, run_live_on_drives
+from exograv.live.on_drives.connection import drives_with_hands, serial_of
+from exograv.live.on_drives.float_command import fly_on_drives
+from exograv.live.options import LiveOptions, PersonForm
 from exograv.model.description import load_rig
+from exograv.options import MachineOptions
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.rig.drives.settings import Drives, load_drives
@@ -27,9 +28,9 @@ def drives(tmp_path: Path) -> Drives:
 
 
 def test_a_simulated_machine_never_has_the_serial_of_a_real_one(drives: Drives):
-    real = DrivesAsked(None).serial(drives)
-    simulated = DrivesAsked(None, simulate=True, level=2, seed=7).serial(drives)
-    other = DrivesAsked(None, simulate=True, level=2, seed=8).serial(drives)
+    real = serial_of(MachineOptions(), drives)
+    simulated = serial_of(MachineOptions(simulate=True, level=2, seed=7), drives)
+    other = serial_of(MachineOptions(simulate=True, level=2, seed=8), drives)
     assert real == drives.settings.serial
     assert len({real, simulated, other}) == 3
 
@@ -71,7 +72,7 @@ def test_only_a_bring_up_of_these_drives_that_has_passed_allows_a_calibration(tm
 
 def test_a_real_machine_needs_somebody_at_the_keyboard(drives: Drives, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
-    asked = DrivesAsked(tmp_path / "drives.toml")
+    asked = MachineOptions(drives=tmp_path / "drives.toml")
     with (
         pytest.raises(ConfigError, match=r"A calibration needs somebody at the keyboard.*--simulate"),
         drives_with_hands(asked, RIG, lambda _: None, "A calibration"),
@@ -81,11 +82,11 @@ def test_a_real_machine_needs_somebody_at_the_keyboard(drives: Drives, tmp_path:
 
 def test_live_on_drives_asks_for_a_motion_and_for_everything_about_the_person(tmp_path: Path):
     def refusal(identify_s: float, person: PersonForm) -> str:
-        options, asked = LiveOptions(identify_s=identify_s), DrivesAsked(tmp_path / "drives.toml")
+        options = LiveOptions(
+            identify_s=identify_s, drives=tmp_path / "drives.toml", calibration=tmp_path / "no.toml"
+        )  # fmt: skip
         with pytest.raises(ConfigError) as error:
-            run_live_on_drives(
-                options, asked, person, tmp_path / "no.toml", tmp_path, lambda *_: None, lambda _: None
-            )  # fmt: skip
+            fly_on_drives(options, person, tmp_path, lambda *_: None, lambda _: None)
         return str(error.value)
 
     assert "--identify" in refusal(0.0, PersonForm(1.7, 60.0, "female"))

@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.live.on_drives.bring_up_command import RigTestOptions, run_rig_test
+from exograv.live.on_drives.bring_up_command import run_rig_test
+from exograv.live.options import RigTestOptions
 from exograv.model.description import load_rig
 from exograv.rig.twin import Disturbances, draw_machine
 
 
-def brought_up(folder: Path, *wrong: str, level: int = 0) -> dict[str, Any]:
-    options = RigTestOptions("recupera_like", simulate=True, level=level, by="test", wrong=wrong)
+def brought_up(folder: Path, **given: Any) -> dict[str, Any]:
+    options = RigTestOptions("recupera_like", simulate=True, by="test", **{"level": 0, **given})
     return run_rig_test(options, folder, lambda _text, _share: None, lambda _text: None)
 
 
@@ -27,7 +28,7 @@ def failed(result: dict[str, Any]) -> str:
 
 
 def test_an_encoder_that_counts_the_other_way_ends_it_before_any_motor_is_switched_on(tmp_path: Path):
-    what = failed(brought_up(tmp_path, "--wrong-encoder", "shoulder_flexion"))
+    what = failed(brought_up(tmp_path, wrong_encoder=("shoulder_flexion",)))
     assert "shoulder_flexion: encoder, turned by hand" in what
     assert "change the sign" in what
 
@@ -47,12 +48,12 @@ def test_drives_in_good_order_pass_every_step_and_weights_are_felt_within_the_li
 @pytest.mark.parametrize(
     ("wrong", "named"),
     [
-        (("--wrong-sign", "elbow_flexion"), "elbow_flexion"),
-        (("--wrong-scale", "shoulder_flexion:0.5"), "shoulder_flexion"),
-        (("--wrong-scale", "elbow_flexion:1.5"), "elbow_flexion"),
+        ({"wrong_sign": ("elbow_flexion",)}, "elbow_flexion"),
+        ({"wrong_scale": ("shoulder_flexion:0.5",)}, "shoulder_flexion"),
+        ({"wrong_scale": ("elbow_flexion:1.5",)}, "elbow_flexion"),
     ],
 )
 def test_a_motor_that_turns_the_other_way_or_gives_another_torque_is_found_and_named(
-    tmp_path: Path, wrong: tuple[str, ...], named: str
+    tmp_path: Path, wrong: dict[str, tuple[str, ...]], named: str
 ):
-    assert named in failed(brought_up(tmp_path, *wrong))
+    assert named in failed(brought_up(tmp_path, **wrong))

@@ -1,61 +1,20 @@
 """`exograv calibrate`."""
 
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any, Literal
-
-import tyro
+from typing import Any
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.procedures.calibration.options import CalibrateOptions
 
 
-@dataclass(frozen=True)
-class Calibrate(Common):
+def run_calibrate_command(options: CalibrateOptions, common: Common) -> dict[str, Any]:
     """Measure an empty machine: torque gains with known weights, friction, links, the base's lean, encoder offsets."""
-
-    rig: str = "recupera_like"
-    """Name of a machine (see `exograv rigs`) or path of its folder."""
-
-    side: Literal["right", "left", "both"] | None = None
-    """Arm; the machine's first if none is named."""
-
-    level: int = 2
-    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
-
-    calibration: Path | None = None
-    """File to keep the calibration in; calibration.toml in the folder of --out if none is named."""
-
-    recheck: bool = False
-    """Only check friction again, for the calibration in that file; its gains stay."""
-
-    drives: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """drives.toml of a real machine, empty and hanging, whose bring-up has passed (docs/rig_test.md)."""
-
-    simulate: bool = False
-    """Practise on simulated drives in another process, with weights that are simulated too."""
-
-    length: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="SEGMENT=M")] = ()
-    """With --drives: what the machine is set to, such as forearm=0.26; nominal if not named. May be repeated."""
-
-
-def run_calibrate_command(command: Calibrate) -> dict[str, Any]:
-    """Run it and show what was found."""
-    from rich.console import Console
-
-    from exograv.cli.shell.terminal import bars
-    from exograv.procedures.calibration.calibrate_command import FILE, CalibrateOptions
+    from exograv.cli.shell.terminal import bars, say
 
     from .rig_factory import run_calibration
 
-    file = command.calibration or command.out / FILE
-    options = CalibrateOptions(
-        command.rig, command.side, command.level, command.seed, file, command.recheck, command.drives,
-        command.simulate, command.length,
-    )  # fmt: skip
-    refuse_unwritable(file, "--calibration or --out")
-    console = Console()
+    refuse_unwritable(options.calibration_in(common.out), "--calibration or --out")
     with bars() as progress:
-        result = run_calibration(options, progress, lambda text: console.print(text, highlight=False))
+        result = run_calibration(options, common.out, progress, say)
     show_calibration(result)
     return result
 

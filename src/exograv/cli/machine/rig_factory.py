@@ -12,15 +12,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from exograv.live.live_flight import LiveOptions
     from exograv.live.live_processes import Running
-    from exograv.live.on_drives.connection import DrivesAsked, Say
+    from exograv.live.on_drives.connection import Say
+    from exograv.live.options import LiveOptions, PersonForm
     from exograv.loop.pilot import Progress
     from exograv.model.description import RigDescription
-    from exograv.options import Side
-    from exograv.procedures.calibration.calibrate_command import CalibrateOptions, EmptyMachine, TruthAt
+    from exograv.options import MachineOptions
+    from exograv.procedures.calibration.calibrate_command import EmptyMachine, TruthAt
+    from exograv.procedures.calibration.options import CalibrateOptions
     from exograv.procedures.identification.simulated_wearer import SimulatedWearer
-    from exograv.procedures.self_test.self_test_command import MachineUnderTest, SelfTestOptions
+    from exograv.procedures.self_test.options import SelfTestOptions
+    from exograv.procedures.self_test.self_test_command import MachineUnderTest
     from exograv.procedures.verification.options import VerifyOptions
 
 
@@ -29,35 +31,41 @@ def is_twin_installed() -> bool:
     return importlib.util.find_spec("mujoco") is not None
 
 
-def simulated_wearer(asked: "DrivesAsked", rig: str, side: "Side | None") -> "SimulatedWearer | None":
+def simulated_wearer(options: "MachineOptions") -> "SimulatedWearer | None":
     """The wearer of simulated drives, drawn as the process of the drives draws it.
 
     None for a real machine, and where the twin is not installed.
     """
-    if not (asked.simulate and is_twin_installed()):
+    if not (options.simulate and is_twin_installed()):
         return None
     from exograv.laboratory.truth_score import ScoredWearer
     from exograv.laboratory.virtual_laboratory import draw_laboratory
 
-    return ScoredWearer(draw_laboratory(rig, side, asked.level, asked.seed))
+    return ScoredWearer(draw_laboratory(options.rig, options.side, options.level, options.seed))
 
 
 def run_calibration(
-    options: "CalibrateOptions", progress: "Progress", say: "Say" = lambda _: None, now: datetime | None = None
+    options: "CalibrateOptions",
+    folder: Path,
+    progress: "Progress",
+    say: "Say" = lambda _: None,
+    now: datetime | None = None,
 ) -> dict[str, Any]:
     """Calibrate the machine of these options; see `calibrate_and_keep`."""
     from exograv.procedures.calibration.calibrate_command import calibrate_and_keep
+
+    file = options.calibration_in(folder)
 
     def connect(description: "RigDescription") -> "AbstractContextManager[EmptyMachine]":
         if options.is_on_drives:
             from exograv.live.on_drives.calibration import empty_drives
 
-            return empty_drives(options, description, _truth(options, description), progress, say)
+            return empty_drives(options, file, description, _truth(options, description), progress, say)
         from exograv.laboratory.calibration_command import EmptyTwinMachine
 
         return nullcontext(EmptyTwinMachine(options, description, progress))
 
-    return calibrate_and_keep(options, connect, now)
+    return calibrate_and_keep(options, file, connect, now)
 
 
 def _truth(options: "CalibrateOptions", description: "RigDescription") -> "TruthAt | None":
@@ -85,7 +93,7 @@ def run_self_test(
             return drives_under_test(options, description, say)
         from exograv.laboratory.self_test_command import TwinUnderTest
 
-        return nullcontext(TwinUnderTest(options, description, progress))
+        return nullcontext(TwinUnderTest(options, options.calibration_in(folder), description, progress))
 
     return self_test_and_unlock(options, folder, progress, connect, now)
 
@@ -108,8 +116,14 @@ def run_live(
     )
 
 
-def run_verification(options: "VerifyOptions", progress: "Progress") -> dict[str, Any]:
-    """Verify on the twin."""
+def run_verification(
+    options: "VerifyOptions", person: "PersonForm", folder: Path, progress: "Progress", say: "Say"
+) -> dict[str, Any]:
+    """Identify an arm, and verify what is left over of its weight."""
+    if options.is_on_drives:
+        from exograv.live.on_drives.verification import run_verification_on_drives
+
+        return run_verification_on_drives(options, person, folder, progress, say, simulated_wearer(options))
     from exograv.laboratory.verification_command import run_verification
 
     return run_verification(options, progress)

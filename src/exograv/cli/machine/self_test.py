@@ -1,62 +1,20 @@
 """`exograv self-test`."""
 
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any, Literal
-
-import tyro
+from typing import Any
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.procedures.self_test.options import SelfTestOptions
 
 
-@dataclass(frozen=True)
-class SelfTest(Common):
+def run_self_test_command(options: SelfTestOptions, common: Common) -> dict[str, Any]:
     """Test the empty machine and this computer before anybody is in it: each day, and after every stop by a fault."""
-
-    rig: str = "recupera_like"
-    """Name of a machine (see `exograv rigs`) or path of its folder."""
-
-    side: Literal["right", "left", "both"] | None = None
-    """Arm; the machine's first if none is named."""
-
-    level: int = 2
-    """Disturbances of the twin: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."""
-
-    calibration: Path | None = None
-    """calibration.toml of this machine (`exograv calibrate`); calibration.toml in the folder of --out if none is
-    named."""
-
-    worn: bool = False
-    """Then also weigh the arm in the machine against the form."""
-
-    body_mass: Annotated[float | None, tyro.conf.arg(metavar="KG")] = None
-    """With --worn: body mass as the operator typed it [kg]; the wearer's own if none is given."""
-
-    drives: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """drives.toml of a real machine, empty and hanging (docs/rig_test.md)."""
-
-    simulate: bool = False
-    """Practise on simulated drives in another process."""
-
-
-def run_self_test_command(command: SelfTest) -> dict[str, Any]:
-    """Run it and show every step."""
-    from rich.console import Console
-
-    from exograv.cli.shell.terminal import bars
-    from exograv.procedures.self_test.self_test_command import SelfTestOptions
+    from exograv.cli.shell.terminal import bars, say
 
     from .rig_factory import run_self_test
 
-    calibration = command.calibration or command.out / "calibration.toml"
-    options = SelfTestOptions(
-        command.rig, command.side, command.level, command.seed, calibration, command.worn, command.body_mass,
-        command.drives, command.simulate,
-    )  # fmt: skip
-    console = Console()
-    refuse_unwritable(command.out / "self_test.mcap", "--out")
+    refuse_unwritable(common.out / "self_test.mcap", "--out")
     with bars() as progress:
-        result = run_self_test(options, command.out, progress, lambda text: console.print(text, highlight=False))
+        result = run_self_test(options, common.out, progress, say)
     show_self_test(result)
     return result
 

@@ -23,10 +23,8 @@ def option_classes(action: Action) -> dict[str, type]:
 def command_class(action: Action) -> type[Common]:
     """All options of a command in one flat class, which tyro reads. Its instances are not checked."""
     kinds = tuple(kind for kind in option_classes(action).values() if kind is not Common)
-    is_old = bool(kinds) and issubclass(kinds[0], Common)
-    namespace = {"__doc__": kinds[0].__doc__ if is_old else action.__doc__, "__post_init__": lambda _: None}
-    bases = kinds if is_old else (*kinds, Common)
-    return make_dataclass(action.__name__, [], bases=bases, frozen=True, namespace=namespace)
+    namespace = {"__doc__": action.__doc__, "__post_init__": lambda _: None}
+    return make_dataclass(action.__name__, [], bases=(*kinds, Common), frozen=True, namespace=namespace)
 
 
 def act(action: Action, parsed: Common) -> dict[str, Any]:

@@ -30,6 +30,11 @@ def bars() -> Iterator[Callable[[str, float], None]]:
         yield show
 
 
+def say(text: str) -> None:
+    """Show a line to the person at the machine."""
+    Console().print(text, highlight=False)
+
+
 def show_demo(result: dict[str, Any]) -> None:
     """The closing table of `demo` and `identify`."""
     table = Table(title=f"{result['rig']}, disturbance level {result['disturbance_level']}, seed {result['seed']}")

@@ -2,17 +2,15 @@
 
 import contextlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from exograv.errors import ConfigError
+from exograv.live.options import RigTestOptions
 from exograv.loop.pilot import Progress
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
-from exograv.options import Side
 from exograv.procedures.bring_up.bench_machine import BenchMachine
 from exograv.procedures.bring_up.hands import Hands
 from exograv.procedures.bring_up.powered_steps import PoweredSteps
@@ -23,37 +21,9 @@ from exograv.rig.drives.settings import Drives
 from exograv.storage.bring_up_sheet import FILE, write_sheet
 from exograv.storage.self_test_step import Step, tried
 
-from .connection import DrivesAsked, Say, drives_with_hands
+from .connection import Say, drives_with_hands
 
 Act = Callable[[], list[Step]]
-
-
-@dataclass(frozen=True)
-class RigTestOptions:
-    """What `exograv rig-test` is asked for."""
-
-    rig: str
-    side: Side | None = None
-    drives: Path | None = None
-    """drives.toml of the machine; only simulated ones are made where absent."""
-    simulate: bool = False
-    level: int = 2
-    seed: int = 0
-    by: str = ""
-    """Who does it: initials."""
-    wrong: tuple[str, ...] = ()
-    """Options of `exograv drive-sim` that spoil the simulated machine."""
-
-    def __post_init__(self):
-        if self.drives is None and not self.simulate:
-            raise ConfigError(
-                "--drives is missing: give the drives.toml of this machine (docs/rig_test.md), or --simulate to "
-                "practise on simulated drives."
-            )
-        if not self.simulate and not self.by:
-            raise ConfigError("--by is missing: the sheet needs the initials of whoever does this, such as --by ab.")
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
 
 
 def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say: Say) -> dict[str, Any]:
@@ -65,8 +35,7 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
     """
     description = load_rig(options.rig, options.side)
     refuse_joints_without_motor(description)
-    asked = DrivesAsked(options.drives, options.simulate, options.level, options.seed, options.wrong)
-    with drives_with_hands(asked, description, say, "A bring-up") as (drives, hands):
+    with drives_with_hands(options, description, say, "A bring-up", options.simulation) as (drives, hands):
         steps = _walk(description, drives, hands, progress, options.simulate)
     sheet = write_sheet(
         folder / FILE, description, drives, steps, options.by, datetime.now().astimezone(), options.simulate

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -15,16 +16,22 @@ from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
-from exograv.procedures.calibration.calibrate_command import CalibrateOptions, TruthAt
+from exograv.procedures.calibration.calibrate_command import TruthAt
+from exograv.procedures.calibration.options import CalibrateOptions
 from exograv.storage.bring_up_sheet import FILE as SHEET
 from exograv.storage.bring_up_sheet import refuse_not_brought_up
 
-from .connection import Connected, DrivesAsked, Say, connected
+from .connection import Connected, Say, connected
 
 
 @contextlib.contextmanager
 def empty_drives(
-    options: CalibrateOptions, description: RigDescription, truth: TruthAt | None, progress: Progress, say: Say
+    options: CalibrateOptions,
+    file: Path,
+    description: RigDescription,
+    truth: TruthAt | None,
+    progress: Progress,
+    say: Say,
 ) -> Iterator["EmptyDrives"]:
     """Connect to the drives of an empty machine; a real one has to have passed its bring-up.
 
@@ -32,10 +39,9 @@ def empty_drives(
         ConfigError: The file of the drives or the sheet of the bring-up cannot be used.
         RigError: A drive does not answer, or is not the one in the file.
     """
-    asked = DrivesAsked(options.drives, options.simulate, options.level, options.seed)
-    with connected(asked, description, say, "A calibration") as machine:
+    with connected(options, description, say, "A calibration") as machine:
         if not options.simulate:
-            refuse_not_brought_up(options.file.parent / SHEET, description, machine.drives)
+            refuse_not_brought_up(file.parent / SHEET, description, machine.drives)
         yield EmptyDrives(description, machine, truth, progress)
 
 

@@ -11,6 +11,7 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError
 from exograv.loop.pilot import Pilot, Progress
 from exograv.model.description import RigDescription
+from exograv.options import MachineOptions
 from exograv.procedures.bring_up.hands import BenchHands, Hands, KeyboardHands
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.opening import DrivenRig, open_drives
@@ -23,30 +24,10 @@ from .simulated_drives import simulated_drives
 Say = Callable[[str], object]
 
 
-@dataclass(frozen=True)
-class DrivesAsked:
-    """Which drives a session is to use."""
-
-    file: Path | None
-    """drives.toml of the machine; only simulated ones are made where absent."""
-
-    simulate: bool = False
-    """Whether they are simulated, in another process that waits for us as we for it."""
-
-    level: int = 0
-    seed: int = 0
-    """Of the twin behind simulated ones."""
-
-    simulation: tuple[str, ...] = ()
-    """More options of `exograv drive-sim`."""
-
-    in_real_time: bool = False
-    """Whether simulated drives have a clock of their own, instead of waiting for us."""
-
-    def serial(self, drives: Drives) -> str:
-        """What calibration and self-test of this machine belong to: never what is simulated to what is real."""
-        own = drives.settings.serial
-        return f"{own}, simulated, level {self.level}, seed {self.seed}" if self.simulate else own
+def serial_of(options: MachineOptions, drives: Drives) -> str:
+    """Serial number to which calibration and self-test belong; that of simulated drives is never a real one's."""
+    own = drives.settings.serial
+    return f"{own}, simulated, level {options.level}, seed {options.seed}" if options.simulate else own
 
 
 @dataclass(frozen=True)
@@ -67,37 +48,44 @@ class Connected:
 
 @contextlib.contextmanager
 def drives_with_hands(
-    asked: DrivesAsked, description: RigDescription, say: Say, what: str
+    options: MachineOptions,
+    description: RigDescription,
+    say: Say,
+    what: str,
+    simulation: tuple[str, ...] = (),
+    in_real_time: bool = False,
 ) -> Iterator[tuple[Drives, Hands]]:
     """Somebody at the keyboard, or at the bench of simulated drives, which begin.
 
     Args:
-        asked: Which drives.
+        options: Which drives, and which twin is behind simulated ones.
         description: Of the machine.
         say: Shows a line to whoever stands at a real machine.
         what: Needs the hands; for the error.
+        simulation: More options of `exograv drive-sim`.
+        in_real_time: True if simulated drives have a clock of their own, instead of waiting for this process.
 
     Raises:
         ConfigError: The file cannot be used, or nobody is at the keyboard.
         RigError: The simulated drives do not begin.
     """
     with tempfile.TemporaryDirectory() as spare:
-        path = asked.file or written(Path(spare), description)
+        path = options.drives or written(Path(spare), description)
         drives = load_drives(path, description)
-        if not asked.simulate:
+        if not options.simulate:
             if not sys.stdin.isatty():
                 raise ConfigError(f"{what} needs somebody at the keyboard: run it in a terminal, or with --simulate.")
             yield drives, KeyboardHands(say)
             return
         told = ["--drives", str(path), "--rig", str(description.folder), "--side", description.side]
-        twin = ["--level", str(asked.level), "--seed", str(asked.seed)]
-        clock = [] if asked.in_real_time else ["--lock-step"]
-        with simulated_drives(drives.settings.bus, [*told, *twin, *clock, *asked.simulation]) as tell:
+        twin = ["--level", str(options.level), "--seed", str(options.seed)]
+        clock = [] if in_real_time else ["--lock-step"]
+        with simulated_drives(drives.settings.bus, [*told, *twin, *clock, *simulation]) as tell:
             yield drives, BenchHands(tell)
 
 
 @contextlib.contextmanager
-def connected(asked: DrivesAsked, description: RigDescription, say: Say, what: str) -> Iterator[Connected]:
+def connected(options: MachineOptions, description: RigDescription, say: Say, what: str) -> Iterator[Connected]:
     """The same, and the bus is opened.
 
     Raises:
@@ -105,7 +93,7 @@ def connected(asked: DrivesAsked, description: RigDescription, say: Say, what: s
         RigError: A drive does not answer, or is not the one in the file.
     """
     with (
-        drives_with_hands(asked, description, say, what) as (drives, hands),
-        open_drives(drives, asked.simulate) as rig,
+        drives_with_hands(options, description, say, what) as (drives, hands),
+        open_drives(drives, options.simulate) as rig,
     ):
-        yield Connected(rig, drives, hands, asked.serial(drives), asked.simulate)
+        yield Connected(rig, drives, hands, serial_of(options, drives), options.simulate)

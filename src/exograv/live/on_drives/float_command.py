@@ -2,7 +2,7 @@
 
 import contextlib
 import sys
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -12,13 +12,14 @@ from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.live.live_control import LivePlan
 from exograv.live.live_figures import flown_figures, learned_figures
-from exograv.live.live_flight import LiveOptions, fly_plan, lesson_plan, streaming_of
+from exograv.live.live_flight import fly_plan, lesson_plan, streaming_of
 from exograv.live.live_identification import lesson_passes, unknown_person
 from exograv.live.live_processes import LiveResult
+from exograv.live.options import LiveOptions, PersonForm
 from exograv.loop.keyboard import is_line_typed
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
-from exograv.model.anthropometry import Body, Sex
+from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
@@ -35,7 +36,7 @@ from exograv.storage.calibration_file import take_calibration
 from exograv.storage.self_test_pass import FILE as PASS
 from exograv.storage.self_test_pass import MachineKey
 
-from .connection import DrivesAsked, Say, drives_with_hands
+from .connection import Say, drives_with_hands, serial_of
 
 SEEN_EVERY_S = 0.05
 """Of the identification's motion, to tell postures that it has not seen [s]."""
@@ -44,17 +45,6 @@ READY = (
     "The arm lies in its cuffs, supported and relaxed? Press Enter: the motors go on, carry the machine for a second, "
     "then take the arm. Ctrl-C lets it down softly at any time."
 )
-
-
-@dataclass(frozen=True)
-class PersonForm:
-    """Who is in the machine, as far as scale, tape and form say."""
-
-    height_m: float | None = None
-    mass_kg: float | None = None
-    sex: Sex | None = None
-    lengths: tuple[str, ...] = ()
-    """SEGMENT=METRES of the arm, to which the machine is set."""
 
 
 @dataclass(frozen=True)
@@ -70,29 +60,9 @@ class FlownOnDrives:
     verification: Verification | None
 
 
-def run_live_on_drives(
+def fly_on_drives(
     options: LiveOptions,
-    asked: DrivesAsked,
     person: PersonForm,
-    calibration: Path,
-    folder: Path,
-    progress: Progress,
-    say: Say,
-    wearer: SimulatedWearer | None = None,
-) -> dict[str, Any]:
-    """Learn the arm live and let it float; the result follows the contract of `exograv live`.
-
-    Raises:
-        As `fly_on_drives`.
-    """
-    return fly_on_drives(options, asked, person, calibration, folder, progress, say, wearer).figures
-
-
-def fly_on_drives(  # noqa: PLR0913 (an operator names all of these)
-    options: LiveOptions,
-    asked: DrivesAsked,
-    person: PersonForm,
-    calibration: Path,
     folder: Path,
     progress: Progress,
     say: Say,
@@ -100,6 +70,8 @@ def fly_on_drives(  # noqa: PLR0913 (an operator names all of these)
     is_verified: bool = False,
 ) -> FlownOnDrives:
     """Learn the arm live, verify it if that is asked for, and let it float.
+
+    Its figures follow the contract of `exograv live`.
 
     Raises:
         ConfigError: An option or a file cannot be used.
@@ -116,15 +88,15 @@ def fly_on_drives(  # noqa: PLR0913 (an operator names all of these)
     told = _told(description, person) if wearer is None else _told_virtual(wearer, person)
     refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
     with contextlib.ExitStack() as stack:
-        worn = replace(asked, simulation=(*asked.simulation, "--worn"), in_real_time=True)
-        drives, _ = stack.enter_context(drives_with_hands(worn, description, say, "A live run"))
-        serial, period_s = asked.serial(drives), drives.period_s
-        known = take_calibration(calibration, description, serial, datetime.now(UTC)).whole
+        worn = drives_with_hands(options, description, say, "A live run", ("--worn",), in_real_time=True)
+        drives, _ = stack.enter_context(worn)
+        serial, period_s = serial_of(options, drives), drives.period_s
+        known = take_calibration(options.calibration_in(folder), description, serial, datetime.now(UTC)).whole
         key = MachineKey(folder / PASS, description, serial, known.content_sha256)
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
         progress("Preparing for anybody's arm", 0.0)
-        verification = _verification(prepared, options, asked.seed) if is_verified else None
+        verification = _verification(prepared, options, options.seed) if is_verified else None
         passes = lesson_passes(assembly, options.identify_s, period_s, verification)
         passes_s = 0.0 if passes is None else period_s * len(passes.path)
         lesson = lesson_plan(prepared, options.identify_s, period_s, stack, verification, passes_s)
@@ -134,9 +106,9 @@ def fly_on_drives(  # noqa: PLR0913 (an operator names all of these)
         )  # fmt: skip
         listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
         lsl = streaming_of(options, description, period_s, listening)
-        if not asked.simulate:
+        if not options.simulate:
             _await_enter(say)
-        said = {"settings": {"options": asdict(options), "machine": serial}}
+        said = {"settings": {"options": options.recorded(), "machine": serial}}
         seconds = options.loop_s + passes_s
         flown = fly_plan(plan, seconds, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
     streams = [] if listening is None else listening.figures()

@@ -11,11 +11,11 @@ from exograv.model.description import RigDescription
 from exograv.procedures.bring_up.bench_machine import BenchMachine
 from exograv.procedures.bring_up.unpowered_steps import stop_is_heard
 from exograv.procedures.self_test.bench import TestedMachine, press_software_stop
-from exograv.procedures.self_test.self_test_command import SelfTestOptions
+from exograv.procedures.self_test.options import SelfTestOptions
 from exograv.storage.calibration_schema import StoredCalibration
 from exograv.storage.self_test_step import Step, tried
 
-from .connection import Connected, DrivesAsked, Say, connected
+from .connection import Connected, Say, connected
 
 
 @contextlib.contextmanager
@@ -26,8 +26,7 @@ def drives_under_test(options: SelfTestOptions, description: RigDescription, say
         ConfigError: The file of the drives cannot be used.
         RigError: A drive does not answer, or is not the one in the file.
     """
-    asked = DrivesAsked(options.drives, options.simulate, options.level, options.seed)
-    with connected(asked, description, say, "A self-test") as machine:
+    with connected(options, description, say, "A self-test") as machine:
         yield DrivesUnderTest(description, machine)
 
 

@@ -1,15 +1,16 @@
 """`exograv verify --drives`: the arm is learned live, led past unseen postures by the live processes, and judged."""
 
-from dataclasses import dataclass
+from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from exograv.errors import RigError
 from exograv.identification.core.arm_model import ArmModel
-from exograv.live.live_flight import LiveOptions
+from exograv.live.options import LiveOptions, PersonForm
 from exograv.loop.pilot import Progress
 from exograv.model.description import load_rig
+from exograv.options import CalibratedOptions
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.verification.change import changed_since, read_former
@@ -17,27 +18,17 @@ from exograv.procedures.verification.figures import verified_figures
 from exograv.procedures.verification.options import VerifyOptions
 from exograv.procedures.verification.verification import VerificationResult, evaluate_passes
 
-from .connection import DrivesAsked, Say
-from .float_command import FlownOnDrives, PersonForm, fly_on_drives
+from .connection import Say
+from .float_command import FlownOnDrives, fly_on_drives
 
 FLOATS_S = 5.0
 """After the passes, until the run ends [s]."""
 
 
-@dataclass(frozen=True)
-class Files:
-    """Of the machine."""
-
-    calibration: Path
-    out: Path
-    """Folder with its self-test, and of the recording."""
-
-
 def run_verification_on_drives(
     options: VerifyOptions,
-    asked: DrivesAsked,
     person: PersonForm,
-    files: Files,
+    folder: Path,
     progress: Progress,
     say: Say,
     wearer: SimulatedWearer | None = None,
@@ -51,14 +42,15 @@ def run_verification_on_drives(
         RecordingError: There is no room for the recording.
     """
     former = None if options.before is None else read_former(options.before, load_rig(options.rig, options.side).name)
-    live = LiveOptions(options.rig, options.side, options.level, options.seed, FLOATS_S, identify_s=MOTION_S)
-    run = fly_on_drives(live, asked, person, files.calibration, files.out, progress, say, wearer, is_verified=True)
+    worn = {one.name: getattr(options, one.name) for one in fields(CalibratedOptions)}
+    live = LiveOptions(**worn, seconds=FLOATS_S, identify_s=MOTION_S)
+    run = fly_on_drives(live, person, folder, progress, say, wearer, is_verified=True)
     at = datetime.now(UTC)
     verified = _judged(run, progress)
     description, learned = run.prepared.assembly.description, run.figures["identified"]
     result: dict[str, Any] = {
         "rig": description.name,
-        "disturbance_level": options.level if asked.simulate else None,
+        "disturbance_level": options.level if options.simulate else None,
         "seed": options.seed,
         "at_utc": at.isoformat(timespec="seconds"),
         **verified_figures(verified, description.joints),

@@ -3,61 +3,22 @@
 import contextlib
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
 
-from exograv.errors import ConfigError
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.model.description import RigDescription, load_rig
-from exograv.options import Side
 from exograv.storage.calibration_file import identity_of, take_calibration, write_calibration
 from exograv.storage.calibration_schema import MeasurementConditions, stored
 
 from .breakaway_checks import refuse_joints_without_motor
 from .figures import CalibrationTruth, calibration_figures, warnings
+from .options import CalibrateOptions
 from .segment_lengths import settings_of_lengths
-
-FILE = "calibration.toml"
 
 TruthAt = Callable[[float], CalibrationTruth]
 """True values of a simulated machine at a time of its clock [s]."""
-
-
-@dataclass(frozen=True)
-class CalibrateOptions:
-    """Options of a calibration."""
-
-    rig: str = "recupera_like"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
-    file: Path = Path("out") / FILE
-    """Where the calibration is kept."""
-    recheck: bool = False
-    """Only friction, of the calibration in that file."""
-    drives: Path | None = None
-    """drives.toml of a real machine; the twin is calibrated where it is absent and nothing simulated."""
-    simulate: bool = False
-    """True if drives are simulated in another process."""
-    lengths: tuple[str, ...] = ()
-    """SEGMENT=METRES that a machine on drives is set to; nominal where absent."""
-
-    def __post_init__(self):
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
-        if self.lengths and self.drives is None:
-            raise ConfigError(
-                f"--length is {self.lengths[0]}, and nobody sets a simulated machine. Leave it out, or give --drives."
-            )
-
-    @property
-    def is_on_drives(self) -> bool:
-        """True if the machine is reached over its bus."""
-        return self.drives is not None or self.simulate
 
 
 class EmptyMachine(Protocol):
@@ -84,6 +45,7 @@ class EmptyMachine(Protocol):
 
 def calibrate_and_keep(
     options: CalibrateOptions,
+    file: Path,
     connect: Callable[[RigDescription], contextlib.AbstractContextManager[EmptyMachine]],
     now: datetime | None = None,
 ) -> dict[str, Any]:
@@ -91,6 +53,7 @@ def calibrate_and_keep(
 
     Args:
         options: Of the command.
+        file: Of the calibration.
         connect: Opens the machine.
         now: Wall-clock time; this moment where absent.
 
@@ -105,7 +68,7 @@ def calibrate_and_keep(
     lengths = settings_of_lengths(description, options.lengths)
     with connect(description) as machine:
         if options.recheck:
-            before = take_calibration(options.file, description, machine.serial, now).whole
+            before = take_calibration(file, description, machine.serial, now).whole
             calibration, t = machine.recheck(before.calibration(), before.measured.lengths_m)
             again = {"friction_at_utc": now, "running_s": round(t, 3)}
             measured = before.measured.model_copy(update=again)
@@ -117,7 +80,7 @@ def calibrate_and_keep(
         serial, truth = machine.serial, machine.truth
     identity = identity_of(description, serial)
     whole = stored(calibration, identity, measured, description.joints)
-    write_calibration(options.file, whole)
+    write_calibration(file, whole)
     t = measured.running_s
     true = None if truth is None else truth(t)
     return {
@@ -129,7 +92,7 @@ def calibrate_and_keep(
         **calibration_figures(calibration, description.joints, true),
         "warnings": warnings(calibration, description),
         "hash": whole.content_sha256,
-        "file": str(options.file),
+        "file": str(file),
         "measured_utc": measured.at_utc.isoformat(),
         "friction_measured_utc": measured.friction_at_utc.isoformat(),
         "simulated_s": round(t, 3),

@@ -3,15 +3,12 @@
 import contextlib
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
 
-from exograv.errors import ConfigError
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription, load_rig
-from exograv.options import Side
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
 from exograv.rig import may_be_worn
 from exograv.storage.calibration_file import TakenCalibration, take_calibration
@@ -22,43 +19,7 @@ from exograv.storage.self_test_step import Step, tried
 from .bench import TestedMachine
 from .computer import clock, disk, recorder, timing
 from .machine_test import test_machine
-
-
-@dataclass(frozen=True)
-class SelfTestOptions:
-    """Options of a self-test."""
-
-    rig: str = "recupera_like"
-    side: Side | None = None
-    level: int = 2
-    seed: int = 0
-    calibration: Path = Path("out/calibration.toml")
-    worn: bool = False
-    """True if the arm in the machine is weighed too, after everything else has passed."""
-
-    body_mass_kg: float | None = None
-    """On the form; the wearer's own where absent."""
-
-    drives: Path | None = None
-    """drives.toml of a real machine; the twin is tested where it is absent and nothing simulated."""
-
-    simulate: bool = False
-    """True if drives are simulated in another process."""
-
-    def __post_init__(self):
-        if not 0 <= self.level <= 4:
-            raise ConfigError(f"--level is {self.level}; allowed: 0 (none) to 4 (a bad day).")
-        if self.seed < 0:
-            raise ConfigError(f"--seed is {self.seed}; allowed: 0 and above.")
-        if self.body_mass_kg is not None and not self.worn:
-            raise ConfigError(f"--body-mass is {self.body_mass_kg:g} kg, and nobody is weighed: give --worn too.")
-        if self.worn and self.is_on_drives:
-            raise ConfigError("--worn is for the twin so far: leave it out with --drives or --simulate.")
-
-    @property
-    def is_on_drives(self) -> bool:
-        """True if the machine is reached over its bus."""
-        return self.drives is not None or self.simulate
+from .options import SelfTestOptions
 
 
 class MachineUnderTest(Protocol):
@@ -107,7 +68,7 @@ def self_test_and_unlock(
     refuse_joints_without_motor(description)
     with connect(description) as machine:
         taken: list[TakenCalibration] = []
-        steps = tried("hashes", lambda: hashes(options.calibration, description, machine.serial, now, taken))
+        steps = tried("hashes", lambda: hashes(options.calibration_in(folder), description, machine.serial, now, taken))
         for name, act in _of_computer(folder, description, progress):
             steps += tried(name, act)
         busy_s, note = 0.0, NOT_NEEDED

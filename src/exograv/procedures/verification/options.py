@@ -6,19 +6,15 @@ from typing import Annotated
 
 import tyro
 
-from exograv.options import Level, Options, RigOption, Seed, SideOption, Within
+from exograv.errors import ConfigError
+from exograv.options import Within, WornOptions
 
 LATER_MAX_MIN = 240.0
 
 
 @dataclass(frozen=True)
-class VerifyOptions(Options):
+class VerifyOptions(WornOptions):
     """Options of `exograv verify`."""
-
-    rig: RigOption = "recupera_like"
-    side: SideOption = None
-    level: Level = 2
-    seed: Seed = 0
 
     calibration: Path | None = None
     """calibration.toml of this machine (`exograv calibrate`); without it the twin is calibrated first.
@@ -33,3 +29,8 @@ class VerifyOptions(Options):
         Within(0.0, LATER_MAX_MIN, f"0 to {LATER_MAX_MIN:g} min.", " min"),
     ] = 0.0
     """On the twin: so many minutes the machine runs between identification and verification; friction warms [min]."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.later_min and self.is_on_drives:
+            raise ConfigError(f"--later is {self.later_min:g}; on drives time passes by itself. Leave it out.")

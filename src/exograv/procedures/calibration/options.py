@@ -1,0 +1,34 @@
+"""Options of a calibration."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from exograv.errors import ConfigError
+from exograv.options import CalibratedOptions, DrivesFile, SegmentLengths
+
+
+@dataclass(frozen=True)
+class CalibrateOptions(CalibratedOptions):
+    """Options of `exograv calibrate`."""
+
+    calibration: Path | None = None
+    """File to keep the calibration in; calibration.toml in the folder of --out if none is named."""
+
+    recheck: bool = False
+    """Only check friction again, for the calibration in that file; its gains stay."""
+
+    drives: DrivesFile = None
+    """drives.toml of a real machine, empty and hanging, whose bring-up has passed (docs/rig_test.md)."""
+
+    simulate: bool = False
+    """Practise on simulated drives in another process, with weights that are simulated too."""
+
+    lengths: SegmentLengths = ()
+    """With --drives: what the machine is set to, such as forearm=0.26; nominal if not named. May be repeated."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.lengths and self.drives is None:
+            raise ConfigError(
+                f"--length is {self.lengths[0]}, and nobody sets a simulated machine. Leave it out, or give --drives."
+            )
