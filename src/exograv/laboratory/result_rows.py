@@ -1,7 +1,7 @@
 """From a run's arrays to the rows that are printed, recorded and compared."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -12,15 +12,83 @@ from exograv.identification.core.identifiability import identifiability
 from exograv.identification.core.interface import Estimate
 from exograv.model.arm import Arm, Limb
 from exograv.model.assembly import Assembly
+from exograv.procedures.weighing.weight_estimator import Weighing
+from exograv.recording.rounding import rounded
 from exograv.rig.twin import Machine, Wearer
 from exograv.rig.twin.twin import WARM_UP_TIME
 from exograv.rig.twin.wearer.parameter_truth import parameter_truth
 
 from .truth_score import Score
 
+Interval = list[float]
+"""Ends of a 95 % interval."""
 
-def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[dict[str, Any]]:
-    """Name, unit, truth, prior, estimate and 95 % interval of everything about the arm that slow motion can show."""
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """Estimate of one parameter of the arm, beside truth and prior."""
+
+    name: str
+    unit: str
+    truth: float
+    prior: float
+    estimate: float
+    ci95: Interval | None
+    """None where the method states no uncertainty."""
+
+
+@dataclass(frozen=True)
+class CalibrationRow:
+    """Calibrated parameter of one joint, beside the truth."""
+
+    joint: str
+    name: str
+    unit: str
+    truth: float
+    estimate: float
+    ci95: Interval
+
+
+@dataclass(frozen=True)
+class WeightRow:
+    """Estimate of a known weight on the arm, beside the truth."""
+
+    true_kg: float
+    estimated_kg: float
+    ci95_kg: Interval
+
+    @classmethod
+    def of(cls, true_kg: float, found: Weighing) -> "WeightRow":
+        """Round the figures of one weighing."""
+        return cls(true_kg, round(found.mass, 4), rounded(np.array(found.ci95)))
+
+
+@dataclass(frozen=True)
+class BaseParameterRow:
+    """Combination of parameters that the motion determined."""
+
+    combination: dict[str, float]
+    """Weight of each parameter [-]."""
+    unit: str
+    estimate: float
+    ci95: Interval
+
+
+@dataclass(frozen=True)
+class IdentifiabilityResult:
+    """Parameters that the motion determined, and those that stayed at their prior."""
+
+    learnable: int
+    condition_number: float | None
+    base_parameters: list[BaseParameterRow]
+    by_data: tuple[str, ...]
+    by_prior: tuple[str, ...]
+    confused: list[tuple[str, str, float]]
+    """Pairs of parameters with the correlation of their errors [-]."""
+
+
+def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[ParameterRow]:
+    """List all parameters of the arm that slow motion can show."""
     truth = parameter_truth(wearer)
     rows = []
     layout, arm = parameters.ParameterLayout.of(assembly), assembly.arm
@@ -41,8 +109,8 @@ def _mass_row(
     truth: Mapping[str, float],
     prior: np.ndarray,
     estimate: Estimate,
-) -> dict[str, Any]:
-    """Of a whole arm."""
+) -> ParameterRow:
+    """Row of the mass of a whole arm."""
     segments = [limb.prefix + name for name in limb.bodies]
     masses = np.zeros(len(prior))
     masses[[layout.bodies[arm.segments.index(name)].start for name in segments]] = 1.0
@@ -50,52 +118,48 @@ def _mass_row(
     return _row(f"{limb.prefix}arm.mass", "kg", total, float(masses @ prior), estimate, masses)
 
 
-def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, weights: np.ndarray) -> dict[str, Any]:
+def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, weights: np.ndarray) -> ParameterRow:
     value = float(weights @ estimate.x)
     interval = None
     if estimate.covariance is not None:
-        half = 1.96 * float(np.sqrt(weights @ estimate.covariance @ weights))
-        interval = [round(value - half, 5), round(value + half, 5)]
-    return {
-        "name": name,
-        "unit": unit,
-        "truth": round(truth, 5),
-        "prior": round(prior, 5),
-        "estimate": round(value, 5),
-        "ci95": interval,
-    }
+        interval = _interval(value, float(np.sqrt(weights @ estimate.covariance @ weights)))
+    return ParameterRow(name, unit, round(truth, 5), round(prior, 5), round(value, 5), interval)
+
+
+def _interval(value: float, sd: float) -> Interval:
+    return [round(float(value + sign * 1.96 * sd), 5) for sign in (-1, 1)]
 
 
 def identifiability_rows(
     assembly: Assembly, prior: Float[np.ndarray, "parameter parameter"], estimate: Estimate
-) -> dict[str, Any] | None:
-    """What the motion told and what the prior decided; None where the method states no uncertainty."""
+) -> IdentifiabilityResult | None:
+    """Say what the motion determined and what the prior decided; None where the method states no uncertainty."""
     if estimate.covariance is None:
         return None
     units = dict(parameters.names_and_units(assembly))
     found = identifiability(list(units), prior, estimate.covariance, estimate.x)
-    return {
-        "learnable": found.learned,
-        "condition_number": round(found.condition, 1) if found.base else None,
-        "base_parameters": [
-            {
-                "combination": {name: round(weight, 4) for name, weight in base.weights.items()},
-                "unit": units[next(iter(base.weights))],
-                "estimate": round(base.value, 5),
-                "ci95": [round(base.value + sign * 1.96 * base.sd, 5) for sign in (-1, 1)],
-            }
+    return IdentifiabilityResult(
+        learnable=found.learned,
+        condition_number=round(found.condition, 1) if found.base else None,
+        base_parameters=[
+            BaseParameterRow(
+                {name: round(weight, 4) for name, weight in base.weights.items()},
+                units[next(iter(base.weights))],
+                round(base.value, 5),
+                _interval(base.value, base.sd),
+            )
             for base in found.base
         ],
-        "by_data": list(found.by_data),
-        "by_prior": list(found.by_prior),
-        "confused": [[first, second, round(value, 3)] for first, second, value in found.confused],
-    }
+        by_data=found.by_data,
+        by_prior=found.by_prior,
+        confused=[(first, second, round(value, 3)) for first, second, value in found.confused],
+    )
 
 
 def calibration_rows(
     machine: CalibratedMachine, truth: Machine, t: float, joints: tuple[str, ...]
-) -> list[dict[str, Any]]:
-    """What stage 0 found, beside the twin's truth at that time `t` on its clock [s]."""
+) -> list[CalibrationRow]:
+    """List what the calibration found, beside the twin's truth at time `t` on its clock [s]."""
     friction, sd, still = machine.friction, machine.friction_sd, still_to_rub(truth, t)
     columns = (
         ("gain", "N·m/A", truth.drives.gain, machine.actuators.gain, machine.actuators.gain_sd),
@@ -103,14 +167,9 @@ def calibration_rows(
         ("viscous", "N·m·s/rad", still * truth.friction.viscous, friction.viscous, sd.viscous),
     )
     return [
-        {
-            "joint": joint,
-            "name": name,
-            "unit": unit,
-            "truth": round(float(true[j]), 5),
-            "estimate": round(float(value[j]), 5),
-            "ci95": [round(float(value[j] + sign * 1.96 * spread[j]), 5) for sign in (-1, 1)],
-        }
+        CalibrationRow(
+            joint, name, unit, round(float(true[j]), 5), round(float(value[j]), 5), _interval(value[j], spread[j])
+        )
         for j, joint in enumerate(joints)
         for name, unit, true, value, spread in columns
     ]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 from exograv.errors import ConfigError
 from exograv.model.description import RigDescription
@@ -107,6 +107,17 @@ def twin_identity(level: int, seed: int) -> str:
 
 
 @dataclass(frozen=True)
+class CalibrationUsed:
+    """Identity of the stored calibration that a run took."""
+
+    source: Literal["stored"]
+    hash: str
+    measured_utc: str
+    friction_measured_utc: str
+    warning: str | None
+
+
+@dataclass(frozen=True)
 class TakenCalibration:
     """A stored calibration that fits the machine."""
 
@@ -114,16 +125,11 @@ class TakenCalibration:
     warning: str | None
 
     @property
-    def used(self) -> dict[str, Any]:
-        """Which one it is, for figures and recordings."""
+    def used(self) -> CalibrationUsed:
+        """Identity, for figures and recordings."""
         measured = self.whole.measured
-        return {
-            "source": "stored",
-            "hash": self.whole.content_sha256,
-            "measured_utc": measured.at_utc.isoformat(),
-            "friction_measured_utc": measured.friction_at_utc.isoformat(),
-            "warning": self.warning,
-        }
+        times = (at.isoformat() for at in (measured.at_utc, measured.friction_at_utc))
+        return CalibrationUsed("stored", self.whole.content_sha256, *times, self.warning)
 
 
 def take_calibration(file: Path, description: RigDescription, machine: str, now: datetime) -> TakenCalibration:

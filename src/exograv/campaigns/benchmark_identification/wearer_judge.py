@@ -110,7 +110,7 @@ class WearerJudge:
 
     def _covered_parameters(self, estimate: Estimate) -> dict[str, bool]:
         rows = parameter_rows(self.assembly, self._prior_mean, estimate, self.laboratory.wearer)
-        return {row["name"]: row["ci95"][0] <= row["truth"] <= row["ci95"][1] for row in rows}
+        return {row.name: row.ci95[0] <= row.truth <= row.ci95[1] for row in rows if row.ci95 is not None}
 
     def _covered_torque(self, estimate: Estimate, covariance: Covariance) -> tuple[int, int]:
         """Count the intervals that hold the arm's torque, over held-out postures and joints, and all intervals."""

@@ -1,14 +1,17 @@
 """`exograv demo` and `exograv identify`."""
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
 from exograv.laboratory.options import DemoOptions
 from exograv.procedures.identification.options import ParticipantOptions
 
+if TYPE_CHECKING:
+    from exograv.laboratory.demo_result import DemoResult
 
-def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Common) -> dict[str, Any]:
+
+def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Common) -> "DemoResult":
     """Identify a virtual arm in a virtual machine, float it, find a known weight, write a report."""
     from exograv.cli.shell.terminal import bars, show_demo
     from exograv.laboratory.demo import run_demo
@@ -21,6 +24,6 @@ def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Co
     return result
 
 
-def run_identify_command(options: DemoOptions, files: ParticipantOptions, common: Common) -> dict[str, Any]:
+def run_identify_command(options: DemoOptions, files: ParticipantOptions, common: Common) -> "DemoResult":
     """Calibrate the empty machine and identify the arm, nothing more."""
     return run_demo_command(replace(options, only_identify=True), files, common)

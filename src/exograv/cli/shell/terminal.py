@@ -3,12 +3,15 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import log10
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
+
+if TYPE_CHECKING:
+    from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
 
 
 @contextmanager
@@ -35,84 +38,82 @@ def say(text: str) -> None:
     Console().print(text, highlight=False)
 
 
-def show_demo(result: dict[str, Any]) -> None:
-    """The closing table of `demo` and `identify`."""
-    table = Table(title=f"{result['rig']}, disturbance level {result['disturbance_level']}, seed {result['seed']}")
+def show_demo(result: "DemoResult") -> None:
+    """Print the closing table of `demo` and `identify`."""
+    found = result.findings
+    table = Table(title=f"{found.rig}, disturbance level {found.disturbance_level}, seed {found.seed}")
     table.add_column("left over, N·m RMS")
-    labels = {"exo_only": "exo\nonly", "table": "by\ntable", "identified": "arm\nfound"}
-    for label in labels.values():
+    for label in ("exo\nonly", "by\ntable", "arm\nfound"):
         table.add_column(label, justify="right")
-    total = result["left_over_rms_Nm"]["total"]
-    for joint, *values in zip(result["joints"], *(total[key] for key in labels), strict=True):
+    total = found.arm.left_over_rms_Nm.total
+    columns = (total.exo_only, total.arm.table, total.arm.identified)
+    for joint, *values in zip(found.joints, *columns, strict=True):
         table.add_row(joint.replace("_", " "), *(f"{value:.2f}" for value in values))
     console = Console()
     console.print(table)
-    identification = result["identification"]
-    reached = identification["time_to_target_s"]
-    lines = [
-        f"Identified from {identification['motion_s']:.0f} s of motion. {identification['outcome']}",
-        f"Method '{result['method']}'. Left over stays within target (shoulder 0.2, elbow 0.1, wrist 0.05 N·m) "
-        + ("never in this run." if reached is None else f"from {reached:.0f} s on."),
-    ]
-    lines += _of_estimate(result)
-    if "float" in result:
-        drift = ", ".join(f"{angle:.1f}°" for angle in result["float"]["drift_deg"])
-        lines.append(f"Floated for {result['float']['window_s']:.0f} s: the joints drifted by {drift}.")
-        if result["float"]["gravity_level"] > 0.0:
-            lines.append("The virtual wearer is relaxed: the share of the weight that is felt lets the arm sink.")
-    if "known_weight" in result:
-        weight = result["known_weight"]
-        low, high = weight["ci95_kg"]
-        lines.append(
-            f"Known weight of {weight['true_kg']:.3f} kg: found {weight['estimated_kg']:.3f} kg "
-            f"(95 % interval {low:.3f} to {high:.3f} kg)."
-        )
-    lines += _of_person(result)
-    used = result.get("calibration_used", {})
-    if used.get("source") == "stored":
-        text = f"Calibration {used['hash'][:12]}…, measured {used['measured_utc']}. {used['warning'] or ''}"
-        lines.append(text.rstrip())
-    tick = result["tick_us"]
-    lines.append(f"Tick {tick['p50']:.0f} µs (p99 {tick['p99']:.0f} µs); {result['wall_s']:.0f} s for all of it.")
-    for line in lines:
+    for line in [*_of_identification(found), *_of_floated(found.floated), *_of_person(result.person), *_of_run(result)]:
         console.print(line, highlight=False)
-    console.print(f"Report: {result['report']}", highlight=False, soft_wrap=True)
+    console.print(f"Report: {result.report}", highlight=False, soft_wrap=True)
 
 
-def _of_estimate(result: dict[str, Any]) -> list[str]:
-    """How sure it is, what the motion told, and whether the person relaxed."""
-    lines, possible, told = [], result["possible_left_over_Nm"], result["identifiability"]
-    if possible is not None:
-        limits = ", ".join(f"{value:.2f}" for value in possible["p95"])
-        lines.append(f"By the estimate's own uncertainty, 95 % of the possible arms leave over at most {limits} N·m.")
-    if told is not None:
-        lines.append(
-            f"The motion told {len(told['by_data'])} of {told['learnable']} parameters, in "
-            f"{len(told['base_parameters'])} combinations; the others are the prior's."
+def _of_identification(found: "DemoFindings") -> Iterator[str]:
+    """Say how the identification went, how sure it is, what the motion told, and whether the person relaxed."""
+    arm, times = found.arm, found.arm.identification
+    reached = times.time_to_target_s
+    yield f"Identified from {times.motion_s:.0f} s of motion. {times.outcome.value}"
+    yield (
+        f"Method '{found.method}'. Left over stays within target (shoulder 0.2, elbow 0.1, wrist 0.05 N·m) "
+        + ("never in this run." if reached is None else f"from {reached:.0f} s on.")
+    )
+    if arm.possible_left_over_Nm is not None:
+        limits = ", ".join(f"{value:.2f}" for value in arm.possible_left_over_Nm.p95)
+        yield f"By the estimate's own uncertainty, 95 % of the possible arms leave over at most {limits} N·m."
+    if arm.identifiability is not None:
+        told = arm.identifiability
+        yield (
+            f"The motion told {len(told.by_data)} of {told.learnable} parameters, in "
+            f"{len(told.base_parameters)} combinations; the others are the prior's."
         )
-    restless_s = result["identification"]["restless_s"]
-    if restless_s is not None:
-        lines.append(f"From {restless_s:.0f} s on the person was seen not to relax.")
-    return lines
+    if times.restless_s is not None:
+        yield f"From {times.restless_s:.0f} s on the person was seen not to relax."
 
 
-def _of_person(result: dict[str, Any]) -> list[str]:
-    """What a participant's file saved, and where the next one is."""
-    lines, before, kept = [], result.get("participant"), result.get("participant_kept")
+def _of_floated(floated: "FloatedArm | None") -> Iterator[str]:
+    if floated is None:
+        return
+    drift = ", ".join(f"{angle:.1f}°" for angle in floated.float.drift_deg)
+    yield f"Floated for {floated.float.window_s:.0f} s: the joints drifted by {drift}."
+    if floated.float.gravity_level > 0.0:
+        yield "The virtual wearer is relaxed: the share of the weight that is felt lets the arm sink."
+    weight = floated.known_weight.weight
+    low, high = weight.ci95_kg
+    yield (
+        f"Known weight of {weight.true_kg:.3f} kg: found {weight.estimated_kg:.3f} kg "
+        f"(95 % interval {low:.3f} to {high:.3f} kg)."
+    )
+
+
+def _of_person(person: "ParticipantFigures") -> Iterator[str]:
+    """Say what a participant's file saved, and where the next one is."""
+    before, kept = person.participant, person.participant_kept
     if before is not None:
-        shown = {True: "{:.0f} s", False: "not within this motion"}
-        warm, cold = (before[name]["predicted_target_s"] for name in ("from_file", "cold"))
-        true_warm, true_cold = before["examiner"]["from_file_s"], before["examiner"]["cold_s"]
-        predicted, true = (
-            [shown[t is not None].format(t) for t in times] for times in ((warm, cold), (true_warm, true_cold))
-        )
-        lines.append(
-            f"From the file of {before['code']}. Predicted to be within the stop rule's target: {predicted[0]}; from "
-            f"the table on the same samples: {predicted[1]}. By the twin's examiner: {true[0]}; {true[1]}."
+        file, examiner = before.by_prediction, before.examiner
+        times = (file.from_file.predicted_target_s, file.cold.predicted_target_s, examiner.from_file_s, examiner.cold_s)
+        warm, cold, true_warm, true_cold = ("not within this motion" if t is None else f"{t:.0f} s" for t in times)
+        yield (
+            f"From the file of {file.code}. Predicted to be within the stop rule's target: {warm}; from "
+            f"the table on the same samples: {cold}. By the twin's examiner: {true_warm}; {true_cold}."
         )
     if kept is not None:
-        lines.append(kept.get("why") or f"{kept['code']} is kept in {kept['file']}, donning {kept['donnings']}.")
-    return lines
+        yield kept.why if kept.file is None else f"{kept.code} is kept in {kept.file}, donning {kept.donnings}."
+
+
+def _of_run(result: "DemoResult") -> Iterator[str]:
+    used = result.findings.calibration_used
+    if used.source == "stored":
+        yield f"Calibration {used.hash[:12]}…, measured {used.measured_utc}. {used.warning or ''}".rstrip()
+    tick = result.tick_us
+    yield f"Tick {tick['p50']:.0f} µs (p99 {tick['p99']:.0f} µs); {result.wall_s:.0f} s for all of it."
 
 
 def show_payload(result: dict[str, Any]) -> None:

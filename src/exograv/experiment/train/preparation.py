@@ -23,7 +23,7 @@ from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.replay_log import read_machine
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
 from exograv.procedures.identification.options import ParticipantOptions
-from exograv.procedures.identification.participant_session import ParticipantRun
+from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.self_test.machine_test import test_machine
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
@@ -131,7 +131,7 @@ def known_arm(
             "from_file": person.before is not None,
             "predicted_left_over_Nm": None if found.predicted[-1] is None else rounded(found.predicted[-1]),
         },
-        "person_kept": written is not None and written["file"] is not None,
+        "person_kept": isinstance(written, KeptParticipant),
     }  # fmt: skip
     return Ready(pilot, twin, controller, _kept(machine, found.last), figures, identifier.model)
 

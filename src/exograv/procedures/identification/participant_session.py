@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
@@ -39,6 +39,26 @@ from .warm_start import WarmStart, belief_today
 
 NOT_KEPT = (Outcome.NOT_RELAXED, Outcome.NOT_EXCITED)
 """After these a file would carry on what was no arm."""
+
+
+@dataclass(frozen=True)
+class KeptParticipant:
+    """File of the participant that was written."""
+
+    file: Path
+    code: str
+    hash: str
+    donnings: int
+    held_out_error_Nm: list[float]
+    bytes: int
+
+
+@dataclass(frozen=True)
+class NotKept:
+    """Reason why no file was written."""
+
+    file: None
+    why: str
 
 
 @dataclass
@@ -109,8 +129,8 @@ class ParticipantRun:
 
     def keep(
         self, found: Identification, machine: CalibratedMachine, motion: str, calibration_sha256: str
-    ) -> dict[str, Any] | None:
-        """Write the file; returns what was written for `--json`, None if nothing was asked.
+    ) -> KeptParticipant | NotKept | None:
+        """Write the file; None if nothing was asked.
 
         Raises:
             ConfigError: The place cannot be written.
@@ -119,7 +139,7 @@ class ParticipantRun:
         if path is None or covariance is None or self._held_out is None:
             return None
         if found.outcome in NOT_KEPT:
-            return {"file": None, "why": f"Not kept. {found.outcome.value}"}
+            return NotKept(None, f"Not kept. {found.outcome.value}")
         before, predicted = self.before, found.predicted[-1]
         identified = Identified(
             at_utc=self.now,
@@ -137,14 +157,10 @@ class ParticipantRun:
         person = StoredPerson.of(self._code(), self.told)
         whole = stored_person(person, self.assembly, self.serial, identified, (found.last.x, covariance))
         write_participant(path, whole)
-        return {
-            "file": str(path),
-            "code": whole.person.code,
-            "hash": whole.content_sha256,
-            "donnings": identified.donnings,
-            "held_out_error_Nm": identified.held_out_error_Nm,
-            "bytes": path.stat().st_size,
-        }
+        code, size = whole.person.code, path.stat().st_size
+        return KeptParticipant(
+            path, code, whole.content_sha256, identified.donnings, identified.held_out_error_Nm, size
+        )
 
     def _code(self) -> str:
         if self.options.code is not None:

@@ -7,7 +7,6 @@ rule's own prediction and without any truth, is the gain of the file.
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -63,9 +62,31 @@ class MethodProgress:
                 self.stop_s, self.outcome = estimate.t, verdict
 
     @property
-    def figures(self) -> dict[str, Any]:
+    def figures(self) -> "ProgressFigures":
         """Figures for files and tables."""
-        return {"predicted_target_s": self.reached_s, "stop_s": self.stop_s, "outcome": self.outcome.value}
+        return ProgressFigures(self.reached_s, self.stop_s, self.outcome)
+
+
+@dataclass(frozen=True)
+class ProgressFigures:
+    """Times at which one method came within the target, by its own prediction."""
+
+    predicted_target_s: float | None
+    stop_s: float | None
+    outcome: Outcome
+
+
+@dataclass(frozen=True)
+class WarmStartFigures:
+    """Gain of a participant's file."""
+
+    code: str
+    file: Path
+    log_evidence_over_table: dict[str, float]
+    """Evidence for the file by seconds of motion [nat]."""
+    from_file: ProgressFigures
+    cold: ProgressFigures
+    saved_s: float | None
 
 
 @dataclass
@@ -122,14 +143,14 @@ class WarmStart:
         )
 
     @property
-    def figures(self) -> dict[str, Any]:
+    def figures(self) -> WarmStartFigures:
         """Figures for `--json`."""
         warm, cold = self.warm.reached_s, self.cold.reached_s
-        return {
-            "code": self.code,
-            "file": str(self.path),
-            "log_evidence_over_table": {f"{t:g}": round(value, 2) for t, value in self._check.evidence.items()},
-            "from_file": self.warm.figures,
-            "cold": self.cold.figures,
-            "saved_s": None if warm is None or cold is None else round(cold - warm, 1),
-        }
+        return WarmStartFigures(
+            code=self.code,
+            file=self.path,
+            log_evidence_over_table={f"{t:g}": round(value, 2) for t, value in self._check.evidence.items()},
+            from_file=self.warm.figures,
+            cold=self.cold.figures,
+            saved_s=None if warm is None or cold is None else round(cold - warm, 1),
+        )

@@ -1,0 +1,173 @@
+"""Result of a demonstration: classes that are printed, recorded and written as JSON."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from exograv.identification.core.interface import Outcome
+from exograv.procedures.identification.participant_session import KeptParticipant, NotKept
+from exograv.procedures.identification.warm_start import WarmStartFigures
+from exograv.results import MERGED, OPTIONAL
+from exograv.storage.calibration_file import CalibrationUsed
+
+from .result_rows import CalibrationRow, IdentifiabilityResult, ParameterRow, WeightRow
+
+
+@dataclass(frozen=True)
+class MeasuredCalibration:
+    """Calibration of a run that had no stored one."""
+
+    source: Literal["measured at the start of this run"] = "measured at the start of this run"
+
+
+@dataclass(frozen=True)
+class LeftOver:
+    """Residual torque of a controller by what it knows of the arm, RMS per joint [N·m]."""
+
+    table: list[float]
+    identified: list[float]
+
+
+@dataclass(frozen=True)
+class TotalLeftOver:
+    """Residual torque of everything, with the controller that carries the exoskeleton only."""
+
+    exo_only: list[float]
+    arm: LeftOver = field(metadata=MERGED)
+
+
+@dataclass(frozen=True)
+class LeftOverTable:
+    """Residual torque of everything, and of the arm alone."""
+
+    total: TotalLeftOver
+    arm: LeftOver
+
+
+@dataclass(frozen=True)
+class IdentificationFigures:
+    """Course of the identification."""
+
+    rest_s: float | None = field(metadata=OPTIONAL)
+    motion_s: float
+    time_to_target_s: float | None
+    stop: str
+    outcome: Outcome
+    why: str
+    restless_s: float | None
+
+
+@dataclass(frozen=True)
+class PossibleLeftOver:
+    """Residual torque that the uncertainty of the estimate allows, RMS per joint [N·m]."""
+
+    median: list[float]
+    p95: list[float]
+
+
+@dataclass(frozen=True)
+class IdentifiedArm:
+    """Findings about the arm."""
+
+    left_over_rms_Nm: LeftOverTable
+    identification: IdentificationFigures
+    identifiability: IdentifiabilityResult | None
+    possible_left_over_Nm: PossibleLeftOver | None
+    parameters: list[ParameterRow]
+
+
+@dataclass(frozen=True)
+class FloatFigures:
+    """Drift of the floating arm."""
+
+    gravity_level: float
+    drift_deg: list[float]
+    window_s: float
+
+
+@dataclass(frozen=True)
+class PayloadLeftOver:
+    """Residual torque with the weight in the hand, RMS per joint [N·m]."""
+
+    ignored: list[float]
+    compensated: list[float]
+
+
+@dataclass(frozen=True)
+class HandWeight:
+    """Weight that the wearer took into the hand."""
+
+    weight: WeightRow = field(metadata=MERGED)
+    left_over_Nm: PayloadLeftOver
+
+
+@dataclass(frozen=True)
+class FloatedArm:
+    """Findings about the identified arm."""
+
+    float: FloatFigures
+    known_weight: HandWeight
+
+
+@dataclass(frozen=True)
+class DemoFindings:
+    """Findings of a demonstration, as the recording keeps them."""
+
+    rig: str
+    method: str
+    motion: str
+    disturbance_level: int
+    seed: int
+    joints: tuple[str, ...]
+    calibration_used: CalibrationUsed | MeasuredCalibration
+    calibration: list[CalibrationRow]
+    arm: IdentifiedArm = field(metadata=MERGED)
+    floated: FloatedArm | None = field(metadata=MERGED)
+
+
+@dataclass(frozen=True)
+class ExaminedTimes:
+    """Motion until the residual torque stayed within the target, by the twin's truth."""
+
+    from_file_s: float | None
+    cold_s: float | None
+
+
+@dataclass(frozen=True)
+class ReturningParticipant:
+    """Effect of the participant's file."""
+
+    by_prediction: WarmStartFigures = field(metadata=MERGED)
+    examiner: ExaminedTimes
+
+
+@dataclass(frozen=True)
+class ParticipantFigures:
+    """Figures of the participant's file: shown, and not written to the recording."""
+
+    participant_kept: KeptParticipant | NotKept | None = field(metadata=OPTIONAL)
+    participant: ReturningParticipant | None = field(metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class ModelNotes:
+    """Third party's model that was the truth, and notes on its parts that are not used."""
+
+    title: str
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class DemoResult:
+    """Result of `exograv demo` and `exograv identify`."""
+
+    findings: DemoFindings = field(metadata=MERGED)
+    person: ParticipantFigures = field(metadata=MERGED)
+    donning: int
+    wearer_model: ModelNotes | None = field(metadata=OPTIONAL)
+    tick_us: dict[str, float]
+    """Time that the ticks took, by percentile."""
+    wall_s: float
+    simulated_s: float
+    report: Path
+    recording: Path
