@@ -82,7 +82,7 @@ def worn_left_over(rig: str, level: int, seed: int, file: Path) -> dict[str, lis
     for name, path in (("calibrated", file), ("nominal", uncalibrated(rig, file))):
         options = DemoOptions(rig=rig, level=level, seed=seed, only_identify=True, calibration=path)
         result = run_demo(options, path.parent, lambda _text, _share: None)
-        scores[name] = result["left_over_rms_Nm"]["total"]["identified"]
+        scores[name] = result.findings.arm.left_over_rms_Nm.total.identified
     return scores
 
 

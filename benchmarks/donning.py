@@ -24,6 +24,7 @@ from exograv.laboratory.result_rows import time_to_target
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import ParticipantRun
+from exograv.results import json_value
 from exograv.rig.twin import day_seed
 from exograv.study.targets import TARGET_NM
 
@@ -64,7 +65,7 @@ def run(rig: str, level: int, seed: int) -> dict[str, Any]:
             result["file_bytes"] = file.stat().st_size
             if person.returning is not None:
                 examination = worn.examination()
-                result |= person.returning.figures
+                result |= json_value(person.returning.figures)
                 for name, estimates in (("from_file", found.estimates), ("cold", person.returning.cold_estimates)):
                     scores = {e.t: examination.score(e.x) for e in estimates}
                     result[f"{name}_true"] = {

@@ -130,7 +130,7 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     loaded = found.last.x.copy()
     loaded[ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, held.mass)
     rows = parameter_rows(assembly, found.prior, found.last, wearer)
-    intervals = {row["name"]: row["ci95"][0] <= row["truth"] <= row["ci95"][1] for row in rows if row["ci95"]}
+    intervals = {row.name: row.ci95[0] <= row.truth <= row.ci95[1] for row in rows if row.ci95}
     targets = np.array([TARGET_NM[place] for place in description.places])
     return {
         "joints": job.joints, "seed": job.seed, "names": list(description.joints), "targets_Nm": targets.tolist(),

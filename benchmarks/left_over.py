@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ExogravError
+from exograv.results import json_value
 
 COARSE = 2.5  # the coarse target is so many times the fine one: 0.5 and 0.25 N·m
 
@@ -27,7 +28,7 @@ def run(rig: str, level: int, seed: int, method: str, seconds: float) -> dict[st
     options = DemoOptions(rig=rig, level=level, seed=seed, method=method, seconds=seconds, only_identify=True)  # pyright: ignore[reportArgumentType] - checked by the sessions
     with tempfile.TemporaryDirectory() as folder:
         try:
-            return run_demo(options, Path(folder), lambda _text, _share: None)
+            return json_value(run_demo(options, Path(folder), lambda _text, _share: None))
         except ExogravError as error:
             return {"disturbance_level": level, "seed": seed, "method": method, "broke_off": str(error)}
 

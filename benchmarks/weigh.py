@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ExogravError
+from exograv.results import json_value
 
 POUNDS_PER_KG = 2.2046
 PAIRS_KG = ((0.5, 1.0), (1.0, 0.5), (1.5, 0.0), (2.0, 0.0), (0.0, 2.0))
@@ -34,7 +35,7 @@ def run(rig: str, level: int, seed: int, hand: float, forearm: float, factor: fl
     try:
         typed = factor * draw_laboratory(rig, None, level, seed).body.mass_kg
         options = WeighOptions(rig, None, level, seed, hand, forearm, typed)
-        return {**job, **run_weighing(options, lambda _text, _share: None)}
+        return {**job, **json_value(run_weighing(options, lambda _text, _share: None))}
     except ExogravError as error:
         return {**job, "broke_off": str(error)}
 

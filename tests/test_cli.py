@@ -14,6 +14,19 @@ from exograv import __version__
 from exograv.cli import was_keyboard
 from exograv.cli.shell.terminal import show_demo
 from exograv.cli.simulation.faults import show_faults
+from exograv.identification.core.interface import Outcome
+from exograv.laboratory.demo_result import (
+    DemoFindings,
+    DemoResult,
+    IdentificationFigures,
+    IdentifiedArm,
+    LeftOver,
+    LeftOverTable,
+    MeasuredCalibration,
+    ParticipantFigures,
+    PossibleLeftOver,
+)
+from exograv.laboratory.result_rows import IdentifiabilityResult
 from exograv.recording import read_recording
 
 URDF = Path(__file__).parents[1] / "robots" / "recupera_like" / "right.urdf"
@@ -272,25 +285,20 @@ def test_a_campaign_cuts_no_figure_off_and_breaks_no_line_that_is_to_be_copied(
 def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     monkeypatch.setenv("COLUMNS", "40")
     four = [1.0, 2.0, 3.0, 4.0]
-    result = {
-        "rig": "recupera_like",
-        "method": "recursive",
-        "disturbance_level": 2,
-        "seed": 0,
-        "joints": ["shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion"],
-        "left_over_rms_Nm": {"total": {"exo_only": four, "table": four, "identified": four}},
-        "identification": {
-            "motion_s": 5.0,
-            "time_to_target_s": None,
-            "outcome": "The arm is identified.",
-            "restless_s": 12.0,
-        },
-        "possible_left_over_Nm": {"median": four, "p95": four},
-        "identifiability": {"learnable": 51, "by_data": ["forearm.mz"], "base_parameters": [{}, {}]},
-        "tick_us": {"p50": 60.0, "p99": 100.0},
-        "wall_s": 40.0,
-        "report": "out/report.html",
-    }
+    score = LeftOver(four, four, four)
+    joints = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
+    arm = IdentifiedArm(
+        LeftOverTable(score, score),
+        IdentificationFigures(None, 5.0, None, "The motion ran its full time.", Outcome.CONVERGED, "", 12.0),
+        IdentifiabilityResult(51, None, [], ("forearm.mz",), (), []),
+        PossibleLeftOver(four, four, four),
+        [],
+    )
+    findings = DemoFindings(
+        "recupera_like", "recursive", "designed", 2, 0, joints, MeasuredCalibration(), [], arm, None
+    )
+    nobody, ticks, report = ParticipantFigures(None, None), {"p50": 60.0, "p99": 100.0}, Path("out/report.html")
+    result = DemoResult(findings, nobody, 0, None, ticks, 40.0, 30.0, report, Path("out/demo.mcap"))
     show_demo(result)
     shown = capsys.readouterr().out
     assert max(len(line) for line in shown.splitlines()) <= 40

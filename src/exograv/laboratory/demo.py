@@ -46,7 +46,6 @@ from .demo_result import (
     PayloadLeftOver,
     PossibleLeftOver,
     ReturningParticipant,
-    TotalLeftOver,
 )
 from .options import DemoOptions as DemoOptions
 from .preparation import Preparation, WornTwin
@@ -228,15 +227,13 @@ def _identified_arm(
     scores: dict[float, Score],
 ) -> IdentifiedArm:
     by_table, identified = examination.score(known.x), scores[found.last.t]
-    total, arm = (
-        LeftOver(*(rounded(getattr(score, part)) for score in (by_table, identified))) for part in ("total", "arm")
-    )
+    total = LeftOver(rounded(examination.exo_only(known.x)), rounded(by_table.total), rounded(identified.total))
     stop = "The motion ran its full time."
     if found.stop_s is not None:
         stop = f"The stop rule would have ended the motion after {found.stop_s:.0f} s."
     possible = examination.posterior_torque(found.last)
     return IdentifiedArm(
-        LeftOverTable(TotalLeftOver(rounded(examination.exo_only(known.x)), total), arm),
+        LeftOverTable(total, LeftOver(None, rounded(by_table.arm), rounded(identified.arm))),
         IdentificationFigures(
             rest_s=round(found.method.rest_s, 3) if isinstance(found.method, RestingMethod) else None,
             motion_s=round(found.last.t, 3),

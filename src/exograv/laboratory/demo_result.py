@@ -22,25 +22,18 @@ class MeasuredCalibration:
 
 @dataclass(frozen=True)
 class LeftOver:
-    """Residual torque of a controller by what it knows of the arm, RMS per joint [N·m]."""
+    """Residual torque by what the controller carries, RMS per joint [N·m]."""
 
+    exo_only: list[float] | None = field(metadata=OPTIONAL)
     table: list[float]
     identified: list[float]
-
-
-@dataclass(frozen=True)
-class TotalLeftOver:
-    """Residual torque of everything, with the controller that carries the exoskeleton only."""
-
-    exo_only: list[float]
-    arm: LeftOver = field(metadata=MERGED)
 
 
 @dataclass(frozen=True)
 class LeftOverTable:
     """Residual torque of everything, and of the arm alone."""
 
-    total: TotalLeftOver
+    total: LeftOver
     arm: LeftOver
 
 

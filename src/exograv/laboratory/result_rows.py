@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -22,6 +23,15 @@ from .truth_score import Score
 
 Interval = list[float]
 """Ends of a 95 % interval."""
+
+
+@dataclass(frozen=True)
+class TwinRun:
+    """Machine, disturbances and seed of a run on the twin."""
+
+    rig: str
+    disturbance_level: int
+    seed: int
 
 
 @dataclass(frozen=True)
@@ -161,18 +171,21 @@ def calibration_rows(
 ) -> list[CalibrationRow]:
     """List what the calibration found, beside the twin's truth at time `t` on its clock [s]."""
     friction, sd, still = machine.friction, machine.friction_sd, still_to_rub(truth, t)
+    gains, rub = machine.actuators, truth.friction
     columns = (
-        ("gain", "N·m/A", truth.drives.gain, machine.actuators.gain, machine.actuators.gain_sd),
-        ("coulomb", "N·m", still * truth.friction.coulomb, friction.coulomb, sd.coulomb),
-        ("viscous", "N·m·s/rad", still * truth.friction.viscous, friction.viscous, sd.viscous),
+        ("gain", "N·m/A", _floats(truth.drives.gain, gains.gain, gains.gain_sd)),
+        ("coulomb", "N·m", _floats(still * rub.coulomb, friction.coulomb, sd.coulomb)),
+        ("viscous", "N·m·s/rad", _floats(still * rub.viscous, friction.viscous, sd.viscous)),
     )
     return [
-        CalibrationRow(
-            joint, name, unit, round(float(true[j]), 5), round(float(value[j]), 5), _interval(value[j], spread[j])
-        )
+        CalibrationRow(joint, name, unit, round(true[j], 5), round(value[j], 5), _interval(value[j], spread[j]))
         for j, joint in enumerate(joints)
-        for name, unit, true, value, spread in columns
+        for name, unit, (true, value, spread) in columns
     ]
+
+
+def _floats(*columns: Any) -> list[list[float]]:
+    return [[float(value) for value in column] for column in columns]
 
 
 def still_to_rub(truth: Machine, t: float) -> Float[np.ndarray, " joint"]:

@@ -55,5 +55,5 @@ class TwinUnderTest:
             calibration=self.calibration,
         )  # fmt: skip
         found = run_weighing(options, self.progress)
-        passed = not found["refused"]
-        return [Step(WORN, passed, found["arm_mass_kg"], "as the form says", "kg", "" if passed else found["why"])]
+        what_to_do = found.why if found.refused else ""
+        return [Step(WORN, not found.refused, found.arm_mass_kg, "as the form says", "kg", what_to_do)]

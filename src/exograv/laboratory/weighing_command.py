@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -19,31 +18,67 @@ from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.known_weight import weigh
 from exograv.procedures.weighing.motion_samples import SampleCollector
 from exograv.procedures.weighing.weight_estimator import Weighing
+from exograv.recording.rounding import rounded
+from exograv.results import MERGED
 from exograv.rig.twin import Twin
 from exograv.rig.twin.wearer.parameter_truth import parameter_truth
 from exograv.storage.self_test_pass import NOT_NEEDED
 
 from .options import WeighOptions
 from .preparation import Preparation
+from .result_rows import Interval, TwinRun, WeightRow
 from .virtual_laboratory import VirtualLaboratory, driven_laboratory
 
 DRAWN_KG = (0.5, 1.0, 1.5, 2.0)
 RESTLESS_TEXT = "The person does not relax: the form cannot be checked. Ask the person to let go, then repeat."
 
 
+@dataclass(frozen=True)
+class PlacedWeight:
+    """Weight that was put on the arm."""
+
+    place: WeightPlace
+    found: WeightRow = field(metadata=MERGED)
+
+
+@dataclass(frozen=True)
+class WeighResult:
+    """Result of `exograv weigh`."""
+
+    run: TwinRun = field(metadata=MERGED)
+    typed_body_mass_kg: float
+    arm_mass_kg: float | None
+    ci95_kg: Interval | None
+    arm_like_that_of_kg: float | None
+    """Mass of the person whose arm is as heavy, by the table."""
+    hand_weight_kg: float | None
+    ci95_hand_kg: Interval | None
+    refused: bool
+    why: str
+    probability: float | None
+    identified_s: float
+    """Motion of the identification that was asked beside the first twenty seconds."""
+    weights: list[PlacedWeight]
+    true_arm_mass_kg: float
+    self_test: str
+    simulated_s: float
+    wall_s: float
+
+
 @dataclass
 class _Found:
-    """What the software says."""
+    """Findings of the software."""
 
     check: ArmCheck | None = None
     why: str = ""
     identified_s: float = 0.0
-    """Motion of the identification that was asked beside the first twenty seconds."""
     weights: dict[WeightPlace, Weighing] = field(default_factory=dict)
+    t: float = 0.0
+    """The rig's clock at the end [s]."""
 
 
-def run_weighing(options: WeighOptions, progress: Progress) -> dict[str, Any]:
-    """Run it; the result follows the contract of `exograv weigh --json`.
+def run_weighing(options: WeighOptions, progress: Progress) -> WeighResult:
+    """Weigh the arm on the twin, and then the known weights.
 
     Raises:
         ConfigError: An option cannot be used.
@@ -55,15 +90,14 @@ def run_weighing(options: WeighOptions, progress: Progress) -> dict[str, Any]:
     laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
     own = laboratory.body
     typed = own.mass_kg if options.body_mass_kg is None else options.body_mass_kg
-    found, t = _Found(), 0.0
+    found = _Found()
     try:
         body = Body(own.height_m, typed, own.sex, own.lengths_m)
     except ConfigError as error:
         found.why = str(error)  # the form itself refuses: nothing has moved yet
     else:
-        t = _weigh_all(options, laboratory, body, found, progress)
-    result = _figures(options, laboratory, typed, found)
-    return {**result, "simulated_s": round(t, 3), "wall_s": round(time.perf_counter() - start, 2)}
+        found.t = _weigh_all(options, laboratory, body, found, progress)
+    return _result(options, laboratory, typed, found, start)
 
 
 def _weigh_all(
@@ -111,42 +145,34 @@ def _hanging(twin: Twin, place: WeightPlace, mass: float) -> Callable[[bool], No
     return lambda is_there: twin.hang(place, mass if is_there else 0.0)
 
 
-def _figures(options: WeighOptions, laboratory: VirtualLaboratory, typed: float, found: _Found) -> dict[str, Any]:
+def _result(
+    options: WeighOptions, laboratory: VirtualLaboratory, typed: float, found: _Found, start: float
+) -> WeighResult:
     check, hand = found.check, found.weights.get("hand")
     truth = parameter_truth(laboratory.wearer)
     limbs = [arm.side for arm in laboratory.wearer.arms]
     first = f"{limbs[0]}_" if len(limbs) > 1 else ""
     arm = sum(value for name, value in truth.items() if name.startswith(first) and name.endswith(".mass"))
-    return {
-        "rig": laboratory.description.name,
-        "disturbance_level": options.level,
-        "seed": options.seed,
-        "typed_body_mass_kg": round(typed, 2),
-        "arm_mass_kg": None if check is None else round(check.arm_mass, 4),
-        "ci95_kg": None if check is None else _interval(check.ci95),
-        "arm_like_that_of_kg": None if check is None else round(check.like_kg, 1),
-        "hand_weight_kg": None if hand is None else round(hand.mass, 4),
-        "ci95_hand_kg": None if hand is None else _interval(hand.ci95),
-        "refused": check is None or check.refused,
-        "why": found.why if check is None else check.why,
-        "probability": None if check is None else round(check.probability, 4),
-        "identified_s": found.identified_s,
-        "weights": [
-            {
-                "place": place,
-                "true_kg": weights_of(options)[place],
-                "estimated_kg": round(one.mass, 4),
-                "ci95_kg": _interval(one.ci95),
-            }
-            for place, one in found.weights.items()
+    return WeighResult(
+        run=TwinRun(laboratory.description.name, options.level, options.seed),
+        typed_body_mass_kg=round(typed, 2),
+        arm_mass_kg=check and round(check.arm_mass, 4),
+        ci95_kg=check and rounded(np.array(check.ci95)),
+        arm_like_that_of_kg=check and round(check.like_kg, 1),
+        hand_weight_kg=hand and round(hand.mass, 4),
+        ci95_hand_kg=hand and rounded(np.array(hand.ci95)),
+        refused=check is None or check.refused,
+        why=found.why if check is None else check.why,
+        probability=check and round(check.probability, 4),
+        identified_s=found.identified_s,
+        weights=[
+            PlacedWeight(place, WeightRow.of(weights_of(options)[place], one)) for place, one in found.weights.items()
         ],
-        "true_arm_mass_kg": round(arm, 4),
-        "self_test": NOT_NEEDED,
-    }
-
-
-def _interval(interval: tuple[float, float]) -> list[float]:
-    return [round(value, 4) for value in interval]
+        true_arm_mass_kg=round(arm, 4),
+        self_test=NOT_NEEDED,
+        simulated_s=round(found.t, 3),
+        wall_s=round(time.perf_counter() - start, 2),
+    )
 
 
 def weights_of(options: WeighOptions) -> dict[WeightPlace, float]:

@@ -128,8 +128,8 @@ class TakenCalibration:
     def used(self) -> CalibrationUsed:
         """Identity, for figures and recordings."""
         measured = self.whole.measured
-        times = (at.isoformat() for at in (measured.at_utc, measured.friction_at_utc))
-        return CalibrationUsed("stored", self.whole.content_sha256, *times, self.warning)
+        at_utc, friction_at_utc = measured.at_utc.isoformat(), measured.friction_at_utc.isoformat()
+        return CalibrationUsed("stored", self.whole.content_sha256, at_utc, friction_at_utc, self.warning)
 
 
 def take_calibration(file: Path, description: RigDescription, machine: str, now: datetime) -> TakenCalibration:

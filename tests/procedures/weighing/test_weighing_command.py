@@ -13,6 +13,7 @@ from exograv.laboratory.weighing_command import (
     weights_of,
 )
 from exograv.procedures.weighing.arm_check import SURE, ArmCheck
+from exograv.results import json_value
 
 
 @pytest.mark.parametrize("options", [{"hand_weight_kg": 2.5}, {"forearm_weight_kg": -1.0}, {"level": 5}, {"seed": -1}])
@@ -28,11 +29,11 @@ def test_a_weight_is_drawn_where_none_is_named_and_zero_means_none():
 
 def test_a_form_that_no_person_fits_is_refused_before_anything_moves():
     result = run_weighing(WeighOptions(seed=1000, body_mass_kg=400.0), lambda _text, _share: None)
-    assert result["refused"]
-    assert "400" in result["why"]
-    assert result["simulated_s"] == 0.0
-    assert result["arm_mass_kg"] is None
-    assert {"ci95_kg", "hand_weight_kg", "ci95_hand_kg"} <= set(result)
+    assert result.refused
+    assert "400" in result.why
+    assert result.simulated_s == 0.0
+    assert result.arm_mass_kg is None
+    assert {"ci95_kg", "hand_weight_kg", "ci95_hand_kg"} <= json_value(result).keys()
 
 
 def verdict(refused: bool, probability: float) -> ArmCheck:

@@ -46,8 +46,7 @@ def show_demo(result: "DemoResult") -> None:
     for label in ("exo\nonly", "by\ntable", "arm\nfound"):
         table.add_column(label, justify="right")
     total = found.arm.left_over_rms_Nm.total
-    columns = (total.exo_only, total.arm.table, total.arm.identified)
-    for joint, *values in zip(found.joints, *columns, strict=True):
+    for joint, *values in zip(found.joints, total.exo_only or (), total.table, total.identified, strict=True):
         table.add_row(joint.replace("_", " "), *(f"{value:.2f}" for value in values))
     console = Console()
     console.print(table)
