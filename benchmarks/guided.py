@@ -31,6 +31,7 @@ def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
     from exograv.laboratory.virtual_laboratory import VirtualLaboratory
     from exograv.loop.pilot import Progress
     from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+    from exograv.results import json_value
 
     path, known = folder / f"{seed}.toml", dict[str, ControllerKnowledge]()
 
@@ -53,7 +54,7 @@ def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
     rows = []
     for what, case, act in acts:
         try:
-            result: dict[str, Any] = act()
+            result: dict[str, Any] = json_value(act())
         except ExogravError as error:
             result = {"refused": str(error)}
         rows.append({"what": what, "case": case, "seed": seed, **result})

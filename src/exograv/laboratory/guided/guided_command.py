@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -14,14 +14,16 @@ from exograv.laboratory.preparation import Preparation, prepare
 from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, driven_laboratory
 from exograv.loop.pilot import Progress
+from exograv.model.description import ArmSide
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.rehabilitation.guided.floating_arm import FloatingArm, rms_deg
+from exograv.procedures.rehabilitation.guided.floating_arm import FloatingArm, GuardRecord, rms_deg
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
 from exograv.procedures.rehabilitation.guided.path_guide import PathGuide
-from exograv.procedures.rehabilitation.guided.repeat import repeat
+from exograv.procedures.rehabilitation.guided.repeat import RepeatFigures, repeat
 from exograv.procedures.rehabilitation.guided.taught_path import make_taught_path, read_taught, write_taught
 from exograv.procedures.rehabilitation.guided.teach import teach
 from exograv.recording import RecordingWriter
+from exograv.results import MERGED, OPTIONAL, json_value
 from exograv.rig.twin import Twin
 
 from .options import GuidedOptions, PersonKind, RepeatOptions
@@ -37,9 +39,50 @@ Preparing = Callable[[VirtualLaboratory, int, Progress], ControllerKnowledge]
 """By laboratory and seed: whoever flies one several times prepares it once."""
 
 
+@dataclass(frozen=True)
+class TaughtFigures:
+    """Path that a therapist taught."""
+
+    path: Path
+    seconds: float
+    stretched: float
+    """Ratio of the path's duration to that of the therapist's movement [-]."""
+    hash: str
+    guard: GuardRecord
+
+
+@dataclass(frozen=True)
+class RepeatedFigures:
+    """Repetitions of a path, with the wearer's truth."""
+
+    session: RepeatFigures = field(metadata=MERGED)
+    true_rms_deg: list[float]
+    muscles_max_Nm: np.ndarray
+    path: Path
+    guard: GuardRecord
+
+
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True)
+class GuidedResult(Generic[Found]):
+    """Result of `exograv teach`, `repeat` or `mirror`."""
+
+    found: Found = field(metadata=MERGED)
+    lead: ArmSide | None = field(metadata=OPTIONAL)
+    """Arm that the other one followed."""
+    rig: str
+    joints: tuple[str, ...]
+    disturbance_level: int
+    seed: int
+    is_simulated: bool
+    recording: Path
+
+
 def run_teach(
     options: GuidedOptions, path: Path, code: str, folder: Path, progress: Progress, preparing: Preparing = prepare
-) -> dict[str, Any]:
+) -> GuidedResult[TaughtFigures]:
     """A simulated therapist leads the arm; the path goes into a file.
 
     Raises:
@@ -58,16 +101,11 @@ def run_teach(
         whole = make_taught_path(
             path_found, laboratory.description, code, datetime.now(UTC).replace(microsecond=0), True
         )
-        result = {
-            "path": str(path),
-            "seconds": round((len(whole.q_rad) - 1) * whole.period_s, 2),
-            "stretched": round(whole.stretched, 3),
-            "hash": whole.content_sha256,
-            "guard": arm.guard_record,
-        }
-        recording.write("/result", arm.rig.t, {"task": result, "rig": options.rig})
+        seconds = round((len(whole.q_rad) - 1) * whole.period_s, 2)
+        found = TaughtFigures(path, seconds, round(whole.stretched, 3), whole.content_sha256, arm.guard_record)
+        recording.write("/result", arm.rig.t, {"task": json_value(found), "rig": options.rig})
     write_taught(path, whole)
-    return result | about_run(options, laboratory, recorded)
+    return guided_result(found, options, laboratory, recorded)
 
 
 def run_repeat(
@@ -77,7 +115,7 @@ def run_repeat(
     folder: Path,
     progress: Progress,
     preparing: Preparing = prepare,
-) -> dict[str, Any]:
+) -> GuidedResult[RepeatedFigures]:
     """A taught path, repeated with a simulated person.
 
     Raises:
@@ -100,10 +138,9 @@ def run_repeat(
 
         path_driven, act = whole.trajectory(arm.rig.period_s), _person(options.person, arm)
         done = repeat(arm, path_driven, options.speed, options.repetitions, act, watch)
-        examined = {"true_rms_deg": rms_deg(true_errors), "muscles_max_Nm": muscles.round(2).tolist()}
-        result = done.figures | examined | {"path": str(path), "guard": arm.guard_record}
-        recording.write("/result", arm.rig.t, {"task": result, "rig": options.rig})
-    return result | about_run(options, laboratory, recorded)
+        found = RepeatedFigures(done.figures, rms_deg(true_errors), muscles.round(2), path, arm.guard_record)
+        recording.write("/result", arm.rig.t, {"task": json_value(found), "rig": options.rig})
+    return guided_result(found, options, laboratory, recorded)
 
 
 def floating_twin(
@@ -151,13 +188,12 @@ def writer_of(path: Path, options: GuidedOptions, laboratory: VirtualLaboratory,
     return RecordingWriter(path, laboratory.description.joints, settings)
 
 
-def about_run(options: GuidedOptions, laboratory: VirtualLaboratory, recorded: Path) -> dict[str, Any]:
-    """What the figures of every such run say."""
-    return {
-        "rig": laboratory.description.name,
-        "joints": list(laboratory.description.joints),
-        "disturbance_level": options.level,
-        "seed": options.seed,
-        "is_simulated": True,
-        "recording": str(recorded),
-    }
+def guided_result(
+    found: Found, options: GuidedOptions, laboratory: VirtualLaboratory, recorded: Path, lead: ArmSide | None = None
+) -> GuidedResult[Found]:
+    """Add the figures of every such run to its own."""
+    description = laboratory.description
+    return GuidedResult(
+        found, lead, description.name, description.joints, options.level, options.seed, is_simulated=True,
+        recording=recorded,
+    )  # fmt: skip

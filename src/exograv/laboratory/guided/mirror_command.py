@@ -1,7 +1,7 @@
 """Mirroring from end to end: prepare both arms, let one lead, and say how well the other followed."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -10,12 +10,14 @@ from exograv.laboratory.preparation import prepare
 from exograv.laboratory.virtual_laboratory import driven_laboratory
 from exograv.loop.pilot import Progress
 from exograv.motion import Trajectory
-from exograv.procedures.rehabilitation.guided.mirror import mirror
+from exograv.procedures.rehabilitation.guided.floating_arm import GuardRecord
+from exograv.procedures.rehabilitation.guided.mirror import MirrorFigures, mirror
 from exograv.procedures.rehabilitation.guided.mirror_guide import MirrorGuide
 from exograv.procedures.rehabilitation.guided.mirror_map import MirrorMap
 from exograv.procedures.rehabilitation.guided.repeat import SETTLE_S
+from exograv.results import MERGED, json_value
 
-from .guided_command import Preparing, about_run, floating_twin, writer_of
+from .guided_command import GuidedResult, Preparing, floating_twin, guided_result, writer_of
 from .options import MirrorOptions
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
@@ -29,9 +31,29 @@ LATE_MAX_S = 1.0
 """Up to which it is looked for how late the following arm is."""
 
 
+@dataclass(frozen=True)
+class Following:
+    """Distance of the following arm from the mirror image of the leading one."""
+
+    tracking_rms_deg: np.ndarray
+    late_s: float | None
+    """Delay at which the distance is smallest; None after too short a session."""
+    late_rms_deg: np.ndarray
+    """Distance at that delay."""
+
+
+@dataclass(frozen=True)
+class FollowedFigures:
+    """Session with one arm that follows the other."""
+
+    session: MirrorFigures = field(metadata=MERGED)
+    following: Following = field(metadata=MERGED)
+    guard: GuardRecord
+
+
 def run_mirror(
     options: MirrorOptions, folder: Path, progress: Progress, preparing: Preparing = prepare
-) -> dict[str, Any]:
+) -> GuidedResult[FollowedFigures]:
     """One arm leads, turned as its owner's muscles would turn it; the other follows.
 
     Raises:
@@ -68,12 +90,12 @@ def run_mirror(
                 at.append(np.concatenate([which.mirrored(q)[which.follow], q[which.follow]]))
 
         done = mirror(arms, options.lead, options.seconds, act, watch)
-        result = done.figures | followed(np.array(at), twin.period_s) | {"guard": arms.guard_record}
-        recording.write("/result", twin.t, {"task": result, "rig": options.rig})
-    return result | {"lead": options.lead} | about_run(options, laboratory, recorded)
+        found = FollowedFigures(done.figures, followed(np.array(at), twin.period_s), arms.guard_record)
+        recording.write("/result", twin.t, {"task": json_value(found), "rig": options.rig})
+    return guided_result(found, options, laboratory, recorded, options.lead)
 
 
-def followed(at: Float[np.ndarray, "tick both"], dt: float) -> dict[str, Any]:
+def followed(at: Float[np.ndarray, "tick both"], dt: float) -> Following:
     """How far the following arm was from the mirror image, and from what it was some time ago.
 
     Args:
@@ -81,7 +103,7 @@ def followed(at: Float[np.ndarray, "tick both"], dt: float) -> dict[str, Any]:
         dt: Period [s].
     """
     if len(at) < 2.0 * LATE_MAX_S / dt:
-        return {"tracking_rms_deg": [], "late_s": None, "late_rms_deg": []}
+        return Following(np.zeros(0), None, np.zeros(0))
     image, own = np.split(np.rad2deg(at), 2, axis=1)
 
     def rms(late: int) -> Float[np.ndarray, " joint"]:
@@ -89,11 +111,7 @@ def followed(at: Float[np.ndarray, "tick both"], dt: float) -> dict[str, Any]:
 
     lates = range(0, round(LATE_MAX_S / dt), max(round(0.01 / dt), 1))
     best = min(lates, key=lambda late: float((rms(late) ** 2).sum()))
-    return {
-        "tracking_rms_deg": rms(0).round(3).tolist(),
-        "late_s": round(best * dt, 3),
-        "late_rms_deg": rms(best).round(3).tolist(),
-    }
+    return Following(rms(0).round(3), round(best * dt, 3), rms(best).round(3))
 
 
 def _slice(joints: np.ndarray) -> slice:

@@ -36,10 +36,10 @@ def test_an_arm_that_is_only_late_is_off_by_nothing_once_that_is_known():
     t = np.arange(0.0, 10.0, DT)[:, None]
     image, own = np.sin(t), np.sin(t - 0.15)
     found = followed(np.hstack([image, own]), DT)
-    assert found["late_s"] == pytest.approx(0.15)
-    assert found["late_rms_deg"][0] < 0.01
-    assert found["tracking_rms_deg"][0] > 5.0
+    assert found.late_s == pytest.approx(0.15)
+    assert found.late_rms_deg[0] < 0.01
+    assert found.tracking_rms_deg[0] > 5.0
 
 
 def test_a_session_that_is_too_short_is_not_judged():
-    assert followed(np.zeros((100, 8)), DT)["late_s"] is None
+    assert followed(np.zeros((100, 8)), DT).late_s is None

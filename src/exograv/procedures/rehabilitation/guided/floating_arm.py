@@ -12,12 +12,22 @@ from exograv.loop.mode_ramp import fade
 from exograv.loop.output_feedback import Guide
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.rig import Rig
+from exograv.safety.stops import StopReason
 
 LOOK_S = 0.02
 """Between two looks at whether something is over."""
 
 
 AnyRig = TypeVar("AnyRig", bound=Rig)
+
+
+@dataclass(frozen=True)
+class GuardRecord:
+    """Actions of the guard in one run."""
+
+    stop: StopReason | None
+    limited_ticks: int
+    ticks: int
 
 
 @dataclass
@@ -58,14 +68,10 @@ class FloatingArm(Generic[AnyRig]):
         return False
 
     @property
-    def guard_record(self) -> dict[str, object]:
-        """What the guard did, for figures."""
-        stop = self.pilot.envelope.stop
-        return {
-            "stop": None if stop is None else stop.value,
-            "limited_ticks": self.pilot.envelope.clipped_ticks,
-            "ticks": len(self.pilot.tick_us),
-        }
+    def guard_record(self) -> GuardRecord:
+        """Actions of the guard, for figures."""
+        envelope = self.pilot.envelope
+        return GuardRecord(envelope.stop, envelope.clipped_ticks, len(self.pilot.tick_us))
 
 
 def rms_deg(errors: list[np.ndarray]) -> list[float]:

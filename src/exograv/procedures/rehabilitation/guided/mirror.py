@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -26,6 +25,15 @@ LOOK_TICKS = 20
 """Between two looks at where the hands are."""
 
 
+@dataclass(frozen=True)
+class MirrorFigures:
+    """Figures of a session."""
+
+    outcome: GripOutcome
+    waited_s: float
+    pull_max_Nm: np.ndarray
+
+
 @dataclass
 class MirrorResult:
     """What came of a session."""
@@ -37,13 +45,9 @@ class MirrorResult:
     """For how long the hands were too near to each other to go on."""
 
     @property
-    def figures(self) -> dict[str, Any]:
-        """For `--json`."""
-        return {
-            "outcome": self.state.value,
-            "waited_s": round(self.waited_s, 2),
-            "pull_max_Nm": self.pull_max.round(3).tolist(),
-        }
+    def figures(self) -> MirrorFigures:
+        """Figures for `--json`."""
+        return MirrorFigures(self.state, round(self.waited_s, 2), self.pull_max.round(3))
 
 
 def mirror(

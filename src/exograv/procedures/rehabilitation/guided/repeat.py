@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -29,6 +28,18 @@ SETTLE_S = 3.0
 """In which an arm that has just been let go comes to rest where its own joints like it."""
 
 
+@dataclass(frozen=True)
+class RepeatFigures:
+    """Figures of a session."""
+
+    repetitions: int
+    outcome: GripOutcome
+    tracking_rms_deg: list[float]
+    waited_s: float
+    pull_max_Nm: np.ndarray
+    v_max_rad_s: float
+
+
 @dataclass
 class RepeatResult:
     """What came of a session."""
@@ -45,16 +56,16 @@ class RepeatResult:
     """From the path while it was repeated, by the machine's encoders, a tick [rad]."""
 
     @property
-    def figures(self) -> dict[str, Any]:
-        """For `--json`."""
-        return {
-            "repetitions": self.repetitions,
-            "outcome": self.state.value,
-            "tracking_rms_deg": rms_deg(self.errors),
-            "waited_s": round(self.waited_s, 2),
-            "pull_max_Nm": self.pull_max.round(3).tolist(),
-            "v_max_rad_s": round(self.v_max, 2),
-        }
+    def figures(self) -> RepeatFigures:
+        """Figures for `--json`."""
+        return RepeatFigures(
+            repetitions=self.repetitions,
+            outcome=self.state,
+            tracking_rms_deg=rms_deg(self.errors),
+            waited_s=round(self.waited_s, 2),
+            pull_max_Nm=self.pull_max.round(3),
+            v_max_rad_s=round(self.v_max, 2),
+        )
 
 
 def repeat(
