@@ -26,7 +26,6 @@ UNFINISHED = frozenset(
         "live",
         "loop",
         "procedures.calibration",
-        "procedures.identification",
         "procedures.machine_tools",
         "procedures.rehabilitation",
         "procedures.self_test",

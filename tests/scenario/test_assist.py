@@ -47,8 +47,8 @@ def test_a_session_that_was_left_goes_on_and_every_change_of_support_went_by_the
     assert "broken off after 1 blocks" in (tmp_path / "assist_P-07.html").read_text(encoding="utf-8")
 
     result = run_assist(options, tmp_path, WORDS, lambda _session, _block: None, quiet)
-    assert (result["session"], result["blocks"]) == (1, 2)
-    assert result["supports_percent"][1] == kept.sessions[0].state.support_percent
+    assert (result.found.session, result.found.blocks) == (1, 2)
+    assert result.found.supports_percent[1] == kept.sessions[0].state.support_percent
     for name, blocks in (("assist_P-07_01.mcap", [1]), ("assist_P-07_01_from_2.mcap", [2])):
         recording = read_recording(tmp_path / name)
         decided = [one["record"] for one in recording.messages("/task") if one["kind"] == "assist_decided"]

@@ -2,11 +2,14 @@
 
 import sys
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
 from exograv.laboratory.assist.options import AssistOptions
+
+if TYPE_CHECKING:
+    from exograv.laboratory.assist.assist_command import AssistResult
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,7 @@ class AssistMode:
             )
 
 
-def run_assist_command(mode: AssistMode, options: AssistOptions, common: Common) -> dict[str, Any]:
+def run_assist_command(mode: AssistMode, options: AssistOptions, common: Common) -> "AssistResult":
     """A session in which support follows what the person reaches, down after success and up after failure, and why."""
     from exograv.cli.shell.terminal import bars
     from exograv.console.words import said_in
@@ -47,6 +50,6 @@ def run_assist_command(mode: AssistMode, options: AssistOptions, common: Common)
     except KeyboardInterrupt:
         print(f"\n{how_to_go_on(options, common.out)}", file=sys.stderr)
         raise
-    print(words.following(result["next_percent"]))
-    print(f"Page: {result['page']}")
+    print(words.following(result.found.next_percent))
+    print(f"Page: {result.page}")
     return result

@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
 from exograv.laboratory.support_level.options import SupportOptions
+
+if TYPE_CHECKING:
+    from exograv.laboratory.support_level.support_level_command import RecordedSupport, SupportResult
 
 
 @dataclass(frozen=True)
@@ -17,10 +20,12 @@ class Recorded:
     """Of a person who reached with several supports, in place of a virtual one (MCAP)."""
 
 
-def run_support_level_command(options: SupportOptions, recorded: Recorded, common: Common) -> dict[str, Any]:
+def run_support_level_command(
+    options: SupportOptions, recorded: Recorded, common: Common
+) -> "SupportResult | RecordedSupport":
     """The smallest support of the arm's weight with which a weak person, virtual or recorded, reaches most targets."""
     from exograv.cli.shell.terminal import bars
-    from exograv.laboratory.support_level.support_level_command import run_recorded, run_support_level
+    from exograv.laboratory.support_level.support_level_command import SupportResult, run_recorded, run_support_level
 
     if recorded.recording is not None:
         if (options.strength, options.synergy, options.person_file) != (None, None, None):
@@ -30,15 +35,12 @@ def run_support_level_command(options: SupportOptions, recorded: Recorded, commo
         print("Calibrated, worn, identified, then some sixty attempts: a minute or two.")
         with bars() as progress:
             result = run_support_level(options, common.out, progress)
-    _show(result)
-    return result
-
-
-def _show(result: dict[str, Any]) -> None:
-    print(result["text"])
-    if "rescues" in result:
+    outcome = result.found.outcome if isinstance(result, SupportResult) else result.outcome
+    print(outcome.text)
+    if isinstance(result, SupportResult):
         print(
-            f"Tried with that support: {result['reached']} of {result['targets']} targets reached. "
-            f"{result['attempts']} attempts; the arm sank and was carried again {result['rescues']} times."
+            f"Tried with that support: {outcome.reached} of {outcome.targets} targets reached. "
+            f"{outcome.attempts} attempts; the arm sank and was carried again {result.found.rescues} times."
         )
-    print(f"Picture: {result['figure']}")
+    print(f"Picture: {result.figure}")
+    return result

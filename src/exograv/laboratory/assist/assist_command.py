@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from exograv.procedures.rehabilitation.assist.participant_record import (
 )
 from exograv.procedures.rehabilitation.assist.words import Words
 from exograv.recording import RecordingWriter
+from exograv.results import MERGED, json_value
 from exograv.task.assist_as_needed import next_session
 from exograv.task.assist_protocol import LoadedAssist, load_assist_protocol
 
@@ -27,12 +29,45 @@ from .session import fly_session
 Told = Callable[[AssistSession, AssistBlock], None]
 
 
+@dataclass(frozen=True)
+class AssistFigures:
+    """Findings of a session, as its recording keeps them."""
+
+    participant: str
+    session: int
+    blocks: int
+    began_percent: float
+    support_percent: float
+    next_percent: float
+    """Support with which the next session begins."""
+    reached: int
+    tried: int
+    sank: int
+    """Blocks that ended because the arm sank."""
+    supports_percent: list[float]
+    decisions: list[str]
+    is_simulated: bool
+    rescues: int
+    simulated_s: float
+
+
+@dataclass(frozen=True)
+class AssistResult:
+    """Result of `exograv assist`."""
+
+    found: AssistFigures = field(metadata=MERGED)
+    file: Path
+    page: Path
+    recording: Path
+    wall_s: float
+
+
 def assist_file(options: AssistOptions, folder: Path) -> Path:
     """Where a participant's sessions are kept."""
     return folder / f"assist_{options.participant}.json"
 
 
-def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, progress: Progress) -> dict[str, Any]:
+def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, progress: Progress) -> AssistResult:
     """One session, or what is left of it; the page is written however it ends.
 
     Args:
@@ -72,36 +107,33 @@ def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, p
 
             session = fly_session(flight, session, keep)
             flight.carry_all()
-            result = figures(options, session) | {"rescues": flight.rescues, "simulated_s": round(flight.seconds, 1)}
-            recording.write("/result", one.known.t + flight.seconds, {"task": result, "rig": options.rig})
+            found = figures(options, session, flight.rescues, flight.seconds)
+            recording.write("/result", one.known.t + flight.seconds, {"task": json_value(found), "rig": options.rig})
     finally:
         if file.sessions:
             write_assist_page(page, file, words)
-    return result | {
-        "file": str(path),
-        "page": str(page),
-        "recording": str(recording_path),
-        "wall_s": round(time.perf_counter() - start, 1),
-    }
+    return AssistResult(found, path, page, recording_path, round(time.perf_counter() - start, 1))
 
 
-def figures(options: AssistOptions, session: AssistSession) -> dict[str, Any]:
-    """By the contract of `exograv assist --json`, without paths."""
-    following = next_session(session.protocol.rule, session.state)
-    return {
-        "participant": options.participant,
-        "session": session.number,
-        "blocks": len(session.blocks),
-        "began_percent": session.began_percent,
-        "support_percent": session.state.support_percent,
-        "next_percent": following.state.began_percent,
-        "reached": sum(sum(block.reached) for block in session.blocks),
-        "tried": sum(len(block.reached) for block in session.blocks),
-        "sank": sum(block.sank for block in session.blocks),
-        "supports_percent": [block.support_percent for block in session.blocks],
-        "decisions": [block.code for block in session.blocks],
-        "is_simulated": True,
-    }
+def figures(options: AssistOptions, session: AssistSession, rescues: int, seconds: float) -> AssistFigures:
+    """Count what was reached, and decide on the next session."""
+    following, blocks = next_session(session.protocol.rule, session.state), session.blocks
+    return AssistFigures(
+        participant=options.participant,
+        session=session.number,
+        blocks=len(blocks),
+        began_percent=session.began_percent,
+        support_percent=session.state.support_percent,
+        next_percent=following.state.began_percent,
+        reached=sum(sum(block.reached) for block in blocks),
+        tried=sum(len(block.reached) for block in blocks),
+        sank=sum(block.sank for block in blocks),
+        supports_percent=[block.support_percent for block in blocks],
+        decisions=[block.code for block in blocks],
+        is_simulated=True,
+        rescues=rescues,
+        simulated_s=round(seconds, 1),
+    )
 
 
 def how_to_go_on(options: AssistOptions, folder: Path) -> str:

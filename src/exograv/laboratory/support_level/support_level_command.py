@@ -1,11 +1,14 @@
 """A test of support from end to end: prepare, search, try the answer, draw it."""
 
 import time
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from exograv.laboratory.provenance import run_settings
+from exograv.laboratory.result_rows import TwinRun
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.support_level.outcome import figures
 from exograv.procedures.rehabilitation.support_level.recorded_attempts import recorded_attempts
@@ -13,6 +16,8 @@ from exograv.procedures.rehabilitation.support_level.search import CRITERION, Ne
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS
 from exograv.procedures.rehabilitation.support_level.threshold import DRAWS_LAST, ThresholdSearch
 from exograv.recording import RecordingWriter
+from exograv.report.figures.support_data import SupportOutcome
+from exograv.results import MERGED, json_value
 from exograv.storage.self_test_pass import NOT_NEEDED
 
 from .flight import Attempt, SupportFlight
@@ -20,8 +25,43 @@ from .options import SupportOptions
 from .weak_participant import WeakParticipant, prepare_weak_participant
 
 
-def run_support_level(options: SupportOptions, folder: Path, progress: Progress) -> dict[str, Any]:
-    """Of a virtual person; the result follows the contract of `exograv support-level --json`.
+@dataclass(frozen=True)
+class VirtualSupport:
+    """Test of a virtual person, as its recording keeps it."""
+
+    outcome: SupportOutcome = field(metadata=MERGED)
+    run: TwinRun = field(metadata=MERGED)
+    strength: np.ndarray
+    synergy: float
+    rescues: int
+    """Times that the arm sank and was carried again."""
+    simulated_s: float
+    is_simulated: bool
+
+
+@dataclass(frozen=True)
+class SupportResult:
+    """Result of `exograv support-level` for a virtual person."""
+
+    found: VirtualSupport = field(metadata=MERGED)
+    figure: Path
+    recording: Path
+    self_test: str
+    wall_s: float
+
+
+@dataclass(frozen=True)
+class RecordedSupport:
+    """Result of `exograv support-level` for a recorded person."""
+
+    outcome: SupportOutcome = field(metadata=MERGED)
+    is_simulated: bool
+    recording: Path
+    figure: Path
+
+
+def run_support_level(options: SupportOptions, folder: Path, progress: Progress) -> SupportResult:
+    """Test a virtual person.
 
     Raises:
         ConfigError: An option, a file or the machine cannot be used.
@@ -38,26 +78,22 @@ def run_support_level(options: SupportOptions, folder: Path, progress: Progress)
         confirmed = [flight.attempt(k, needed.ci[0]) for k in range(len(TARGETS))]
         flight.carry_all()
         tried = [(one.target, one.support, one.reached) for one in attempts]
-        result = figures(needed, tried, sum(one.reached for one in confirmed)) | {
-            "rig": one.laboratory.description.name,
-            "disturbance_level": options.level,
-            "seed": options.seed,
-            "strength": one.weakness.strength.round(4).tolist(),
-            "synergy": one.weakness.synergy,
-            "rescues": flight.rescues,
-            "simulated_s": round(flight.seconds, 1),
-            "is_simulated": True,
-        }
-        recording.write("/result", one.known.t + flight.seconds, {"task": result, "rig": options.rig})
-    return _drawn(result, folder, options.name) | {
-        "recording": str(path),
-        "self_test": NOT_NEEDED,
-        "wall_s": round(time.perf_counter() - start, 1),
-    }
+        found = VirtualSupport(
+            figures(needed, tried, sum(one.reached for one in confirmed)),
+            TwinRun(one.laboratory.description.name, options.level, options.seed),
+            one.weakness.strength.round(4),
+            one.weakness.synergy,
+            flight.rescues,
+            round(flight.seconds, 1),
+            is_simulated=True,
+        )
+        recording.write("/result", one.known.t + flight.seconds, {"task": json_value(found), "rig": options.rig})
+    figure = _drawn(found.outcome, True, folder / f"{options.name}.svg")
+    return SupportResult(found, figure, path, NOT_NEEDED, round(time.perf_counter() - start, 1))
 
 
-def run_recorded(recording: Path, folder: Path, name: str) -> dict[str, Any]:
-    """Of a recorded person.
+def run_recorded(recording: Path, folder: Path, name: str) -> RecordedSupport:
+    """Evaluate the test of a recorded person.
 
     Raises:
         RecordingError: The recording cannot be read, or does not hold what it takes.
@@ -66,8 +102,8 @@ def run_recorded(recording: Path, folder: Path, name: str) -> dict[str, Any]:
     found = ThresholdSearch(len(TARGETS), CRITERION, 0)
     for target, support, reached in tried:
         found.take(target, support, reached)
-    result = figures(NeededSupport(found.posterior(DRAWS_LAST), len(tried)), tried, None)
-    return _drawn(result | {"is_simulated": is_simulated, "recording": str(recording)}, folder, name)
+    outcome = figures(NeededSupport(found.posterior(DRAWS_LAST), len(tried)), tried, None)
+    return RecordedSupport(outcome, is_simulated, recording, _drawn(outcome, is_simulated, folder / f"{name}.svg"))
 
 
 def search_flight(flight: SupportFlight, seed: int, progress: Progress) -> tuple[NeededSupport, list[Attempt]]:
@@ -81,10 +117,10 @@ def search_flight(flight: SupportFlight, seed: int, progress: Progress) -> tuple
     return search(tries, seed, progress), attempts
 
 
-def _drawn(result: dict[str, Any], folder: Path, name: str) -> dict[str, Any]:
+def _drawn(outcome: SupportOutcome, is_simulated: bool, path: Path) -> Path:
     from exograv.report.figures.support import write_support_figure  # Matplotlib: 0.4 s
 
-    return result | {"figure": str(write_support_figure(result, folder / f"{name}.svg"))}
+    return write_support_figure(outcome, is_simulated, path)
 
 
 def _settings(options: SupportOptions, one: WeakParticipant) -> dict[str, Any]:

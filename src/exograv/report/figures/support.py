@@ -1,7 +1,6 @@
 """What a person reaches with which support: the share of all targets, and a map of them at several supports."""
 
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -11,13 +10,12 @@ from matplotlib.figure import Figure
 from exograv.errors import RecordingError
 from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, PALE, STYLE, house_style, mark_simulated
 
-Result = dict[str, Any]
-"""As `exograv support-level --json` has it."""
+from .support_data import SupportOutcome
 
 MAPS_PERCENT = (100, 75, 50, 25, 0)
 
 
-def draw_support(result: Result) -> Figure:
+def draw_support(result: SupportOutcome, is_simulated: bool) -> Figure:
     """Left the share of targets against support, right where they are and how likely they are reached."""
     figure = Figure(figsize=(11.0, 4.0), layout="constrained")
     left, *maps = figure.subplots(1, 1 + len(MAPS_PERCENT), width_ratios=[3.2, *[1.0] * len(MAPS_PERCENT)])
@@ -26,19 +24,19 @@ def draw_support(result: Result) -> Figure:
         _plot_map(ax, result, percent)
     maps[0].set_ylabel("height about the shoulder [°]")
     maps[len(maps) // 2].set_xlabel("outward from straight ahead [°]; small: nearer targets")
-    if result.get("is_simulated", True):
+    if is_simulated:
         mark_simulated(figure)
     return figure
 
 
-def write_support_figure(result: Result, path: Path) -> Path:
+def write_support_figure(result: SupportOutcome, is_simulated: bool, path: Path) -> Path:
     """As SVG, and as PNG beside it; their folder is created too.
 
     Raises:
         RecordingError: A picture cannot be written.
     """
     with house_style():
-        figure = draw_support(result)
+        figure = draw_support(result, is_simulated)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             with mpl.rc_context({**STYLE, "svg.hashsalt": "support"}):
@@ -51,18 +49,17 @@ def write_support_figure(result: Result, path: Path) -> Path:
     return path
 
 
-def _plot_share(ax: Axes, result: Result) -> None:
-    curve = result["curve"]
-    x = np.array(curve["support_percent"])
-    ax.fill_between(x, 100 * np.array(curve["low"]), 100 * np.array(curve["high"]), color=BLUE, alpha=0.2, lw=0)
-    ax.plot(x, 100 * np.array(curve["share"]), color=BLUE, label="targets reached, 95 % band; ticks: attempts")
-    ax.axhline(100 * result["criterion"], color=GREY, ls="--", lw=1)
-    low, high = result["ci95"]
+def _plot_share(ax: Axes, result: SupportOutcome) -> None:
+    curve, x = result.curve, result.curve.support_percent
+    ax.fill_between(x, 100 * curve.low, 100 * curve.high, color=BLUE, alpha=0.2, lw=0)
+    ax.plot(x, 100 * curve.share, color=BLUE, label="targets reached, 95 % band; ticks: attempts")
+    ax.axhline(100 * result.criterion, color=GREY, ls="--", lw=1)
+    low, high = result.ci95
     ax.axvspan(low, high, color=ORANGE, alpha=0.25, lw=0, label="support needed, 95 % interval")
-    if result["support_percent"] is not None:
-        ax.axvline(result["support_percent"], color=ORANGE)
+    if result.support_percent is not None:
+        ax.axvline(result.support_percent, color=ORANGE)
     for hit, y, marker in ((True, 103, "|"), (False, -3, "|")):
-        tried = [one["support_percent"] for one in result["tried"] if one["reached"] is hit]
+        tried = [one.support_percent for one in result.tried if one.reached is hit]
         ax.plot(tried, np.full(len(tried), y), marker, color=INK, ms=6, alpha=0.6)
     ax.set_xlim(101, -1)  # as it is done: support comes down
     ax.set_ylim(-7, 107)
@@ -71,13 +68,13 @@ def _plot_share(ax: Axes, result: Result) -> None:
     ax.legend(loc="lower left")
 
 
-def _plot_map(ax: Axes, result: Result, percent: int) -> None:
-    place = int(np.argmin(np.abs(np.array(result["curve"]["support_percent"]) - percent)))
-    chances = np.array(result["curve"]["by_target"])[:, place]
-    for target, chance in zip(result["by_target"], chances.tolist(), strict=True):
-        near = target["share_of_length"] < 0.8
+def _plot_map(ax: Axes, result: SupportOutcome, percent: int) -> None:
+    place = int(np.argmin(np.abs(result.curve.support_percent - percent)))
+    chances = result.curve.by_target[:, place]
+    for target, chance in zip(result.by_target, chances.tolist(), strict=True):
+        near = target.share_of_length < 0.8
         # A near one stands beside the far one of its direction.
-        x, y = target["outward_deg"] + (11 if near else 0), target["up_deg"] + (6 if near else 0)
+        x, y = target.outward_deg + (11 if near else 0), target.up_deg + (6 if near else 0)
         ax.scatter(x, y, s=35 if near else 120, color=BLUE, alpha=max(chance, 0.02), lw=0)
         ax.scatter(x, y, s=35 if near else 120, facecolors="none", edgecolors=INK, lw=0.8)
     ax.set_title(f"{percent} %\n{chances.sum():.1f} of {len(chances)}")

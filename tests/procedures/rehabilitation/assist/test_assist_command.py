@@ -9,10 +9,12 @@ import pytest
 from exograv.console.words import said_in
 from exograv.errors import ConfigError
 from exograv.laboratory.assist import assist_command as run
+from exograv.laboratory.assist.assist_command import AssistResult
 from exograv.laboratory.assist.options import AssistOptions
 from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession
 from exograv.procedures.rehabilitation.assist.words import Words
 from exograv.recording import read_recording
+from exograv.results import json_value
 from exograv.task.assist_as_needed import SENTENCES
 
 from .weak import Weak
@@ -45,7 +47,7 @@ def no_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "write_assist_page", lambda path, _file, _words: path.write_text("page"))
 
 
-def call(folder: Path, leaves_after: int = 0) -> dict[str, Any]:
+def call(folder: Path, leaves_after: int = 0) -> AssistResult:
     def told(session: AssistSession, _block: AssistBlock) -> None:
         if len(session.blocks) == leaves_after:
             raise KeyboardInterrupt
@@ -64,7 +66,7 @@ def test_a_session_that_was_left_goes_on_and_ends_as_one_that_was_not(tmp_path: 
     assert (tmp_path / "left/assist_P-07.html").exists()
     gone_on, whole = call(tmp_path / "left"), call(tmp_path / "whole")
     same = ("session", "blocks", "support_percent", "next_percent", "supports_percent", "decisions", "reached", "tried")
-    assert {name: gone_on[name] for name in same} == {name: whole[name] for name in same}
+    assert [getattr(gone_on.found, name) for name in same] == [getattr(whole.found, name) for name in same]
     first, second = (
         decided(tmp_path / "left" / name) for name in ("assist_P-07_01.mcap", "assist_P-07_01_from_3.mcap")
     )
@@ -75,9 +77,11 @@ def test_a_session_that_was_left_goes_on_and_ends_as_one_that_was_not(tmp_path: 
 @pytest.mark.usefixtures("no_machine")
 def test_the_next_call_is_the_next_session_and_begins_as_the_last_one_said(tmp_path: Path):
     first, second = call(tmp_path), call(tmp_path)
-    assert (first["session"], second["session"]) == (1, 2)
-    assert second["began_percent"] == first["next_percent"]
-    assert {"participant", "session", "blocks", "support_percent", "reached", "page", "recording"} <= second.keys()
+    assert (first.found.session, second.found.session) == (1, 2)
+    assert second.found.began_percent == first.found.next_percent
+    assert {"participant", "session", "blocks", "support_percent", "reached", "page", "recording"} <= json_value(
+        second
+    ).keys()
 
 
 @pytest.mark.parametrize(

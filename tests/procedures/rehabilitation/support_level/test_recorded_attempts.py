@@ -9,6 +9,7 @@ from exograv.laboratory.support_level.support_level_command import run_recorded
 from exograv.procedures.rehabilitation.support_level.recorded_attempts import recorded_attempts
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS, TIME_S
 from exograv.recording import RecordingWriter
+from exograv.results import json_value
 
 JOINTS = ("flexion", "abduction", "rotation", "elbow")
 PLACE = [0.5, -0.2, 0.3]
@@ -54,10 +55,12 @@ def test_a_recording_of_a_machine_that_was_no_twin_is_not_called_simulated(tmp_p
 def test_support_needed_lies_between_where_all_and_where_nothing_was_reached(tmp_path: Path):
     attempts = [(support, 0.01 if support > 0.5 else 0.3) for support in (0.8, 0.6, 0.4, 0.2) for _ in range(12)]
     result = run_recorded(write(tmp_path / "a.mcap", attempts), tmp_path, "recorded")
-    assert 40.0 < result["support_percent"] < 65.0
-    assert result["ci95"][0] <= result["support_percent"] <= result["ci95"][1]
-    assert {"support_percent", "ci95", "reached", "targets", "figure"} <= result.keys()
-    assert "SIMULATED" in Path(result["figure"]).read_text(encoding="utf-8")
+    found = result.outcome
+    assert found.support_percent is not None
+    assert 40.0 < found.support_percent < 65.0
+    assert found.ci95[0] <= found.support_percent <= found.ci95[1]
+    assert {"support_percent", "ci95", "reached", "targets", "figure"} <= json_value(result).keys()
+    assert "SIMULATED" in result.figure.read_text(encoding="utf-8")
 
 
 def test_a_recording_without_attempts_says_what_it_takes(tmp_path: Path):

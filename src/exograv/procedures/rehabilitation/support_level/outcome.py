@@ -1,8 +1,8 @@
 """The figures of a test of support, the same for a virtual and a recorded person."""
 
-from typing import Any
-
 import numpy as np
+
+from exograv.report.figures.support_data import SupportAttempt, SupportCurve, SupportOutcome, TargetSupport
 
 from .search import CRITERION, SUPPORTS, NeededSupport
 from .targets import TARGETS, TOLERANCE_M
@@ -15,8 +15,8 @@ BEYOND_MAX = 0.5
 """Probability from which on it counts as more than a machine can carry [-]."""
 
 
-def figures(needed: NeededSupport, tried: list[tuple[int, float, bool]], reached: int | None) -> dict[str, Any]:
-    """By the contract of `exograv support-level --json`, without the picture's path.
+def figures(needed: NeededSupport, tried: list[tuple[int, float, bool]], reached: int | None) -> SupportOutcome:
+    """Summarize a test.
 
     Args:
         needed: The answer.
@@ -30,37 +30,29 @@ def figures(needed: NeededSupport, tried: list[tuple[int, float, bool]], reached
     of_all = share.mean(axis=1)
     own = np.clip(np.median(posterior.thresholds, axis=0), THRESHOLDS[0], THRESHOLDS[-1])
     at = share.mean(axis=0)[:, int(np.argmin(np.abs(SHOWN - middle)))]
-    return {
-        "support_percent": None if beyond > BEYOND_MAX else round(100.0 * middle, 1),
-        "ci95": [round(100.0 * low, 1), round(100.0 * high, 1)],
-        "reached": int(np.count_nonzero(at >= 0.5)) if reached is None else reached,
-        "targets": len(TARGETS),
-        "criterion": CRITERION,
-        "tolerance_m": TOLERANCE_M,
-        "not_enough_probability": round(beyond, 3),
-        "attempts": len(tried),
-        "text": sentence(needed),
-        "curve": {
-            "support_percent": (100.0 * SHOWN).round(1).tolist(),
-            "share": of_all.mean(axis=0).round(3).tolist(),
-            "low": np.quantile(of_all, 0.025, axis=0).round(3).tolist(),
-            "high": np.quantile(of_all, 0.975, axis=0).round(3).tolist(),
-            "by_target": share.mean(axis=0).round(3).tolist(),
-        },
-        "by_target": [
-            {
-                "outward_deg": target.outward_deg,
-                "up_deg": target.up_deg,
-                "share_of_length": target.share,
-                "support_percent": round(100.0 * float(own[k]), 1),
-            }
+    return SupportOutcome(
+        support_percent=None if beyond > BEYOND_MAX else round(100.0 * middle, 1),
+        ci95=[round(100.0 * low, 1), round(100.0 * high, 1)],
+        reached=int(np.count_nonzero(at >= 0.5)) if reached is None else reached,
+        targets=len(TARGETS),
+        criterion=CRITERION,
+        tolerance_m=TOLERANCE_M,
+        not_enough_probability=round(beyond, 3),
+        attempts=len(tried),
+        text=sentence(needed),
+        curve=SupportCurve(
+            support_percent=(100.0 * SHOWN).round(1),
+            share=of_all.mean(axis=0).round(3),
+            low=np.quantile(of_all, 0.025, axis=0).round(3),
+            high=np.quantile(of_all, 0.975, axis=0).round(3),
+            by_target=share.mean(axis=0).round(3),
+        ),
+        by_target=[
+            TargetSupport(target.outward_deg, target.up_deg, target.share, round(100.0 * float(own[k]), 1))
             for k, target in enumerate(TARGETS)
         ],
-        "tried": [
-            {"target": target, "support_percent": round(100.0 * support, 1), "reached": hit}
-            for target, support, hit in tried
-        ],
-    }
+        tried=[SupportAttempt(target, round(100.0 * support, 1), hit) for target, support, hit in tried],
+    )
 
 
 def sentence(needed: NeededSupport) -> str:
