@@ -291,7 +291,7 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
         LeftOverTable(score, score),
         IdentificationFigures(None, 5.0, None, "The motion ran its full time.", Outcome.CONVERGED, "", 12.0),
         IdentifiabilityResult(51, None, [], ("forearm.mz",), (), []),
-        PossibleLeftOver(four, four, four),
+        PossibleLeftOver(four, four),
         [],
     )
     findings = DemoFindings(
