@@ -26,7 +26,7 @@ from exograv.laboratory.demo_result import (
     ParticipantFigures,
     PossibleLeftOver,
 )
-from exograv.laboratory.result_rows import IdentifiabilityResult
+from exograv.laboratory.result_rows import BaseParameterRow, IdentifiabilityResult
 from exograv.recording import read_recording
 
 URDF = Path(__file__).parents[1] / "robots" / "recupera_like" / "right.urdf"
@@ -285,12 +285,13 @@ def test_a_campaign_cuts_no_figure_off_and_breaks_no_line_that_is_to_be_copied(
 def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     monkeypatch.setenv("COLUMNS", "40")
     four = [1.0, 2.0, 3.0, 4.0]
+    base = BaseParameterRow({"forearm.mz": 1.0}, "kg·m", 0.1, [0.0, 0.2])
     score = LeftOver(four, four, four)
     joints = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
     arm = IdentifiedArm(
         LeftOverTable(score, score),
         IdentificationFigures(None, 5.0, None, "The motion ran its full time.", Outcome.CONVERGED, "", 12.0),
-        IdentifiabilityResult(51, None, [], ("forearm.mz",), (), []),
+        IdentifiabilityResult(51, None, [base, base], ("forearm.mz",), (), []),
         PossibleLeftOver(four, four),
         [],
     )
