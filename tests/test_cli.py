@@ -5,12 +5,14 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from tests.waiting import wait_until
 
 from exograv import __version__
+from exograv.campaigns.faults.figures import FaultFigures, HandFigures, ReactionTimes, figures_of
 from exograv.cli import was_keyboard
 from exograv.cli.shell.terminal import show_demo
 from exograv.cli.simulation.faults import show_faults
@@ -268,14 +270,12 @@ def test_a_campaign_cuts_no_figure_off_and_breaks_no_line_that_is_to_be_copied(
 ):
     monkeypatch.setenv("COLUMNS", columns)
     line = "exograv faults --seed 1000 --level 3 --persons 4 --replay '145:F03 spike+F06 twice'"
-    numbers = {"runs": 31, "alone": 30, "detected": 28, "budget_ms": 112.0, "missed": 7, "hand_m_s": 0.321}
-    row = {**numbers, "what": "an encoder", "reaction_ms": {"p50": 14.5, "max": 56.25}}
-    hand = {"max": 1.27, "allowed": 1.0, "above": 1, "runs": 400, "cases": [f"{line}: 1.27 m/s"]}
-    lists = dict.fromkeys(("crashed", "violations", "false_trips"), ())
-    counts = dict.fromkeys(("envelope_violations", "missed_budgets", "false_trips_per_hour"), 0)
-    result = {"scenarios": 1000, "ticks": 1830000, "seed": 1000, "by_fault": {"F03 spike": row}, "live": None}
-    rest = {"relaxed_hand_m_s": hand, "pairs": {"missed": 0, "runs": 2}, "missed": [line], "replay": [line]}
-    show_faults({**result, **rest, **lists, **counts})
+    row = FaultFigures(
+        "an encoder", "interface", 31, 30, 28, ReactionTimes(14.5, 50.0, 56.25), 112.0, 7, "", "", 0.321, None, 0.0, 0.0
+    )
+    hand = HandFigures(400, 1.27, 1, 1.0, [f"{line}: 1.27 m/s"])
+    result = replace(figures_of([], {}, seed=1000), by_fault={"F03 spike": row}, relaxed_hand_m_s=hand)
+    show_faults(replace(result, scenarios=1000, ticks=1830000, missed=[line], replay=[line]))
     shown = capsys.readouterr().out
     assert "…" not in shown
     assert all(cell in shown for cell in ("14.5", "56.25", "112", "0.321"))

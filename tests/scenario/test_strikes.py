@@ -24,12 +24,12 @@ def test_no_strike_takes_an_acknowledged_sample_or_lets_a_torque_out_of_the_enve
         1,
         lambda _text, _share: None,
     )
-    assert found["acknowledged_missing"] == 0
-    assert found["envelope_violations"] == 0
-    assert found["ticks"] > 0
-    assert found["not_struck"] == []
-    rows = found["by_fault"]
+    assert found.live.acknowledged_missing == 0
+    assert found.live.envelope_violations == 0
+    assert found.live.ticks > 0
+    assert found.live.not_struck == []
+    rows = found.by_fault
     assert set(rows) == {*KINDS, "F17 live"}
-    assert [row["runs"] for row in rows.values()] == [1] * len(rows)
-    assert {name for name, row in rows.items() if row["missed"]} == set()
-    assert found["control_restarts"] == found["recorder_restarts"] == 1
+    assert [row.runs for row in rows.values()] == [1] * len(rows)
+    assert {name for name, row in rows.items() if row.missed} == set()
+    assert found.live.control_restarts == found.live.recorder_restarts == 1

@@ -95,4 +95,4 @@ def test_a_journal_with_half_a_line_goes_on(tmp_path: Path):
     folder = StudyFolder(tmp_path)
     folder.log.write_bytes(b'{"at": "2026-11-23", "what": "added", "sentence": "A file."}\n{"at": "2026')
     note(folder, "erased", "Größe")
-    assert [entry["what"] for entry in read_journal(folder)] == ["added", "erased"]
+    assert [entry.what for entry in read_journal(folder)] == ["added", "erased"]

@@ -28,7 +28,7 @@ def new(study: Path, **told) -> str:
 
 
 def test_a_study_begins_where_nothing_is(study: Path):
-    assert run_status(Status(study=study))["name"] == "Trial"
+    assert run_status(Status(study=study)).name == "Trial"
     with pytest.raises(ConfigError, match="not empty"):
         run_init(Init(study=study))
 
@@ -51,9 +51,9 @@ def test_adding_says_what_became_of_each_file(study: Path, tmp_path: Path):
     again = run_add(Files(study=study, files=(tmp_path / "in",)), AddOptions(session=2, new_code=(f"P-02={code}",)))
     assert again["counts"] == {"already there": 1, "added": 1}
     assert again["ok"]
-    (person,) = run_status(Status(study=study))["participants"]
-    assert person["sessions"] == {"training": [1, 2]}
-    assert person["touches"] == 6
+    (person,) = run_status(Status(study=study)).participants
+    assert person.sessions == {"training": (1, 2)}
+    assert person.touches == 6
 
 
 def test_nothing_to_add_and_a_mapping_of_nothing_are_refused(study: Path, tmp_path: Path):

@@ -1,6 +1,7 @@
 """Every fault of F01 to F40 is flown, struck, proved by a test that exists, or named as missing."""
 
 import ast
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,14 @@ import pytest
 import exograv
 from exograv.campaigns.faults.fault_table import FAULTS
 from exograv.campaigns.faults.fault_tests import TESTED_FAULTS, UNTESTED_FAULTS
-from exograv.campaigns.faults.figures import with_strikes
+from exograv.campaigns.faults.figures import (
+    AroundStrikes,
+    ReactionTimes,
+    StrikeFigures,
+    Strikes,
+    StruckRun,
+    figures_of,
+)
 from exograv.campaigns.faults.strikes import KINDS
 
 ROOT = Path(__file__).parents[3]
@@ -78,9 +86,10 @@ def test_a_clock_on_the_wall_is_recognised(source: str):
     assert not asks_for_the_time_of_day("import time\ntime.monotonic_ns()\ntime.sleep(1)")
 
 
-def live(**changes: object) -> dict[str, Any]:
-    row = {"missed": 0}
-    return {"by_fault": {"F16 live": row}, "envelope_violations": 0, "violations": [], "not_struck": []} | changes
+def strikes(missed: int = 0, **changes: Any) -> Strikes:
+    run = StruckRun("", "", 1000, 0, 1000, 0, 0, 0, 0)
+    row = StrikeFigures("", 1, 1, 1, ReactionTimes(), 5.0, missed, "DESCENT", None, AroundStrikes(None, None), 0)
+    return Strikes(replace(run, **changes), {"F16 live": row}, [])
 
 
 @pytest.mark.parametrize(
@@ -89,12 +98,11 @@ def live(**changes: object) -> dict[str, Any]:
         ({}, True),
         ({"not_struck": ["F16 live"]}, True),
         ({"envelope_violations": 1}, False),
-        ({"by_fault": {"F16 live": {"missed": 1}}}, False),
+        ({"missed": 1}, False),
     ],
 )
 def test_a_campaign_is_only_in_order_if_all_was_struck_and_nothing_missed(changes: dict[str, Any], is_ok: bool):
-    scenarios = {"ok": True, "envelope_violations": 0, "violations": [], "missed_budgets": 0, "by_fault": {"F01": {}}}
-    found = with_strikes(scenarios, live(**changes))
-    assert found["ok"] == is_ok
-    assert set(found["by_fault"]) == {"F01", "F16 live"}
-    assert set(found["not_yet"]) == set(UNTESTED_FAULTS)
+    found = figures_of([], {"F01": FAULTS["F01"]}).with_strikes(strikes(**changes))
+    assert found.ok == is_ok
+    assert set(found.by_fault) == {"F01", "F16 live"}
+    assert set(found.not_yet) == set(UNTESTED_FAULTS)

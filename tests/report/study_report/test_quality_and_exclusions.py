@@ -6,7 +6,9 @@ from tests.study.made_up_study import made_up_study, study_data
 
 from exograv.report.study_report.exclusions import BROKEN_OFF, exclusions
 from exograv.report.study_report.quality import Told, issues
+from exograv.study.dataset.quarantine import QuarantineNote
 from exograv.study.dataset.tables import Tables
+from exograv.study.folder.journal import JournalEntry
 from exograv.study.measures.selecting import rows
 from exograv.study.measures.study_data import StudyData
 
@@ -63,7 +65,8 @@ def test_a_window_that_was_broken_off_or_marked_is_named():
 
 
 def test_what_the_folder_tells_is_told():
-    told = Told({"ab": {"reason": "It is no recording."}}, [{"what": "refused", "sentence": "Twice."}], ["No ticks."])
+    aside = {"ab": QuarantineNote("ab", None, "It is no recording.")}
+    told = Told(aside, [JournalEntry(what="refused", sentence="Twice.")], ["No ticks."])
     what = found(study(), told)
     assert what["files in quarantine"] == (1, "It is no recording.")
     assert what["files or lines that were refused"] == (1, "Twice.")

@@ -11,7 +11,7 @@ import numpy as np
 from exograv.recording import RecordingWriter
 from exograv.recording.encoding import empty_ticks
 from exograv.recording.stream_block import StreamBlock, StreamFormat, packed
-from exograv.study.bids.export import write_dataset
+from exograv.study.bids.export import ExportResult, write_dataset
 from exograv.study.dataset.tables import Tables, frame, read_tables, write_tables
 from exograv.study.folder.columns import PARTICIPANTS, SESSIONS, TOUCHES, WINDOWS
 from exograv.study.folder.settings import AS_PUBLISHED, read_settings, write_settings
@@ -197,7 +197,7 @@ def write_study(path: Path, made: tuple[tuple[str, str, int, Callable[[Path], Pa
     return folder
 
 
-def export(folder: StudyFolder, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> dict[str, Any]:
+def export(folder: StudyFolder, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> ExportResult:
     """With the tables that are there, whatever the sources are."""
     return write_dataset(folder, read_settings(folder), read_tables(folder), out, (rate_Hz, with_raw))
 

@@ -213,7 +213,7 @@ def test_a_study_is_added_to_and_exported_by_commands(tmp_path: Path, capsys: py
         add_files(folder, [path], AddOptions(participant=code, protocol="training", session=1))
     folder.table("touches").unlink()  # made anew from the sources
     result = run_export(Export(study=folder.path, bids=tmp_path / "bids"))
-    assert (result["sessions"], result["participants"], result["touches"]) == (2, 2, 6)
+    assert (result.sessions, result.participants, result.touches) == (2, 2, 6)
     assert "Markers" in capsys.readouterr().out
     assert problems_of(tmp_path / "bids") == []
     assert {path.name for path in (tmp_path / "bids").glob("sub-*")} == {f"sub-{code}" for code in people}

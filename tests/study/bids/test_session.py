@@ -137,7 +137,7 @@ def test_acquisition_is_told_where_somebody_told_it(exported: Path):
 @pytest.mark.parametrize(("rate", "rows"), [(1000.0, 12_000), (128.0, 1500), (50.0, 600), (5000.0, 12_000)])
 def test_the_rate_that_is_wanted_is_met_by_whole_ticks(tmp_path: Path, rate: float, rows: int):
     study = write_study(tmp_path / "study", MADE[:1])
-    assert export(study, tmp_path / "bids", rate_Hz=rate)["motion_rows"] == rows
+    assert export(study, tmp_path / "bids", rate_Hz=rate).motion_rows == rows
     assert problems_of(tmp_path / "bids") == []
 
 

@@ -111,7 +111,7 @@ def test_a_bad_file_goes_into_quarantine_and_the_rest_goes_on(tmp_path: Path):
     (tmp_path / "in" / "notes.txt").write_text("left alone")
     write_session(tmp_path / "in" / "b.mcap", settings(code))
     assert whats(add(folder, tmp_path / "in")) == ["quarantined", "added", "ignored"]
-    assert "holds no /settings" in next(iter(quarantined(folder).values()))["reason"]
+    assert "holds no /settings" in next(iter(quarantined(folder).values())).reason
     assert len(read_tables(folder).sessions) == 1
     assert whats(add(folder, tmp_path / "in")) == ["already there", "already there", "ignored"]
 
@@ -184,7 +184,7 @@ def test_tables_that_were_lost_or_are_behind_are_made_again(tmp_path: Path):
         folder.table(name).unlink()
     assert current_tables(folder).touches.equals(before.touches)
     again = study_status(folder, everything=True)
-    assert again.people[0].sessions == {"training": (1, 2)}
+    assert again.participants[0].sessions == {"training": (1, 2)}
     assert read_tables(folder).touches.equals(before.touches)
 
 

@@ -69,7 +69,7 @@ def test_the_receipt_counts_and_names_nobody(tmp_path: Path):
     assert one not in text
     assert other not in text
     assert json.loads(text)["is_proved"]
-    assert read_journal(folder)[-1]["what"] == "erased"
+    assert read_journal(folder)[-1].what == "erased"
     assert any(other in str(entry) for entry in read_journal(folder))
 
 

@@ -15,7 +15,7 @@ from exograv.study.folder.settings import AS_PUBLISHED, read_settings
 def test_what_is_missing_is_what_is_expected_of_the_group(tmp_path: Path):
     folder, codes = study_with(tmp_path / "study", "trained", "untrained", "sealed")
     add_files(folder, [write_session(tmp_path / "a.mcap", settings(codes[0], session=3))], AddOptions())
-    trained, untrained, sealed = study_status(folder).people
+    trained, untrained, sealed = study_status(folder).participants
     assert trained.sessions == {"training": (3,)}
     assert trained.missing == {"training": (1, 2, *range(4, 17)), "flight": (1,)}
     assert untrained.missing == {"familiarisation": (1, 2, 3, 4), "flight": (1,)}
@@ -25,7 +25,7 @@ def test_what_is_missing_is_what_is_expected_of_the_group(tmp_path: Path):
 def test_a_session_that_was_not_run_to_its_end_is_named(tmp_path: Path):
     folder, (code,) = study_with(tmp_path / "study", "trained")
     add_files(folder, [write_session(tmp_path / "a.mcap", settings(code), records=run_records()[:4])], AddOptions())
-    assert study_status(folder).people[0].incomplete == {"training": (1,)}
+    assert study_status(folder).participants[0].incomplete == {"training": (1,)}
 
 
 def test_a_refused_file_counts_once_and_until_it_comes_in(tmp_path: Path):

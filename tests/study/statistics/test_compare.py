@@ -9,6 +9,7 @@ import pytest
 from tests.study.statistics.made_up_touches import GROUPS, made_up_touches
 
 from exograv.errors import ConfigError
+from exograv.results import json_value
 from exograv.study.statistics.compare import CompareSettings, compare
 
 
@@ -19,12 +20,12 @@ def test_three_against_three_are_told_that_they_cannot_reach_alpha():
     assert found.primary.text == "p = 0.100, the smallest possible"
     assert "cannot reach 0.05" in found.primary.sentence
     assert any("It takes 4 against 4 at least" in sentence for sentence in found.limits)
-    assert "significant" not in json.dumps(found.as_dict())
+    assert "significant" not in json.dumps(json_value(found))
 
 
 def test_the_contract_has_the_figures_of_the_report():
     found = compare(*made_up_touches((3, 3)))
-    told = json.loads(json.dumps(found.contract(), allow_nan=False))
+    told = json.loads(json.dumps(json_value(found.contract()), allow_nan=False))
     assert told["participants"] == {"trained": 3, "untrained": 3}
     assert told["touches"] == 240
     assert set(told["deviation_px"]) == set(GROUPS)
@@ -35,7 +36,7 @@ def test_the_contract_has_the_figures_of_the_report():
 
 
 def test_all_of_it_is_json_without_infinities():
-    text = json.dumps(compare(*made_up_touches((3, 4))).as_dict(), allow_nan=False)
+    text = json.dumps(json_value(compare(*made_up_touches((3, 4)))), allow_nan=False)
     assert json.loads(text)["bayes"]["posteriors"]
 
 
@@ -76,7 +77,7 @@ def test_swapping_the_groups_inverts_the_ratio():
 @pytest.mark.parametrize("people", [(0, 3), (3, 0), (0, 0), (1, 1), (1, 3), (2, 2)])
 def test_hardly_anybody_is_said_and_no_crash(people: tuple[int, int]):
     found = compare(*made_up_touches(people))
-    json.dumps(found.as_dict(), allow_nan=False)
+    json.dumps(json_value(found), allow_nan=False)
     if min(people) == 0:
         assert found.primary.p is None
         assert "nothing to test" in found.primary.sentence

@@ -6,10 +6,9 @@ import os
 import sys
 import tempfile
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.laboratory.cooperative_wearer import cooperative_machine
@@ -23,7 +22,7 @@ from .driver_faults import ALL, ONLY_DRIVES
 from .fault_participants import load_participant, prepare_participant
 from .fault_plant import FaultParticipant, PlantSource
 from .fault_table import FAULTS, Fault
-from .figures import figures_of, told, with_strikes
+from .figures import CampaignFigures, Strikes, course_of, figures_of
 from .options import FaultOptions
 from .process_faults import strike
 from .scenario import THE_TWIN, Scenario, ScenarioVerdict, fly, is_bad, names_of, shrunk
@@ -61,11 +60,11 @@ class Campaign(FaultOptions):
         return Scenario(self.seed, int(number), names, self.told)
 
     @property
-    def identity(self) -> dict[str, Any]:
-        """What a number's flight depends on."""
-        return {name: getattr(self, name) for name in ("seed", "level", "persons", "through")} | {
-            "numbered": None if self.through is None else self.scenarios
-        }
+    def identity(self) -> dict[str, int | str | None]:
+        """Settings that a number's flight depends on."""
+        numbered = None if self.through is None else self.scenarios
+        named = ("seed", "level", "persons", "through")
+        return {name: getattr(self, name) for name in named} | {"numbered": numbered}
 
     @property
     def told(self) -> str:
@@ -93,8 +92,8 @@ class Campaign(FaultOptions):
         return range(self.scenarios + own)
 
 
-def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
-    """Fly all scenarios; the result follows the contract of `exograv faults --json`.
+def run_campaign(campaign: Campaign, progress: Progress) -> CampaignFigures:
+    """Fly all scenarios.
 
     Raises:
         ConfigError: An option cannot be used.
@@ -117,11 +116,13 @@ def run_campaign(campaign: Campaign, progress: Progress) -> dict[str, Any]:
         may_strike = len(verdicts) == len(campaign.numbers) and sys.platform.startswith("linux")
         # Strikes are at the processes of a live run on the twin, whatever was flown before.
         may_strike = may_strike and campaign.through is None and bool(people)
-        live = _struck(campaign, people[0], progress) if campaign.strikes and may_strike else None
-    return with_strikes(_told(campaign, verdicts), live) | {"replay": [scenario.command for scenario in small]}
+        figures = replace(_figures(campaign, verdicts), replay=[scenario.command for scenario in small])
+        if campaign.strikes and may_strike:
+            figures = figures.with_strikes(_struck(campaign, people[0], progress))
+    return figures
 
 
-def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any]:
+def _struck(campaign: Campaign, path: Path, progress: Progress) -> Strikes:
     """After the scenarios: a live run needs the processors for itself."""
     known = load_participant(path)
     return strike(
@@ -138,17 +139,16 @@ def _struck(campaign: Campaign, path: Path, progress: Progress) -> dict[str, Any
     )
 
 
-def _told(campaign: Campaign, verdicts: list[ScenarioVerdict]) -> dict[str, Any]:
-    named = {"seed": campaign.seed, "disturbance_level": campaign.level, "through": campaign.through}
-    return figures_of(verdicts, campaign.faults) | named
+def _figures(campaign: Campaign, verdicts: list[ScenarioVerdict]) -> CampaignFigures:
+    return figures_of(verdicts, campaign.faults, campaign.seed, campaign.level, campaign.through)
 
 
-def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> dict[str, Any]:
+def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> CampaignFigures:
     scenario = campaign.replayed()
     path = prepare_participant(campaign.seed, scenario.number % campaign.persons, campaign.level, folder, progress)
     with _ground(path, campaign) as (who, ground):
         verdict = fly(who, scenario, ground)
-    return with_strikes(_told(campaign, [verdict]), None) | {"replay": [], "course": told(verdict)}
+    return replace(_figures(campaign, [verdict]), course=course_of(verdict))
 
 
 def _flown(

@@ -1,6 +1,6 @@
 """Verdicts of a campaign as rows of a file, so that one that was interrupted goes on."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ FILE = "faults.jsonl"
 class KeptVerdicts:
     """Of one campaign, by number; how many scenarios it was to have is no matter."""
 
-    def __init__(self, folder: Path, campaign: dict[str, Any], resume: bool):
+    def __init__(self, folder: Path, campaign: Mapping[str, int | str | None], resume: bool):
         """Open.
 
         Args:

@@ -3,8 +3,8 @@
 import tempfile
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from exograv.recording import read_recording
 from exograv.runtime.clock.timing import PERIOD_NS, Timing
 from exograv.safety.guard import SafeState
 
+from .figures import AroundStrikes, GuardEndFigures, ReactionTimes, StrikeFigures, Strikes, StruckRun
 from .oracle import EnvelopeOracle
 from .strikes import KINDS, Strike, Striker
 
@@ -41,12 +42,8 @@ ROUNDING_NM = 1e-4
 """Of what a recording holds in 32 bits, positions through the table included."""
 
 
-def strike(plan: LivePlan, times: int, progress: Progress) -> dict[str, Any]:
-    """Fly a person live and disturb every process so often.
-
-    Returns:
-        `by_fault` as in a campaign, on the machine's clock; `envelope_violations` and `ticks` of the recording, and
-        the guard's own end.
+def strike(plan: LivePlan, times: int, progress: Progress) -> Strikes:
+    """Fly a person live and disturb every process so often, and kill the guard of another run.
 
     Raises:
         RigError: A process died that nobody had struck.
@@ -65,39 +62,38 @@ def strike(plan: LivePlan, times: int, progress: Progress) -> dict[str, Any]:
         finally:
             for striker in strikers:
                 striker.end()
-        made, found = strikers[0].made, _recorded(plan, flown)
-    rows = {kind: _row(kind, [one for one in made if one.kind == kind], flown, found) for kind in KINDS}
+        made, (live, violations) = strikers[0].made, _recorded(plan, flown)
+    rows = {kind: _row(kind, [one for one in made if one.kind == kind], flown, live) for kind in KINDS}
     # A loop that the computer could not keep up ends before its time; what was not struck is not proved.
-    found["not_struck"] = [kind for kind, row in rows.items() if not row["alone"]]
-    return found | {
-        "by_fault": rows | {"F17 live": end_of_guard(plan, progress)},
-        "granted": flown.report.rights.granted,
-    }
+    live = replace(
+        live, not_struck=[kind for kind, row in rows.items() if not row.alone], granted=flown.report.rights.granted
+    )
+    return Strikes(live, {**rows, "F17 live": end_of_guard(plan, progress)}, violations)
 
 
 def _named(progress: Progress, name: str) -> Progress:
     return lambda _text, share: progress(name, share)
 
 
-def _recorded(plan: LivePlan, flown: LiveResult) -> dict[str, Any]:
-    """The recording against what was acknowledged, and every command in it against the envelope."""
+def _recorded(plan: LivePlan, flown: LiveResult) -> tuple[StruckRun, list[str]]:
+    """The run by its recording, and the first commands that left the envelope."""
     ticks, lost = read_recording(flown.path).ticks, flown.recording.lost
     gaps = np.diff(ticks["sequence"].astype(np.int64)) - 1
     wrong = [what for part in np.split(ticks, np.flatnonzero(gaps) + 1) for what in _judged(plan, part)]
     # What found the ring full was never acknowledged; a gap beyond that was.
     missing = max(flown.recording.acknowledged - len(ticks), 0) + max(int(gaps.sum()) - lost, 0)
-    return {
-        "outcome": flown.report.timing.outcome.value,
-        "recording": flown.recording.why,
-        "ticks": len(ticks),
-        "envelope_violations": len(wrong),
-        "violations": [f"live: {what}" for what in wrong[:3]],
-        "samples_acknowledged": flown.recording.acknowledged,
-        "samples_lost": lost,
-        "acknowledged_missing": missing,
-        "control_restarts": flown.control_restarts,
-        "recorder_restarts": flown.recording.restarts,
-    }
+    run = StruckRun(
+        outcome=flown.report.timing.outcome.value,
+        recording=flown.recording.why,
+        ticks=len(ticks),
+        envelope_violations=len(wrong),
+        samples_acknowledged=flown.recording.acknowledged,
+        samples_lost=lost,
+        acknowledged_missing=missing,
+        control_restarts=flown.control_restarts,
+        recorder_restarts=flown.recording.restarts,
+    )
+    return run, [f"live: {what}" for what in wrong[:3]]
 
 
 def _judged(plan: LivePlan, ticks: np.ndarray) -> list[str]:
@@ -108,7 +104,7 @@ def _judged(plan: LivePlan, ticks: np.ndarray) -> list[str]:
     return [f"{ticks['t'][k]:.3f} s: {what}" for k, what in oracle.judge().wrong.items()]
 
 
-def _row(kind: str, made: Sequence[Strike], flown: LiveResult, found: dict[str, Any]) -> dict[str, Any]:
+def _row(kind: str, made: Sequence[Strike], flown: LiveResult, live: StruckRun) -> StrikeFigures:
     row, budget = KINDS[kind], KINDS[kind].budget_ms
     counted = [one for one in made if one.was_calm]
     times = [reaction_ms(one, flown) for one in counted] if budget is not None else []
@@ -119,22 +115,20 @@ def _row(kind: str, made: Sequence[Strike], flown: LiveResult, found: dict[str, 
         missed = sum(one.alarm_ms is None or one.alarm_ms > ALARM_MAX_MS for one in made)
         seen = [one.alarm_ms for one in made if one.alarm_ms is not None]
     if budget is None:
-        missed += found["acknowledged_missing"] > 0
-    p50, p99, most = np.percentile(seen, [50, 99, 100]).round(2).tolist() if seen else (None, None, None)
-    return {
-        "what": row.what,
-        "runs": len(made),
-        "alone": len(counted),
-        "detected": len(seen),
-        "reaction_ms": {"p50": p50, "p99": p99, "max": most},
-        "budget_ms": ALARM_MAX_MS if kind == "F19" else budget,
-        "missed": missed,
-        "safe_state": (SafeState.DESCENT if budget is not None else SafeState.NONE).name,
-        "stall_ms": round(max(stalls), 2) if stalls else None,
-        "command_p999_us": _around(counted, flown),
-        "acknowledged_missing": found["acknowledged_missing"],
-        "hand_m_s": None,
-    }
+        missed += live.acknowledged_missing > 0
+    return StrikeFigures(
+        what=row.what,
+        runs=len(made),
+        alone=len(counted),
+        detected=len(seen),
+        reaction_ms=ReactionTimes.of(seen),
+        budget_ms=ALARM_MAX_MS if kind == "F19" else budget,
+        missed=missed,
+        safe_state=(SafeState.DESCENT if budget is not None else SafeState.NONE).name,
+        stall_ms=round(max(stalls), 2) if stalls else None,
+        command_p999_us=_around(counted, flown),
+        acknowledged_missing=live.acknowledged_missing,
+    )
 
 
 def reaction_ms(one: Strike, flown: LiveResult) -> float | None:
@@ -156,14 +150,13 @@ def _stall_ms(one: Strike, flown: LiveResult) -> float:
     return max(stall_ms(flown.report.timing, first) - 1e-6 * PERIOD_NS, 0.0)
 
 
-def _around(made: Sequence[Strike], flown: LiveResult) -> dict[str, float | None]:
-    """How old a period is when its command is there, 99.9 % of them, before and after the strikes [µs]."""
+def _around(made: Sequence[Strike], flown: LiveResult) -> AroundStrikes:
     timing = flown.report.timing
     ms = timing.period * 1e-6 * timing.period_ns
     marks = [_ms(one, flown) for one in made]
     before = _any([(mark - 1e3 * AROUND_S <= ms) & (ms < mark) for mark in marks], timing)
     after = _any([(mark <= ms) & (ms < mark + 1e3 * AROUND_S) for mark in marks], timing)
-    return {"before": before, "after": after}
+    return AroundStrikes(before, after)
 
 
 def _any(masks: Sequence[np.ndarray], timing: Timing) -> float | None:
@@ -171,7 +164,7 @@ def _any(masks: Sequence[np.ndarray], timing: Timing) -> float | None:
     return round(1e-3 * float(np.percentile(taken, 99.9)), 1) if len(taken) else None
 
 
-def end_of_guard(plan: LivePlan, progress: Progress) -> dict[str, Any]:
+def end_of_guard(plan: LivePlan, progress: Progress) -> GuardEndFigures:
     """Kill the guard (-9): whether the parent says so, and whether the recording is whole.
 
     The twin's drives die with the process that flies them; their watchdog is timed in lock-step (F17).
@@ -190,15 +183,14 @@ def end_of_guard(plan: LivePlan, progress: Progress) -> dict[str, Any]:
         except RigError:
             ended = round(1e-6 * (time.monotonic_ns() - at_ns[0]), 1)
         recording = read_recording(Path(folder) / "live.mcap")
-    return {
-        "what": "the guard is killed (-9): its parent ends the others, completes the recording and says so",
-        "runs": 1,
-        "alone": 1,
-        "detected": int(ended is not None),
-        "reaction_ms": {"p50": None, "p99": None, "max": None},
-        "ended_ms": ended,
-        "budget_ms": None,
-        "missed": int(ended is None or recording.remark is not None),
-        "safe_state": "DRIVES BRAKE",
-        "hand_m_s": None,
-    }
+    return GuardEndFigures(
+        what="the guard is killed (-9): its parent ends the others, completes the recording and says so",
+        runs=1,
+        alone=1,
+        detected=int(ended is not None),
+        reaction_ms=ReactionTimes(),
+        ended_ms=ended,
+        budget_ms=None,
+        missed=int(ended is None or recording.remark is not None),
+        safe_state="DRIVES BRAKE",
+    )

@@ -103,7 +103,7 @@ class _Telling:
         self._outcome = outcome_of(flights, options.main.name)
         self.refused = list[dict[str, Any]]()
         """Who did nothing in which condition, and why."""
-        self._report = write_study_report(study.path)["report"]
+        self._report = str(write_study_report(study.path).report)
 
     def told(self, swept: Sequence[Swept], ablated: Sequence[Ablated]) -> Result:
         """Write the page, and return what `--json` says."""

@@ -1,10 +1,14 @@
 """`exograv faults`."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from exograv.campaigns.faults.options import FaultOptions
 from exograv.cli.shell.base_options import Common
+from exograv.results import json_value
+
+if TYPE_CHECKING:
+    from exograv.campaigns.faults.figures import CampaignFigures, FaultFigures, GuardEndFigures, StrikeFigures
 
 ROOM_FOR_WORDS = 160
 """Columns of a terminal from which on each fault is also told in a sentence."""
@@ -13,7 +17,7 @@ ROOM_FOR_TABLE = 72
 """Columns below which a table would cut its figures off: then each fault has a line."""
 
 
-def run_faults_command(options: FaultOptions, common: Common) -> dict[str, Any]:
+def run_faults_command(options: FaultOptions, common: Common) -> "CampaignFigures":
     """Break machine, control and person in simulation, thousands of times, and see what the guard makes of it."""
     from exograv.campaigns.faults.campaign import Campaign, run_campaign
     from exograv.cli.shell.terminal import bars
@@ -24,42 +28,42 @@ def run_faults_command(options: FaultOptions, common: Common) -> dict[str, Any]:
     return result
 
 
-def show_faults(result: dict[str, Any]) -> None:
+def show_faults(result: "CampaignFigures") -> None:
     """One row a fault; then what must be zero."""
     from rich.console import Console
 
     console = Console()
     _show_rows(console, result)
-    hand, pairs = result["relaxed_hand_m_s"], result["pairs"]
+    hand, pairs = result.relaxed_hand_m_s, result.pairs
     console.print(
-        f"Hand of a relaxed person after a stop: at most {hand['max']} m/s, above {hand['allowed']} in {hand['above']} "
-        f"of {hand['runs']}. Pairs: {pairs['missed']} of {pairs['runs']} missed their budgets together.",
+        f"Hand of a relaxed person after a stop: at most {hand.max} m/s, above {hand.allowed} in {hand.above} "
+        f"of {hand.runs}. Pairs: {pairs.missed} of {pairs.runs} missed their budgets together.",
         highlight=False,
     )
-    for line in hand["cases"]:
+    for line in hand.cases:
         console.print(f"  {line}", highlight=False, soft_wrap=True)
     for title in ("envelope_violations", "missed_budgets", "false_trips_per_hour"):
-        console.print(f"{title.replace('_', ' ')}: {result[title]}", highlight=False)
-    for line in (*result["crashed"], *result["violations"], *result["missed"], *result["false_trips"]):
+        console.print(f"{title.replace('_', ' ')}: {getattr(result, title)}", highlight=False)
+    for line in (*result.crashed, *result.violations, *result.missed, *result.false_trips):
         console.print(f"  {line}", highlight=False, soft_wrap=True)
-    if result["live"] and result["live"]["not_struck"]:
-        console.print(f"Not struck: {', '.join(result['live']['not_struck'])}. {result['live']['outcome']}")
-    if "course" in result:
-        console.print(result["course"])
-    for line in result["replay"]:
+    if result.live and result.live.not_struck:
+        console.print(f"Not struck: {', '.join(result.live.not_struck)}. {result.live.outcome}")
+    if result.course is not None:
+        console.print(json_value(result.course))
+    for line in result.replay:
         console.print(f"again: {line}", highlight=False, soft_wrap=True)
 
 
-def _show_rows(console: Any, result: dict[str, Any]) -> None:
+def _show_rows(console: Any, result: "CampaignFigures") -> None:
     from rich.table import Table
 
-    title = f"{result['scenarios']} scenarios, {result['ticks']} ticks, seed {result['seed']}"
-    through = result.get("through")
+    title = f"{result.scenarios} scenarios, {result.ticks} ticks, seed {result.seed}"
+    through = result.through
     title += f", through {through}" if through else ""
     has_room = console.width >= ROOM_FOR_WORDS
     words = ("fault", *(("what",) if has_room else ()), *(("done to",) if through and has_room else ()))
     headings = (*words, "alone", "found", "ms", "most", "budget", "missed", "hand m/s")
-    rows = [_cells(name, row, words) for name, row in result["by_fault"].items() if row["runs"]]
+    rows = [_cells(name, row, words) for name, row in result.by_fault.items() if row.runs]
     if console.width < ROOM_FOR_TABLE:
         console.print(title)
         for name, *cells in rows:
@@ -74,8 +78,8 @@ def _show_rows(console: Any, result: dict[str, Any]) -> None:
     console.print(table)
 
 
-def _cells(name: str, row: dict[str, Any], words: Sequence[str]) -> list[str]:
-    numbers = (row["alone"], row["detected"], *(row["reaction_ms"][key] for key in ("p50", "max")))
-    numbers = (*numbers, row["budget_ms"], row["missed"], row["hand_m_s"])
-    told = {"fault": name, "what": row["what"], "done to": row.get("injected_by", "")}
+def _cells(name: str, row: "FaultFigures | StrikeFigures | GuardEndFigures", words: Sequence[str]) -> list[str]:
+    numbers = (row.alone, row.detected, row.reaction_ms.p50, row.reaction_ms.max)
+    numbers = (*numbers, row.budget_ms, row.missed, row.hand_m_s)
+    told = {"fault": name, "what": row.what, "done to": getattr(row, "injected_by", "")}
     return [*(told[word] for word in words), *("–" if cell is None else f"{cell:g}" for cell in numbers)]

@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
+
+if TYPE_CHECKING:
+    from exograv.study.bids.export import ExportResult
 
 
 @dataclass(frozen=True)
@@ -24,16 +27,16 @@ class Export:
     """Give the recordings along, in `sourcedata/`; they hold the wearer's height and mass as they were told."""
 
 
-def run_export(command: Export) -> dict[str, Any]:
+def run_export(command: Export) -> "ExportResult":
     """Give a study on as a data set of BIDS, which other laboratories' programs read."""
     from exograv.study.bids.export import export_bids
 
     result = export_bids(command.study, command.bids, command.rate, command.raw)
     print(
-        f"{result['dataset']}: {result['sessions']} sessions of {result['participants']} participants, "
-        f"{result['touches']} touches, {result['motion_rows']} rows of motion, {result['bytes'] / 1e6:.1f} MB in "
-        f"{result['files']} files."
+        f"{result.dataset}: {result.sessions} sessions of {result.participants} participants, "
+        f"{result.touches} touches, {result.motion_rows} rows of motion, {result.bytes / 1e6:.1f} MB in "
+        f"{result.files} files."
     )
-    for sentence in result["not_exported"]:
+    for sentence in result.not_exported:
         print(sentence)
     return result

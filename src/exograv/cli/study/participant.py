@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from exograv.errors import ConfigError
+from exograv.results import json_value
 
 if TYPE_CHECKING:
     from exograv.study.folder.study_folder import StudyFolder
@@ -133,4 +134,4 @@ def _erase(command: Participant, folder: "StudyFolder") -> dict[str, Any]:
         raise ConfigError("What was typed is not the code. Nothing was erased.")
     receipt = erase(folder, code)
     print(receipt.sentence)
-    return receipt.figures() | {"ok": receipt.is_proved}
+    return json_value(receipt) | {"ok": receipt.is_proved}

@@ -8,14 +8,14 @@ from exograv.study.dataset.status import StudyStatus, in_words
 
 def show_status(status: StudyStatus) -> None:
     """Who has which sessions, what is missing, and what is wrong."""
-    protocols = sorted({name for person in status.people for name in (*person.sessions, *person.missing)})
+    protocols = sorted({name for person in status.participants for name in (*person.sessions, *person.missing)})
     table = Table(title=status.name + (" (simulated: nobody took part)" if status.is_simulated else ""))
     for title in ("participant", "group", *protocols, "missing", "touches"):
         table.add_column(title, justify="right" if title == "touches" else "left")
-    for person in status.people:
+    for person in status.participants:
         cells = [in_words(person.sessions.get(name, ())) for name in protocols]
         missing = [f"{name} {in_words(numbers)}" for name, numbers in person.missing.items()]
-        table.add_row(person.code, person.group, *cells, "; ".join(missing), str(person.touches))
+        table.add_row(person.participant, person.group, *cells, "; ".join(missing), str(person.touches))
     console = Console()
     console.print(table)
     for what, remark in status.remarks.items():

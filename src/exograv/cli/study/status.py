@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
+
+if TYPE_CHECKING:
+    from exograv.study.dataset.status import StudyStatus
 
 
 @dataclass(frozen=True)
@@ -18,7 +21,7 @@ class Status:
     """Make all tables anew from the sources."""
 
 
-def run_status(command: Status) -> dict[str, Any]:
+def run_status(command: Status) -> "StudyStatus":
     """What a study holds, and what is missing."""
     from exograv.study.dataset.status import study_status
     from exograv.study.folder.study_folder import StudyFolder
@@ -27,4 +30,4 @@ def run_status(command: Status) -> dict[str, Any]:
 
     status = study_status(StudyFolder(command.study), everything=command.remake)
     show_status(status)
-    return status.figures()
+    return status

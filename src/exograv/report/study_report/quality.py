@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from exograv.report.study_figures.quality import missing_sessions
+from exograv.study.dataset.quarantine import QuarantineNote
 from exograv.study.dataset.status import in_words
+from exograv.study.folder.journal import JournalEntry
 from exograv.study.measures.selecting import column, keys, rows
 from exograv.study.measures.study_data import StudyData
 from exograv.study.measures.table import SESSION
@@ -33,10 +34,10 @@ class Issue:
 class Told:
     """What the folder says beside its tables."""
 
-    quarantined: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    quarantined: Mapping[str, QuarantineNote] = field(default_factory=dict)
     """Reason and participant by the hash of a file."""
 
-    journal: Sequence[Mapping[str, Any]] = ()
+    journal: Sequence[JournalEntry] = ()
     remarks: Sequence[str] = ()
     """About recordings whose ticks could not be read."""
 
@@ -131,10 +132,10 @@ def _counted_by_person(what: str, touches: pd.DataFrame, consequence: str) -> It
 
 
 def _of_folder(told: Told) -> Iterator[Issue]:
-    aside = [str(why.get("reason", "no reason was told")) for why in told.quarantined.values()]
+    aside = [why.reason for why in told.quarantined.values()]
     yield from _issue("files in quarantine", aside, "read by nothing")
     for what, words in {"refused": "files or lines that were refused", "erased": "people who were erased"}.items():
-        said = [str(entry.get("sentence", "")) for entry in told.journal if entry.get("what") == what]
+        said = [entry.sentence for entry in told.journal if entry.what == what]
         yield from _issue(words, said, "see log.jsonl")
     yield from _issue("recordings whose movements could not be read", list(told.remarks), "their touches are used")
 

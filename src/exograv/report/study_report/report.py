@@ -1,11 +1,12 @@
 """From a study's folder to its report: measured, compared where that is possible, and written."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from exograv.files import write_whole
+from exograv.results import MERGED, json_value
 from exograv.study.dataset.making import refresh
 from exograv.study.dataset.quarantine import quarantined
 from exograv.study.folder.journal import alone, read_journal
@@ -14,22 +15,32 @@ from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.measures.stored import measure_study
 from exograv.study.measures.study_data import PRIMARY, StudyData
 from exograv.study.statistics.compare import CompareSettings, compare
-from exograv.study.statistics.findings import StudyFindings
+from exograv.study.statistics.findings import ComparisonFigures, StudyFindings
 
 from .page import Content, Written, write_page
 from .planning import next_study
 from .quality import Told, issues
 
 
-def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: None) -> dict[str, Any]:
+@dataclass(frozen=True)
+class StudyReportResult:
+    """Result of `exograv study report`."""
+
+    compared: ComparisonFigures = field(metadata=MERGED)
+    simulated: bool
+    figures: Sequence[Path]
+    report: Path
+    pdf: Path | None
+    remark: str | None
+    """Why there is no PDF."""
+
+
+def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: None) -> StudyReportResult:
     """Measure, compare, draw and write.
 
     Args:
         path: Folder of the study.
         tell: Called with each source before it is read.
-
-    Returns:
-        Figures for `--json`: what `StudyFindings.contract` says, `figures` and `report`.
 
     Raises:
         ConfigError: It is no study, or another command is changing it.
@@ -47,7 +58,7 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
         planned = None if found is None else next_study(data, found.groups)
         written = write_page(folder.report, Content(data, found, why_not, flaws, measured.unpublished, planned))
         if found is not None:
-            text = json.dumps(found.as_dict(), indent=1, ensure_ascii=False)
+            text = json.dumps(json_value(found), indent=1, ensure_ascii=False)
             write_whole(folder.derivatives / "statistics.json", text + "\n")
     return answer(data, found, why_not, written)
 
@@ -79,25 +90,14 @@ def compared(data: StudyData) -> StudyFindings:
     return compare(data.tidy_touches, data.tables.participants, settings)
 
 
-def answer(data: StudyData, found: StudyFindings | None, why_not: str, written: Written) -> dict[str, Any]:
-    """What the command says."""
+def answer(data: StudyData, found: StudyFindings | None, why_not: str, written: Written) -> StudyReportResult:
+    """Say what the command says."""
     if found is not None:
         figures = found.contract()
     else:
         members = list(data.group_of.values())
         named = () if data.is_sealed else tuple(data.settings.groups)
-        figures = {
-            "participants": {group: members.count(group) for group in dict.fromkeys([*named, *data.groups])},
-            "touches": len(data.compared) if len(data.touches) else 0,
-            "deviation_px": {},
-            "primary": None,
-            "not_compared": why_not,
-        }
-    return {
-        **figures,
-        "simulated": data.is_simulated,
-        "figures": [str(path) for path in written.figures],
-        "report": str(written.html),
-        "pdf": None if written.pdf is None else str(written.pdf),
-        "remark": written.remark,
-    }
+        people = {group: members.count(group) for group in dict.fromkeys([*named, *data.groups])}
+        touches = len(data.compared) if len(data.touches) else 0
+        figures = ComparisonFigures(people, touches, deviation_px={}, not_compared=why_not)
+    return StudyReportResult(figures, data.is_simulated, written.figures, written.html, written.pdf, written.remark)

@@ -5,6 +5,7 @@ import secrets
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,22 @@ from .pages import TIDY, Cover
 from .session import SessionTables, write_session
 
 
-def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> dict[str, Any]:
+@dataclass(frozen=True)
+class ExportResult:
+    """Result of `exograv study export`."""
+
+    dataset: Path
+    participants: int
+    sessions: int
+    touches: int
+    motion_rows: int
+    files: int
+    bytes: int
+    not_exported: list[str]
+    """Sentences."""
+
+
+def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> ExportResult:
     """Export a study as it is now; nobody changes it meanwhile.
 
     Args:
@@ -36,9 +52,6 @@ def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool =
         out: Of the data set; what an earlier export has written there is replaced.
         rate_Hz: Rows a second of the motion; the next that is a whole part of the ticks' rate is taken.
         with_raw: Give the raw files along.
-
-    Returns:
-        Figures of the export.
 
     Raises:
         ConfigError: The folder is no study, somebody changes it, two codes would have one label, or `out` is not free.
@@ -52,7 +65,7 @@ def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool =
 
 def write_dataset(
     folder: StudyFolder, settings: StudySettings, tables: Tables, out: Path, options: tuple[float, bool]
-) -> dict[str, Any]:
+) -> ExportResult:
     """The same, with tables that are at hand.
 
     Args:
@@ -86,16 +99,8 @@ def write_dataset(
         manifest = write_manifest(root, known)
         _refuse_wrong(root)
         size = sum((root / name).stat().st_size for name in manifest)
-    return {
-        "dataset": str(out),
-        "participants": len(tables.participants),
-        "sessions": len(tables.sessions),
-        "touches": len(tables.touches),
-        "motion_rows": rows,
-        "files": len(manifest) + 1,
-        "bytes": size,
-        "not_exported": left,
-    }
+    people, sessions, touches = len(tables.participants), len(tables.sessions), len(tables.touches)
+    return ExportResult(out, people, sessions, touches, rows, len(manifest) + 1, size, left)
 
 
 def _write_one(

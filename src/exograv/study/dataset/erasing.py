@@ -8,10 +8,9 @@ says so.
 import json
 import secrets
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.files import write_whole
@@ -24,7 +23,7 @@ from exograv.study.participants.searching import files_with, has_word
 
 from .making import refresh
 from .quarantine import quarantined
-from .sources import placed_sources, remove_partial
+from .sources import Source, placed_sources, remove_partial
 
 EXPORT = "dataset_description.json"
 """A folder with it is an export."""
@@ -53,14 +52,17 @@ class Receipt:
     not_attributed: int
     """Files in quarantine that nobody could read, and of which nobody said whose they are."""
 
-    @property
-    def is_proved(self) -> bool:
-        """Whether the search found nothing."""
-        return not self.left
+    is_proved: bool = field(init=False)
+    """The search found nothing."""
 
-    @property
-    def sentence(self) -> str:
-        """For who asked for it."""
+    sentence: str = field(init=False)
+    """For who asked for it."""
+
+    def __post_init__(self):
+        object.__setattr__(self, "is_proved", not self.left)
+        object.__setattr__(self, "sentence", self._sentence())
+
+    def _sentence(self) -> str:
         proof = (
             "A search of all names and contents in the folder finds the code nowhere."
             if self.is_proved
@@ -73,10 +75,6 @@ class Receipt:
             f"{self.sessions} sessions and {self.files} files were erased. {proof}{more} Backups, copies elsewhere and "
             f"the identity (exograv study identity) are not touched. Receipt {self.number}."
         )
-
-    def figures(self) -> dict[str, Any]:
-        """For `--json` and the file."""
-        return {**asdict(self), "left": list(self.left), "is_proved": self.is_proved, "sentence": self.sentence}
 
 
 def erase(folder: StudyFolder, code: str) -> Receipt:
@@ -94,25 +92,26 @@ def erase(folder: StudyFolder, code: str) -> Receipt:
         if not any(True for _ in files_with(folder.path, [code])):
             raise ConfigError(f"Nothing in {folder.path} is of {code}. Check the code.")
         sessions = sum(source.note.participant == code for source in sources)
-        aside = [sha256 for sha256, why in quarantined(folder).items() if why.get("participant") == code]
+        aside = [sha256 for sha256, why in quarantined(folder).items() if why.participant == code]
         removed, exports = _remove(folder, code, aside)
         lines = _strip_log(folder, words)
         write_register(folder, [row for row in read_register(folder) if row.code != code])
         refresh(folder)
         left = tuple(f"{path.relative_to(folder.path)} ({where})" for path, where in files_with(folder.path, words))
-        orphans = sum(why.get("participant") is None for why in quarantined(folder).values())
+        orphans = sum(why.participant is None for why in quarantined(folder).values())
         at = datetime.now(UTC).replace(microsecond=0).isoformat()
         receipt = Receipt(secrets.token_hex(4), at, sessions, len(aside), removed, lines, exports, left, orphans)
         path = folder.path / "receipts" / f"erased-{receipt.number}.json"
-        write_whole(path, json.dumps(receipt.figures(), ensure_ascii=False, indent=1) + "\n")
+        write_whole(path, json.dumps(asdict(receipt), ensure_ascii=False, indent=1) + "\n")
         note(folder, "erased", f"Somebody was erased: receipt {receipt.number}.")
     return receipt
 
 
-def _old_codes(sources: list[Any], code: str) -> list[str]:
+def _old_codes(sources: list[Source], code: str) -> list[str]:
     """Codes in the person's files that nobody else has."""
-    mine = {source.note.recorded_as for source in sources if source.note.participant == code} - {None}
-    return sorted(mine - {source.note.recorded_as for source in sources if source.note.participant != code})
+    mine = {source.note.recorded_as for source in sources if source.note.participant == code}
+    others = {source.note.recorded_as for source in sources if source.note.participant != code}
+    return sorted(old for old in mine - others if old is not None)
 
 
 def _remove(folder: StudyFolder, code: str, aside: list[str]) -> tuple[int, int]:

@@ -2,8 +2,8 @@
 
 import json
 import shutil
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import RecordingError
 from exograv.files import sync
@@ -14,13 +14,24 @@ from .sources import Source, copied, json_file, put_folder
 WHY = "why.json"
 
 
-def quarantined(folder: StudyFolder) -> dict[str, dict[str, Any]]:
-    """What is there: reason and participant, by the hash of the file."""
-    found = dict[str, dict[str, Any]]()
+@dataclass(frozen=True)
+class QuarantineNote:
+    """File beside what is kept apart."""
+
+    sha256: str
+    """Hash of the file that was given."""
+
+    participant: str | None
+    reason: str
+
+
+def quarantined(folder: StudyFolder) -> dict[str, QuarantineNote]:
+    """Notes by the hash of the file."""
+    found = dict[str, QuarantineNote]()
     for path in sorted(folder.quarantine.glob(f"*/{WHY}")):
         try:
             why = json.loads(path.read_text(encoding="utf-8"))
-            found[why["sha256"]] = why
+            found[why["sha256"]] = QuarantineNote(why["sha256"], why.get("participant"), str(why.get("reason")))
         except (OSError, ValueError, KeyError):
             continue
     return found
@@ -35,9 +46,9 @@ def put_aside(folder: StudyFolder, path: Path, sha256: str, reason: str, partici
     place = folder.quarantine / sha256[:16]
     if place.exists():
         return
-    why: dict[str, object] = {"sha256": sha256, "participant": participant, "reason": reason}
+    why = QuarantineNote(sha256, participant, reason)
     name = f"{sha256[:16]}{path.suffix.lower()}"
-    put_folder(place, {name: copied(path, sha256), WHY: json_file(why)})
+    put_folder(place, {name: copied(path, sha256), WHY: json_file(asdict(why))})
 
 
 def set_aside(folder: StudyFolder, source: Source, reason: str) -> None:
@@ -48,16 +59,13 @@ def set_aside(folder: StudyFolder, source: Source, reason: str) -> None:
     """
     note = source.note
     place = folder.quarantine / f"{note.sha256[:16]}"
-    why: dict[str, object] = {
-        "sha256": note.given_sha256,
-        "participant": note.participant,
-        "reason": f"{note.protocol} {note.session} of {note.participant}: {reason}",
-    }
+    told = f"{note.protocol} {note.session} of {note.participant}: {reason}"
+    why = QuarantineNote(note.given_sha256, note.participant, told)
     try:
         folder.quarantine.mkdir(exist_ok=True)
         if place.exists():
             shutil.rmtree(place)
-        json_file(why)(source.path.parent / WHY)
+        json_file(asdict(why))(source.path.parent / WHY)
         source.path.parent.rename(place)
         sync(folder.quarantine)
     except OSError as error:

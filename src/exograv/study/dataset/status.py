@@ -14,23 +14,23 @@ from .making import refresh
 from .quarantine import quarantined
 from .sources import placed_sources, remove_partial
 
+Numbers = Mapping[str, tuple[int, ...]]
+"""Of sessions, by protocol."""
+
 
 @dataclass(frozen=True)
 class PersonStatus:
     """One participant."""
 
-    code: str
+    participant: str
     group: str
-    sessions: Mapping[str, tuple[int, ...]]
-    """Numbers that are there, by protocol."""
-
-    missing: Mapping[str, tuple[int, ...]]
-    """Numbers that are expected and not there."""
-
-    incomplete: Mapping[str, tuple[int, ...]]
-    """Numbers that are there and were not run to their end."""
-
     touches: int
+    sessions: Numbers
+    missing: Numbers
+    """Sessions that are expected and not there."""
+
+    incomplete: Numbers
+    """Sessions that are there and were not run to their end."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,9 @@ class StudyStatus:
 
     name: str
     is_simulated: bool
-    people: tuple[PersonStatus, ...]
+    participants: tuple[PersonStatus, ...]
+    sessions: int
+    missing: int
     remarks: Mapping[str, str]
     """What is wrong with a session, by its name."""
 
@@ -48,31 +50,6 @@ class StudyStatus:
 
     refused: int
     """Files that were refused and have not come in since, by the log."""
-
-    def figures(self) -> dict[str, Any]:
-        """For `--json`."""
-        people = [
-            {
-                "participant": person.code,
-                "group": person.group,
-                "touches": person.touches,
-                **{
-                    name: {protocol: list(numbers) for protocol, numbers in getattr(person, name).items()}
-                    for name in ("sessions", "missing", "incomplete")
-                },
-            }
-            for person in self.people
-        ]
-        return {
-            "name": self.name,
-            "is_simulated": self.is_simulated,
-            "participants": people,
-            "sessions": sum(len(numbers) for person in self.people for numbers in person.sessions.values()),
-            "missing": sum(len(numbers) for person in self.people for numbers in person.missing.values()),
-            "remarks": dict(self.remarks),
-            "quarantined": dict(self.quarantined),
-            "refused": self.refused,
-        }
 
 
 def study_status(folder: StudyFolder, everything: bool = False) -> StudyStatus:
@@ -92,16 +69,19 @@ def study_status(folder: StudyFolder, everything: bool = False) -> StudyStatus:
         tables = refresh(folder, everything=everything)
     sessions = tables.sessions.to_dict("records")
     rows = read_register(folder)
+    people = tuple(_person(row, settings, [one for one in sessions if one["participant"] == row.code]) for row in rows)
     return StudyStatus(
         settings.name,
         settings.is_simulated,
-        tuple(_person(row, settings, [one for one in sessions if one["participant"] == row.code]) for row in rows),
+        people,
+        sum(len(numbers) for person in people for numbers in person.sessions.values()),
+        sum(len(numbers) for person in people for numbers in person.missing.values()),
         {
             f"{one['protocol']} {one['session']} of {one['participant']}": one["remark"]
             for one in sessions
             if isinstance(one["remark"], str)
         },
-        {sha256: str(why.get("reason")) for sha256, why in quarantined(folder).items()},
+        {sha256: why.reason for sha256, why in quarantined(folder).items()},
         _refused(folder),
     )
 
@@ -109,8 +89,8 @@ def study_status(folder: StudyFolder, everything: bool = False) -> StudyStatus:
 def _refused(folder: StudyFolder) -> int:
     """Each file once, however often it was tried, and not if it came in after all."""
     there = {source.note.given_sha256 for source in placed_sources(folder)}
-    entries = [entry for entry in read_journal(folder) if entry.get("what") == "refused"]
-    return len({entry.get("sha256") or entry["sentence"] for entry in entries} - there)
+    entries = [entry for entry in read_journal(folder) if entry.what == "refused"]
+    return len({entry.sha256 or entry.sentence for entry in entries} - there)
 
 
 def _person(row: ParticipantRow, settings: StudySettings, sessions: list[dict[Any, Any]]) -> PersonStatus:
@@ -128,10 +108,10 @@ def _person(row: ParticipantRow, settings: StudySettings, sessions: list[dict[An
     return PersonStatus(
         row.code,
         row.group,
+        sum(int(one["touches"]) for one in sessions),
         {name: tuple(sorted(numbers)) for name, numbers in there.items()},
         missing,
         {name: tuple(sorted(numbers)) for name, numbers in incomplete.items()},
-        sum(int(one["touches"]) for one in sessions),
     )
 
 

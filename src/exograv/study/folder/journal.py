@@ -4,9 +4,9 @@ import contextlib
 import json
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.files import append_rows
@@ -18,13 +18,28 @@ LOCK = ".lock"
 """File of a folder that one process at a time may hold."""
 
 
-def note(folder: StudyFolder, what: str, sentence: str, **more: Any) -> None:
+@dataclass(frozen=True)
+class JournalEntry:
+    """One line."""
+
+    at: str = ""
+    what: str = ""
+    """`added`, `refused`, `quarantined`, `replaced`, `erased` …"""
+
+    sentence: str = ""
+    """For a person to read."""
+
+    sha256: str | None = None
+    """Hash of the file."""
+
+
+def note(folder: StudyFolder, what: str, sentence: str, **more: str | None) -> None:
     """Append a line and force it to the disk.
 
     Args:
         folder: The study's.
-        what: `added`, `refused`, `quarantined`, `replaced`, `erased` …
-        sentence: For a person to read.
+        what: As in `JournalEntry`.
+        sentence: As in `JournalEntry`.
         more: Such as `sha256` and `participant`.
 
     Raises:
@@ -37,16 +52,18 @@ def note(folder: StudyFolder, what: str, sentence: str, **more: Any) -> None:
         raise RecordingError(f"{folder.log} cannot be written: {error.strerror}. Free space on the disk.") from error
 
 
-def read_journal(folder: StudyFolder) -> list[dict[str, Any]]:
-    """All whole lines, in the order of writing."""
+def read_journal(folder: StudyFolder) -> list[JournalEntry]:
+    """Read all whole lines, in the order of writing."""
     try:
         lines = folder.log.read_text(encoding="utf-8", errors="replace").splitlines()
     except FileNotFoundError:
         return []
-    entries = list[dict[str, Any]]()
+    entries = list[JournalEntry]()
     for line in lines:
         with contextlib.suppress(json.JSONDecodeError):
-            entries.append(json.loads(line))
+            told = json.loads(line)
+            known = {one.name: told[one.name] for one in fields(JournalEntry) if one.name in told}
+            entries.append(JournalEntry(**known))
     return entries
 
 

@@ -1,7 +1,9 @@
 """What a comparison of two groups found, as values that go into a page or a JSON file unchanged."""
 
-from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass, field
+from typing import Literal
+
+from exograv.results import OPTIONAL
 
 Unit = Literal["px", "mm"]
 EXACT = "exact permutation"
@@ -83,11 +85,12 @@ class Spread:
     touches: int
     median: float | None
     quartiles: tuple[float, float] | None
+    iqr: float | None = field(init=False)
+    """Distance between the quartiles."""
 
-    @property
-    def iqr(self) -> float | None:
-        """Distance between the quartiles."""
-        return None if self.quartiles is None else self.quartiles[1] - self.quartiles[0]
+    def __post_init__(self):
+        iqr = None if self.quartiles is None else self.quartiles[1] - self.quartiles[0]
+        object.__setattr__(self, "iqr", iqr)
 
 
 @dataclass(frozen=True)
@@ -182,31 +185,63 @@ class StudyFindings:
     methods: tuple[str, ...] = field(default=())
     """Sentences for the methods paragraph."""
 
-    def contract(self) -> dict[str, Any]:
+    def contract(self) -> "ComparisonFigures":
         """The figures that `exograv study report --json` promises."""
         interval = self.effect.interval
-        return {
-            "participants": {group: self.spread[group].people for group in self.groups},
-            "touches": sum(spread.touches for spread in self.spread.values()),
-            f"deviation_{self.unit}": {
-                group: {"median": spread.median, "iqr": spread.iqr, "quartiles": spread.quartiles}
-                for group, spread in self.spread.items()
-            },
-            "primary": {
-                "test": self.primary.name,
-                "p": self.primary.p,
-                "p_min": self.primary.p_min,
-                "p_text": self.primary.text,
-                "effect": self.effect.value,
-                "effect_name": self.effect.name,
-                "ci95": None if interval is None else [interval.low, interval.high],
-                "ci95_method": None if interval is None else interval.method,
-            },
+        primary = PrimaryFigures(
+            self.primary.name,
+            self.primary.p,
+            self.primary.p_min,
+            self.primary.text,
+            self.effect.value,
+            self.effect.name,
+            None if interval is None else (interval.low, interval.high),
+            None if interval is None else interval.method,
+        )
+        deviation = {
+            group: DeviationFigures(spread.median, spread.iqr, spread.quartiles)
+            for group, spread in self.spread.items()
         }
+        return ComparisonFigures(
+            {group: self.spread[group].people for group in self.groups},
+            sum(spread.touches for spread in self.spread.values()),
+            deviation if self.unit == "px" else None,
+            deviation if self.unit == "mm" else None,
+            primary,
+        )
 
-    def as_dict(self) -> dict[str, Any]:
-        """All of it, ready for JSON: tuples become lists there."""
-        found = asdict(self)
-        for group, spread in self.spread.items():
-            found["spread"][group]["iqr"] = spread.iqr
-        return found
+
+@dataclass(frozen=True)
+class DeviationFigures:
+    """Deviation of a group's touches, in the unit that the name says."""
+
+    median: float | None
+    iqr: float | None
+    quartiles: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class PrimaryFigures:
+    """Primary comparison."""
+
+    test: str
+    p: float | None
+    p_min: float | None
+    p_text: str
+    effect: float | None
+    effect_name: str
+    ci95: tuple[float | None, float | None] | None
+    ci95_method: str | None
+
+
+@dataclass(frozen=True)
+class ComparisonFigures:
+    """Comparison of a study's groups in short."""
+
+    participants: dict[str, int]
+    touches: int
+    deviation_px: dict[str, DeviationFigures] | None = field(default=None, metadata=OPTIONAL)
+    deviation_mm: dict[str, DeviationFigures] | None = field(default=None, metadata=OPTIONAL)
+    primary: PrimaryFigures | None = None
+    not_compared: str | None = field(default=None, metadata=OPTIONAL)
+    """Why nothing is compared."""
