@@ -7,19 +7,27 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from exograv.cli.machine import computer_check as doctor
+from exograv.cli.machine.computer_check import Check, ComputerCheck
 from exograv.cli.machine.doctor import Doctor, run_doctor
 from exograv.cli.shell import terminal
 from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError, ExogravError, RigError
 from exograv.procedures.self_test import loop_timing as doctor_loop
-from exograv.procedures.self_test.loop_timing import HALVES, measure, refuse_unusable
+from exograv.procedures.self_test.loop_timing import (
+    HALVES,
+    LatenessHistogram,
+    LoopFigures,
+    LoopTest,
+    measure,
+    refuse_unusable,
+)
 from exograv.procedures.self_test.nominal_tick import MovingTick
+from exograv.results import json_value
 from exograv.runtime.clock.host import Host
 from exograv.runtime.clock.timing import PERIOD_NS, LoopOutcome, Timing
 
@@ -36,13 +44,13 @@ def punctual(work: Callable[[int], object], periods: int) -> Timing:
     return Timing(np.arange(periods), zeros, zeros + 40_000, periods, PERIOD_NS, LoopOutcome.COMPLETE)
 
 
-def figures(host: Host = HOST, periods: int = 30_000) -> dict[str, Any]:
-    """What `--json` gets, of a loop that takes no time."""
-    return {"seconds": 60.0, **measure(lambda _period: None, periods, host, loop=punctual)}
+def figures(host: Host = HOST, periods: int = 30_000) -> LoopFigures:
+    """Figures of a loop that takes no time."""
+    return measure(lambda _period: None, periods, host, loop=punctual)
 
 
 def test_the_figures_keep_their_contract_and_hold_nothing_that_json_cannot():
-    loop = json.loads(json.dumps(figures(), allow_nan=False))
+    loop = json.loads(json.dumps(json_value(LoopTest(60.0, figures(), 0)), allow_nan=False))
     assert loop["rate_Hz"] == 1000.0
     assert [row["scheduling"] for row in loop["rows"]] == list(HALVES)
     for row in loop["rows"]:
@@ -65,13 +73,13 @@ def test_rights_are_taken_for_the_second_half_only_and_given_back():
 
 def test_a_virtual_machine_may_not_however_punctual_it_is():
     loop = figures(VIRTUAL)
-    assert not loop["may_drive_worn"]
-    assert any("its host can stop it" in reason for reason in loop["reasons"])
+    assert not loop.may_drive_worn
+    assert any("its host can stop it" in reason for reason in loop.reasons)
 
 
 def test_a_short_run_names_the_length_that_shows_the_goal():
-    assert "--loop 600" in figures(periods=30_000)["prepare"][-1]
-    assert not any("--loop" in step for step in figures(periods=300_000)["prepare"])
+    assert "--loop 600" in figures(periods=30_000).prepare[-1]
+    assert not any("--loop" in step for step in figures(periods=300_000).prepare)
 
 
 @pytest.mark.parametrize("seconds", [0.0, -5.0, 1.9, 1e5, float("nan"), float("inf")])
@@ -131,34 +139,32 @@ def test_the_result_fits_the_terminal(
 def test_one_late_tick_among_many_shows_in_the_histogram():
     counts = [30_000, *[0] * 11, 1]
     edges = list(range(len(counts) + 1))
-    lines = terminal.histogram_lines(
-        {"edges_us": edges, "counts": counts}, {"edges_us": edges, "counts": counts}, width=80
-    )
+    histogram = LatenessHistogram(tuple(edges), counts)
+    lines = terminal.histogram_lines(histogram, histogram, width=80)
     assert lines[-1].count("█") >= 2
 
 
 @pytest.fixture
-def whole(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+def whole(monkeypatch: pytest.MonkeyPatch) -> None:
     """A computer that lacks nothing."""
-    result = {"ok": True, "computer": "Linux", "checks": [{"name": "out", "ok": True, "text": ""}], "tick_us": None}
+    result = ComputerCheck(True, "Linux", [Check("out", True, "")], None)
     monkeypatch.setattr(doctor, "examine_computer", lambda _folder: result)
-    return result
 
 
-def test_a_computer_unfit_for_worn_machines_is_no_broken_installation(
-    whole: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr(doctor_loop, "loop_test", lambda _seconds, _progress: figures(VIRTUAL))
-    result = run_doctor(Doctor(loop=60.0), Common())
+@pytest.mark.usefixtures("whole")
+def test_a_computer_unfit_for_worn_machines_is_no_broken_installation(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(doctor_loop, "loop_test", lambda _seconds, _progress: LoopTest(60.0, figures(VIRTUAL), 0))
+    result = json_value(run_doctor(Doctor(loop=60.0), Common()))
     assert not result["loop"]["may_drive_worn"]
     assert result["ok"]
 
 
-def test_where_something_is_missing_the_loop_is_not_run(whole: dict[str, Any], monkeypatch: pytest.MonkeyPatch):
-    whole["checks"][0]["ok"] = whole["ok"] = False
+def test_where_something_is_missing_the_loop_is_not_run(monkeypatch: pytest.MonkeyPatch):
+    lacking = ComputerCheck(False, "Linux", [Check("out", False, "")], None)
+    monkeypatch.setattr(doctor, "examine_computer", lambda _folder: lacking)
     monkeypatch.delattr(doctor_loop, "loop_test")
     monkeypatch.setattr(doctor_loop, "loop_test", None, raising=False)
-    assert "loop" not in run_doctor(Doctor(loop=60.0), Common())
+    assert "loop" not in json_value(run_doctor(Doctor(loop=60.0), Common()))
 
 
 def run(*words: str, folder: Path) -> list[str]:

@@ -5,9 +5,9 @@ import platform
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,64 +20,79 @@ TICKS = 2000
 PERIOD_US = 1000.0
 
 
-def examine_computer(folder: Path) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Check:
+    """One finding about this computer."""
+
+    name: str
+    ok: bool
+    text: str
+
+
+@dataclass(frozen=True)
+class ComputerCheck:
+    """All findings about this computer."""
+
+    ok: bool
+    computer: str
+    checks: list[Check]
+    tick_us: dict[str, float] | None
+
+    @property
+    def has_all_it_needs(self) -> bool:
+        """True if everything is there; a slow tick is no lack."""
+        return all(check.ok for check in self.checks if check.name != "tick")
+
+
+def examine_computer(folder: Path) -> ComputerCheck:
     """Versions, a writable folder, and the time of a tick; each finding is a check with a sentence.
 
     `ok` says whether exograv runs here. Whether a worn machine may hang on this computer is another question, whose
-    answer (`doctor_loop`) leaves `ok` alone: most computers run the twin, the study and the report, and no machine.
+    answer (`loop_test`) leaves `ok` alone: most computers run the twin, the study and the report, and no machine.
     """
     checks = [_python(), *(_package(name) for name in PACKAGES), _writable(folder)]
     checks.append(_kernels())
-    checks.append({"name": "machines", "ok": bool(rig_names()), "text": ", ".join(rig_names()) or "none found"})
-    tick = percentiles(_tick_times()) if all(check["ok"] for check in checks[1:]) else None
+    checks.append(Check("machines", bool(rig_names()), ", ".join(rig_names()) or "none found"))
+    tick = percentiles(_tick_times()) if all(check.ok for check in checks[1:]) else None
     if tick is not None:
         ok = tick["p99"] < PERIOD_US / 2
         text = f"median {tick['p50']} µs, p99 {tick['p99']} µs of a period of 1000 µs"
-        checks.append({"name": "tick", "ok": ok, "text": text})
-    return {
-        "ok": all(check["ok"] for check in checks),
-        "computer": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
-        "checks": checks,
-        "tick_us": tick,
-    }
+        checks.append(Check("tick", ok, text))
+    computer = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
+    return ComputerCheck(all(check.ok for check in checks), computer, checks, tick)
 
 
-def has_all_it_needs(result: dict[str, Any]) -> bool:
-    """Whether everything is there; a slow tick is no lack."""
-    return all(check["ok"] for check in result["checks"] if check["name"] != "tick")
+def _python() -> Check:
+    return Check("python", sys.version_info >= (3, 11), platform.python_version())
 
 
-def _python() -> dict[str, Any]:
-    return {"name": "python", "ok": sys.version_info >= (3, 11), "text": platform.python_version()}
-
-
-def _package(name: str) -> dict[str, Any]:
+def _package(name: str) -> Check:
     try:
-        return {"name": name, "ok": True, "text": version(name)}
+        return Check(name, True, version(name))
     except PackageNotFoundError:
-        return {"name": name, "ok": False, "text": "not installed: pip install 'exograv[all]'"}
+        return Check(name, False, "not installed: pip install 'exograv[all]'")
 
 
-def _kernels() -> dict[str, Any]:
+def _kernels() -> Check:
     """Slower without native code, and as right."""
     try:
         from exograv.kernel import object_code
 
-        return {"name": "kernels", "ok": True, "text": f"native code for {object_code.processor().name}"}
+        return Check("kernels", True, f"native code for {object_code.processor().name}")
     except ImportError:
-        return {"name": "kernels", "ok": False, "text": "no CasADi: pip install 'exograv[all]'"}
+        return Check("kernels", False, "no CasADi: pip install 'exograv[all]'")
     except KernelError as error:
-        return {"name": "kernels", "ok": True, "text": f"virtual machine. {error}"}
+        return Check("kernels", True, f"virtual machine. {error}")
 
 
-def _writable(folder: Path) -> dict[str, Any]:
+def _writable(folder: Path) -> Check:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        return {"name": "out", "ok": False, "text": f"{folder}: {error.strerror}; give another folder with --out"}
-    return {"name": "out", "ok": True, "text": f"{folder} can be written"}
+        return Check("out", False, f"{folder}: {error.strerror}; give another folder with --out")
+    return Check("out", True, f"{folder} can be written")
 
 
 def _tick_times() -> list[float]:

@@ -1,9 +1,15 @@
 """`exograv doctor`."""
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common
+from exograv.results import MERGED, OPTIONAL
+
+if TYPE_CHECKING:
+    from exograv.procedures.self_test.loop_timing import LoopTest
+
+    from .computer_check import ComputerCheck
 
 
 @dataclass(frozen=True)
@@ -14,19 +20,27 @@ class Doctor:
     """Also run the live loop for so long [s], half of it with real-time rights: may a worn machine hang on it?"""
 
 
-def run_doctor(command: Doctor, common: Common) -> dict[str, Any]:
+@dataclass(frozen=True)
+class DoctorResult:
+    """Result of `exograv doctor`."""
+
+    computer: "ComputerCheck" = field(metadata=MERGED)
+    loop: "LoopTest | None" = field(metadata=OPTIONAL)
+
+
+def run_doctor(command: Doctor, common: Common) -> DoctorResult:
     """Say whether this computer has what exograv needs, and how fast its loop is here."""
     from exograv.cli.shell.terminal import bars, show_doctor, show_loop
     from exograv.procedures.self_test.loop_timing import loop_test, refuse_unusable
 
-    from .computer_check import examine_computer, has_all_it_needs
+    from .computer_check import examine_computer
 
     if command.loop is not None:
         refuse_unusable(command.loop)
-    result = examine_computer(common.out)
-    show_doctor(result)
-    if command.loop is not None and has_all_it_needs(result):
+    computer, loop = examine_computer(common.out), None
+    show_doctor(computer)
+    if command.loop is not None and computer.has_all_it_needs:
         with bars() as progress:
-            result["loop"] = loop_test(command.loop, progress)
-        show_loop(result["loop"])
-    return result
+            loop = loop_test(command.loop, progress)
+        show_loop(loop.figures)
+    return DoctorResult(computer, loop)

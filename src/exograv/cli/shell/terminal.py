@@ -12,6 +12,8 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
+    from exograv.cli.machine.computer_check import ComputerCheck
+    from exograv.procedures.self_test.loop_timing import LatenessHistogram, LoopFigures, ScheduledLoop
 
 
 @contextmanager
@@ -130,51 +132,51 @@ def show_payload(result: dict[str, Any]) -> None:
     console.print(f"{result['duration_s']:.1f} s, {result['samples']} samples. {result['outcome']}", highlight=False)
 
 
-def show_doctor(result: dict[str, Any]) -> None:
+def show_doctor(result: "ComputerCheck") -> None:
     """One line a check."""
     console = Console()
-    console.print(result["computer"], highlight=False)
-    for check in result["checks"]:
-        mark = "ok " if check["ok"] else "NO "
-        console.print(f"{mark} {check['name']}: {check['text']}", highlight=False)
+    console.print(result.computer, highlight=False)
+    for check in result.checks:
+        mark = "ok " if check.ok else "NO "
+        console.print(f"{mark} {check.name}: {check.text}", highlight=False)
 
 
 NARROW = 60
 """Columns below which there is room for numbers only."""
 
 
-LOOP_FIGURES: dict[str, Callable[[dict[str, Any]], str]] = {
-    "commands/s": lambda row: f"{row['effective_rate_Hz']:.1f}",
-    "longest gap, ms": lambda row: f"{row['longest_gap_us'] / 1000:.2f}",
-    "late > 0.5 ms": lambda row: f"{100 * row['late_share']:.2f} %",
-    "missed periods": lambda row: f"{row['missed']}",
+LOOP_FIGURES: dict[str, Callable[["ScheduledLoop"], str]] = {
+    "commands/s": lambda row: f"{row.effective_rate_Hz:.1f}",
+    "longest gap, ms": lambda row: f"{row.longest_gap_us / 1000:.2f}",
+    "late > 0.5 ms": lambda row: f"{100 * row.late_share:.2f} %",
+    "missed periods": lambda row: f"{row.missed}",
 }
 LOOP_TIMES = {"woken late, µs": "lateness_us", "computing, µs": "compute_us", "whole tick, µs": "command_us"}
 PERCENTILES = {"median": "p50", "99 %": "p99", "99.9 %": "p999", "worst": "max"}
 
 
-def show_loop(loop: dict[str, Any]) -> None:
+def show_loop(loop: "LoopFigures") -> None:
     """The punctuality of the live loop, both halves beside each other, and the verdict."""
     console = Console()
-    ordinary, realtime = loop["rows"]
+    ordinary, realtime = loop.rows
     console.print(_loop_table(loop, console.width))
     console.print("Ticks by how late they started, ordinary and real-time:", highlight=False)
-    for line in histogram_lines(ordinary["histogram"], realtime["histogram"], console.width):
+    for line in histogram_lines(ordinary.histogram, realtime.histogram, console.width):
         console.print(line, highlight=False)
-    console.print(f"Real-time rights: {', '.join(realtime['granted'])}.", highlight=False)
-    can = "may" if loop["may_drive_worn"] else "may not"
+    console.print(f"Real-time rights: {', '.join(realtime.granted)}.", highlight=False)
+    can = "may" if loop.may_drive_worn else "may not"
     console.print(f"By its timing this computer {can} drive a machine that is worn:", style="bold", highlight=False)
-    _list(console, loop["reasons"])
-    if loop["prepare"]:
+    _list(console, loop.reasons)
+    if loop.prepare:
         console.print("To prepare it (docs/realtime.md):", highlight=False)
-        _list(console, loop["prepare"])
+        _list(console, loop.prepare)
 
 
-def _loop_table(loop: dict[str, Any], width: int) -> Table:
-    rows = loop["rows"]
-    table = Table(title=f"Live loop, {loop['rate_Hz'] / 1000:g} kHz, {rows[0]['seconds']:g} s each way")
+def _loop_table(loop: "LoopFigures", width: int) -> Table:
+    rows = loop.rows
+    table = Table(title=f"Live loop, {loop.rate_Hz / 1000:g} kHz, {rows[0].seconds:g} s each way")
     table.add_column()
-    for heading in (row["scheduling"] for row in rows):
+    for heading in (row.scheduling for row in rows):
         table.add_column(heading.replace("-", "-\n") if width < NARROW else heading, justify="right")
     for label, figure in LOOP_FIGURES.items():
         table.add_row(label, *(figure(row) for row in rows))
@@ -182,7 +184,7 @@ def _loop_table(loop: dict[str, Any], width: int) -> Table:
         table.add_section()
         table.add_row(label)
         for name, percentile in PERCENTILES.items():
-            table.add_row(f"  {name}", *(f"{row[key][percentile]:.0f}" for row in rows))
+            table.add_row(f"  {name}", *(f"{getattr(getattr(row, key), percentile):.0f}" for row in rows))
     return table
 
 
@@ -193,14 +195,14 @@ def _list(console: Console, sentences: list[str]) -> None:
     console.print(grid)
 
 
-def histogram_lines(ordinary: dict[str, Any], realtime: dict[str, Any], width: int) -> list[str]:
+def histogram_lines(ordinary: "LatenessHistogram", realtime: "LatenessHistogram", width: int) -> list[str]:
     """One line a bin, with bars where they fit; bars are logarithmic, or a single late tick would not show."""
-    edges = ordinary["edges_us"]
-    most = max(1, *ordinary["counts"], *realtime["counts"])
+    edges = ordinary.edges_us
+    most = max(1, *ordinary.counts, *realtime.counts)
     room = min(20, (width - 42) // 2) if width >= NARROW else 0
     lines = []
     limits = [f"< {edge} µs" if edge < 1000 else f"< {edge / 1000:g} ms" for edge in edges[1:-1]]
-    for label, *counts in zip([*limits, "later"], ordinary["counts"], realtime["counts"], strict=True):
+    for label, *counts in zip([*limits, "later"], ordinary.counts, realtime.counts, strict=True):
         bars = (f"{count:8d} {_bar(count, most, room):{room}s}" for count in counts)
         lines.append(f"{label:>11s}{''.join(bars)}".rstrip())
     return lines

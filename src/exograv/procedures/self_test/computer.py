@@ -93,16 +93,14 @@ def _put(ring, row: np.ndarray, first: int) -> None:
 
 def timing(progress: Progress) -> list[Step]:
     """Ten seconds of the loop with real-time rights; what it lacks locks a real machine, and says nothing of it."""
-    found = loop_test(2.0 * SELF_TEST_S, progress)
-    row = found["rows"][1]
-    share = row["woken_share"]
-    reasons = " ".join([*found["reasons"], *found["prepare"]])
-    may = bool(found["may_drive_worn"])
+    found = loop_test(2.0 * SELF_TEST_S, progress).figures
+    row, may = found.rows[1], found.may_drive_worn
+    reasons = " ".join([*found.reasons, *found.prepare])
     return [
         Step(
             f"ticks within {WOKEN_WITHIN_NS // 1000} µs, for {SELF_TEST_S:g} s",
             may,
-            f"{100 * share:.2f} %, {row['missed']} missed",
+            f"{100 * row.woken_share:.2f} %, {row.missed} missed",
             f"{100 * WOKEN_SHARE_MIN:g} %, 0 missed",
             "",
             "" if may else f"This computer may not drive a worn machine. {reasons}",

@@ -7,19 +7,18 @@ import multiprocessing
 import signal
 import sys
 from collections.abc import Callable, MutableSequence
-from dataclasses import asdict
+from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-import numpy as np
-
 from exograv.errors import ConfigError, ExogravError, RigError
+from exograv.results import MERGED
 from exograv.runtime.clock.fitness import PERIODS_FOR_GOAL, WOKEN_WITHIN_NS, judge
 from exograv.runtime.clock.host import Host, read_host
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import Rights, realtime
-from exograv.runtime.clock.timing import EDGES_US, PERIOD_NS, Timing
+from exograv.runtime.clock.timing import EDGES_US, PERIOD_NS, Percentiles, Timing, percentiles_us
 from exograv.runtime.processes.spawn import keyboard_ignored
 
 SECONDS_MIN, SECONDS_MAX = 2.0, 7200.0  # the longest holds 170 MB of times
@@ -32,8 +31,58 @@ Progress = Callable[[str, float], None]
 Loop = Callable[[Callable[[int], object], int], Timing]
 
 
-def loop_test(seconds: float, progress: Progress) -> dict[str, Any]:
-    """Run the loop for half of `seconds` without and for half with real-time rights; `loop` of `exograv doctor --json`.
+@dataclass(frozen=True)
+class LatenessHistogram:
+    """Ticks by lateness, one count per pair of edges."""
+
+    edges_us: tuple[int, ...]
+    counts: list[int]
+
+
+@dataclass(frozen=True)
+class ScheduledLoop:
+    """Timing of the loop with one kind of scheduling."""
+
+    scheduling: str
+    granted: tuple[str, ...]
+    refused: tuple[str, ...]
+    outcome: str
+    seconds: float
+    ticks: int
+    effective_rate_Hz: float
+    longest_gap_us: float
+    late_share: float
+    woken_share: float
+    missed: int
+    lateness_us: Percentiles
+    compute_us: Percentiles
+    command_us: Percentiles
+    histogram: LatenessHistogram
+
+
+@dataclass(frozen=True)
+class LoopFigures:
+    """Timing with both kinds of scheduling, and the verdict."""
+
+    rate_Hz: float
+    rows: tuple[ScheduledLoop, ScheduledLoop]
+    may_drive_worn: bool
+    reasons: list[str]
+    prepare: list[str]
+    computer: Host
+
+
+@dataclass(frozen=True)
+class LoopTest:
+    """Result of `exograv doctor --loop`."""
+
+    seconds: float
+    figures: LoopFigures = field(metadata=MERGED)
+    open_ticks: int
+
+
+def loop_test(seconds: float, progress: Progress) -> LoopTest:
+    """Run the loop for half of `seconds` without and for half with real-time rights; a row for each.
 
     Raises:
         ConfigError: The time cannot be used, or the system is not Linux.
@@ -56,7 +105,7 @@ def loop_test(seconds: float, progress: Progress) -> dict[str, Any]:
         process.join(END_S)
     if isinstance(result, ExogravError):
         raise result
-    return {"seconds": seconds, **result}
+    return LoopTest(seconds, *result)
 
 
 def refuse_unusable(seconds: float) -> None:
@@ -80,14 +129,13 @@ def measure(
     host: Host,
     begin: Callable[[int], object] = lambda _half: None,
     loop: Loop = run_loop,
-) -> dict[str, Any]:
+) -> LoopFigures:
     """Both halves in this process, and the verdict; `begin` is told which of the `HALVES` comes."""
     begin(0)
-    rows = [_row(HALVES[0], loop(work, periods), Rights())]
+    ordinary = _row(HALVES[0], loop(work, periods), Rights())
     begin(1)
     with realtime(host.isolated_cpus) as rights:
         timing = loop(work, periods)
-    rows.append(_row(HALVES[1], timing, rights))
     fitness = judge(timing, rights, host)
     prepare = list(fitness.prepare)
     if periods < PERIODS_FOR_GOAL:
@@ -95,40 +143,28 @@ def measure(
         prepare.append(
             f"Then repeat, with --loop {seconds:.0f} and under the load of a session: an idle computer is punctual."
         )
-    return {
-        "rate_Hz": 1e9 / timing.period_ns,
-        "rows": rows,
-        "may_drive_worn": fitness.may_drive_worn,
-        "reasons": fitness.reasons,
-        "prepare": prepare,
-        "computer": asdict(host),
-    }
+    rows = ordinary, _row(HALVES[1], timing, rights)
+    return LoopFigures(1e9 / timing.period_ns, rows, fitness.may_drive_worn, fitness.reasons, prepare, host)
 
 
-def _row(name: str, timing: Timing, rights: Rights) -> dict[str, Any]:
-    return {
-        "scheduling": name,
-        "granted": list(rights.granted),
-        "refused": list(rights.refused),
-        "outcome": timing.outcome.value,
-        "seconds": round(timing.seconds, 3),
-        "ticks": len(timing.period),
-        "effective_rate_Hz": round(timing.effective_rate_Hz, 3),
-        "longest_gap_us": round(timing.longest_gap_us, 1),
-        "late_share": timing.late_share,
-        "woken_share": timing.woken_within(WOKEN_WITHIN_NS),
-        "missed": timing.missed,
-        "lateness_us": _figures(timing.lateness_ns),
-        "compute_us": _figures(timing.compute_ns),
-        "command_us": _figures(timing.command_ns),
-        "histogram": {"edges_us": list(EDGES_US), "counts": timing.histogram()},
-    }
-
-
-def _figures(ns: np.ndarray) -> dict[str, float]:
-    p50, p99, p999 = np.percentile(ns, [50, 99, 99.9])
-    figures = {"p50": p50, "p99": p99, "p999": p999, "max": ns.max()}
-    return {name: round(1e-3 * float(value), 1) for name, value in figures.items()}
+def _row(name: str, timing: Timing, rights: Rights) -> ScheduledLoop:
+    return ScheduledLoop(
+        scheduling=name,
+        granted=tuple(rights.granted),
+        refused=tuple(rights.refused),
+        outcome=timing.outcome.value,
+        seconds=round(timing.seconds, 3),
+        ticks=len(timing.period),
+        effective_rate_Hz=round(timing.effective_rate_Hz, 3),
+        longest_gap_us=round(timing.longest_gap_us, 1),
+        late_share=timing.late_share,
+        woken_share=timing.woken_within(WOKEN_WITHIN_NS),
+        missed=timing.missed,
+        lateness_us=percentiles_us(timing.lateness_ns),
+        compute_us=percentiles_us(timing.compute_ns),
+        command_us=percentiles_us(timing.command_ns),
+        histogram=LatenessHistogram(EDGES_US, timing.histogram()),
+    )
 
 
 def _loop_process(periods: int, place: MutableSequence[int], results: Connection) -> None:
@@ -148,7 +184,7 @@ def _loop_process(periods: int, place: MutableSequence[int], results: Connection
             place[1] = 0
             place[0] = half
 
-        results.send({**measure(work, periods, read_host(), begin), "open_ticks": tick.open_ticks})
+        results.send((measure(work, periods, read_host(), begin), tick.open_ticks))
     except ExogravError as error:
         results.send(error)
 

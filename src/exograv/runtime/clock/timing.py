@@ -18,6 +18,21 @@ EDGES_US = (0, 5, 10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 100_00
 Ticks = Int[np.ndarray, " tick"]
 
 
+@dataclass(frozen=True)
+class Percentiles:
+    """Percentiles of a time [µs]."""
+
+    p50: float
+    p99: float
+    p999: float
+    max: float
+
+
+def percentiles_us(ns: Ticks) -> Percentiles:
+    """Percentiles of times in nanoseconds, to a tenth of a microsecond."""
+    return Percentiles(*(round(1e-3 * float(value), 1) for value in (*np.percentile(ns, [50, 99, 99.9]), ns.max())))
+
+
 class LoopOutcome(enum.Enum):
     """How a loop ended; the value is a sentence for the operator."""
 
