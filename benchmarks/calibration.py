@@ -29,6 +29,7 @@ def run(rig: str, level: int, seed: int, worn: bool) -> dict[str, Any]:
     """One machine; a refused one is a result too."""
     from exograv.cli.machine.rig_factory import run_calibration
     from exograv.procedures.calibration.options import CalibrateOptions
+    from exograv.results import json_value
 
     key = {"rig": rig, "level": level, "seed": seed}
     with tempfile.TemporaryDirectory() as folder:
@@ -38,7 +39,7 @@ def run(rig: str, level: int, seed: int, worn: bool) -> dict[str, Any]:
             found = run_calibration(options, Path(folder), lambda _text, _share: None)
         except ExogravError as error:
             return key | {"refused": str(error)}
-        result = key | {"found": found, "empty": empty_left_over(rig, level, seed, file)}
+        result = key | {"found": json_value(found), "empty": empty_left_over(rig, level, seed, file)}
         return result | {"worn": worn_left_over(rig, level, seed, file)} if worn else result
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -26,18 +25,6 @@ class Step:
 
     locks_only: bool = False
     """Whether it says nothing of the machine, only that nobody may be in it with this computer."""
-
-    @property
-    def figures(self) -> dict[str, Any]:
-        """As in `--json`."""
-        return {
-            "name": self.name,
-            "measured": self.measured,
-            "limit": self.limit,
-            "unit": self.unit,
-            "passed": self.passed,
-            "what_to_do": self.what_to_do,
-        }
 
 
 def within(name: str, measured: float, limit: float, unit: str, what_to_do: str) -> Step:

@@ -6,25 +6,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exograv.live.on_drives.bring_up_command import run_rig_test
+from exograv.live.on_drives.bring_up_command import BringUpResult, run_rig_test
 from exograv.live.options import RigTestOptions
 from exograv.model.description import load_rig
 from exograv.rig.twin import Disturbances, draw_machine
 
 
-def brought_up(folder: Path, **given: Any) -> dict[str, Any]:
+def brought_up(folder: Path, **given: Any) -> BringUpResult:
     options = RigTestOptions("recupera_like", simulate=True, by="test", **{"level": 0, **given})
     return run_rig_test(options, folder, lambda _text, _share: None, lambda _text: None)
 
 
-def failed(result: dict[str, Any]) -> str:
+def failed(result: BringUpResult) -> str:
     """The step that failed; nothing after it may have been tried."""
-    marks = [step["passed"] for step in result["steps"]]
+    marks = [step.passed for step in result.steps]
     at = marks.index(False)
     assert set(marks[:at]) == {True}
     assert set(marks[at + 1 :]) <= {None}
-    assert not result["passed"]
-    return result["steps"][at]["name"] + ": " + result["steps"][at]["what_to_do"]
+    assert not result.passed
+    return result.steps[at].name + ": " + result.steps[at].what_to_do
 
 
 def test_an_encoder_that_counts_the_other_way_ends_it_before_any_motor_is_switched_on(tmp_path: Path):
@@ -36,11 +36,11 @@ def test_an_encoder_that_counts_the_other_way_ends_it_before_any_motor_is_switch
 @pytest.mark.slow
 def test_drives_in_good_order_pass_every_step_and_weights_are_felt_within_the_limit(tmp_path: Path):
     result = brought_up(tmp_path, level=2)
-    assert result["passed"]
-    assert all(step["passed"] for step in result["steps"])
+    assert result.passed
+    assert all(step.passed for step in result.steps)
     rig = load_rig("recupera_like")
     true = rig.nominal_gain / draw_machine(rig, Disturbances.at_level(2), 0).drives.gain
-    felt = [step["value"] for step in result["steps"] if "weighs" in step["name"]]
+    felt = np.array([step.value for step in result.steps if "weighs" in step.name], dtype=float)
     np.testing.assert_allclose(felt, true, atol=0.06)
 
 

@@ -12,6 +12,7 @@ from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.procedures.calibration.figures import calibration_figures, warnings
 from exograv.procedures.calibration.nominal_machine import nominal_machine
+from exograv.results import json_value
 from exograv.rig.twin import Disturbances, Machine, draw_machine
 
 HALF_AN_HOUR_S = 1800.0
@@ -46,9 +47,11 @@ def perfect(rig: RigDescription, truth: Machine) -> Calibration:
 
 def test_a_perfect_calibration_is_its_truth(rig: RigDescription, truth: Machine, perfect: Calibration):
     found = calibration_figures(perfect, rig.joints, calibration_truth(truth, HALF_AN_HOUR_S))
-    assert [row["estimate"] for row in found["gain"]] == [row["true"] for row in found["gain"]]
+    assert [row.estimate for row in found.gain] == [row.true for row in found.gain]
     for name in ("coulomb_Nm", "viscous", "asymmetry_Nm"):
-        assert [row[name] for row in found["friction"]] == [row[f"{name}_true"] for row in found["friction"]]
+        assert [getattr(row, name) for row in found.friction] == [
+            getattr(row, f"{name}_true") for row in found.friction
+        ]
 
 
 def test_after_half_an_hour_a_tenth_of_the_friction_is_gone_at_level_2(truth: Machine):
@@ -57,14 +60,14 @@ def test_after_half_an_hour_a_tenth_of_the_friction_is_gone_at_level_2(truth: Ma
 
 
 def test_without_a_truth_none_is_written(rig: RigDescription, perfect: Calibration):
-    found = calibration_figures(perfect, rig.joints)
+    found = json_value(calibration_figures(perfect, rig.joints))
     assert set(found["gain"][0]) == {"joint", "estimate", "ci95"}
     assert not [key for key in found["friction"][0] if key.endswith("_true")]
 
 
 def test_intervals_are_two_sided_and_about_the_estimate(rig: RigDescription, perfect: Calibration):
-    for row in calibration_figures(perfect, rig.joints)["encoder_offset_deg"]:
-        low, high = row["ci95"]
+    for row in calibration_figures(perfect, rig.joints).encoder_offset_deg:
+        low, high = row.ci95
         assert low == pytest.approx(-high)
         assert high == pytest.approx(np.rad2deg(1.96 * 0.01), rel=1e-3)
 

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from exograv.loop.pilot import Progress
     from exograv.model.description import RigDescription
     from exograv.options import MachineOptions
-    from exograv.procedures.calibration.calibrate_command import EmptyMachine, TruthAt
+    from exograv.procedures.calibration.calibrate_command import CalibrationResult, EmptyMachine, TruthAt
     from exograv.procedures.calibration.options import CalibrateOptions
     from exograv.procedures.identification.simulated_wearer import SimulatedWearer
     from exograv.procedures.self_test.options import SelfTestOptions
-    from exograv.procedures.self_test.self_test_command import MachineUnderTest
+    from exograv.procedures.self_test.self_test_command import MachineUnderTest, SelfTestResult
     from exograv.procedures.verification.options import VerifyOptions
 
 
@@ -50,7 +50,7 @@ def run_calibration(
     progress: "Progress",
     say: "Say" = lambda _: None,
     now: datetime | None = None,
-) -> dict[str, Any]:
+) -> "CalibrationResult":
     """Calibrate the machine of these options; see `calibrate_and_keep`."""
     from exograv.procedures.calibration.calibrate_command import calibrate_and_keep
 
@@ -82,7 +82,7 @@ def run_self_test(
     progress: "Progress",
     say: "Say" = lambda _: None,
     now: datetime | None = None,
-) -> dict[str, Any]:
+) -> "SelfTestResult":
     """Test the machine of these options; see `self_test_and_unlock`."""
     from exograv.procedures.self_test.self_test_command import self_test_and_unlock
 

@@ -1,12 +1,15 @@
 """`exograv rig-test`."""
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common
 from exograv.live.options import RigTestOptions
 
+if TYPE_CHECKING:
+    from exograv.live.on_drives.bring_up_command import BringUpResult
 
-def run_rig_test_command(options: RigTestOptions, common: Common) -> dict[str, Any]:
+
+def run_rig_test_command(options: RigTestOptions, common: Common) -> "BringUpResult":
     """Bring an empty machine up on the bench, step by step in the order of danger; nothing can be skipped."""
     from exograv.cli.shell.terminal import bars, say
     from exograv.live.on_drives.bring_up_command import run_rig_test
@@ -17,30 +20,13 @@ def run_rig_test_command(options: RigTestOptions, common: Common) -> dict[str, A
     return result
 
 
-def show_rig_test(result: dict[str, Any]) -> None:
+def show_rig_test(result: "BringUpResult") -> None:
     """One row a step, room for a signature, and what to do below."""
-    from rich.console import Console
-    from rich.table import Table
+    from exograv.cli.shell.terminal import say, say_unbroken, show_steps
 
-    simulated = ", simulated" if result["simulated"] else ""
-    table = Table(title=f"Bring-up of {result['rig']}, serial {result['serial']}{simulated}")
-    table.add_column("step")
-    table.add_column("measured", justify="right")
-    table.add_column("limit", justify="right")
-    table.add_column("")
-    for step in result["steps"]:
-        mark = {True: "ok", False: "FAILED", None: "not tried"}[step["passed"]]
-        limit = f"{_cell(step['limit'])} {step['unit']}".strip()
-        table.add_row(step["name"].replace("_", " "), _cell(step["value"]), limit, mark)
-    console = Console()
-    console.print(table)
-    for step in result["steps"]:
-        if step["what_to_do"]:
-            console.print(f"{step['name']}: {step['what_to_do']}", highlight=False)
-    verdict = "The machine has passed." if result["passed"] else "The machine has not passed: mend that, and repeat."
-    console.print(f"{verdict} Done by: {result['by'] or '–'}    Signature: ______________________", highlight=False)
-    console.print(f"{result['sheet']} (sealed {result['sha256'][:12]}…)", highlight=False, soft_wrap=True)
-
-
-def _cell(value: float | str | None) -> str:
-    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+    simulated = ", simulated" if result.simulated else ""
+    title = f"Bring-up of {result.rig}, serial {result.serial}{simulated}"
+    show_steps(title, [(step.name.replace("_", " "), step) for step in result.steps])
+    verdict = "The machine has passed." if result.passed else "The machine has not passed: mend that, and repeat."
+    say(f"{verdict} Done by: {result.by or '–'}    Signature: ______________________")
+    say_unbroken(f"{result.sheet} (sealed {result.sha256[:12]}…)")

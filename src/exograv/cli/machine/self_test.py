@@ -1,12 +1,15 @@
 """`exograv self-test`."""
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
 from exograv.procedures.self_test.options import SelfTestOptions
 
+if TYPE_CHECKING:
+    from exograv.procedures.self_test.self_test_command import SelfTestResult
 
-def run_self_test_command(options: SelfTestOptions, common: Common) -> dict[str, Any]:
+
+def run_self_test_command(options: SelfTestOptions, common: Common) -> "SelfTestResult":
     """Test the empty machine and this computer before anybody is in it: each day, and after every stop by a fault."""
     from exograv.cli.shell.terminal import bars, say
 
@@ -19,30 +22,13 @@ def run_self_test_command(options: SelfTestOptions, common: Common) -> dict[str,
     return result
 
 
-def show_self_test(result: dict[str, Any]) -> None:
+def show_self_test(result: "SelfTestResult") -> None:
     """One row a step; what to do below."""
-    from rich.console import Console
-    from rich.table import Table
+    from exograv.cli.shell.terminal import say, show_steps
 
-    table = Table(title=f"Self-test of {result['rig']}, {result['machine_s']:.0f} s of the machine")
-    # A narrow terminal breaks words rather than cutting figures off.
-    for heading in ("step", "measured", "limit", ""):
-        is_figure = heading in ("measured", "limit")
-        table.add_column(heading, justify="right" if is_figure else "left", overflow="fold")
-    for step in result["steps"]:
-        mark = {True: "ok", False: "FAILED", None: "not tried"}[step["passed"]]
-        cells = (_cell(step["measured"]), f"{_cell(step['limit'])} {step['unit']}".strip())
-        table.add_row(step["name"], *cells, mark)
-    console = Console()
-    console.print(table)
-    for step in result["steps"]:
-        if step["what_to_do"]:
-            console.print(f"{step['name']}: {step['what_to_do']}", highlight=False)
-    verdict = "The machine has passed." if result["ok"] else "The machine is refused."
-    if result["ok"] and not result["may_be_worn"]:
+    title = f"Self-test of {result.rig}, {result.machine_s:.0f} s of the machine"
+    show_steps(title, [(step.name, step) for step in result.steps])
+    verdict = "The machine has passed." if result.ok else "The machine is refused."
+    if result.ok and not result.may_be_worn:
         verdict += " Nobody may be in it: this computer is not punctual enough."
-    console.print(f"{verdict} Lock: {result['self_test']}.", highlight=False)
-
-
-def _cell(value: float | str | None) -> str:
-    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+    say(f"{verdict} Lock: {result.self_test}.")

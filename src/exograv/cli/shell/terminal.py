@@ -1,6 +1,6 @@
 """What a person at a terminal sees: progress while it runs, one table when it is done."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import log10
 from typing import TYPE_CHECKING, Any
@@ -11,9 +11,11 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
     from exograv.cli.machine.computer_check import ComputerCheck
+    from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
+    from exograv.live.on_drives.bring_up_command import BringUpStep
     from exograv.procedures.self_test.loop_timing import LatenessHistogram, LoopFigures, ScheduledLoop
+    from exograv.procedures.self_test.self_test_command import StepFigures
 
 
 @contextmanager
@@ -44,6 +46,36 @@ def show_demo(result: "DemoResult") -> None:
     """Print the closing table of `demo` and `identify`."""
     found = result.findings
     table = Table(title=f"{found.rig}, disturbance level {found.disturbance_level}, seed {found.seed}")
+
+
+def say_unbroken(text: str) -> None:
+    """Show a line that holds a path, which a narrow terminal must not break."""
+    Console().print(text, highlight=False, soft_wrap=True)
+
+
+def show_steps(title: str, steps: "Sequence[tuple[str, StepFigures | BringUpStep]]") -> None:
+    """Show the steps of a test by their shown names, and below what to do where one failed."""
+    table = Table(title=title)
+    # A narrow terminal breaks words rather than cutting figures off.
+    for heading in ("step", "measured", "limit", ""):
+        is_figure = heading in ("measured", "limit")
+        table.add_column(heading, justify="right" if is_figure else "left", overflow="fold")
+    for name, step in steps:
+        mark = {True: "ok", False: "FAILED", None: "not tried"}[step.passed]
+        table.add_row(name, _cell(step.measured), f"{_cell(step.limit)} {step.unit}".strip(), mark)
+    Console().print(table)
+    for _, step in steps:
+        if step.what_to_do:
+            say(f"{step.name}: {step.what_to_do}")
+
+
+def _cell(value: float | str | None) -> str:
+    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def show_demo(result: dict[str, Any]) -> None:
+    """The closing table of `demo` and `identify`."""
+    table = Table(title=f"{result['rig']}, disturbance level {result['disturbance_level']}, seed {result['seed']}")
     table.add_column("left over, N·m RMS")
     for label in ("exo\nonly", "by\ntable", "arm\nfound"):
         table.add_column(label, justify="right")

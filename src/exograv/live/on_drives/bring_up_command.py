@@ -2,10 +2,10 @@
 
 import contextlib
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from exograv.live.options import RigTestOptions
 from exograv.loop.pilot import Progress
@@ -26,8 +26,41 @@ from .connection import Say, drives_with_hands
 Act = Callable[[], list[Step]]
 
 
-def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say: Say) -> dict[str, Any]:
-    """Bring a machine up; the result follows the contract of `exograv rig-test --json`.
+@dataclass(frozen=True)
+class BringUpStep:
+    """A step as the result of a bring-up has it."""
+
+    name: str
+    passed: bool | None
+    value: float | str | None
+    limit: float | str | None
+    unit: str
+    what_to_do: str
+
+    @property
+    def measured(self) -> float | str | None:
+        """Another name of `value`: that of the self-test's steps."""
+        return self.value
+
+
+@dataclass(frozen=True)
+class BringUpResult:
+    """Result of a bring-up."""
+
+    rig: str
+    serial: str
+    by: str
+    simulated: bool
+    ok: bool
+    passed: bool
+    may_be_worn: bool
+    steps: list[BringUpStep]
+    sheet: Path
+    sha256: str
+
+
+def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say: Say) -> BringUpResult:
+    """Bring a machine up.
 
     Raises:
         ConfigError: A file or an option cannot be used.
@@ -40,22 +73,18 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
     sheet = write_sheet(
         folder / FILE, description, drives, steps, options.by, datetime.now().astimezone(), options.simulate
     )
-    return {
-        "rig": description.name,
-        "serial": drives.settings.serial,
-        "by": options.by,
-        "simulated": options.simulate,
-        "ok": sheet.done.passed,
-        "passed": sheet.done.passed,
-        "may_be_worn": not drives.without_brake,
-        "steps": [
-            {"name": step.name, "passed": step.passed, "value": step.measured, "limit": step.limit, "unit": step.unit,
-             "what_to_do": step.what_to_do}
-            for step in steps
-        ],
-        "sheet": str(folder / FILE),
-        "sha256": sheet.content_sha256,
-    }  # fmt: skip
+    return BringUpResult(
+        rig=description.name,
+        serial=drives.settings.serial,
+        by=options.by,
+        simulated=options.simulate,
+        ok=sheet.done.passed,
+        passed=sheet.done.passed,
+        may_be_worn=not drives.without_brake,
+        steps=[BringUpStep(one.name, one.passed, one.measured, one.limit, one.unit, one.what_to_do) for one in steps],
+        sheet=folder / FILE,
+        sha256=sheet.content_sha256,
+    )
 
 
 def _walk(description: RigDescription, drives: Drives, hands: Hands, progress: Progress, lock_step: bool) -> list[Step]:

@@ -3,22 +3,44 @@
 import contextlib
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.model.description import RigDescription, load_rig
+from exograv.results import MERGED
 from exograv.storage.calibration_file import identity_of, take_calibration, write_calibration
 from exograv.storage.calibration_schema import MeasurementConditions, stored
 
 from .breakaway_checks import refuse_joints_without_motor
-from .figures import CalibrationTruth, calibration_figures, warnings
+from .figures import CalibrationFigures, CalibrationTruth, calibration_figures, warnings
 from .options import CalibrateOptions
 from .segment_lengths import settings_of_lengths
 
 TruthAt = Callable[[float], CalibrationTruth]
 """True values of a simulated machine at a time of its clock [s]."""
+
+
+@dataclass(frozen=True)
+class CalibrationResult:
+    """Result of `exograv calibrate`."""
+
+    rig: str
+    side: str
+    disturbance_level: int
+    seed: int
+    machine: str
+    """Serial number, or identity of the twin."""
+    figures: CalibrationFigures = field(metadata=MERGED)
+    warnings: list[str]
+    hash: str
+    file: Path
+    measured_utc: str
+    friction_measured_utc: str
+    simulated_s: float
+    wall_s: float
 
 
 class EmptyMachine(Protocol):
@@ -48,8 +70,8 @@ def calibrate_and_keep(
     file: Path,
     connect: Callable[[RigDescription], contextlib.AbstractContextManager[EmptyMachine]],
     now: datetime | None = None,
-) -> dict[str, Any]:
-    """Calibrate one machine; the result follows the contract of `exograv calibrate --json`.
+) -> CalibrationResult:
+    """Calibrate one machine, and keep the calibration in a file.
 
     Args:
         options: Of the command.
@@ -83,18 +105,18 @@ def calibrate_and_keep(
     write_calibration(file, whole)
     t = measured.running_s
     true = None if truth is None else truth(t)
-    return {
-        "rig": description.name,
-        "side": description.side,
-        "disturbance_level": options.level,
-        "seed": options.seed,
-        "machine": identity.machine,
-        **calibration_figures(calibration, description.joints, true),
-        "warnings": warnings(calibration, description),
-        "hash": whole.content_sha256,
-        "file": str(file),
-        "measured_utc": measured.at_utc.isoformat(),
-        "friction_measured_utc": measured.friction_at_utc.isoformat(),
-        "simulated_s": round(t, 3),
-        "wall_s": round(time.perf_counter() - start, 2),
-    }
+    return CalibrationResult(
+        rig=description.name,
+        side=description.side,
+        disturbance_level=options.level,
+        seed=options.seed,
+        machine=identity.machine,
+        figures=calibration_figures(calibration, description.joints, true),
+        warnings=warnings(calibration, description),
+        hash=whole.content_sha256,
+        file=file,
+        measured_utc=measured.at_utc.isoformat(),
+        friction_measured_utc=measured.friction_at_utc.isoformat(),
+        simulated_s=round(t, 3),
+        wall_s=round(time.perf_counter() - start, 2),
+    )

@@ -1,20 +1,22 @@
 """Figures of a calibration: the part of `exograv calibrate --json` that says what was found, and warnings."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.model.description import RigDescription
+from exograv.results import OPTIONAL
 
 DIGITS = 5
 GAIN_SD_SURE = 0.02  # share: 2 % of an arm's weight is 0.2 N·m at the shoulder
 GAIN_UNUSUAL = 0.15  # share: beyond any unit tolerance (docs/safety.md)
 OFFSET_UNUSUAL = np.deg2rad(1.0)
 Values = Float[np.ndarray, " value"]
+Row = TypeVar("Row")
 
 
 @dataclass(frozen=True)
@@ -31,36 +33,108 @@ class CalibrationTruth:
     """By the names of `Friction`'s fields."""
 
 
+Interval = tuple[float, float]
+"""Ends of a 95 % interval."""
+
+
+@dataclass(frozen=True)
+class JointEstimate:
+    """Found value of a joint."""
+
+    joint: str
+    true: float | None = field(metadata=OPTIONAL)
+    estimate: float
+    ci95: Interval
+
+
+@dataclass(frozen=True)
+class LeanEstimate:
+    """Found lean of the base in one direction."""
+
+    lean: str
+    true: float | None = field(metadata=OPTIONAL)
+    estimate: float
+    ci95: Interval
+
+
+@dataclass(frozen=True)
+class JointFriction:
+    """Found friction of a joint."""
+
+    joint: str
+    coulomb_Nm: float
+    coulomb_Nm_ci95: Interval
+    coulomb_Nm_true: float | None = field(metadata=OPTIONAL)
+    viscous: float
+    viscous_ci95: Interval
+    viscous_true: float | None = field(metadata=OPTIONAL)
+    breakaway: float
+    breakaway_ci95: Interval
+    breakaway_true: float | None = field(metadata=OPTIONAL)
+    load_share: float
+    load_share_ci95: Interval
+    load_share_true: float | None = field(metadata=OPTIONAL)
+    asymmetry_Nm: float
+    asymmetry_Nm_ci95: Interval
+    asymmetry_Nm_true: float | None = field(metadata=OPTIONAL)
+    v_stribeck_rad_per_s: float
+    v_stribeck_rad_per_s_ci95: Interval
+    v_stribeck_rad_per_s_true: float | None = field(metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class LinkEstimate:
+    """Found inertial parameters of the link that a joint moves."""
+
+    joint: str
+    mass_kg: float
+    first_moment_kgm: list[float]
+    sd: list[float]
+
+
+@dataclass(frozen=True)
+class CalibrationFigures:
+    """Gains, friction, encoders, links, base and the residual torque."""
+
+    joints: tuple[str, ...]
+    gain: list[JointEstimate]
+    friction: list[JointFriction]
+    encoder_offset_deg: list[JointEstimate]
+    tilt_deg: list[LeanEstimate]
+    links: list[LinkEstimate]
+    rotor_inertia_kgm2: list[float]
+    residual_sd_Nm: list[float]
+
+
 def calibration_figures(
     calibration: Calibration, joints: tuple[str, ...], truth: CalibrationTruth | None = None
-) -> dict[str, Any]:
-    """Gains, friction, encoders, links, base and the residual torque.
+) -> CalibrationFigures:
+    """Figures of a calibration.
 
     Args:
-        calibration: What was found.
+        calibration: Result of the calibration.
         joints: Their names.
         truth: Of a simulated machine, to be shown beside it.
     """
     machine, gains = calibration.machine, calibration.machine.actuators
-    offset = np.rad2deg(calibration.offset), np.rad2deg(calibration.offset_sd)
     tilt = np.rad2deg(np.arcsin(calibration.tilt)), np.rad2deg(calibration.tilt_sd)
+    offset = np.rad2deg(calibration.offset), np.rad2deg(calibration.offset_sd)
     true_gain = None if truth is None else truth.gain
     true_offset = None if truth is None else np.rad2deg(truth.encoder_offset)
     true_lean = None if truth is None else np.rad2deg(truth.lean)
-    true_friction = {} if truth is None else truth.friction
-    return {
-        "joints": list(joints),
-        "gain": _per_joint(joints, gains.gain, gains.gain_sd, true_gain),
-        "friction": _friction_rows(calibration, joints, true_friction),
-        "encoder_offset_deg": _per_joint(joints, *offset, true_offset),
-        "tilt_deg": _per_joint(("forward", "left"), *tilt, true_lean, key="lean"),
-        "links": [
-            {"joint": joint, "mass_kg": _short(phi[0]), "first_moment_kgm": _list(phi[1:4]), "sd": _list(sd[:4])}
+    return CalibrationFigures(
+        joints=joints,
+        gain=_estimates(JointEstimate, joints, gains.gain, gains.gain_sd, true_gain),
+        friction=[_friction(calibration, j, joint, truth) for j, joint in enumerate(joints)],
+        encoder_offset_deg=_estimates(JointEstimate, joints, *offset, true_offset),
+        tilt_deg=_estimates(LeanEstimate, ("forward", "left"), *tilt, true_lean),
+        links=[
+            LinkEstimate(joint, _short(phi[0]), _list(phi[1:4]), _list(sd[:4]))
             for joint, phi, sd in zip(joints, machine.phi, calibration.phi_sd, strict=True)
         ],
-        "rotor_inertia_kgm2": _list(machine.rotor_inertia),
-        "residual_sd_Nm": _list(machine.residual_sd),
-    }
+        rotor_inertia_kgm2=_list(machine.rotor_inertia),
+        residual_sd_Nm=_list(machine.residual_sd),
+    )
 
 
 def warnings(calibration: Calibration, description: RigDescription) -> list[str]:
@@ -83,42 +157,31 @@ def warnings(calibration: Calibration, description: RigDescription) -> list[str]
     return found
 
 
-def _per_joint(
-    names: tuple[str, ...], value: Values, sd: Values, truth: Values | None, key: str = "joint"
-) -> list[dict[str, Any]]:
+def _estimates(
+    kind: Callable[[str, float | None, float, Interval], Row],
+    names: tuple[str, ...],
+    value: Values,
+    sd: Values,
+    truth: Values | None,
+) -> list[Row]:
     return [
-        {key: name, **({} if truth is None else {"true": _short(truth[j])}), "estimate": _short(value[j]),
-         "ci95": _interval(value[j], sd[j])}
+        kind(name, None if truth is None else _short(truth[j]), _short(value[j]), _interval(value[j], sd[j]))
         for j, name in enumerate(names)
-    ]  # fmt: skip
+    ]
 
 
-def _friction_rows(
-    calibration: Calibration, joints: tuple[str, ...], truth: Mapping[str, Values]
-) -> list[dict[str, Any]]:
+def _friction(calibration: Calibration, j: int, joint: str, truth: CalibrationTruth | None) -> JointFriction:
     value, sd = calibration.machine.friction, calibration.machine.friction_sd
-    keys = {
-        "coulomb_Nm": "coulomb",
-        "viscous": "viscous",
-        "breakaway": "breakaway",
-        "load_share": "load_share",
-        "asymmetry_Nm": "asymmetry",
-        "v_stribeck_rad_per_s": "v_stribeck",
-    }
-    rows = []
-    for j, joint in enumerate(joints):
-        row: dict[str, Any] = {"joint": joint}
-        for key, name in keys.items():
-            row[key] = _short(getattr(value, name)[j])
-            row[f"{key}_ci95"] = _interval(getattr(value, name)[j], getattr(sd, name)[j])
-            if name in truth:
-                row[f"{key}_true"] = _short(truth[name][j])
-        rows.append(row)
-    return rows
+    row: list[Any] = []
+    for name in ("coulomb", "viscous", "breakaway", "load_share", "asymmetry", "v_stribeck"):
+        found = getattr(value, name)[j]
+        true = None if truth is None or name not in truth.friction else _short(truth.friction[name][j])
+        row += [_short(found), _interval(found, getattr(sd, name)[j]), true]
+    return JointFriction(joint, *row)
 
 
-def _interval(value: float, sd: float) -> list[float]:
-    return [_short(value - 1.96 * sd), _short(value + 1.96 * sd)]
+def _interval(value: float, sd: float) -> Interval:
+    return _short(value - 1.96 * sd), _short(value + 1.96 * sd)
 
 
 def _list(values: Values) -> list[float]:

@@ -3,9 +3,10 @@
 import contextlib
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription, load_rig
@@ -20,6 +21,36 @@ from .bench import TestedMachine
 from .computer import clock, disk, recorder, timing
 from .machine_test import test_machine
 from .options import SelfTestOptions
+
+
+@dataclass(frozen=True)
+class StepFigures:
+    """A step as the result of a self-test has it."""
+
+    name: str
+    measured: float | str | None
+    limit: float | str | None
+    unit: str
+    passed: bool | None
+    what_to_do: str
+
+
+@dataclass(frozen=True)
+class SelfTestResult:
+    """Result of a self-test."""
+
+    rig: str
+    side: str
+    disturbance_level: int
+    seed: int
+    ok: bool
+    """True if the machine has passed; a step that only locks worn mode says nothing of the machine."""
+    may_be_worn: bool
+    self_test: str
+    """State of the lock."""
+    steps: list[StepFigures]
+    machine_s: float
+    wall_s: float
 
 
 class MachineUnderTest(Protocol):
@@ -49,8 +80,8 @@ def self_test_and_unlock(
     progress: Progress,
     connect: Callable[[RigDescription], contextlib.AbstractContextManager[MachineUnderTest]],
     now: datetime | None = None,
-) -> dict[str, Any]:
-    """Test one machine; the result is what `exograv self-test --json` writes.
+) -> SelfTestResult:
+    """Test one machine.
 
     Args:
         options: Of the command.
@@ -82,10 +113,18 @@ def self_test_and_unlock(
             key = MachineKey(folder / FILE, description, machine.serial, taken[0].whole.content_sha256)
             if may_be_worn(subject.rig):
                 note = keep(key, steps, options.worn, now, options.simulate)
-    return _figures(options, description, steps, note) | {
-        "machine_s": round(busy_s, 3),
-        "wall_s": round(time.perf_counter() - started, 2),
-    }
+    return SelfTestResult(
+        rig=description.name,
+        side=description.side,
+        disturbance_level=options.level,
+        seed=options.seed,
+        ok=all(step.passed or step.locks_only for step in steps),
+        may_be_worn=all(bool(step.passed) for step in steps),
+        self_test=note,
+        steps=[StepFigures(one.name, one.measured, one.limit, one.unit, one.passed, one.what_to_do) for one in steps],
+        machine_s=round(busy_s, 3),
+        wall_s=round(time.perf_counter() - started, 2),
+    )
 
 
 def hashes(
@@ -126,17 +165,3 @@ def keep(key: MachineKey, steps: list[Step], worn: bool, now: datetime, is_simul
         return f"locked: {failed[0]}"
     write_pass(key, now, worn)
     return f"passed at {now.replace(microsecond=0).isoformat()}"
-
-
-def _figures(options: SelfTestOptions, description: RigDescription, steps: list[Step], note: str) -> dict[str, Any]:
-    return {
-        "rig": description.name,
-        "side": description.side,
-        "disturbance_level": options.level,
-        "seed": options.seed,
-        # What only locks worn mode says nothing of the machine, and no script on a twin needs to stop for it.
-        "ok": all(step.passed or step.locks_only for step in steps),
-        "may_be_worn": all(step.passed for step in steps),
-        "self_test": note,
-        "steps": [step.figures for step in steps],
-    }
