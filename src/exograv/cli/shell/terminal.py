@@ -42,12 +42,6 @@ def say(text: str) -> None:
     Console().print(text, highlight=False)
 
 
-def show_demo(result: "DemoResult") -> None:
-    """Print the closing table of `demo` and `identify`."""
-    found = result.findings
-    table = Table(title=f"{found.rig}, disturbance level {found.disturbance_level}, seed {found.seed}")
-
-
 def say_unbroken(text: str) -> None:
     """Show a line that holds a path, which a narrow terminal must not break."""
     Console().print(text, highlight=False, soft_wrap=True)
@@ -73,9 +67,10 @@ def _cell(value: float | str | None) -> str:
     return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def show_demo(result: dict[str, Any]) -> None:
-    """The closing table of `demo` and `identify`."""
-    table = Table(title=f"{result['rig']}, disturbance level {result['disturbance_level']}, seed {result['seed']}")
+def show_demo(result: "DemoResult") -> None:
+    """Print the closing table of `demo` and `identify`."""
+    found = result.findings
+    table = Table(title=f"{found.rig}, disturbance level {found.disturbance_level}, seed {found.seed}")
     table.add_column("left over, N·m RMS")
     for label in ("exo\nonly", "by\ntable", "arm\nfound"):
         table.add_column(label, justify="right")
