@@ -12,7 +12,8 @@ from exograv.errors import RecordingError
 from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.recording.stream_block import StreamBlock, StreamFormat, packed
-from exograv.report.of_recording.recording_report import render
+from exograv.report.of_recording.recording_report import page_of
+from exograv.report.style.page import page_text
 from exograv.study.sync import sync_figures
 
 RATE_HZ = 250.0
@@ -169,7 +170,7 @@ def test_the_command_draws_and_says_what_it_found(bench: Bench, tmp_path: Path, 
 def test_the_report_has_a_chapter_of_the_devices_that_says_what_is_missing(bench: Bench):
     bench.connect(np.concatenate([sampled(0.0, 20.0), sampled(30.0, 60.0)]))
     figures, recording = bench.figures()
-    page = render(recording)
+    page = page_text(page_of(recording))
     assert "Are other devices on the same clock?" in page
     assert f"to {figures['certain_to_us']:.0f} µs, with one gap" in page
 

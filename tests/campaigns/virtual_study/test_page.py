@@ -14,9 +14,10 @@ from exograv.campaigns.virtual_study.figure_sensitivity import Swept, spans
 from exograv.campaigns.virtual_study.figure_windows import by_window
 from exograv.campaigns.virtual_study.flight import FAMILIARISED, VirtualFlight
 from exograv.campaigns.virtual_study.outcome import NO_EVIDENCE, outcome_of
-from exograv.campaigns.virtual_study.page import Content, drawn, render, write_virtual_page
+from exograv.campaigns.virtual_study.page import Content, drawn, page_of, write_virtual_page
 from exograv.campaigns.virtual_study.sentences import headline, sentences
 from exograv.campaigns.virtual_study.small_study import SIZE
+from exograv.report.style.page import page_text
 
 SWEPT = (
     Swept("width", 0.1, 0.05, (-0.1, 0.2)),
@@ -44,6 +45,10 @@ def content(swept: tuple[Swept, ...] = SWEPT, of: list[VirtualFlight] | None = N
     return Content(outcome_of(of, "dam"), of, {"seed": "1000", "people": "<3>"}, swept, 0.5, links)
 
 
+def render(said: Content) -> str:
+    return page_text(page_of(said, ()))
+
+
 def words(figure) -> str:
     return " ".join(text.get_text() for text in figure.findobj(match=lambda one: hasattr(one, "get_text")))
 
@@ -60,15 +65,15 @@ def test_the_page_needs_nothing_beside_it_but_its_links_and_has_four_pictures_tw
 
 def test_simulated_stands_on_every_section_and_every_picture():
     said = content()
-    sections = re.findall(r"<section.*?</section>", render(said, []), flags=re.DOTALL)
+    sections = re.findall(r"<section.*?</section>", render(said), flags=re.DOTALL)
     assert len(sections) >= 5
     assert all("SIMULATED" in section for section in sections)
-    assert all("SIMULATED" in words(figure) for _, _, figure, _ in drawn(said))
-    assert NO_EVIDENCE in render(said, [])
+    assert all("SIMULATED" in words(one.figure) for one in drawn(said))
+    assert NO_EVIDENCE in render(said)
 
 
 def test_settings_cannot_change_the_page():
-    assert "&lt;3&gt;" in render(content(), [])
+    assert "&lt;3&gt;" in render(content())
 
 
 def test_the_headline_says_whether_the_published_direction_appears():
@@ -97,10 +102,10 @@ def test_the_page_tells_how_small_the_sweep_is():
 
 def test_an_ablation_has_a_table_and_sentences():
     rows = ablated_rows("dam", [comparison({"dam": 0.5}) for _ in MECHANISMS])
-    html = render(replace(content(), ablated=rows), [])
+    html = render(replace(content(), ablated=rows))
     assert "slow_learns = 0" in html
     assert "In the small study transfer of dam is 0.5" in html
-    assert "mechanisms" not in render(content(), [])
+    assert "mechanisms" not in render(content())
 
 
 def test_conditions_are_sorted_by_what_their_interval_carries():
@@ -132,5 +137,5 @@ def test_the_most_telling_constant_is_on_top_and_goes_from_low_to_high():
 @pytest.mark.parametrize("few", [[flight(1, "dam")], [flight(1, "dam", windows=())], main_study(people=1)])
 def test_a_study_that_lacks_something_has_a_page_without_nan(few: list[VirtualFlight]):
     said = content((), few)
-    assert "nan" not in re.sub(r"<[^>]*>", " ", render(said, [])).lower().split()
+    assert "nan" not in re.sub(r"<[^>]*>", " ", render(said)).lower().split()
     list(drawn(said))

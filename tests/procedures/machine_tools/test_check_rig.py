@@ -11,7 +11,7 @@ from exograv.errors import ConfigError
 from exograv.model.description import load_rig, rig_names, robots_folder
 from exograv.procedures.machine_tools.check_rig import check_rig
 from exograv.procedures.machine_tools.options import CheckOptions
-from exograv.report.figures import machine as drawing
+from exograv.report.style import figure_style
 
 SOURCE = robots_folder() / "recupera_like"
 LIMIT = '<limit lower="0.0" upper="2.18" effort="30" velocity="3.0"/>'
@@ -62,7 +62,7 @@ def broken(folder: Path, *pairs: tuple[str, str]) -> list[str]:
 @pytest.fixture
 def without_picture(monkeypatch: pytest.MonkeyPatch):
     """Drawing takes as long as all the rest."""
-    monkeypatch.setattr(drawing, "write_machine_picture", lambda _check, path: path)
+    monkeypatch.setattr(figure_style, "write_picture", lambda path, _draw: path)
 
 
 @pytest.mark.parametrize("rig", rig_names())

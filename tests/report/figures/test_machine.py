@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from exograv.errors import RecordingError
-from exograv.report.figures.machine import draw, write_machine_picture
-from exograv.report.style.figure_style import house_style
+from exograv.report.figures.machine import draw
+from exograv.report.style.figure_style import house_style, write_picture
 
 ROW = {"exo": 6.0, "arm": 10.0, "hand_1kg": -2.0, "friction": 3.0}
 
@@ -62,4 +62,4 @@ def test_a_machine_without_motors_says_so():
 def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path):
     (tmp_path / "file").touch()
     with pytest.raises(RecordingError, match="cannot be written"):
-        write_machine_picture(check(60.0), tmp_path / "file" / "x.png")
+        write_picture(tmp_path / "file" / "x.png", lambda: draw(check(60.0)))

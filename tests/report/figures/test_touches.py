@@ -8,8 +8,9 @@ import pytest
 from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.report.figures import touches
 from exograv.report.of_recording.headline import headline
-from exograv.report.of_recording.recording_report import render
+from exograv.report.of_recording.recording_report import page_of
 from exograv.report.style.figure_style import house_style
+from exograv.report.style.page import page_text
 
 SETTINGS = {"rig": "recupera_like", "settings": {"protocol": {"target": {"diameter_mm": 40.0, "diameter_px": 150.0}}}}
 PX = [(30.0, 40.0), (-60.0, 80.0), (5.0, 12.0), (8.0, 6.0)]
@@ -53,7 +54,7 @@ def test_every_touch_that_counts_is_on_the_target(tmp_path: Path, pitch: float |
 def test_the_page_begins_with_what_was_touched(tmp_path: Path):
     recording = recorded(tmp_path / "a.mcap", [True] * 4)
     assert headline(recording) == "2 windows, 4 touches that count: half of them within 32 px of the target's centre."
-    assert '<section id="touches">' in render(recording)
+    assert '<section id="touches">' in page_text(page_of(recording))
 
 
 def test_without_a_touch_that_counts_there_is_no_such_chapter(tmp_path: Path):

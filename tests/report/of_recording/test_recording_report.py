@@ -10,18 +10,22 @@ import numpy as np
 import pytest
 
 from exograv.errors import RecordingError
-from exograv.recording import RecordingWriter, read_recording
-from exograv.report import write_report, write_summary_picture
+from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.report.figures.parameters import MOST_PANELS, most_learned
 from exograv.report.figures.postures import distinct_frames, projected
 from exograv.report.figures.timing import limited_share
 from exograv.report.of_recording.headline import headline, tiles
-from exograv.report.of_recording.recording_report import CHAPTERS, render
+from exograv.report.of_recording.recording_report import FIGURES, page_of, write_report
 from exograv.report.style.figure_style import averaged, thinned
+from exograv.report.style.page import page_text
 from exograv.study.targets import joint_groups, targets
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 VOID = {"meta", "br", "img", "link", "input", "hr"}
+
+
+def render(recording: Recording) -> str:
+    return page_text(page_of(recording))
 
 
 class Outline(HTMLParser):
@@ -65,7 +69,7 @@ def page(demo_recording: Path) -> str:
 
 
 def test_a_whole_session_fills_every_chapter_but_those_of_other_devices_and_of_a_task(page: str):
-    assert chapters(page) == [chapter.name for chapter in CHAPTERS if chapter.name not in ("devices", "touches")]
+    assert chapters(page) == [name for name, _, _ in FIGURES if name not in ("devices", "touches")]
 
 
 def test_the_page_is_well_formed_and_fetches_nothing(page: str):
@@ -211,20 +215,8 @@ def test_averaging_keeps_the_mean_and_thinning_keeps_the_ends():
 
 def test_a_page_that_cannot_be_written_is_a_readable_error(demo_recording: Path, tmp_path: Path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(RecordingError, match="Give another folder"):
+    with pytest.raises(RecordingError, match="give a folder that you may write"):
         write_report(demo_recording, tmp_path / "file" / "report.html")
-
-
-def test_the_summary_picture_is_a_picture(demo_recording: Path, tmp_path: Path):
-    picture = write_summary_picture(demo_recording, tmp_path / "new" / "summary.png")
-    assert picture.read_bytes().startswith(b"\x89PNG")
-
-
-def test_the_summary_picture_of_an_incomplete_recording_is_refused(tmp_path: Path):
-    with RecordingWriter(tmp_path / "a.mcap", JOINTS, {}):
-        pass
-    with pytest.raises(RecordingError, match="complete recording"):
-        write_summary_picture(tmp_path / "a.mcap", tmp_path / "a.png")
 
 
 def test_the_report_loads_neither_casadi_nor_mujoco():

@@ -3,7 +3,6 @@
 from itertools import pairwise
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -11,8 +10,8 @@ from matplotlib.text import Text
 from tests.study.made_up_study import made_up_study, study_data
 
 from exograv.report.study_figures import deviation, gravity, learning, quality, target, windows
-from exograv.report.study_figures.groups import JOURNAL, LOOKS, WIDTH_1, WIDTH_2, look
-from exograv.report.style.figure_style import house_style
+from exograv.report.study_figures.groups import LOOKS, WIDTH_1, WIDTH_2, look
+from exograv.report.style.figure_style import JOURNAL, house_style
 from exograv.study.measures.study_data import StudyData
 
 FIGURES = (deviation, gravity, learning, quality, target, windows)
@@ -20,7 +19,7 @@ FEW: dict[str, Any] = {"windows": 3, "touches": 4}
 
 
 def drawn(module, data: StudyData) -> Figure:
-    with house_style(), mpl.rc_context(JOURNAL):
+    with house_style(JOURNAL):
         figure = module.draw(data)
         assert figure is not None
         figure.draw_without_rendering()

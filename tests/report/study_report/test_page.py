@@ -9,12 +9,14 @@ from pathlib import Path
 import pytest
 from tests.study.made_up_study import made_up_study, study_data
 
+from exograv.report.study_report.chapters import Content
 from exograv.report.study_report.headline import headline
-from exograv.report.study_report.page import Content, Written, render, write_page, write_pdf
+from exograv.report.study_report.page import Written, page_of, write_study_page
 from exograv.report.study_report.planning import next_study
 from exograv.report.study_report.quality import Told, issues
 from exograv.report.study_report.report import compared, reason_not_to_compare
 from exograv.report.study_report.results import family_of, in_words, measures_table, number
+from exograv.report.style.page import page_text, write_pdf
 from exograv.study.measures.catalogue import MEASURES
 from exograv.study.measures.study_data import StudyData
 from exograv.study.statistics.findings import StudyFindings
@@ -40,7 +42,7 @@ def content(data: StudyData, found: StudyFindings | None = None) -> Content:
 
 
 def page(data: StudyData, found: StudyFindings | None = None) -> str:
-    return render(content(data, found), [])
+    return page_text(page_of(content(data, found), ()))
 
 
 def text(html: str) -> str:
@@ -53,13 +55,13 @@ def text(html: str) -> str:
 def written(tmp_path_factory: pytest.TempPathFactory) -> Written:
     data, found = study(), found_by_all()
     said = replace(content(data, found), planned=next_study(data, found.groups))
-    return write_page(tmp_path_factory.mktemp("report"), said)
+    return write_study_page(tmp_path_factory.mktemp("report"), said)
 
 
 @pytest.fixture
 def no_print(monkeypatch: pytest.MonkeyPatch) -> None:
     """Layout on paper takes seconds."""
-    monkeypatch.setattr("exograv.report.study_report.page.write_pdf", lambda path, html: (None, None))
+    monkeypatch.setattr("exograv.report.study_report.page.write_pdf", lambda html: (None, None))
 
 
 @pytest.mark.slow
@@ -75,7 +77,7 @@ def test_the_page_needs_nothing_beside_it_and_has_every_figure_twice(written: Wr
 @pytest.mark.usefixtures("no_print")
 def test_the_same_study_gives_the_same_page(written: Written, tmp_path: Path):
     data = study()
-    again = write_page(
+    again = write_study_page(
         tmp_path, replace(content(data, compared(data)), planned=next_study(data, ("trained", "untrained")))
     )
     assert again.html.read_bytes() == written.html.read_bytes()
@@ -147,7 +149,8 @@ def test_without_pango_there_is_a_page_and_a_sentence(monkeypatch: pytest.Monkey
         return real(name, *others)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    path, remark = write_pdf(tmp_path / "a.pdf", "<p>a</p>")
+    (tmp_path / "a.html").write_text("<p>a</p>")
+    path, remark = write_pdf(tmp_path / "a.html")
     assert path is None
     assert remark is not None
     assert "apt install" in remark

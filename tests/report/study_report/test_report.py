@@ -16,7 +16,7 @@ from exograv.study.dataset.options import AddOptions
 @pytest.fixture(autouse=True)
 def no_print(monkeypatch: pytest.MonkeyPatch) -> None:
     """Layout on paper takes seconds; test_page.py has it."""
-    monkeypatch.setattr("exograv.report.study_report.page.write_pdf", lambda path, html: (None, "not printed"))
+    monkeypatch.setattr("exograv.report.study_report.page.write_pdf", lambda html: (None, "not printed"))
 
 
 def test_a_study_of_recordings_has_the_report_that_the_command_promises(tmp_path: Path):

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.report.study_figures.groups import WIDTH_2, plain_ticks
-from exograv.report.style.figure_style import BLUE, GREY, INK, JOINT_COLOURS, mark_simulated
+from exograv.report.study_figures.groups import WIDTH_2
+from exograv.report.style.figure_style import BLUE, GREY, INK, JOINT_COLOURS, blank, legend, mark_simulated, plain_ticks
 
 MARKERS = "osD^vPX<>*"
 TEXT = (
@@ -32,8 +32,7 @@ def draw(told: Mapping[str, Any]) -> Figure | None:
         return None
     figure = Figure(figsize=(WIDTH_2, 3.2), layout="constrained")
     axes = np.atleast_1d(figure.subplots(1, 2, sharey=True))
-    for ax in axes[len(shown) :]:
-        ax.set_axis_off()
+    blank(axes[len(shown) :])
     names = list(dict.fromkeys(point["condition"] for one, _, _ in shown for point in one["points"]))
     for ax, (of, words, is_log) in zip(axes, shown, strict=False):
         _panel(ax, of, names)
@@ -42,8 +41,7 @@ def draw(told: Mapping[str, Any]) -> Figure | None:
             ax.set_xscale("log")
             plain_ticks(ax.xaxis, np.array(ax.get_xlim()))
     axes[0].set_ylabel("transfer [-]")
-    handles = {h.get_label(): h for ax in axes for h in ax.get_lines() if not str(h.get_label()).startswith("_")}
-    figure.legend(handles=list(handles.values()), loc="outside lower center", ncols=4, fontsize=6.5)
+    legend(figure, axes, "lower center", 4, fontsize=6.5)
     mark_simulated(figure)
     return figure
 

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from exograv.report.study_figures.groups import WIDTH_2, plain_ticks
-from exograv.report.style.figure_style import BLUE, INK, ORANGE, mark_simulated
+from exograv.report.study_figures.groups import WIDTH_2
+from exograv.report.style.figure_style import BLUE, INK, ORANGE, mark_simulated, name_rows, plain_ticks
 from exograv.study.statistics.people import FLOOR
 
 from .flight import FAMILIARISED, VirtualFlight, compared
@@ -49,10 +49,7 @@ def draw(flights: Sequence[VirtualFlight]) -> Figure | None:
         ax.axhline(last - 0.5, color=INK, linewidth=0.7)
     ax.set_xscale("log")
     plain_ticks(ax.xaxis, np.array(ax.get_xlim()))
-    ax.set_yticks(range(len(order)), [f"{name} (n = {len(set(by_name[name]['participant']))})" for name in order])
-    ax.set_ylim(len(order) - 0.4, -0.6)
-    ax.grid(visible=True, axis="x")
-    ax.grid(visible=False, axis="y")
+    name_rows(ax, [f"{name} (n = {len(set(by_name[name]['participant']))})" for name in order])
     ax.set_xlabel("deviation [px]")
     mark_simulated(figure)
     return figure

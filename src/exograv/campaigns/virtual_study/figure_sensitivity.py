@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from exograv.laboratory.participant.habits import swept
 from exograv.report.study_figures.groups import WIDTH_2
-from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, mark_simulated
+from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, mark_simulated, name_rows
 
 from .small_study import SIZE
 
@@ -50,10 +50,7 @@ def draw(rows: Sequence[Swept], usual: float | None) -> Figure | None:
                 ax.plot(row.ci95, [y, y], color=INK, linewidth=0.8)
     ax.axvline(usual, color=INK, linewidth=1.0)
     ax.axvline(0.0, color=GREY, linewidth=0.8, linestyle=(0, (3, 2)))
-    ax.set_yticks(range(len(ends)), [f"{own[0].name}: {' / '.join(f'{row.value:g}' for row in own)}" for own in ends])
-    ax.set_ylim(len(ends) - 0.4, -0.6)
-    ax.grid(visible=True, axis="x")
-    ax.grid(visible=False, axis="y")
+    name_rows(ax, [f"{own[0].name}: {' / '.join(f'{row.value:g}' for row in own)}" for own in ends])
     ax.set_xlabel("transfer [-]")
     mark_simulated(figure)
     return figure

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.report.study_figures.groups import WIDTH_2
-from exograv.report.style.figure_style import BLUE, GREY, INK, mark_simulated
+from exograv.report.style.figure_style import BLUE, GREY, INK, blank, mark_simulated
 from exograv.study.statistics.fieller import mean_interval
 
 from .flight import FAMILIARISED, VirtualFlight, compared
@@ -33,8 +33,7 @@ def draw(flights: Sequence[VirtualFlight]) -> Figure | None:
     lines = ceil(len(names) / across)
     figure = Figure(figsize=(WIDTH_2, 0.6 + 1.55 * lines), layout="constrained")
     panels = figure.subplots(lines, across, squeeze=False, sharex=True, sharey=True).ravel()
-    for ax in panels[len(names) :]:
-        ax.set_axis_off()
+    blank(panels[len(names) :])
     for ax, name in zip(panels, names, strict=False):
         if usual is not None and not name.startswith(FAMILIARISED):
             _course(ax, usual, GREY, "--")

@@ -5,17 +5,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
-from exograv.files import write_whole
-from exograv.report.study_figures.groups import JOURNAL
-from exograv.report.study_report.headline import Tile
-from exograv.report.study_report.page import write_figure
 from exograv.report.study_report.results import number
-from exograv.report.style.figure_style import house_style, inline_svg
-from exograv.report.style.templates import template
+from exograv.report.style.figure_style import JOURNAL, house_style, write_figure
+from exograv.report.style.page import NO_EVIDENCE as SIMULATED
+from exograv.report.style.page import Block, Bullets, Chapter, Page, Table, Text, Tile, write_page
 
 from . import ablation
 from . import figure_curves as curves
@@ -29,6 +24,17 @@ from .outcome import NO_EVIDENCE
 from .sentences import headline, sentences
 
 Row = tuple[str, ...]
+
+ABLATION = (
+    "training", "what is off", "constants", "people", "E [mm]", "E₀ [mm]", "transfer", "95 % interval", "change",
+    "95 % interval of it", "why not",
+)  # fmt: skip
+CONDITIONS = (
+    "training", "people", "sessions before E", "before E₀", "median [px]", "IQR [px]", "left over [N·m]",
+    "friction [N·m]", "first window, up [mm]", "transfer", "95 % interval", "why not",
+)  # fmt: skip
+MEASURES = ("training", "constant error", "first touch alone", "median deviation")
+SECONDARY = Text("Secondary. A deviation has no sign and holds scatter too, which no training takes away.")
 
 
 @dataclass(frozen=True)
@@ -54,60 +60,73 @@ class Content:
 
 
 def write_virtual_page(folder: Path, content: Content) -> tuple[Path, tuple[Path, ...]]:
-    """Pictures as SVG and PNG under `figures/`, and `virtual_study.html`.
+    """Write pictures as SVG and PNG under `figures/`, and `virtual_study.html`.
 
     Raises:
         RecordingError: The folder cannot be written.
     """
-    figures, chapters = list[Path](), []
-    with house_style(), mpl.rc_context(JOURNAL):
-        for name, title, figure, text in drawn(content):
-            svg = inline_svg(figure, name, letters="path")
-            figures += write_figure(folder / "figures", name, figure)
-            chapters.append({"name": name, "title": title, "text": text, "svg": Markup(svg)})
-    write_whole(folder / "virtual_study.html", render(content, chapters))
-    return folder / "virtual_study.html", tuple(figures)
+    with house_style(JOURNAL):
+        pictures = list(drawn(content))
+        shown = ((one.name, one.figure) for one in pictures if one.figure is not None)
+        files = [path for name, figure in shown for path in write_figure(folder / "figures", name, figure)]
+    return write_page(folder / "virtual_study.html", page_of(content, pictures)), tuple(files)
 
 
-def drawn(content: Content) -> Iterator[tuple[str, str, Figure, str]]:
-    """Name, title, picture and what one sees, of all that there is to see."""
-    told = content.outcome["transfer"]
+def drawn(content: Content) -> Iterator[Chapter]:
+    """Chapters with a picture, of everything that there is to see."""
     found = (
         ("flights", "Deviation in flight", flights.draw(content.flights), flights.TEXT),
         ("windows", "The course of the flight", windows.draw(content.flights), windows.TEXT),
-        ("transfer", "Transfer, what is left over, friction", curves.draw(told), curves.TEXT),
+        ("transfer", "Transfer, what is left over, friction", curves.draw(content.outcome["transfer"]), curves.TEXT),
         ("sensitivity", "What it depends on",
          sensitivity.draw(content.swept, content.swept_usual), sensitivity.TEXT),
     )  # fmt: skip
     for name, title, figure, text in found:
         if figure is not None:
-            yield name, title, figure, text
+            yield Chapter(title, (), name, figure, text)
 
 
-def render(content: Content, chapters: Sequence[Mapping[str, Any]]) -> str:
-    """The page as text; the same content gives the same text."""
-    outcome = content.outcome
-    return template("virtual_study.html.j2", "exograv.campaigns.virtual_study", "exograv.report.study_report").render(
-        study="Virtual study",
-        authors="",
-        licence="",
-        is_simulated=True,
-        headline=headline(outcome),
-        tiles=tiles(outcome),
-        note=NO_EVIDENCE,
-        sentences=[*sentences(outcome, content.swept, content.swept_usual, content.ablated), *content.left_out],
-        chapters=chapters,
-        condition_rows=condition_rows(outcome),
-        secondary_rows=secondary_rows(outcome),
-        person_rows=person_rows(outcome),
-        ablation_text=ablation.TEXT,
-        ablation_rows=ablation_rows(content.ablated),
-        limits=outcome["direction"]["whole_flight"].get("limits", []),
-        definition=outcome["transfer"]["definition"],
-        enters=[outcome["transfer"][name].get("which_flights", "") for name in ("by_left_over", "by_friction")],
-        setting_rows=list(content.settings.items()),
-        links=content.links,
+def page_of(content: Content, pictures: Sequence[Chapter]) -> Page:
+    """Content of the page, with these chapters in its middle; the same content gives the same page."""
+    return Page(
+        headline=headline(content.outcome),
+        title="Virtual study",
+        line="Virtual study",
+        simulated=SIMULATED,
+        mark="SIMULATED",
+        tiles=tiles(content.outcome),
+        chapters=[Chapter("What it says, and what not", list(_says(content)), "says"), *pictures, *_tables(content)],
     )
+
+
+def _says(content: Content) -> Iterator[Block]:
+    said = sentences(content.outcome, content.swept, content.swept_usual, content.ablated)
+    yield Text(NO_EVIDENCE, "strong")
+    yield Bullets([*said, *content.left_out])
+    links = (Markup('<a href="{}">{}</a>').format(address, words) for words, address in content.links.items())
+    if content.links:
+        yield Markup(" · ").join(links)
+
+
+def _tables(content: Content) -> Iterator[Chapter]:
+    outcome, limits = content.outcome, content.outcome["direction"]["whole_flight"].get("limits", [])
+    if content.ablated:
+        table = Table(ABLATION, ablation_rows(content.ablated))
+        yield Chapter("From which mechanism transfer comes", [Text(ablation.TEXT), table], "mechanisms")
+    blocks: list[Block] = [Table(CONDITIONS, condition_rows(outcome))]
+    if rows := secondary_rows(outcome):
+        blocks += [Text("Transfer by other measures of the first window", "heading"), SECONDARY, Table(MEASURES, rows)]
+    yield Chapter("Each training", blocks, "conditions")
+    if rows := person_rows(outcome):
+        people: list[Block] = [Table(("person", "group", "median [px]", "first window, up [mm]"), rows)]
+        yield Chapter("Each person of the main study", people + ([Bullets(limits)] if limits else []), "people")
+    told = outcome["transfer"]
+    enters = [
+        f"Over {words}: {told[name].get('which_flights', '')}"
+        for name, words in (("by_left_over", "what is left over"), ("by_friction", "friction"))
+    ]
+    yield Chapter("Definitions", [told["definition"], *enters], "definitions")
+    yield Chapter("Settings", [Table(("setting", "value"), list(content.settings.items()))], "settings")
 
 
 def tiles(outcome: Mapping[str, Any]) -> list[Tile]:

@@ -10,13 +10,14 @@ def run_design_motion(options: DesignOptions, common: Common) -> dict[str, Any]:
     """Design the motion that tells most about an arm in a machine, and print the block for its rig.toml."""
     from exograv.cli.shell.terminal import bars
     from exograv.procedures.machine_tools.design_motion import design_motion, excitation_text
-    from exograv.report.figures.excitation import write_picture
+    from exograv.report.figures.excitation import draw
+    from exograv.report.style.figure_style import write_picture
 
     with bars() as progress:
         designed = design_motion(options, progress)
     result, path = designed.figures, designed.path
-    file = common.out / "motion.svg"
-    picture = write_picture(file, tuple(result["joints"]), path.q, path.dt, designed.limits_deg)
+    joints = tuple(result["joints"])
+    picture = write_picture(common.out / "motion.svg", lambda: draw(joints, path.q, path.dt, designed.limits_deg))
     print(excitation_text(result["excitation"]))
     show_design(result)
     print(f"Picture of one period: {picture}")

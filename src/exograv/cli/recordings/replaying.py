@@ -91,7 +91,8 @@ def figures(
 
 
 def _draw(run: RecordedRun, columns: Columns, again: Again, found: Mapping[str, Difference], folder: Path) -> Path:
-    from exograv.report.figures.replay import Series, write  # Matplotlib: 0.4 s
+    from exograv.report.figures.replay import Series, draw  # Matplotlib: 0.4 s
+    from exograv.report.style.figure_style import write_picture
 
     # Where there is an arm, minutes of an empty machine before it would leave it no room.
     worn = slice(int(np.isfinite(columns["gravity_level"]).argmax()), None)
@@ -107,4 +108,4 @@ def _draw(run: RecordedRun, columns: Columns, again: Again, found: Mapping[str, 
         gaps=[t for t, _ in again.gaps],
         resolution=RESOLUTION_NM,
     )
-    return write(series, folder / f"{run.recording.path.stem}_replay.png")
+    return write_picture(folder / f"{run.recording.path.stem}_replay.png", lambda: draw(series))

@@ -20,12 +20,13 @@ class Sync:
 def run_sync(command: Sync, common: Common) -> dict[str, Any]:
     """Say how well the streams in a recording are tied to the robot's clock, and what is missing of them."""
     from exograv.recording import read_recording
-    from exograv.report.figures.sync import write_sync_picture
+    from exograv.report.figures.sync import draw_streams
+    from exograv.report.style.figure_style import write_picture
     from exograv.study.sync import sync_figures
 
     recording = read_recording(command.file)
     result = sync_figures(recording)
-    result["figure"] = str(write_sync_picture(recording, common.out / "sync.png"))
+    result["figure"] = str(write_picture(common.out / "sync.png", lambda: draw_streams(recording.streams)))
     show_sync(result)
     return result
 

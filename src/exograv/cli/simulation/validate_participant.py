@@ -22,16 +22,22 @@ class ValidationOptions:
 def run_validate_participant(options: ValidationOptions, common: Common) -> dict[str, Any]:
     """Hold the virtual participant against published data, before anything is concluded from it. Simulated."""
     from exograv.campaigns.virtual_study.validation import run_validation
-    from exograv.campaigns.virtual_study.validation_picture import PICTURE, write_picture
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.participant.habits import with_constants
+    from exograv.report.figures.participant_validation import draw
+    from exograv.report.style.figure_style import write_picture
 
     habits = with_constants(options.constants)
-    refuse_unwritable(common.out / PICTURE, "--out")
+    path = common.out / "participant_validation.png"
+    refuse_unwritable(path, "--out")
     with bars() as progress:
         result = run_validation(options.people, common.seed, progress, habits)
     _show(result)
-    result["picture"] = str(write_picture(result, common.out))
+    up_mm = {
+        level: [[touch["up_mm"] for touch in windows[0]] for windows in people]
+        for level, people in result["touches"].items()
+    }
+    result["picture"] = str(write_picture(path, lambda: draw(up_mm)))
     print(f"Picture: {result['picture']}")
     return _plain(result)
 

@@ -56,7 +56,8 @@ class Assumed:
 def run_power(command: Assumed, asked: CurveOptions, price: Price, common: Common) -> dict[str, Any]:
     """How many people the next study needs: from a pilot, or from what is stated. All spreads are of log deviation."""
     from exograv.cli.shell.terminal import bars
-    from exograv.report.study_figures.power_curve import write_power_figure
+    from exograv.report.study_figures.power import draw
+    from exograv.report.style.figure_style import write_picture
     from exograv.study.power.assumptions import LOG_2, TOUCH_SD, PlannedStudy
     from exograv.study.power.curve import power_study
 
@@ -85,9 +86,7 @@ def run_power(command: Assumed, asked: CurveOptions, price: Price, common: Commo
         carried = None if command.sd is not None else pilot
         result = power_study(plan, price, asked, progress, carried, command.difference is not None)
     result["pilot"] = None if pilot is None else _of_pilot(pilot, is_simulated)
-    figure = common.out / "power.svg"
-    write_power_figure(result, figure)
-    result["figure"] = str(figure)
+    result["figure"] = str(write_picture(common.out / "power.svg", lambda: draw(result, is_simulated)))
     show_power(result)
     return result
 

@@ -118,9 +118,12 @@ def search_flight(flight: SupportFlight, seed: int, progress: Progress) -> tuple
 
 
 def _drawn(outcome: SupportOutcome, is_simulated: bool, path: Path) -> Path:
-    from exograv.report.figures.support import write_support_figure  # Matplotlib: 0.4 s
+    from exograv.report.figures.support import draw_support  # Matplotlib: 0.4 s
+    from exograv.report.style.figure_style import write_picture
 
-    return write_support_figure(outcome, is_simulated, path)
+    for place in (path.with_suffix(".png"), path):
+        write_picture(place, lambda: draw_support(outcome, is_simulated))
+    return path
 
 
 def _settings(options: SupportOptions, one: WeakParticipant) -> dict[str, Any]:

@@ -1,13 +1,10 @@
 """The motion that identifies the arm: one period, each joint within its range."""
 
-from pathlib import Path
-
 import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 
-from exograv.errors import RecordingError
-from exograv.report.style.figure_style import PALE, house_style, joint_colours, joint_label
+from exograv.report.style.figure_style import PALE, joint_colours, joint_label
 
 
 def draw(
@@ -33,24 +30,3 @@ def draw(
         ax.set_title(joint_label(joint), fontweight="normal")
     panels[-1].set_xlabel("time, s")
     return figure
-
-
-def write_picture(
-    path: Path,
-    joints: tuple[str, ...],
-    q: Float[np.ndarray, "tick joint"],
-    dt: float,
-    limits_deg: tuple[list[float], list[float]],
-) -> Path:
-    """Draw it into a file; returns the path.
-
-    Raises:
-        RecordingError: The file cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with house_style():
-            draw(joints, q, dt, limits_deg).savefig(path)
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another folder with --out.") from error
-    return path

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREEN, GREY, INK, ORANGE, PINK, RED, SKY, plain_log_axis
+from exograv.report.style.figure_style import BLUE, GREEN, GREY, INK, ORANGE, PINK, RED, SKY, legend, plain_log_axis
 from exograv.study.targets import TARGET_NM
 
 Row = dict[str, Any]
@@ -39,8 +39,7 @@ def draw_benchmark(rows: Sequence[Row]) -> Figure:
         line[0].set_ylabel("left over [N·m]")
     for ax in panels[-1]:
         ax.set_xlabel("motion [s]")
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right center")
+    legend(figure, panels[:1, 0], "right center", 1)
     return figure
 
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, joint_label
+from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, joint_label, legend
 from exograv.study.targets import targets
 
 Scores = Mapping[str, Sequence[float | int]]
@@ -46,7 +46,7 @@ def draw(recording: Recording) -> Figure | None:
         plot_bars(panels[2], recording.joints, arm, goal, top)
         panels[2].set_title("Arm alone, close up")
     panels[0].set_ylabel("left over [N·m]")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    legend(figure, panels[:1], "lower center", 4)
     return figure
 
 

@@ -1,7 +1,6 @@
 """A machine at a glance: the arm in it, what the finger tip reaches, and what each drive has left."""
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,24 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Ellipse
 
-from exograv.errors import RecordingError
-from exograv.report.style.figure_style import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    ORANGE,
-    PALE,
-    PINK,
-    RED,
-    SKY,
-    house_style,
-    joint_label,
-)
+from exograv.report.style.figure_style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PINK, RED, SKY, joint_label, legend
 
 from .postures import HALF_SHOULDER_WIDTH_M, HEAD_M, plot_body, projected
 
-DOTS_PER_INCH = 110
 PARTS = {
     "exo": ("machine", BLUE),
     "arm": ("arm", ORANGE),
@@ -40,28 +25,6 @@ PARTS = {
 Arms = Sequence[Mapping[str, Any]]
 Points = Float[np.ndarray, "point 3"]
 Seen = Float[np.ndarray, "point 2"]
-
-
-def write_machine_picture(check: Mapping[str, Any], path: Path) -> Path:
-    """Draw what `exograv check-rig` found.
-
-    Args:
-        check: As `session.check_rig.picture` makes it: points [m] and torques [N·m].
-        path: PNG to write, or to replace; its folder is created too.
-
-    Returns:
-        `path`.
-
-    Raises:
-        RecordingError: It cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with house_style():
-            draw(check).savefig(path, dpi=DOTS_PER_INCH, metadata={"Software": None})
-    except OSError as error:
-        raise RecordingError(f"The picture {path} cannot be written: {error.strerror}. Give another --out.") from error
-    return path
 
 
 def draw(check: Mapping[str, Any]) -> Figure:
@@ -76,12 +39,8 @@ def draw(check: Mapping[str, Any]) -> Figure:
     front.set_title("Where the cuffs are fastened")
     above.set_title("From above, straight ahead is up")
     bars.set_title("Torque at rest in the task's worst posture [N·m]")
-    handles, labels = front.get_legend_handles_labels()
-    unique = dict(zip(labels, handles, strict=True))
-    figure.legend(unique.values(), unique.keys(), loc="outside lower left", ncols=6, columnspacing=1.4)
-    figure.legend(
-        *bars.get_legend_handles_labels(), loc="outside lower right", ncols=4, columnspacing=1.2, handlelength=1.2
-    )
+    legend(figure, [front], "lower left", 6, columnspacing=1.4)
+    legend(figure, [bars], "lower right", 4, columnspacing=1.2, handlelength=1.2)
     return figure
 
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, GREEN, ORANGE, thinned
+from exograv.report.style.figure_style import BLUE, GREEN, ORANGE, blank, legend, thinned
 
 COLUMNS = 5
 MOST_PANELS = 20
@@ -32,11 +32,9 @@ def draw(recording: Recording) -> Figure | None:
     for ax, name in zip(panels, names, strict=False):
         entries = [next(e for e in message["parameters"] if e["name"] == name) for message in estimates]
         plot_parameter(ax, seconds, entries, truth.get(name))
-    for ax in panels[len(names) :]:
-        ax.set_axis_off()
+    blank(panels[len(names) :])
     figure.supxlabel("motion since the identification began [s]", fontsize=9)
-    handles = {label: line for ax in panels for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(list(handles.values()), list(handles), loc="outside upper center", ncols=4)
+    legend(figure, panels, "upper center", 4)
     return figure
 
 

@@ -1,15 +1,13 @@
 """Where a replay differs: torque as recorded and as decided once more, and what lies between them."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.errors import RecordingError
-from exograv.report.style.figure_style import BLUE, GREY, INK, PALE, RED, house_style, joint_label
+from exograv.report.style.figure_style import BLUE, GREY, INK, PALE, RED, joint_label, legend
 
 BINS = 600
 """Stretches of a curve; each shows its least and its greatest value, so that no single tick is lost."""
@@ -41,24 +39,6 @@ class Series:
     """Differences up to this are none [N·m]."""
 
 
-def write(series: Series, path: Path) -> Path:
-    """Draw into a PNG file.
-
-    Raises:
-        RecordingError: It cannot be written.
-    """
-    with house_style():
-        figure = draw(series)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, dpi=130)
-        except OSError as error:
-            raise RecordingError(
-                f"{path} cannot be written: {error.strerror}. Give another folder with --out."
-            ) from error
-    return path
-
-
 def draw(series: Series) -> Figure:
     """One row a joint: torques on the left, their difference on the right."""
     rows = len(series.joints)
@@ -77,7 +57,7 @@ def draw(series: Series) -> Figure:
     for ax in panels[-1]:
         ax.set_xlabel("time of the run [s]")
         ax.set_xlim(series.t[0], max(series.t[-1], series.t[0] + 1e-3))
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    legend(figure, panels[:1, 0], "lower center", 3)
     return figure
 
 

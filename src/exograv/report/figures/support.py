@@ -1,14 +1,10 @@
 """What a person reaches with which support: the share of all targets, and a map of them at several supports."""
 
-from pathlib import Path
-
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.errors import RecordingError
-from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, PALE, STYLE, house_style, mark_simulated
+from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, PALE, mark_simulated
 
 from .support_data import SupportOutcome
 
@@ -27,26 +23,6 @@ def draw_support(result: SupportOutcome, is_simulated: bool) -> Figure:
     if is_simulated:
         mark_simulated(figure)
     return figure
-
-
-def write_support_figure(result: SupportOutcome, is_simulated: bool, path: Path) -> Path:
-    """As SVG, and as PNG beside it; their folder is created too.
-
-    Raises:
-        RecordingError: A picture cannot be written.
-    """
-    with house_style():
-        figure = draw_support(result, is_simulated)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with mpl.rc_context({**STYLE, "svg.hashsalt": "support"}):
-                figure.savefig(path, metadata={"Date": None})
-                figure.savefig(path.with_suffix(".png"), dpi=150)
-        except OSError as error:
-            raise RecordingError(
-                f"The picture {path} cannot be written: {error.strerror}. Give another folder with --out."
-            ) from error
-    return path
 
 
 def _plot_share(ax: Axes, result: SupportOutcome) -> None:

@@ -1,30 +1,31 @@
 """Streams of other devices: how their clocks ran against the robot's, and when samples were missing."""
 
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.errors import RecordingError
 from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream
-from exograv.report.style.figure_style import BLUE, GREY, ORANGE, house_style, thinned
+from exograv.report.style.figure_style import BLUE, GREY, ORANGE, thinned
 from exograv.study.sync import stream_figures
 
-DOTS_PER_INCH = 110
 DOTS_MAX = 4000
 """Of a panel: more would only be blacker."""
 
 
 def draw(recording: Recording) -> Figure | None:
-    """A row of two panels a stream."""
-    if not recording.streams:
-        return None
-    figure = Figure(figsize=(9.6, 0.4 + 2.2 * len(recording.streams)), layout="constrained")
-    rows = figure.subplots(len(recording.streams), 2, squeeze=False)
-    for (clock, rhythm), stream in zip(rows, recording.streams, strict=True):
+    """Draw the streams of a recording; None if there is none."""
+    return draw_streams(recording.streams) if recording.streams else None
+
+
+def draw_streams(streams: Sequence[DeviceStream]) -> Figure:
+    """Draw a row of two panels a stream."""
+    figure = Figure(figsize=(9.6, 0.4 + 2.2 * len(streams)), layout="constrained")
+    rows = figure.subplots(len(streams), 2, squeeze=False)
+    for (clock, rhythm), stream in zip(rows, streams, strict=True):
         _draw_clock(clock, stream)
         _draw_rhythm(rhythm, stream)
     return figure
@@ -46,25 +47,6 @@ def _told(stream: dict[str, Any]) -> str:
     missing = "no gap" if not gaps else "one gap" if gaps == 1 else f"{gaps} gaps"
     remarks = " ".join(["", *stream["remarks"]])
     return f"{stream['name']} ({stream['samples']} samples) {tied}, with {missing}.{remarks}"
-
-
-def write_sync_picture(recording: Recording, path: Path) -> Path:
-    """Draw them into a file; the recording has a stream.
-
-    Raises:
-        RecordingError: The picture cannot be written.
-    """
-    with house_style():
-        figure = draw(recording)
-        assert figure is not None
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, dpi=DOTS_PER_INCH)
-        except OSError as error:
-            raise RecordingError(
-                f"The picture {path} cannot be written: {error.strerror}. Give another folder with --out."
-            ) from error
-    return path
 
 
 def _draw_clock(ax: Axes, stream: DeviceStream) -> None:

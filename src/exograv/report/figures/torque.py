@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, GREY, averaged, joint_label
+from exograv.report.style.figure_style import BLUE, GREY, averaged, blank, joint_label, legend
 
 STRETCH_S = 12.0
 BINS = 500
@@ -29,10 +29,9 @@ def draw(recording: Recording) -> Figure | None:
         ax.set_title(joint_label(joint), fontsize=9)
         ax.set_ylabel("[N·m]")
         ax.set_xlim(t[0], t[-1])
-    for ax in panels[len(joints) :]:
-        ax.set_axis_off()
+    blank(panels[len(joints) :])
     figure.supxlabel("time of the run [s]", fontsize=9)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    legend(figure, panels[:1], "upper center", 2)
     return figure
 
 

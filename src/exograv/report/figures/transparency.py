@@ -7,7 +7,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREEN, GREY, INK, ORANGE, RED, SKY, joint_colours, joint_label
+from exograv.report.style.figure_style import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    RED,
+    SKY,
+    joint_colours,
+    joint_label,
+    legend,
+)
 
 Result = dict[str, Any]
 """Of one kind of machine, as `exograv transparency --json` has it."""
@@ -45,7 +56,7 @@ def draw_effort(results: Sequence[Result]) -> Figure:
     for ax, result in zip(panels, results, strict=True):
         _plot_effort(ax, result)
     panels[0].set_ylabel("effort [N·m·s]")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    legend(figure, panels[:1], "lower center", 5)
     return figure
 
 
@@ -86,7 +97,7 @@ def draw_causes(results: Sequence[Result]) -> Figure:
     for ax, result in zip(panels, results, strict=True):
         _plot_causes(ax, result)
     panels[0].set_ylabel("effort [N·m·s]")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    legend(figure, panels[:1], "lower center", 3)
     return figure
 
 

@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, GREEN
+from exograv.report.style.figure_style import BLUE, GREEN, legend
 
 
 def draw(recording: Recording) -> Figure | None:
@@ -26,7 +26,7 @@ def draw(recording: Recording) -> Figure | None:
     ax.set_yticks([])
     ax.spines["left"].set_visible(False)
     ax.set_xlabel("weight in the hand [kg]")
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    legend(figure, [ax], "upper center", 3)
     return figure
 
 

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from exograv.errors import RecordingError
+from exograv.files import write_whole
 from exograv.report.figures.identification_benchmark import PROFILES, Row, draw_benchmark
-from exograv.report.style.figure_style import house_style
+from exograv.report.style.figure_style import write_picture
 
-DOTS_PER_INCH = 120
 HEADINGS = (
     "method",
     "target s",
@@ -93,14 +92,9 @@ def write_benchmark_page(result: dict[str, Any], folder: Path) -> tuple[Path, Pa
     """
     page, picture = folder / "benchmark_identification.md", folder / "benchmark_identification.png"
     rows = _drawn(result["results"])
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if rows:
-            with house_style():
-                draw_benchmark(rows).savefig(picture, dpi=DOTS_PER_INCH, metadata={"Software": None})
-        page.write_text(markdown(result, picture.name if rows else None), encoding="utf-8")
-    except OSError as error:
-        raise RecordingError(f"{page} cannot be written: {error.strerror}. Give another folder with --out.") from error
+    if rows:
+        write_picture(picture, lambda: draw_benchmark(rows))
+    write_whole(page, markdown(result, picture.name if rows else None))
     return page, picture if rows else None
 
 

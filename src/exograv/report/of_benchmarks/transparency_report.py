@@ -3,15 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from markupsafe import Markup
-from matplotlib.figure import Figure
-
-from exograv.errors import RecordingError
 from exograv.report.figures.transparency import CONDITIONS, GOALS, PROFILES, Result, draw_causes, draw_effort
-from exograv.report.of_recording.headline import Tile
-from exograv.report.style.figure_style import house_style, inline_svg, joint_label
-from exograv.report.style.tables import Table
-from exograv.report.style.templates import template
+from exograv.report.of_recording.recording_report import SAFETY
+from exograv.report.style.figure_style import house_style, joint_label
+from exograv.report.style.page import Chapter, Page, Table, Text, Tile, write_page
 
 EFFORT_TEXT = (
     "Effort is the torque of the person's muscles, without its sign, summed over the movement and the joints. From "
@@ -27,6 +22,12 @@ CAUSES_TEXT = (
 )
 
 
+ON_THE_TWIN = Text(
+    "All of it happened on the twin: a virtual person practised the movement until the path was kept within one "
+    "degree, in every condition anew. Nobody told the person what the controller does."
+)
+
+
 def write_transparency_report(results: Sequence[Result], html_path: Path) -> Path:
     """Write the page, or replace it; its folder is created too.
 
@@ -34,28 +35,20 @@ def write_transparency_report(results: Sequence[Result], html_path: Path) -> Pat
         RecordingError: The page cannot be written.
     """
     with house_style():
-        chapters = [
-            _chapter("effort", "How much muscle it takes", draw_effort(results), EFFORT_TEXT),
-            _chapter("causes", "What it is spent on", draw_causes(results), CAUSES_TEXT),
-        ]
-    page = template("transparency.html.j2", "exograv.report.of_benchmarks", "exograv.report.of_recording").render(
+        figures = (
+            Chapter("How much muscle it takes", (), "effort", draw_effort(results), EFFORT_TEXT),
+            Chapter("What it is spent on", (), "causes", draw_causes(results), CAUSES_TEXT),
+        )
+    tables = [Chapter(f"{PROFILES[one['profile']]}: {one['rig']}", [_note(one), effort_table(one)]) for one in results]
+    page = Page(
         headline=headline(results),
         facts=_facts(results[0]),
         tiles=[tile for result in results for tile in _tiles(result)],
-        remark=_remark(results),
-        outcome=None,
-        chapters=chapters,
-        tables=[effort_table(result) for result in results],
-        joints=[],
+        lead=[*_remark(results), ON_THE_TWIN],
+        chapters=[*figures, SAFETY, *tables],
+        letters="none",
     )
-    try:
-        html_path.parent.mkdir(parents=True, exist_ok=True)
-        html_path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise RecordingError(
-            f"The report {html_path} cannot be written: {error.strerror}. Give another folder with --out."
-        ) from error
-    return html_path
+    return write_page(html_path, page)
 
 
 def headline(results: Sequence[Result]) -> str:
@@ -79,12 +72,11 @@ def effort_table(result: Result) -> Table:
         if (row := result["conditions"].get(name))
     ]
     columns = ("condition", "effort N·m·s", *joints, "squared N²·m²·s", "path error °")
-    note = f"Medians of {len(result['seeds'])} machines, {result['movement']} for {result['movement_s']:g} s."
-    return Table(f"{PROFILES[result['profile']]}: {result['rig']}", note, columns, rows)
+    return Table(columns, rows)
 
 
-def _chapter(name: str, title: str, figure: Figure, text: str) -> dict[str, str]:
-    return {"name": name, "title": title, "svg": Markup(inline_svg(figure, name)), "text": text}
+def _note(result: Result) -> Text:
+    return Text(f"Medians of {len(result['seeds'])} machines, {result['movement']} for {result['movement_s']:g} s.")
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
@@ -108,15 +100,14 @@ def _tiles(result: Result) -> list[Tile]:
     ]
 
 
-def _remark(results: Sequence[Result]) -> str | None:
+def _remark(results: Sequence[Result]) -> list[Text]:
     strays = sum(len(result["off_path"]) for result in results)
-    if not strays:
-        return None
     runs = sum(len(result["seeds"]) * len(result["conditions"]) for result in results)
-    return (
+    said = (
         f"In {strays} of {runs} performances the path was not kept within {results[0]['tracking_error_max_deg']:g}° by "
         "some joint; they count, and the figures name them."
     )
+    return [Text(said, "notice")] if strays else []
 
 
 def _percent(share: float) -> str:

@@ -1,10 +1,9 @@
 """The report in one sentence and a few numbers."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from exograv.recording import Recording
+from exograv.report.style.page import Tile
 from exograv.study.targets import joint_groups, targets
 
 PLACES = {
@@ -15,17 +14,6 @@ PLACES = {
     1.8: "as in a pull-up at 1.8 g",
 }
 """Gravity level: words."""
-
-
-@dataclass(frozen=True)
-class Tile:
-    """One number that a reader looks for first."""
-
-    label: str
-    value: str
-    note: str
-    is_good: bool | None
-    """Against its target; None where there is none."""
 
 
 def run_facts(recording: Recording) -> list[tuple[str, str]]:
@@ -86,23 +74,17 @@ def tiles(recording: Recording) -> list[Tile]:
         found.append(_weight_tile(weight))
     if (floated := result.get("float") or {}).get("drift_deg") is not None:
         drift = float(np.max(np.abs(floated["drift_deg"])))
-        found.append(
-            Tile("drift of the floated arm", f"{drift:.1f}°", f"in {floated['window_s']:g} s, worst joint", None)
-        )
+        found.append(Tile("drift of the floated arm", f"{drift:.1f}°", f"in {floated['window_s']:g} s, worst joint"))
     return found
 
 
 def _weight_tile(weight: dict) -> Tile:
     value, truth, interval = weight["estimated_kg"], weight.get("true_kg"), weight.get("ci95_kg")
     note = f"95 % sure: {interval[0]:.2f}–{interval[1]:.2f} kg" if interval else ""
-    if truth is None:
-        return Tile("weight in the hand", f"{value:.2f} kg", note, None)
     # The project's promise: 5 % or 30 g, whichever is more.
+    is_good = None if truth is None else abs(value - truth) <= max(0.05 * truth, 0.03)
     return Tile(
-        "weight in the hand",
-        f"{value:.2f} kg",
-        f"true {truth:g} kg; {note}",
-        abs(value - truth) <= max(0.05 * truth, 0.03),
+        "weight in the hand", f"{value:.2f} kg", note if truth is None else f"true {truth:g} kg; {note}", is_good
     )
 
 

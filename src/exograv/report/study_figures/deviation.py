@@ -8,11 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import GREY, INK
+from exograv.report.style.figure_style import GREY, INK, plain_log_axis
 from exograv.study.measures.selecting import column, people, rows
 from exograv.study.measures.study_data import StudyData
 
-from .groups import WIDTH_2, Look, label, look, marked, plain_log, second_axis_mm
+from .groups import WIDTH_2, Look, label, look, marked, second_axis_mm
 
 BOX, STRIP = 1.0, 1.3
 """Widths of a box and of one person's strip of touches, in units of the axis."""
@@ -28,7 +28,7 @@ def draw(data: StudyData, width: float = WIDTH_2) -> Figure | None:
         return None
     figure = Figure(figsize=(width, 3.3 if width == WIDTH_2 else 2.6), layout="constrained")
     ax = figure.subplots()
-    plain_log(ax, touches["deviation_px"].to_numpy(float))
+    plain_log_axis(ax, touches["deviation_px"].to_numpy(float))
     at, ticks = 0.0, {}
     for group in data.groups:
         of_group = rows(touches, touches["group"] == group)

@@ -1,8 +1,9 @@
 """How much the groups differ: every effect that is a ratio, each with its interval, the primary one on top."""
 
+import numpy as np
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREY, INK
+from exograv.report.style.figure_style import BLUE, GREY, INK, name_rows, plain_ticks
 from exograv.study.measures.study_data import StudyData
 from exograv.study.statistics.findings import Interval, StudyFindings
 
@@ -32,15 +33,8 @@ def draw(data: StudyData, findings: StudyFindings) -> Figure | None:
     ax.axvline(1.0, color=GREY, linewidth=0.9)
     ax.set_xscale("log")
     ax.set_xlim(low, high)
-    ticks = [
-        tick for tick in (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20, 50) if low <= tick <= high
-    ]
-    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    ax.set_xticks([], minor=True)
-    ax.set_yticks(range(len(lines)), [name for name, _, _ in lines])
-    ax.set_ylim(len(lines) - 0.5, -0.5)
-    ax.grid(visible=True, axis="x")
-    ax.grid(visible=False, axis="y")
+    plain_ticks(ax.xaxis, np.array([low, high]))
+    name_rows(ax, [name for name, _, _ in lines])
     first, second = findings.groups
     ax.set_xlabel(f"deviation of {first} over that of {second}")
     return marked(figure, data)

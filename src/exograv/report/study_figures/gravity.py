@@ -4,11 +4,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from exograv.report.style.figure_style import legend, plain_log_axis
 from exograv.study.measures.selecting import column, columns, middle, rows
 from exograv.study.measures.study_data import StudyData
 from exograv.study.measures.table import SESSION
 
-from .groups import WIDTH_2, label, look, marked, plain_log
+from .groups import WIDTH_2, label, look, marked
 
 BIN_S = 2.75
 """One touch of the published pace."""
@@ -34,7 +35,7 @@ def draw(data: StudyData) -> Figure | None:
     for ax in panels:
         ax.axvspan(0.0, _length_s(data), color="0.93", zorder=0)
     panels[-1].set_xlabel("time since the window opened [s]")
-    figure.legend(handles=panels[0].get_legend_handles_labels()[0], loc="outside upper left", ncols=len(data.groups))
+    legend(figure, panels[:1], "upper left", len(data.groups))
     return marked(figure, data)
 
 
@@ -46,7 +47,7 @@ def _length_s(data: StudyData) -> float:
 def _deviations(ax: Axes, data: StudyData) -> None:
     touches = data.compared.assign(since=lambda table: table["t_s"] - table["opened_s"])
     touches = touches.assign(bin=(touches["since"] // BIN_S + 0.5) * BIN_S)
-    plain_log(ax, touches["deviation_px"].to_numpy(float))
+    plain_log_axis(ax, touches["deviation_px"].to_numpy(float))
     for group in data.groups:
         style, of = look(data, group), rows(touches, touches["group"] == group)
         ax.plot(

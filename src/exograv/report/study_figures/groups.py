@@ -1,31 +1,17 @@
 """What all figures of a study share: widths of journals, one colour and one marker a group, the word SIMULATED."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREEN, INK, ORANGE, PINK, SKY, mark_simulated
+from exograv.report.style.figure_style import BLUE, GREEN, INK, ORANGE, PINK, SKY, mark_simulated, plain_ticks
 from exograv.study.measures.study_data import StudyData
 from exograv.study.participants.participant_record import SEALED
 
 WIDTH_1, WIDTH_2 = 85.0 / 25.4, 180.0 / 25.4
 """One column and two of a journal [inch]."""
-
-DPI = 300
-"""Of PNG, and of the touches within SVG: thousands of dots as shapes make a page that nobody can open."""
-
-JOURNAL: dict[Any, Any] = {
-    "figure.dpi": DPI,
-    "font.size": 8.0,
-    "axes.titlesize": 8.5,
-    "legend.fontsize": 7.5,
-    "lines.linewidth": 1.2,
-}
 
 
 @dataclass(frozen=True)
@@ -76,23 +62,3 @@ def second_axis_mm(ax: Axes, data: StudyData) -> None:
     right.set_ylabel("deviation [mm]")
     right.spines["right"].set_visible(True)
     plain_ticks(right.yaxis, np.array(ax.get_ylim()) * pitch)
-
-
-def plain_log(ax: Axes, values: Sequence[float] | np.ndarray) -> None:
-    """A logarithmic axis of deviations, with plain numbers, around these values."""
-    positive = np.asarray(values, float)
-    positive = positive[positive > 0.0]
-    low, high = (positive.min() / 1.2, positive.max() * 1.2) if len(positive) else (1.0, 100.0)
-    ax.set_yscale("log")
-    ax.set_ylim(low, high)
-    plain_ticks(ax.yaxis, np.array([low, high]))
-
-
-def plain_ticks(axis: Axis, ends: np.ndarray) -> None:
-    """Ticks of a logarithmic axis between two values: 1, 2 and 5 of each decade, or more or fewer, as there is room."""
-    decades = np.log10(ends[1] / ends[0])
-    digits = (1, 1.5, 2, 3, 4, 5, 7) if decades < 1.0 else (1, 2, 5) if decades < 3.0 else (1,)
-    ticks = [digit * 10.0**e for e in range(-4, 6) for digit in digits]
-    axis.set_ticks([tick for tick in ticks if ends[0] <= tick <= ends[1]])
-    axis.set_ticks([], minor=True)
-    axis.set_major_formatter(lambda value, _: f"{value:g}")

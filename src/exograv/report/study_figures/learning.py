@@ -6,10 +6,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from exograv.report.style.figure_style import legend, plain_log_axis
 from exograv.study.measures.selecting import column, keys, rows
 from exograv.study.measures.study_data import PRIMARY, StudyData
 
-from .groups import WIDTH_2, label, look, marked, plain_log, second_axis_mm
+from .groups import WIDTH_2, label, look, marked, second_axis_mm
 
 
 def draw(data: StudyData) -> Figure | None:
@@ -27,11 +28,10 @@ def draw(data: StudyData) -> Figure | None:
         ax.set_title(protocol)
         ax.set_xlim(0.5, last + 0.5)
         ax.set_xlabel("session")
-    plain_log(panels[0], medians["value"].to_numpy(float))
+    plain_log_axis(panels[0], medians["value"].to_numpy(float))
     panels[0].set_ylabel("median deviation [px]")
     second_axis_mm(panels[-1], data)
-    handles = {h.get_label(): h for ax in panels for h in ax.get_lines() if not str(h.get_label()).startswith("_")}
-    figure.legend(handles=list(handles.values()), loc="outside upper left", ncols=len(handles))
+    legend(figure, panels, "upper left", len(data.groups))
     return marked(figure, data)
 
 

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
-from exograv.report.style.figure_style import GREY, INK
+from exograv.report.style.figure_style import GREY, INK, blank
 from exograv.study.measures.pointing import deviations, ellipse
 from exograv.study.measures.selecting import column, rows
 from exograv.study.measures.study_data import StudyData
@@ -31,8 +31,7 @@ def draw(data: StudyData) -> Figure | None:
     reach = 1.05 * max(_reaches(touches, unit)) or 1.0
     figure = Figure(figsize=(WIDTH_2, 0.6 + WIDTH_2 / max(len(groups), 2)), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, max(len(groups), 2), sharey=True))
-    for ax in panels[len(groups) :]:
-        ax.set_axis_off()
+    blank(panels[len(groups) :])
     for ax, group in zip(panels, groups, strict=False):
         _panel(ax, data, group, unit)
         ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", title=label(group))

@@ -5,11 +5,12 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from exograv.report.style.figure_style import legend, plain_log_axis
 from exograv.study.measures.selecting import column, columns, rows
 from exograv.study.measures.study_data import StudyData
 from exograv.study.measures.table import SESSION
 
-from .groups import WIDTH_2, label, look, marked, plain_log, second_axis_mm
+from .groups import WIDTH_2, label, look, marked, second_axis_mm
 from .learning import course
 
 COSTS = {
@@ -31,10 +32,10 @@ def draw(data: StudyData) -> Figure | None:
     # A person who flew twice has one line: the median of both.
     by_person = medians.groupby(["participant", "group", "window"])["value"].median().reset_index()
     course(left, data, by_person, "window")
-    plain_log(left, medians["value"].to_numpy(float))
+    plain_log_axis(left, medians["value"].to_numpy(float))
     left.set_xlabel("window")
     left.set_ylabel("median deviation [px]")
-    figure.legend(handles=left.get_legend_handles_labels()[0], loc="outside upper left", ncols=len(data.groups))
+    legend(figure, [left], "upper left", len(data.groups))
     second_axis_mm(left, data)
     _costs(right, data, kept)
     return marked(figure, data)

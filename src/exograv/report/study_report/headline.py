@@ -1,22 +1,12 @@
 """What the report says first: one sentence, and a few figures of which the primary comparison is one."""
 
-from dataclasses import dataclass
-
 from exograv.report.study_figures.groups import label
+from exograv.report.style.page import Tile
 from exograv.study.measures.selecting import people as people_in
 from exograv.study.measures.study_data import StudyData
 from exograv.study.statistics.findings import StudyFindings
 
 from .results import interval_words, number
-
-
-@dataclass(frozen=True)
-class Tile:
-    """A figure with what it is."""
-
-    label: str
-    value: str
-    note: str
 
 
 def headline(data: StudyData, found: StudyFindings | None) -> str:

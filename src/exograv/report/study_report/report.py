@@ -17,7 +17,8 @@ from exograv.study.measures.study_data import PRIMARY, StudyData
 from exograv.study.statistics.compare import CompareSettings, compare
 from exograv.study.statistics.findings import ComparisonFigures, StudyFindings
 
-from .page import Content, Written, write_page
+from .chapters import Content
+from .page import Written, write_study_page
 from .planning import next_study
 from .quality import Told, issues
 
@@ -56,7 +57,7 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
         found = None if why_not else compared(data)
         flaws = issues(data, Told(quarantined(folder), read_journal(folder), measured.remarks))
         planned = None if found is None else next_study(data, found.groups)
-        written = write_page(folder.report, Content(data, found, why_not, flaws, measured.unpublished, planned))
+        written = write_study_page(folder.report, Content(data, found, why_not, flaws, measured.unpublished, planned))
         if found is not None:
             text = json.dumps(json_value(found), indent=1, ensure_ascii=False)
             write_whole(folder.derivatives / "statistics.json", text + "\n")

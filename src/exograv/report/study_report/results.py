@@ -1,11 +1,10 @@
 """Results in tables: each person by itself, and every measure by group. Described, not tested."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
 from exograv.report.study_figures.groups import label
+from exograv.report.style.page import Table
 from exograv.study.measures.catalogue import MEASURES, Measure
 from exograv.study.measures.catalogue import measure as measure_of
 from exograv.study.measures.selecting import column, columns, keys, middle, rows
@@ -17,14 +16,6 @@ from exograv.study.statistics.relabelling import relabellings
 
 NOT_SHOWN = {"deviation_px", "deviation_mm", "direction_deg", "touches", "mean_direction_deg", "ellipse_angle_deg"}
 """Of which a median over people says nothing, or which stand elsewhere."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of text."""
-
-    columns: tuple[str, ...]
-    rows: list[tuple[str, ...]]
 
 
 def people_table(data: StudyData) -> Table:

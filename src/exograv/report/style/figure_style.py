@@ -1,24 +1,32 @@
 """How figures look, and how they enter a page: plain words, few lines, the same colours for the same things."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import StringIO
 from itertools import cycle
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+
+from exograv.files import write_whole
 
 # Okabe and Ito's palette, which colour-blind readers can tell apart.
 BLUE, ORANGE, GREEN, RED, PINK, SKY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9"
 INK, GREY, PALE = "#22303C", "#8B96A1", "#E3E8EC"
 
 JOINT_COLOURS = (BLUE, RED, PINK, GREEN, ORANGE, SKY, INK)
+
+PICTURE_DPI, JOURNAL_DPI = 120, 300
+"""Pictures of a command; figures of a study, and the touches within their SVG: thousands of shapes load too slowly."""
 
 STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -48,16 +56,27 @@ STYLE: dict[Any, Any] = {
     "ytick.color": INK,
 }
 
+JOURNAL: Mapping[Any, Any] = MappingProxyType(
+    {
+        "figure.dpi": JOURNAL_DPI,
+        "font.size": 8.0,
+        "axes.titlesize": 8.5,
+        "legend.fontsize": 7.5,
+        "lines.linewidth": 1.2,
+    }
+)
+"""What figures of a study have in place of it."""
+
 
 @contextmanager
-def house_style() -> Iterator[None]:
+def house_style(more: Mapping[Any, Any] = MappingProxyType({})) -> Iterator[None]:
     """Figures made and saved inside look alike; nothing outside changes."""
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context({**STYLE, **more}):
         yield
 
 
 def mark_simulated(figure: Figure) -> None:
-    """Nobody took part: it has to stand on the figure wherever it is copied to."""
+    """Write on a figure that nobody took part, wherever it is copied to."""
     figure.suptitle("SIMULATED", x=0.995, ha="right", fontsize=7, fontweight="bold", color=RED)
 
 
@@ -81,6 +100,60 @@ def inline_svg(figure: Figure, name: str, letters: str = "none") -> str:
     )
 
 
+def write_picture(path: Path, draw: Callable[[], Figure]) -> Path:
+    """Draw a figure in the house style into a PNG or SVG file, or replace it; its folder is created too.
+
+    Raises:
+        RecordingError: It cannot be written.
+    """
+    with house_style({"svg.hashsalt": path.stem}):
+        write_whole(path, _saving(draw(), path.suffix[1:], PICTURE_DPI))
+    return path
+
+
+def write_figure(folder: Path, name: str, figure: Figure) -> list[Path]:
+    """Write a figure for a journal, as SVG of its size on paper and as PNG.
+
+    Raises:
+        RecordingError: The folder cannot be written.
+    """
+    width, height = 25.4 * figure.get_size_inches()
+    sized = inline_svg(figure, name).replace("<svg ", f'<svg width="{width:.1f}mm" height="{height:.1f}mm" ', 1)
+    write_whole(folder / f"{name}.svg", sized)
+    write_whole(folder / f"{name}.png", _saving(figure, "png", JOURNAL_DPI))
+    return [folder / f"{name}.{kind}" for kind in ("svg", "png")]
+
+
+def _saving(figure: Figure, kind: str, dpi: int) -> Callable[[Path], None]:
+    def save(path: Path) -> None:
+        with path.open("wb") as file:
+            figure.savefig(
+                file, format=kind, dpi=dpi, metadata={"png": {"Software": None}, "svg": {"Date": None}}[kind]
+            )
+
+    return save
+
+
+def legend(figure: Figure, panels: Iterable[Axes], place: str, columns: int, **look: Any) -> None:
+    """Explain the lines of all panels once, outside of them."""
+    found = {text: one for ax in panels for one, text in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(list(found.values()), list(found), loc=f"outside {place}", ncols=columns, **look)
+
+
+def blank(panels: Iterable[Axes]) -> None:
+    """Hide panels that have nothing to show."""
+    for ax in panels:
+        ax.set_axis_off()
+
+
+def name_rows(ax: Axes, names: Sequence[str]) -> None:
+    """Put one name on each row, the first on top, with a grid across the rows."""
+    ax.set_yticks(range(len(names)), names)
+    ax.set_ylim(len(names) - 0.5, -0.5)
+    ax.grid(visible=True, axis="x")
+    ax.grid(visible=False, axis="y")
+
+
 def joint_label(joint: str, separator: str = " ") -> str:
     """`shoulder_flexion` in words."""
     return joint.replace("_", separator)
@@ -91,16 +164,24 @@ def joint_colours(joints: tuple[str, ...]) -> list[str]:
     return [colour for colour, _ in zip(cycle(JOINT_COLOURS), joints, strict=False)]
 
 
-def plain_log_axis(ax: Axes, values: np.ndarray) -> None:
-    """A logarithmic vertical axis whose ticks are read as plain numbers."""
-    positive = values[np.isfinite(values) & (values > 0)]
+def plain_log_axis(ax: Axes, values: Sequence[float] | np.ndarray) -> None:
+    """Make the vertical axis logarithmic, around the positive ones of these values and with plain numbers."""
+    positive = np.asarray(values, float)
+    positive = positive[np.isfinite(positive) & (positive > 0.0)]
+    low, high = (positive.min() / 1.2, positive.max() * 1.2) if len(positive) else (1.0, 100.0)
     ax.set_yscale("log")
-    ticks = [m * 10.0**e for e in range(-4, 4) for m in (1, 2, 5)]
-    low, high = (positive.min() / 1.3, positive.max() * 1.3) if len(positive) else (0.01, 10.0)
     ax.set_ylim(low, high)
-    ax.set_yticks([tick for tick in ticks if low <= tick <= high])
-    ax.set_yticks([], minor=True)
-    ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    plain_ticks(ax.yaxis, np.array([low, high]))
+
+
+def plain_ticks(axis: Axis, ends: np.ndarray) -> None:
+    """Put plain numbers on a logarithmic axis between two values, more to a decade where there are few decades."""
+    decades = np.log10(ends[1] / ends[0])
+    digits = (1, 1.5, 2, 3, 4, 5, 7) if decades < 1.0 else (1, 2, 5) if decades < 3.0 else (1,)
+    ticks = [digit * 10.0**e for e in range(-4, 6) for digit in digits]
+    axis.set_ticks([tick for tick in ticks if ends[0] <= tick <= ends[1]])
+    axis.set_ticks([], minor=True)
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
 
 
 def thinned(n: int, most: int) -> np.ndarray:

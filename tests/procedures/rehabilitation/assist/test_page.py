@@ -5,13 +5,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from markupsafe import Markup
 
 from exograv.console.words import said_in
 from exograv.laboratory.assist.session import fly_session
-from exograv.procedures.rehabilitation.assist.page import course, render, write_assist_page
+from exograv.procedures.rehabilitation.assist.page import course, page_of, write_assist_page
 from exograv.procedures.rehabilitation.assist.participant_record import AssistFile, opened
 from exograv.procedures.rehabilitation.assist.words import PAGE, Language, Words
+from exograv.report.style.page import page_text
 from exograv.task.assist_as_needed import SENTENCES
 
 from .weak import Weak, usual
@@ -32,7 +32,7 @@ def sessions(*needs: float) -> AssistFile:
 )
 def test_every_decision_stands_on_the_page_in_its_language(language: Language, simulated: str, said: str):
     file, words = sessions(0.8, 0.7), Words(language, SAID)
-    page = render(file, words, Markup(""))
+    page = page_text(page_of(file, words))
     assert f'<html lang="{language}">' in page
     assert simulated in page
     assert said in page
@@ -48,7 +48,7 @@ def test_both_languages_have_the_same_words_with_the_same_gaps():
 
 def test_the_band_in_the_picture_is_where_support_could_go():
     rows = course(sessions(0.2, 0.2))
-    assert {row["session"]: (row["low"], row["high"]) for row in rows} == {1: (80.0, 100.0), 2: (65.0, 100.0)}
+    assert {row.session: (row.low, row.high) for row in rows} == {1: (80.0, 100.0), 2: (65.0, 100.0)}
 
 
 @pytest.mark.slow

@@ -136,9 +136,11 @@ def _examine_mechanics(
     result["torque_Nm"] = _torque_rows(description, carrying)
     progress("Drawing it", 0.9)
     # Matplotlib: 0.4 s that no other command has to wait for.
-    from exograv.report.figures.machine import write_machine_picture
+    from exograv.report.figures.machine import draw
+    from exograv.report.style.figure_style import write_picture
 
-    result["picture"] = str(write_machine_picture(picture_data(donned, reached, result), out / "check_rig.png"))
+    drawn = picture_data(donned, reached, result)
+    result["picture"] = str(write_picture(out / "check_rig.png", lambda: draw(drawn)))
 
 
 def _examine_support(assembly: Assembly, held: Support, findings: CheckFindings) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
+from exograv.report.style.page import NO_EVIDENCE
 from exograv.sentence import render
 
 from .participant_record import AssistBlock
@@ -30,6 +31,7 @@ PAGE: Mapping[Language, Mapping[str, str]] = MappingProxyType(
                 "block": "block",
                 "session": "session",
                 "decisions": "Every decision, and why",
+                "decision": "decision",
                 "of": "{reached} of {tried}",
                 "rule": "The rule",
                 "rule_text": (
@@ -38,8 +40,7 @@ PAGE: Mapping[Language, Mapping[str, str]] = MappingProxyType(
                     "that session. In one session it goes down by {most} points at most, and never below {least} %."
                 ),
                 "assumed": "All of these numbers are assumed, for a therapist to change in the protocol file.",
-                "simulated": "SIMULATED: nobody took part. This shows that the software works; it is no evidence "
-                "about people.",
+                "simulated": NO_EVIDENCE,
                 "said": "Block {block}, {support} % carried. {text}",
             }
         ),
@@ -61,6 +62,7 @@ PAGE: Mapping[Language, Mapping[str, str]] = MappingProxyType(
                 "block": "Block",
                 "session": "Sitzung",
                 "decisions": "Jede Entscheidung und ihr Grund",
+                "decision": "Entscheidung",
                 "of": "{reached} von {tried}",
                 "rule": "Die Regel",
                 "rule_text": (

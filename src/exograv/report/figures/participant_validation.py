@@ -1,23 +1,20 @@
-"""The validation as a picture: where first windows land under each gravity, touch by touch; simulated."""
+"""Where first windows of virtual participants land under each gravity, touch by touch; simulated."""
 
-from pathlib import Path
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE
 
-PICTURE = "participant_validation.png"
 COLOURS = {"0.0": BLUE, "1.0": INK, "1.8": ORANGE}
 
 
-def write_picture(result: dict[str, Any], folder: Path) -> Path:
-    """Into this folder."""
+def draw(up_mm: Mapping[str, Sequence[Sequence[float]]]) -> Figure:
+    """Draw the height above the target of each touch, by gravity level and participant [mm]."""
     figure = Figure(figsize=(7.2, 3.6), layout="constrained")
     ax = figure.subplots()
-    for level, people in result["touches"].items():
-        rows = [[touch["up_mm"] for touch in windows[0]] for windows in people]
+    for level, rows in up_mm.items():
         for row in rows:
             ax.plot(range(1, len(row) + 1), row, color=COLOURS[level], alpha=0.25, linewidth=0.8)
         n = min(map(len, rows))
@@ -25,9 +22,7 @@ def write_picture(result: dict[str, Any], folder: Path) -> Path:
         ax.plot(range(1, n + 1), mean, "o-", color=COLOURS[level], label=f"{float(level):g} g")
     ax.axhline(0.0, color=GREY, linewidth=0.8)
     ax.set(xlabel="touch of the first window", ylabel="above the target [mm]")
-    ax.set_title(f"Virtual participants, simulated: {result['people']} people and their mean", fontsize=10)
-    ax.legend(frameon=False)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / PICTURE
-    figure.savefig(path, dpi=150)
-    return path
+    people = len(next(iter(up_mm.values())))
+    ax.set_title(f"Virtual participants, simulated: {people} people and their mean", fontsize=10)
+    ax.legend()
+    return figure

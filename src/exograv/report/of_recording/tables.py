@@ -1,26 +1,16 @@
-"""The tables of the report: as text, so that a reader can copy them."""
+"""The tables of the report: as text, so that a reader can copy them. A recording without rows has no chapter."""
 
 import json
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 from exograv.recording import Recording
-
-from .figure_style import joint_label
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of text under a title; without rows it is not shown."""
-
-    title: str
-    note: str
-    columns: tuple[str, ...]
-    rows: list[tuple[str, ...]]
+from exograv.report.style.figure_style import joint_label
+from exograv.report.style.page import Chapter, Table, Text
 
 
-def parameter_table(recording: Recording) -> Table:
-    """What was found about the arm, beside what the body table said and what the twin knows."""
+def parameter_table(recording: Recording) -> Chapter | None:
+    """Estimates of the arm, beside what the body table said and what the twin knows."""
     entries = recording.last("/result").get("parameters") or recording.last("/estimate").get("parameters") or []
     note = (
         "The true value lies in the interval with 95 % certainty; only the twin knows it. mx, my, mz are mass times "
@@ -36,13 +26,13 @@ def parameter_table(recording: Recording) -> Table:
         )
         for e in entries
     ]
-    return Table(
+    return _chapter(
         "The arm in numbers", note, ("property", "unit", "body table", "estimate", "95 % interval", "truth"), rows
     )
 
 
-def calibration_table(recording: Recording) -> Table:
-    """What stage 0 found about the empty machine: one row a joint, one column a quantity."""
+def calibration_table(recording: Recording) -> Chapter | None:
+    """Estimates of stage 0 for the empty machine: one row a joint, one column a quantity."""
     entries = recording.last("/result").get("calibration") or []
     found = {(entry["joint"], entry["name"]): entry for entry in entries}
     joints, names = dict.fromkeys(e["joint"] for e in entries), dict.fromkeys(e["name"] for e in entries)
@@ -53,7 +43,7 @@ def calibration_table(recording: Recording) -> Table:
         "95 % interval."
     )
     rows = [(joint_label(joint), *(_calibrated(found.get((joint, name))) for name in names)) for joint in joints]
-    return Table("The empty machine", note, ("joint", *(f"{_words(name)} [{units[name]}]" for name in names)), rows)
+    return _chapter("The empty machine", note, ("joint", *(f"{_words(name)} [{units[name]}]" for name in names)), rows)
 
 
 def _calibrated(entry: dict[str, Any] | None) -> str:
@@ -64,22 +54,24 @@ def _calibrated(entry: dict[str, Any] | None) -> str:
     return _number(entry["estimate"]) + interval + truth
 
 
-def event_table(recording: Recording) -> Table:
-    """What happened when: phases and events, in order of time."""
+def event_table(recording: Recording) -> Chapter | None:
+    """Phases and events, in order of time."""
     rows = [(p["t"], "phase", _words(p["name"])) for p in recording.messages("/phase")]
     rows += [(e["t"], e["kind"], e["text"]) for e in recording.messages("/event")]
     rows.sort(key=lambda row: row[0])
-    return Table(
-        "What happened when", "", ("time [s]", "kind", "what"), [(f"{t:.2f}", kind, text) for t, kind, text in rows]
-    )
+    lines = [(f"{t:.2f}", kind, text) for t, kind, text in rows]
+    return _chapter("What happened when", "", ("time [s]", "kind", "what"), lines)
 
 
-def settings_table(recording: Recording) -> Table:
+def settings_table(recording: Recording) -> Chapter | None:
     """Everything needed to repeat the run."""
     rows = [(name, _plain(value)) for name, value in _flat(recording.settings)]
-    return Table(
-        "Settings", "With these and the same version, the run can be repeated exactly.", ("name", "value"), rows
-    )
+    note = "With these and the same version, the run can be repeated exactly."
+    return _chapter("Settings", note, ("name", "value"), rows)
+
+
+def _chapter(title: str, note: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Chapter | None:
+    return Chapter(title, [*([Text(note)] if note else []), Table(columns, rows)]) if rows else None
 
 
 def _flat(value: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:

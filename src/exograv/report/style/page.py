@@ -1,0 +1,161 @@
+"""The one writer of pages: headline, tiles, chapters with figures and tables, as HTML and as PDF."""
+
+import io
+import logging
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Literal
+
+import jinja2
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from exograv.files import write_whole
+
+from .figure_style import inline_svg
+
+NO_EVIDENCE = "SIMULATED: nobody took part. This shows that the software works; it is no evidence about people."
+NO_PANGO = (
+    "There is no PDF: WeasyPrint needs Pango, which is not installed ({error}). Install it (Debian: `apt install "
+    "libpango-1.0-0 libpangoft2-1.0-0`), or print {page} from a browser."
+)
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A number that a reader looks for first."""
+
+    label: str
+    value: str
+    note: str = ""
+    is_good: bool | None = None
+    """True if the target is reached; None without a target."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph with a look of its own."""
+
+    text: str
+    look: Literal["note", "strong", "notice", "heading"] = "note"
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """Sentences under each other."""
+
+    sentences: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text under their headings."""
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+Block = str | Text | Bullets | Table
+"""Part of a chapter; a string is a paragraph. A string of type `Markup` is taken as HTML."""
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """A title, a figure with its explanation, and blocks."""
+
+    title: str
+    blocks: Sequence[Block] = ()
+    name: str = ""
+    """Name of the figure's files, and the address on the page."""
+
+    figure: Figure | None = None
+    text: str = ""
+    """Explanation of the figure."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """Everything that a page says."""
+
+    headline: str
+    chapters: Sequence[Chapter]
+    title: str = "exograv report"
+    line: str = ""
+    """Line above the headline: study, authors, licence."""
+
+    facts: Sequence[tuple[str, str]] = ()
+    """Names and values under the headline."""
+
+    tiles: Sequence[Tile] = ()
+    lead: Sequence[Block] = ()
+    """Blocks between the tiles and the first chapter."""
+
+    language: str = "en"
+    simulated: str = ""
+    """Sentence on top of the page if the data are simulated."""
+
+    mark: str = ""
+    """Word behind the title of each chapter."""
+
+    letters: Literal["none", "path"] = "path"
+    """Letters in figures: `path` for shapes, which need no font; `none` for text, which a reader can search."""
+
+
+def drawn(kinds: Iterable[tuple[str, str, ModuleType]], source: object) -> Iterator[Chapter]:
+    """Chapters, given by name, title and module, for whose figure `source` has the data.
+
+    A module has `draw(source)`, which returns a figure or None, and `explain(source)`.
+    """
+    for name, title, kind in kinds:
+        if (figure := kind.draw(source)) is not None:
+            yield Chapter(title, (), name, figure, kind.explain(source))
+
+
+def page_text(page: Page) -> str:
+    """Render a page as HTML; the same page gives the same text."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("exograv.report.style", "."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+    def svg(chapter: Chapter) -> Markup:
+        assert chapter.figure is not None
+        return Markup(inline_svg(chapter.figure, chapter.name, page.letters))  # matplotlib escapes texts
+
+    return environment.get_template("page.html.j2").render(page=page, svg=svg)
+
+
+def write_page(path: Path, page: Page) -> Path:
+    """Write a page, or replace it; its folder is created too.
+
+    Raises:
+        RecordingError: The page cannot be written.
+    """
+    write_whole(path, page_text(page))
+    return path
+
+
+def write_pdf(html: Path) -> tuple[Path | None, str | None]:
+    """Print a page beside itself.
+
+    Returns:
+        The PDF, or a sentence that says what is missing for it.
+
+    Raises:
+        RecordingError: The folder cannot be written.
+    """
+    try:
+        import weasyprint
+    except OSError as error:  # a library that cannot be loaded
+        return None, NO_PANGO.format(error=str(error).split("\n")[0], page=html.name)
+    for name in ("weasyprint", "fontTools"):
+        logging.getLogger(name).setLevel(logging.ERROR)
+    printed = io.BytesIO()
+    weasyprint.HTML(string=html.read_text(encoding="utf-8")).write_pdf(printed)
+    write_whole(html.with_suffix(".pdf"), printed.getvalue())
+    return html.with_suffix(".pdf"), None
