@@ -88,11 +88,12 @@ def inline_svg(figure: Figure, name: str, letters: str = "none") -> str:
         name: Tells the figures of one page apart: their identifiers must not clash.
         letters: `none` for text that can be edited, `path` for shapes that need no font.
     """
-    text = StringIO()
+    text, dpi = StringIO(), figure.dpi
     with mpl.rc_context({**STYLE, "svg.hashsalt": name, "svg.fonttype": letters}):
         # `savefig` would draw everything once before, to lay it out, and gives the same picture.
         canvas = FigureCanvasSVG(figure)
         canvas.print_svg(text, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    figure.dpi = dpi  # print_svg leaves 72 behind, at which later drawings would put dots
     svg = text.getvalue()
     # Without fixed width and height the picture follows the width of the page.
     return re.sub(
@@ -137,7 +138,7 @@ def _saving(figure: Figure, kind: str, dpi: int) -> Callable[[Path], None]:
 def legend(figure: Figure, panels: Iterable[Axes], place: str, columns: int, **look: Any) -> None:
     """Explain the lines of all panels once, outside of them."""
     found = {text: one for ax in panels for one, text in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(list(found.values()), list(found), loc=f"outside {place}", ncols=columns, **look)
+    figure.legend(list(found.values()), list(found), **{"loc": f"outside {place}", "ncols": columns} | look)
 
 
 def blank(panels: Iterable[Axes]) -> None:
