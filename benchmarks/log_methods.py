@@ -16,6 +16,7 @@ from typing import Any
 from exograv.errors import ExogravError
 from exograv.procedures.machine_tools.identify_log import METHODS, identify_log
 from exograv.procedures.machine_tools.options import LogOptions
+from exograv.results import json_value
 
 
 def main() -> None:
@@ -41,7 +42,7 @@ def main() -> None:
     for name in names:
         begun = time.monotonic()
         try:
-            results.append(identify_log(LogOptions(method=name, **options)))
+            results.append(json_value(identify_log(LogOptions(method=name, **options))))
         except ExogravError as error:
             print(f"| `{name}` | {error} |")
             continue

@@ -26,12 +26,14 @@ def json_value(value: Any) -> Any:
     """
     if value is None or isinstance(value, str | bool | int | float):
         return value.value if isinstance(value, Enum) else value
+    if hasattr(value, "tolist"):  # arrays and scalars of NumPy: help must not wait for its import
+        return value.tolist()
+    if hasattr(value, "model_dump"):  # settings of pydantic
+        return value.model_dump(mode="json")
     if is_dataclass(value) and not isinstance(value, type):
         return _object(value)
     if isinstance(value, Mapping):
         return {str(json_value(key)): json_value(one) for key, one in value.items()}
-    if hasattr(value, "tolist"):  # arrays and scalars of NumPy: help must not wait for its import
-        return value.tolist()
     if isinstance(value, Sequence | set | frozenset):
         return [json_value(one) for one in value]
     if isinstance(value, Enum):

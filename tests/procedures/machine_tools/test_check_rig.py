@@ -11,7 +11,12 @@ from exograv.errors import ConfigError
 from exograv.model.description import load_rig, rig_names, robots_folder
 from exograv.procedures.machine_tools.check_rig import check_rig
 from exograv.procedures.machine_tools.options import CheckOptions
+<<<<<<< HEAD
 from exograv.report.style import figure_style
+=======
+from exograv.report.figures import machine as drawing
+from exograv.results import json_value
+>>>>>>> e25ae81 (machine tools: results are typed)
 
 SOURCE = robots_folder() / "recupera_like"
 LIMIT = '<limit lower="0.0" upper="2.18" effort="30" velocity="3.0"/>'
@@ -38,7 +43,7 @@ def silent(_text: str, _share: float) -> None:
 
 
 def check(rig: str | Path, out: Path, **wearer: Any) -> dict[str, Any]:
-    return check_rig(CheckOptions(str(rig), **wearer), out, silent)
+    return json_value(check_rig(CheckOptions(str(rig), **wearer), out, silent))
 
 
 def broken(folder: Path, *pairs: tuple[str, str]) -> list[str]:

@@ -39,7 +39,7 @@ def test_what_cannot_be_designed_is_refused_with_what_is_allowed(options: dict, 
 def test_the_block_is_the_motion_as_a_rig_file_has_it():
     basis = harmonic(20.0, 3)
     coefficients = 0.2 * np.random.default_rng(0).standard_normal((7, 4))
-    read = tomllib.loads(excitation_text(excitation_block(basis, coefficients).model_dump()))
+    read = tomllib.loads(excitation_text(excitation_block(basis, coefficients)))
     path = periodic(Excitation(**read["excitation"]), 20.0, 0.1)
     np.testing.assert_allclose(path.q, basis.trajectory(coefficients, 20.0, 0.1).q, atol=np.deg2rad(0.05 * 7))
 
@@ -54,8 +54,8 @@ def test_a_designed_motion_tells_more_than_others_and_keeps_the_limits():
     told: list[float] = []
     options = DesignOptions(starts=1, iterations=15, seconds=600.0, period_s=20.0, harmonics=5)
     designed = design_motion(options, lambda _text, share: told.append(share))
-    predicted = designed.figures["predicted_left_over_Nm"]
-    targets = np.array(designed.figures["targets_Nm"])
+    predicted = designed.figures.predicted_left_over_Nm
+    targets = np.array(designed.figures.targets_Nm)
     worst = {name: (np.array(found["60"]) / targets).max() for name, found in predicted.items()}
     assert worst["designed"] < worst["fixed"]
     description = load_rig("recupera_like")

@@ -15,6 +15,7 @@ from exograv.loop.pilot import Progress
 from exograv.procedures.identification.method_names import MethodName
 from exograv.procedures.machine_tools.identify_log import identify_log
 from exograv.procedures.machine_tools.options import LogOptions
+from exograv.results import json_value
 
 DATA = Path(os.environ.get("EXOGRAV_DATA", Path(__file__).parents[4] / "shared" / "data")) / "ur10e"
 REAL_GAINS = [13.56, 12.09, 10.15, 9.69, 10.06, 10.46]  # N·m/A: the common factor was calibrated on this very pair
@@ -99,7 +100,7 @@ def identified(lab: Path, progress: Progress = lambda _text, _share: None, **cha
         "payload_frame": "tool",
         "gains": GAINS,
     }
-    return identify_log(LogOptions(**{**options, **changes}), progress)
+    return json_value(identify_log(LogOptions(**{**options, **changes}), progress))
 
 
 def test_the_interval_holds_the_mass_on_nearly_every_seed_even_when_motion_and_friction_have_changed(
@@ -267,12 +268,12 @@ def real_pair() -> dict[str, Any]:
 
 
 def test_a_real_load_is_found_within_a_twentieth_and_its_interval_holds_it(real_pair: dict[str, Any]):
-    payload = identify_log(LogOptions(**real_pair))["payload"]
+    payload = json_value(identify_log(LogOptions(**real_pair)))["payload"]
     assert payload["mass_kg"] == pytest.approx(REAL_KG, rel=0.05)
     assert payload["ci95_kg"][0] <= REAL_KG <= payload["ci95_kg"][1]
 
 
 def test_a_real_load_is_found_by_plain_descent_too(real_pair: dict[str, Any]):
-    result = identify_log(LogOptions(**real_pair, method="gradient", true_kg=REAL_KG))
+    result = json_value(identify_log(LogOptions(**real_pair, method="gradient", true_kg=REAL_KG)))
     assert result["payload"]["mass_kg"] == pytest.approx(REAL_KG, rel=0.05)
     assert result["time_to_10pct_s"] is not None

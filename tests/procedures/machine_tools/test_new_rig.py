@@ -74,8 +74,8 @@ def test_a_folder_whose_questions_are_answered_is_a_machine_without_problems(rig
     answered(folder, answers_for(rig))
     assert load_rig(str(folder)).joints == load_rig(rig).joints
     result = check_rig(CheckOptions(str(folder)), tmp_path, silent)
-    assert result["problems"] == []
-    assert result["rank"] == result["human_dof"]
+    assert result.problems == []
+    assert result.rank == result.human_dof
 
 
 @pytest.mark.parametrize(("beyond", "kind", "hand"), [(1, "forearm", False), (2, "wrist_flexion", True)])
@@ -94,15 +94,15 @@ def test_how_far_down_the_arm_is_moved_is_read_from_the_names_of_the_joints(
 
 def test_every_question_says_how_to_answer_it(tmp_path: Path):
     found = new_rig(NewRigOptions(ROBOTS / "recupera_like" / "right.urdf", tmp_path / "mine"))
-    assert found["questions"]
-    assert all(len(question["comment"]) > 5 for question in found["questions"])
+    assert found.questions
+    assert all(len(question.comment) > 5 for question in found.questions)
 
 
 def test_all_questions_are_problems_of_the_check_at_once(tmp_path: Path):
     found = new_rig(NewRigOptions(ROBOTS / "recupera_like" / "right.urdf", tmp_path / "mine"))
     result = check_rig(CheckOptions(str(tmp_path / "mine")), tmp_path, silent)
-    assert len(result["problems"]) == len(found["questions"])
-    assert all("still asks" in problem for problem in result["problems"])
+    assert len(result.problems) == len(found.questions)
+    assert all("still asks" in problem for problem in result.problems)
 
 
 def test_joints_that_are_called_by_numbers_are_asked_for(tmp_path: Path):
@@ -112,7 +112,7 @@ def test_joints_that_are_called_by_numbers_are_asked_for(tmp_path: Path):
     text = re.sub(r'robot name="\w+"', 'robot name="My machine"', text)
     (tmp_path / "machine.urdf").write_text(text, encoding="utf-8")
     found = new_rig(NewRigOptions(tmp_path / "machine.urdf", tmp_path / "mine"))
-    keys = [question["key"] for question in found["questions"]]
+    keys = [question.key for question in found.questions]
     assert keys.count("actuators.place") == 4
     assert {"urdf.right", "urdf.left"} <= set(keys)
 

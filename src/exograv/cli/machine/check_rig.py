@@ -1,12 +1,15 @@
 """`exograv check-rig`."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from exograv.cli.shell.base_options import Common
 from exograv.procedures.machine_tools.options import CheckOptions
 
+if TYPE_CHECKING:
+    from exograv.procedures.machine_tools.check_rig.check_result import CheckResult
 
-def run_check_rig(options: CheckOptions, common: Common) -> dict[str, Any]:
+
+def run_check_rig(options: CheckOptions, common: Common) -> "CheckResult":
     """Say what a machine's folder lacks, what its cuffs hold, how far it reaches and whom it can carry."""
     from exograv.cli.shell.terminal import bars
     from exograv.procedures.machine_tools.check_rig import check_rig
@@ -17,49 +20,49 @@ def run_check_rig(options: CheckOptions, common: Common) -> dict[str, Any]:
     return result
 
 
-def _show(result: dict[str, Any]) -> None:
+def _show(result: "CheckResult") -> None:
     from rich.console import Console
     from rich.markup import escape
 
     console = Console()
-    if result["rank"] is not None:
+    if result.rank is not None:
         _show_mechanics(result, console)
-    for problem in result["problems"]:
+    for problem in result.problems:
         console.print(f"[bold red]Problem:[/] {escape(problem)}")
-    for note in result["notes"]:
+    for note in result.notes:
         console.print(f"[bold]Note:[/] {escape(note)}")
-    if result["picture"] is not None:
-        console.print(f"Picture: {result['picture']}", soft_wrap=True)
-    if result["ok"]:
+    if result.picture is not None:
+        console.print(f"Picture: {result.picture}", soft_wrap=True)
+    if result.ok:
         console.print("[bold green]Nothing is wrong with this machine.[/]")
     else:
-        console.print(f"{len(result['problems'])} problems remain in {escape(result['rig'])}.")
+        console.print(f"{len(result.problems)} problems remain in {escape(result.rig)}.")
 
 
-def _show_mechanics(result: dict[str, Any], console: Any) -> None:
+def _show_mechanics(result: "CheckResult", console: Any) -> None:
     from rich.table import Table
 
-    table = Table(title=f"{result['rig']}, {result['side']}: torque at rest, worst posture of the task workspace, N·m")
+    table = Table(title=f"{result.rig}, {result.side}: torque at rest, worst posture of the task workspace, N·m")
     for name in ("joint", "machine", "arm", "1 kg in hand", "friction", "drive"):
         table.add_column(name, justify="left" if name == "joint" else "right")
-    for row in result["torque_Nm"]:
-        limit = "no motor" if row["limit"] is None else f"{row['limit']:g}"
-        numbers = (f"{row[name]:.1f}" for name in ("exo", "arm", "hand_1kg", "friction"))
-        table.add_row(row["joint"].replace("_", " "), *numbers, limit)
+    for row in result.torque_Nm or []:
+        limit = "no motor" if row.limit is None else f"{row.limit:g}"
+        numbers = (f"{value:.1f}" for value in (row.exo, row.arm, row.hand_1kg, row.friction))
+        table.add_row(row.joint.replace("_", " "), *numbers, limit)
     console.print(table)
-    conditioning, loops, softest = result["conditioning"], result["loops"], result["softest"]
-    reach = "; ".join(
-        f"{arm['side']} {arm['volume_m3']:.2f} m³, up to {arm['furthest_m']:.2f} m" for arm in result["workspace"]
-    )
-    margin = conditioning["singular_beyond_task_deg"]
+    conditioning, loops, softest = result.conditioning, result.loops, result.softest
+    if conditioning is None or loops is None or softest is None or result.workspace is None:
+        return
+    reach = "; ".join(f"{arm.side} {arm.volume_m3:.2f} m³, up to {arm.furthest_m:.2f} m" for arm in result.workspace)
+    margin = conditioning.singular_beyond_task_deg
     singular = "none within the limits" if margin is None else f"the nearest {margin:g}° outside it"
     console.print(
-        f"Cuffs hold {result['rank']} of {result['human_dof']} freedoms, {softest['freedom']} most softly "
-        f"({softest['Nm_per_rad']:.1f} N·m/rad); strained by at most {loops['stretch_mm']:.1f} mm and "
-        f"{loops['turn_deg']:.1f}° through the task workspace.\n"
+        f"Cuffs hold {result.rank} of {result.human_dof} freedoms, {softest.freedom} most softly "
+        f"({softest.Nm_per_rad:.1f} N·m/rad); strained by at most {loops.stretch_mm:.1f} mm and "
+        f"{loops.turn_deg:.1f}° through the task workspace.\n"
         f"Finger tip reaches: {reach}.\n"
-        f"Conditioning in the task workspace {conditioning['worst_in_task']:.2f} and more; singular postures: "
+        f"Conditioning in the task workspace {conditioning.worst_in_task:.2f} and more; singular postures: "
         f"{singular}.\n"
-        f"Largest arm with 1 kg in the hand: {result['largest_arm_kg']:.1f} kg; this "
-        f"wearer's weighs {result['wearer_arm_kg']:.1f} kg."
+        f"Largest arm with 1 kg in the hand: {result.largest_arm_kg:.1f} kg; this "
+        f"wearer's weighs {result.wearer_arm_kg:.1f} kg."
     )

@@ -1,12 +1,16 @@
 """`exograv design-motion`."""
 
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common
 from exograv.procedures.machine_tools.options import DesignOptions
 
+if TYPE_CHECKING:
+    from exograv.procedures.machine_tools.design_motion import DesignFigures
 
-def run_design_motion(options: DesignOptions, common: Common) -> dict[str, Any]:
+
+def run_design_motion(options: DesignOptions, common: Common) -> "DesignFigures":
     """Design the motion that tells most about an arm in a machine, and print the block for its rig.toml."""
     from exograv.cli.shell.terminal import bars
     from exograv.procedures.machine_tools.design_motion import design_motion, excitation_text
@@ -16,25 +20,25 @@ def run_design_motion(options: DesignOptions, common: Common) -> dict[str, Any]:
     with bars() as progress:
         designed = design_motion(options, progress)
     result, path = designed.figures, designed.path
-    joints = tuple(result["joints"])
-    picture = write_picture(common.out / "motion.svg", lambda: draw(joints, path.q, path.dt, designed.limits_deg))
-    print(excitation_text(result["excitation"]))
+    joints, picture_path = result.joints, common.out / "motion.svg"
+    picture = write_picture(picture_path, lambda: draw(joints, path.q, path.dt, designed.limits_deg))
+    print(excitation_text(result.excitation))
     show_design(result)
     print(f"Picture of one period: {picture}")
-    return {**result, "picture": str(picture)}
+    return replace(result, picture=picture)
 
 
-def show_design(result: dict[str, Any]) -> None:
+def show_design(result: "DesignFigures") -> None:
     """Predicted left over of the worst joint against its target, by motion and time."""
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=f"{result['rig']}: predicted left over, N·m at each joint")
+    table = Table(title=f"{result.rig}: predicted left over, N·m at each joint")
     table.add_column("motion")
-    times = list(result["predicted_left_over_Nm"]["designed"])
+    times = list(result.predicted_left_over_Nm["designed"])
     for t in times:
         table.add_column(f"after {t} s", justify="right")
-    for name, predicted in result["predicted_left_over_Nm"].items():
+    for name, predicted in result.predicted_left_over_Nm.items():
         table.add_row(name, *(" ".join(f"{value:.2f}" for value in predicted[t]) for t in times))
-    table.add_row("target", *(" ".join(f"{value:.2f}" for value in result["targets_Nm"]) for _ in times))
+    table.add_row("target", *(" ".join(f"{value:.2f}" for value in result.targets_Nm) for _ in times))
     Console().print(table)

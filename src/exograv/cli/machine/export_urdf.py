@@ -1,13 +1,15 @@
 """`exograv export-urdf`."""
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common
 from exograv.procedures.machine_tools.options import ExportOptions
 
+if TYPE_CHECKING:
+    from exograv.procedures.machine_tools.export_urdf import ExportedMachine
 
-def run_export_command(options: ExportOptions, common: Common) -> dict[str, Any]:
+
+def run_export_command(options: ExportOptions, common: Common) -> "ExportedMachine":
     """Write a participant's machine and arm as URDF, their loops as TOML, and both together as MJCF."""
     from rich.console import Console
 
@@ -15,9 +17,9 @@ def run_export_command(options: ExportOptions, common: Common) -> dict[str, Any]
 
     result = run_export(options, common.out)
     console = Console()
-    masses = ", ".join(f"{name.replace('_', ' ')} {mass:.2f} kg" for name, mass in result["segment_mass_kg"].items())
-    for line in (f"Arm of {result['code']}: {masses}.", f"Links of the machine: {result['links']}.", *result["notes"]):
+    masses = ", ".join(f"{name.replace('_', ' ')} {mass:.2f} kg" for name, mass in result.segment_mass_kg.items())
+    for line in (f"Arm of {result.code}: {masses}.", f"Links of the machine: {result.links}.", *result.notes):
         console.print(line, highlight=False)
-    for name in result["files"]:
-        console.print(str(Path(result["folder"]) / name), highlight=False, soft_wrap=True)
+    for name in result.files:
+        console.print(str(result.folder / name), highlight=False, soft_wrap=True)
     return result

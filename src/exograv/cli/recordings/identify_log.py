@@ -1,11 +1,14 @@
 """`exograv identify-log`."""
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.procedures.machine_tools.options import LogOptions
 
+if TYPE_CHECKING:
+    from exograv.procedures.machine_tools.identify_log import LogResult
 
-def run_identify_log(options: LogOptions) -> dict[str, Any]:
+
+def run_identify_log(options: LogOptions) -> "LogResult":
     """Identify a payload from recorded logs of a robot: the same methods on real motors."""
     from exograv.cli.shell.terminal import bars, show_payload
     from exograv.procedures.machine_tools.identify_log import identify_log

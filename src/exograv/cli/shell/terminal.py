@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from exograv.cli.machine.computer_check import ComputerCheck
     from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
     from exograv.live.on_drives.bring_up_command import BringUpStep
+    from exograv.procedures.machine_tools.identify_log import LogResult
     from exograv.procedures.self_test.loop_timing import LatenessHistogram, LoopFigures, ScheduledLoop
     from exograv.procedures.self_test.self_test_command import StepFigures
 
@@ -144,19 +145,18 @@ def _of_run(result: "DemoResult") -> Iterator[str]:
     yield f"Tick {tick['p50']:.0f} µs (p99 {tick['p99']:.0f} µs); {result.wall_s:.0f} s for all of it."
 
 
-def show_payload(result: dict[str, Any]) -> None:
-    """The closing lines of `identify-log`."""
-    console = Console()
-    payload = result["payload"]
-    text = f"Payload: {payload['mass_kg']:.3f} kg"
-    if payload["ci95_kg"] is not None:
-        low, high = payload["ci95_kg"]
+def show_payload(result: "LogResult") -> None:
+    """Print the closing lines of `identify-log`."""
+    console, payload = Console(), result.payload
+    text = f"Payload: {payload.mass_kg:.3f} kg"
+    if payload.ci95_kg is not None:
+        low, high = payload.ci95_kg
         text += f" (95 % interval {low:.3f} to {high:.3f} kg)"
-    x, y, z = payload["com_m"]
+    x, y, z = payload.com_m
     console.print(f"{text}, centre at ({x:.3f}, {y:.3f}, {z:.3f}) m in the payload frame.", highlight=False)
-    if result["time_to_10pct_s"] is not None:
-        console.print(f"Within 10 % of the true mass from {result['time_to_10pct_s']:.1f} s on.", highlight=False)
-    console.print(f"{result['duration_s']:.1f} s, {result['samples']} samples. {result['outcome']}", highlight=False)
+    if result.time_to_10pct_s is not None:
+        console.print(f"Within 10 % of the true mass from {result.time_to_10pct_s:.1f} s on.", highlight=False)
+    console.print(f"{result.duration_s:.1f} s, {result.samples} samples. {result.outcome.value}", highlight=False)
 
 
 def show_doctor(result: "ComputerCheck") -> None:

@@ -2,8 +2,8 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from exograv.model.rig_settings import Excitation
 from exograv.model.support import assemble
 from exograv.motion import Trajectory
 from exograv.procedures.calibration.nominal_machine import nominal_machine
+from exograv.results import OPTIONAL
 
 from .options import DesignOptions
 
@@ -29,11 +30,25 @@ STANDARD_PERIOD_S = 20.0
 
 
 @dataclass(frozen=True)
+class DesignFigures:
+    """Result of `exograv design-motion`."""
+
+    rig: str
+    joints: tuple[str, ...]
+    excitation: Excitation
+    targets_Nm: list[float]
+    predicted_left_over_Nm: dict[str, dict[str, list[float]]]
+    """Residual torque of each joint, by motion and by seconds of it."""
+    seed: int
+    wall_s: float
+    picture: Path | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
 class DesignedMotion:
     """The result, with the tables that a picture needs."""
 
-    figures: dict[str, Any]
-    """Of `--json`."""
+    figures: DesignFigures
 
     path: Trajectory
     """One period."""
@@ -69,15 +84,8 @@ def design_motion(options: DesignOptions, progress: Progress) -> DesignedMotion:
     }
     predicted = {name: _rounded(designer.forecast.left_over(path, FORECAST_S)) for name, path in paths.items()}
     progress("Comparing with other motions", 1.0)
-    figures = {
-        "rig": description.name,
-        "joints": list(description.joints),
-        "excitation": block.model_dump(),
-        "targets_Nm": _targets(assembly),
-        "predicted_left_over_Nm": predicted,
-        "seed": options.seed,
-        "wall_s": round(time.monotonic() - began, 1),
-    }
+    wall_s, targets = round(time.monotonic() - began, 1), _targets(assembly)
+    figures = DesignFigures(description.name, description.joints, block, targets, predicted, options.seed, wall_s)
     edges = designer.limits.lower, designer.limits.upper
     limits_deg = np.rad2deg(edges[0]).tolist(), np.rad2deg(edges[1]).tolist()
     return DesignedMotion(figures, periodic(block, block.period_s, DT), limits_deg)
@@ -89,9 +97,9 @@ def excitation_block(basis: Basis, coefficients: Coefficients) -> Excitation:
     return Excitation(period_s=basis.period_s, centre_deg=centre, sine_deg=sine, cosine_deg=cosine)
 
 
-def excitation_text(block: Mapping[str, Any]) -> str:
+def excitation_text(block: Excitation) -> str:
     """The lines for `rig.toml`."""
-    rows = "\n".join(f"{key} = {block[key]}" for key in ("period_s", "centre_deg", "sine_deg", "cosine_deg"))
+    rows = "\n".join(f"{key} = {getattr(block, key)}" for key in ("period_s", "centre_deg", "sine_deg", "cosine_deg"))
     return f"[excitation]\n{rows}\n"
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -45,8 +44,21 @@ class Links:
     notes: tuple[str, ...] = ()
 
 
-def run_export(options: ExportOptions, folder: Path) -> dict[str, Any]:
-    """Write the files; returns where they are and what they hold.
+@dataclass(frozen=True)
+class ExportedMachine:
+    """Result of `exograv export-urdf`."""
+
+    code: str
+    folder: Path
+    files: list[str]
+    links: str
+    """Source of the machine's links."""
+    notes: tuple[str, ...]
+    segment_mass_kg: dict[str, float]
+
+
+def run_export(options: ExportOptions, folder: Path) -> ExportedMachine:
+    """Write the files.
 
     Raises:
         ConfigError: A file cannot be read, used or written.
@@ -74,14 +86,7 @@ def run_export(options: ExportOptions, folder: Path) -> dict[str, Any]:
         name: round(float(whole.mean[body.start]), 4)
         for name, body in zip(assembly.arm.segments, layout.bodies, strict=True)
     }
-    return {
-        "code": whole.person.code,
-        "folder": str(folder),
-        "files": list(files),
-        "links": links.source,
-        "notes": list(links.notes),
-        "segment_mass_kg": masses,
-    }
+    return ExportedMachine(whole.person.code, folder, list(files), links.source, links.notes, masses)
 
 
 def _assembly(options: ExportOptions, whole: StoredParticipant) -> Assembly:

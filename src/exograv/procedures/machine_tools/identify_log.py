@@ -13,7 +13,7 @@ from exograv.identification.core.interface import Estimate, Method, Sample
 from exograv.identification.methods import BUILDERS, built
 from exograv.identification.payload.payload import PAYLOAD, PayloadModel
 from exograv.identification.payload.payload_gradient import PayloadGradient, rehearsed_step
-from exograv.identification.payload.payload_outcome import judge, mass_interval, refuse_negative_mass
+from exograv.identification.payload.payload_outcome import PayloadOutcome, judge, mass_interval, refuse_negative_mass
 from exograv.identification.payload.payload_samples import refuse_other_robots, samples_of_log
 from exograv.identification.payload.payload_setting import payload_setting
 from exograv.identification.payload.robot_from_log import RobotFromLog, robot_from_log
@@ -49,11 +49,49 @@ class _Loaded:
     samples: list[Sample]
 
 
-def identify_log(options: LogOptions, progress: Progress = lambda _text, _share: None) -> dict[str, Any]:
-    """Identify the empty robot from one log, then from another the payload it carries.
+@dataclass(frozen=True)
+class PayloadFigures:
+    """Payload in its frame, with standard deviations where the method states an uncertainty."""
 
-    Returns:
-        The figures, ready for JSON: payload, time_to_10pct_s, duration_s, samples, outcome and what explains them.
+    mass_kg: float
+    ci95_kg: list[float] | None
+    com_m: list[float]
+    com_sd_m: list[float] | None
+
+
+@dataclass(frozen=True)
+class LogRows:
+    """Rows of a log that were used."""
+
+    rows: tuple[int, int]
+    skipped_rows: int
+
+
+@dataclass(frozen=True)
+class LogResult:
+    """Result of `exograv identify-log`."""
+
+    payload: PayloadFigures
+    time_to_10pct_s: float | None
+    """Motion until the mass stayed within 10 % of the known one."""
+    duration_s: float
+    samples: int
+    outcome: PayloadOutcome
+    method: str
+    payload_frame: str
+    true_kg: float | None
+    gains_Nm_per_A: Sequence[float]
+    gain_sd: float
+    rejected_share: float
+    joints: tuple[str, ...]
+    residual_rms_Nm: dict[str, list[float]]
+    log: LogRows
+    unloaded: LogRows
+    seed: int
+
+
+def identify_log(options: LogOptions, progress: Progress = lambda _text, _share: None) -> LogResult:
+    """Identify the empty robot from one log, then from another the payload it carries.
 
     Raises:
         ConfigError: An option that cannot be used.
@@ -77,24 +115,24 @@ def identify_log(options: LogOptions, progress: Progress = lambda _text, _share:
     interval = mass_interval(estimate, options.gain_sd)
     residuals = _residuals(loaded, estimate)
     worse = np.max(residuals["loaded_with_payload"] / residuals["unloaded"])
-    return {
-        "payload": {"mass_kg": _digits(estimate.x[0]), "ci95_kg": _digits(interval), **_centre(estimate)},
-        "time_to_10pct_s": None if true_kg is None else _time_to_stay_within(FOUND * true_kg, masses, true_kg),
-        "duration_s": _digits(logs[1].t[-1] - logs[1].t[0]),
-        "samples": len(samples),
-        "outcome": judge(estimate, interval, float(worse)).value,
-        "method": options.method,
-        "payload_frame": options.payload_frame,
-        "true_kg": true_kg,
-        "gains_Nm_per_A": list(options.gains),
-        "gain_sd": options.gain_sd,
-        "rejected_share": _digits(estimate.rejected_share),
-        "joints": list(tree.joint_names),
-        "residual_rms_Nm": {name: _digits(rms) for name, rms in residuals.items()},
-        "log": _provenance(logs[1]),
-        "unloaded": _provenance(logs[0]),
-        "seed": options.seed,
-    }
+    return LogResult(
+        payload=_payload(estimate, interval),
+        time_to_10pct_s=None if true_kg is None else _time_to_stay_within(FOUND * true_kg, masses, true_kg),
+        duration_s=_digits(logs[1].t[-1] - logs[1].t[0]),
+        samples=len(samples),
+        outcome=judge(estimate, interval, float(worse)),
+        method=options.method,
+        payload_frame=options.payload_frame,
+        true_kg=true_kg,
+        gains_Nm_per_A=options.gains,
+        gain_sd=options.gain_sd,
+        rejected_share=_digits(estimate.rejected_share),
+        joints=tree.joint_names,
+        residual_rms_Nm={name: _digits(rms) for name, rms in residuals.items()},
+        log=LogRows(logs[1].rows, logs[1].skipped),
+        unloaded=LogRows(logs[0].rows, logs[0].skipped),
+        seed=options.seed,
+    )
 
 
 def _refuse_options(tree: Tree, options: LogOptions) -> None:
@@ -166,14 +204,12 @@ def _method(loaded: _Loaded, method: MethodName, progress: Progress) -> Method:
     return built(method, setting, rehearsed(method, setting, loaded.unloaded, lambda share: progress(text, share)))
 
 
-def _centre(estimate: Estimate) -> dict[str, list[float] | None]:
-    """Centre of mass in the payload's frame, and its standard deviation per axis."""
-    mass, com = estimate.x[0], estimate.x[1:4] / estimate.x[0]
-    if estimate.covariance is None:
-        return {"com_m": _digits(com), "com_sd_m": None}
-    derivative = np.column_stack([-com, np.eye(3)]) / mass
-    variance = np.einsum("ai,ij,aj->a", derivative, estimate.covariance[:4, :4], derivative)
-    return {"com_m": _digits(com), "com_sd_m": _digits(np.sqrt(variance))}
+def _payload(estimate: Estimate, interval: Any) -> PayloadFigures:
+    mass, com, com_sd = estimate.x[0], estimate.x[1:4] / estimate.x[0], None
+    if estimate.covariance is not None:
+        derivative = np.column_stack([-com, np.eye(3)]) / mass
+        com_sd = np.sqrt(np.einsum("ai,ij,aj->a", derivative, estimate.covariance[:4, :4], derivative))
+    return PayloadFigures(_digits(mass), _digits(interval), _digits(com), _digits(com_sd))
 
 
 def _time_to_stay_within(band_kg: float, masses: Float[np.ndarray, "look 2"], true_kg: float) -> float | None:
@@ -198,10 +234,6 @@ def _residuals(loaded: _Loaded, estimate: Estimate) -> dict[str, Float[np.ndarra
         errors = np.array([sample.tau - loaded.model.linearise(sample, x)[0] for sample in samples])
         rms[name] = np.sqrt(np.mean(errors**2, axis=0))
     return rms
-
-
-def _provenance(log: MotionLog) -> dict[str, Any]:
-    return {"rows": list(log.rows), "skipped_rows": log.skipped}
 
 
 def _digits(value: Any) -> Any:

@@ -1,11 +1,11 @@
 """`exograv new-rig`: a folder for a user's machine, with all that its URDF tells and a question for everything else."""
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import ConfigError
-from exograv.model.open_questions import open_questions
+from exograv.model.open_questions import Question, open_questions
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf
 
@@ -16,8 +16,18 @@ from .rig_questions import rig_text
 PICTURES = re.compile(r"[ \t]*<(visual|collision)\b[^>]*?(?:/>|>.*?</\1\s*>)[ \t]*\n?", re.DOTALL)
 
 
-def new_rig(options: NewRigOptions) -> dict[str, Any]:
-    """Write the folder; the contract of `exograv new-rig --json`.
+@dataclass(frozen=True)
+class NewRig:
+    """Result of `exograv new-rig`."""
+
+    folder: Path
+    joints: tuple[str, ...]
+    questions: list[Question]
+    """Values of `rig.toml` that the URDF does not tell."""
+
+
+def new_rig(options: NewRigOptions) -> NewRig:
+    """Write the folder.
 
     Raises:
         ModelError: The URDF cannot be used.
@@ -36,12 +46,7 @@ def new_rig(options: NewRigOptions) -> dict[str, Any]:
     except OSError as error:
         raise ConfigError(f"{folder} cannot be written: {error.strerror}. Give another folder with --out.") from error
     read_urdf(folder / options.urdf.name)
-    questions = open_questions(text)
-    return {
-        "folder": str(folder),
-        "joints": list(tree.joint_names),
-        "questions": [{"line": q.line, "key": q.key, "comment": q.comment} for q in questions],
-    }
+    return NewRig(folder, tree.joint_names, open_questions(text))
 
 
 def _name(tree: Tree) -> str:

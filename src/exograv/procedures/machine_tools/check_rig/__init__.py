@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from exograv.options import Side
 from exograv.procedures.machine_tools.options import CheckOptions
 
 from .agreement import examine_agreement
+from .check_result import CheckResult, ConditioningFigures, ReachedVolume, SoftestFreedom, TorqueRow
 from .findings import CheckFindings
 from .fit import Donned, examine_donning, examine_loops
 from .folder import locate, read_settings, read_trees
@@ -32,8 +32,8 @@ SOFTEST = 0.5
 """A freedom that is held more softly sags far under the weight of a hand [N·m/rad]."""
 
 
-def check_rig(options: CheckOptions, out: Path, progress: Progress) -> dict[str, Any]:
-    """Examine a machine's folder; the contract of `exograv check-rig --json`.
+def check_rig(options: CheckOptions, out: Path, progress: Progress) -> CheckResult:
+    """Examine a machine's folder.
 
     Raises:
         ConfigError: There is no such machine, or nobody has this height and mass.
@@ -46,22 +46,14 @@ def check_rig(options: CheckOptions, out: Path, progress: Progress) -> dict[str,
     trees = read_trees(files, findings)
     for file, tree in trees.items():
         examine_units(file, tree, findings)
-    result: dict[str, Any] = {
-        "rig": folder.name if settings is None else settings.name,
-        "side": None,
-        "rank": None,
-        "human_dof": None,
-        "unsupported": [],
-        "largest_arm_kg": None,
-        "picture": None,
-    }
+    result = CheckResult(folder.name if settings is None else settings.name)
     if settings is not None and not findings.problems:
         description = _described(settings, folder, options.side)
         examine_numbers(settings, findings)
-        result |= {"side": description.side, "human_dof": _freedoms(description)}
+        result.side, result.human_dof = description.side, _freedoms(description)
         if _agrees(settings, folder, trees, findings):
             _examine_with_a_wearer(description, body, findings, result, out, progress)
-    result |= {"ok": not findings.problems, "problems": findings.problems, "notes": findings.notes}
+    result.ok, result.problems, result.notes = not findings.problems, findings.problems, findings.notes
     return result
 
 
@@ -89,7 +81,7 @@ def _examine_with_a_wearer(
     description: RigDescription,
     body: Body,
     findings: CheckFindings,
-    result: dict[str, Any],
+    result: CheckResult,
     out: Path,
     progress: Progress,
 ) -> None:
@@ -105,42 +97,36 @@ def _examine_with_a_wearer(
 
 
 def _examine_mechanics(
-    assembly: Assembly, findings: CheckFindings, result: dict[str, Any], out: Path, progress: Progress
+    assembly: Assembly, findings: CheckFindings, result: CheckResult, out: Path, progress: Progress
 ) -> None:
     description, donned, solver = assembly.description, Donned(assembly), LoopSolver(assembly)
     held = support(assembly, solver)
     _examine_support(assembly, held, findings)
     examine_donning(donned, findings)
-    result |= {"rank": held.rank, "unsupported": list(held.unsupported)}
-    result["softest"] = {"freedom": held.softest, "Nm_per_rad": round(held.softest_Nm_per_rad, 3)}
+    result.rank, result.unsupported = held.rank, list(held.unsupported)
+    result.softest = SoftestFreedom(held.softest, round(held.softest_Nm_per_rad, 3))
     progress("Moving it through its workspace", 0.4)
-    result["loops"] = examine_loops(assembly, solver, findings)
+    result.loops = examine_loops(assembly, solver, findings)
     found = conditioning(assembly)
     examine_conditioning(description, found, findings)
-    result["conditioning"] = {
-        "worst_in_task": round(found.worst, 4),
-        "worst_at_deg": found.worst_deg,
-        "singular_beyond_task_deg": found.margin_deg,
-        "singular_at_deg": found.margin_at_deg,
-    }
+    result.conditioning = ConditioningFigures(
+        round(found.worst, 4), found.worst_deg, found.margin_deg, found.margin_at_deg
+    )
     reached = reach(donned)
-    result["workspace"] = [
-        {"side": arm.side, "volume_m3": round(arm.volume_m3, 3), "furthest_m": round(arm.furthest_m, 3)}
-        for arm in reached
-    ]
+    result.workspace = [ReachedVolume(arm.side, round(arm.volume_m3, 3), round(arm.furthest_m, 3)) for arm in reached]
     progress("Letting it carry arms", 0.7)
     carrying = strength(assembly, solver)
     arm_kg = float(assembly.arm.phi.reshape(-1, 10)[:, 0].sum()) / len(assembly.arm.limbs)
     examine_strength(description, arm_kg, carrying, findings)
-    result |= {"largest_arm_kg": round(carrying.largest_arm_kg, 2), "wearer_arm_kg": round(arm_kg, 2)}
-    result["torque_Nm"] = _torque_rows(description, carrying)
+    result.largest_arm_kg, result.wearer_arm_kg = round(carrying.largest_arm_kg, 2), round(arm_kg, 2)
+    result.torque_Nm = _torque_rows(description, carrying)
     progress("Drawing it", 0.9)
     # Matplotlib: 0.4 s that no other command has to wait for.
     from exograv.report.figures.machine import draw
     from exograv.report.style.figure_style import write_picture
 
     drawn = picture_data(donned, reached, result)
-    result["picture"] = str(write_picture(out / "check_rig.png", lambda: draw(drawn)))
+    result.picture = write_picture(out / "check_rig.png", lambda: draw(drawn))
 
 
 def _examine_support(assembly: Assembly, held: Support, findings: CheckFindings) -> None:
@@ -157,11 +143,8 @@ def _examine_support(assembly: Assembly, held: Support, findings: CheckFindings)
         )
 
 
-def _torque_rows(description: RigDescription, found: DriveStrength) -> list[dict[str, Any]]:
+def _torque_rows(description: RigDescription, found: DriveStrength) -> list[TorqueRow]:
     """One joint a row, in the posture in which it is loaded most."""
-    columns = {"exo": found.exo, "arm": found.arm, "hand_1kg": found.hand, "friction": found.friction}
-    rows = []
-    for i, joint in enumerate(description.joints):
-        row: dict[str, Any] = {"joint": joint, "limit": float(found.limit[i]) if found.limit[i] > 0.0 else None}
-        rows.append(row | {name: round(float(values[i]), 2) for name, values in columns.items()})
-    return rows
+    limits = (float(limit) if limit > 0.0 else None for limit in found.limit)
+    loads = ([round(float(one), 2) for one in load] for load in (found.exo, found.arm, found.hand, found.friction))
+    return [TorqueRow(*row) for row in zip(description.joints, limits, *loads, strict=True)]

@@ -13,6 +13,7 @@ from exograv.model.support import sample_postures
 from exograv.model.tree import Tree
 from exograv.spatial import Transform
 
+from .check_result import CuffStrain
 from .findings import CheckFindings
 
 POSTURES = 32
@@ -123,7 +124,7 @@ def _examine_elbow(donned: Donned, limb: Limb, findings: CheckFindings) -> None:
             )
 
 
-def examine_loops(assembly: Assembly, solver: LoopSolver, findings: CheckFindings) -> dict[str, float]:
+def examine_loops(assembly: Assembly, solver: LoopSolver, findings: CheckFindings) -> CuffStrain:
     """How far the cuffs are strained through the task workspace where nothing loads them: 0 in a perfect fit."""
     worst = (0.0, 0.0, np.zeros(assembly.n))
     turned = 0.0
@@ -144,7 +145,7 @@ def examine_loops(assembly: Assembly, solver: LoopSolver, findings: CheckFinding
             f"{turned:.0f}°; allowed: {1e3 * STRETCH_MAX_M:.0f} mm and {TURN_MAX_DEG:.0f}°. The machine's axes miss "
             "the arm's, or its lengths are not set to the wearer's."
         )
-    return {"stretch_mm": round(1e3 * min(stretch, 10.0), 3), "turn_deg": round(turned, 3)}
+    return CuffStrain(round(1e3 * min(stretch, 10.0), 3), round(turned, 3))
 
 
 def _degrees(cosine: float) -> float:

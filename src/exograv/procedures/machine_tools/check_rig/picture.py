@@ -5,12 +5,14 @@ from typing import Any
 import numpy as np
 
 from exograv.model.arm import Limb
+from exograv.results import json_value
 
+from .check_result import CheckResult
 from .fit import Donned, ancestors, cuffs_of
 from .reach import VOXEL_M, ArmReach
 
 
-def picture_data(donned: Donned, reached: list[ArmReach], result: dict[str, Any]) -> dict[str, Any]:
+def picture_data(donned: Donned, reached: list[ArmReach], result: CheckResult) -> dict[str, Any]:
     """Points [m] of both arms and of what they reach, beside the figures of the check."""
     arms = []
     for limb, reach in zip(donned.assembly.arm.limbs, reached, strict=True):
@@ -29,7 +31,11 @@ def picture_data(donned: Donned, reached: list[ArmReach], result: dict[str, Any]
     return {
         "title": donned.assembly.description.settings.title,
         "arms": arms,
-        **{name: result[name] for name in ("rank", "human_dof", "largest_arm_kg", "wearer_arm_kg", "torque_Nm")},
+        "rank": result.rank,
+        "human_dof": result.human_dof,
+        "largest_arm_kg": result.largest_arm_kg,
+        "wearer_arm_kg": result.wearer_arm_kg,
+        "torque_Nm": json_value(result.torque_Nm),
         "voxel_m": VOXEL_M,
     }
 
