@@ -25,11 +25,6 @@ UNFINISHED = frozenset(
         "laboratory",
         "live",
         "loop",
-<<<<<<< HEAD
-        "procedures.machine_tools",
-=======
-        "procedures.calibration",
->>>>>>> e25ae81 (machine tools: results are typed)
         "procedures.rehabilitation",
         "procedures.verification",
         "recording",

@@ -11,12 +11,8 @@ from exograv.errors import ConfigError
 from exograv.model.description import load_rig, rig_names, robots_folder
 from exograv.procedures.machine_tools.check_rig import check_rig
 from exograv.procedures.machine_tools.options import CheckOptions
-<<<<<<< HEAD
 from exograv.report.style import figure_style
-=======
-from exograv.report.figures import machine as drawing
 from exograv.results import json_value
->>>>>>> e25ae81 (machine tools: results are typed)
 
 SOURCE = robots_folder() / "recupera_like"
 LIMIT = '<limit lower="0.0" upper="2.18" effort="30" velocity="3.0"/>'
