@@ -100,8 +100,8 @@ def test_a_run_is_told_to_ros_2_to_its_end_and_the_guard_answers_what_was_asked_
         reading.join()
     figures = bridging.figures()
     states = [one for one in heard if one.get("key", "").startswith("0/joint_states/")]
-    assert len(states) > 0.9 * figures["joint_states"] > 0
-    assert figures["ended"] == ""
+    assert len(states) > 0.9 * figures.joint_states > 0
+    assert figures.ended == ""
     recording = read_recording(flown.path)
     assert [message["gravity_level"] for message in recording.messages("/control")] == [0.5]
     notes = [message["text"] for message in recording.messages("/event") if message["kind"] == "note"]

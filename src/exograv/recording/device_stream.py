@@ -11,6 +11,8 @@ from jaxtyping import Float, Int
 
 from exograv.clock_fit import ClockFit, fit_clock
 
+from .fields import Message, read_as
+from .messages import ClockCorrection, StreamNote
 from .stream_block import StreamBlock
 
 Samples = Float[np.ndarray, " sample"]
@@ -36,11 +38,8 @@ class DeviceStream:
     connection: Int[np.ndarray, " sample"]
     """Counted from 1; another one may have another clock."""
 
-    notes: tuple[dict[str, Any], ...]
-    """Messages of `/stream`."""
-
-    corrections: tuple[dict[str, Any], ...]
-    """Messages of `/correction`."""
+    notes: tuple[StreamNote, ...]
+    corrections: tuple[ClockCorrection, ...]
 
     ticks: np.ndarray
     """Of the recording: they have both clocks of the robot."""
@@ -48,7 +47,7 @@ class DeviceStream:
     @cached_property
     def description(self) -> ElementTree.Element:
         """The first description that it gave of itself; empty if that was lost."""
-        texts = [note["xml"] for note in self.notes if note.get("xml")]
+        texts = [note.xml for note in self.notes if note.xml]
         return ElementTree.fromstring(texts[0]) if texts else ElementTree.Element("info")
 
     @property
@@ -80,9 +79,9 @@ class DeviceStream:
     def clocks(self) -> dict[int, ClockFit]:
         """How its clock runs, by connection; none where LSL has measured nothing."""
         fits = dict[int, ClockFit]()
-        for number in sorted({one["connection"] for one in self.corrections}):
-            of = [one for one in self.corrections if one["connection"] == number]
-            fit = fit_clock(np.array([one["remote"] for one in of]), np.array([one["offset"] for one in of]))
+        for number in sorted({one.connection for one in self.corrections}):
+            of = [one for one in self.corrections if one.connection == number]
+            fit = fit_clock(np.array([one.remote for one in of]), np.array([one.offset for one in of]))
             if fit is not None:
                 fits[number] = fit
         return fits
@@ -118,8 +117,8 @@ def joined(
     topic: str,
     value_type: str,
     blocks: Sequence[StreamBlock],
-    notes: Sequence[dict[str, Any]],
-    corrections: Sequence[dict[str, Any]],
+    notes: Sequence[Message],
+    corrections: Sequence[Message],
     ticks: np.ndarray,
 ) -> DeviceStream:
     """A stream from its messages."""
@@ -135,7 +134,7 @@ def joined(
         values,
         np.repeat([block.received for block in blocks] or np.empty(0), counts or 0),
         np.repeat(np.array([block.connection for block in blocks], dtype=int), counts or 0),
-        tuple(note for note in notes if note["topic"] == topic),
-        tuple(one for one in corrections if one["topic"] == topic),
+        tuple(read_as(StreamNote, note) for note in notes if note["topic"] == topic),
+        tuple(read_as(ClockCorrection, one) for one in corrections if one["topic"] == topic),
         ticks,
     )

@@ -1,6 +1,15 @@
 """What a row of the table of channels is made of."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from dataclasses import fields as fields_in
+from types import NoneType
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+
+Message = Mapping[str, Any]
+"""One JSON message, as the file has it: recordings are read at the border, and older ones hold other fields."""
+
+Row = TypeVar("Row")
 
 Size = tuple[str | int, ...]
 """Length of each dimension: a number, `joint` (actuated joints of the file) or `any`; () is a single value."""
@@ -62,3 +71,32 @@ LIST: Size = ("any",)
 POINTS: Size = ("any", 3)
 AXES = tuple(Field(axis, "number", "m", "of a point") for axis in "xyz")
 """What a point is in the file."""
+
+JSON_TYPES: dict[object, str] = {int: "integer", float: "number", int | float: "number", bool: "boolean"}
+
+
+def described(row: type) -> dict[str, tuple[Any, ...]]:
+    """Type and texts of the fields of a dataclass that are `Annotated[type, meaning, …]`, by name."""
+    hints = get_type_hints(row, include_extras=True)
+    return {one.name: get_args(hints[one.name]) for one in fields_in(row) if get_origin(hints[one.name]) is Annotated}
+
+
+def fields_of(message: type) -> tuple[Field, ...]:
+    """Fields of a dataclass of messages: `Annotated[type, meaning]`, or `Annotated[type, meaning, unit]`.
+
+    A list is of any length; what may be None may be absent.
+    """
+    return tuple(_field(name, *told) for name, told in described(message).items())
+
+
+def _field(name: str, annotation: Any, meaning: str, unit: str = "-") -> Field:
+    is_optional = NoneType in get_args(annotation)
+    kind = next(one for one in get_args(annotation) if one is not NoneType) if is_optional else annotation
+    is_list = get_origin(kind) is list
+    type_ = JSON_TYPES.get(get_args(kind)[0] if is_list else kind, "string")
+    return Field(name, type_, unit, meaning, LIST if is_list else (), is_optional)
+
+
+def read_as(row: type[Row], message: Message) -> Row:
+    """Make a dataclass of messages from one; what it does not name is left out."""
+    return row(**{name: message[name] for name in described(row) if name in message})

@@ -4,10 +4,10 @@ import contextlib
 import json
 import os
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 from mcap.writer import MCAP0_MAGIC
@@ -17,6 +17,7 @@ from exograv.errors import RecordingError
 from .contents import Contents, Ending, examine
 from .device_stream import DeviceStream, joined
 from .encoding import restored, unpacked_ticks
+from .fields import Message
 from .schema import CHANNELS, SCHEMA_VERSION, TICK
 from .stream_block import TOPICS, unpacked, value_type_of
 
@@ -29,7 +30,7 @@ class Recording:
     """A recording in memory."""
 
     path: Path
-    settings: dict[str, Any]
+    settings: Message
     """The message of `/settings`."""
 
     ticks: np.ndarray
@@ -38,7 +39,7 @@ class Recording:
     remark: str | None
     """What is wrong with the file, as a sentence; None for a complete one."""
 
-    _messages: dict[str, list[dict[str, Any]]]
+    _messages: Mapping[str, Sequence[Message]]
 
     streams: tuple[DeviceStream, ...] = ()
     """Of other devices."""
@@ -58,11 +59,11 @@ class Recording:
             or "--simulate" in (settings.get("command") or "")
         )
 
-    def messages(self, topic: str) -> list[dict[str, Any]]:
+    def messages(self, topic: str) -> Sequence[Message]:
         """All messages of a JSON channel, in the order of writing; empty if there are none."""
         return self._messages.get(topic, [])
 
-    def last(self, topic: str) -> dict[str, Any]:
+    def last(self, topic: str) -> Message:
         """The last message of a JSON channel, or an empty one."""
         return (self.messages(topic) or [{}])[-1]
 
@@ -102,7 +103,7 @@ def read_recording(path: Path) -> Recording:
 
 
 def _streams(
-    found: Contents, parts: Mapping[str, list[bytes]], messages: dict[str, list[dict[str, Any]]], ticks: np.ndarray
+    found: Contents, parts: Mapping[str, list[bytes]], messages: Mapping[str, Sequence[Message]], ticks: np.ndarray
 ) -> tuple[DeviceStream, ...]:
     types = {schema.id: value_type_of(schema.name) for schema in found.schemas}
     topics = [(channel.topic, channel.schema_id) for channel in found.channels]
@@ -164,7 +165,7 @@ def _unreadable(path: Path, error: OSError) -> str:
     return f"The recording {path} cannot be read: {error.strerror}. Check its path."
 
 
-def settings_of(path: Path, messages: list[bytes]) -> dict[str, Any]:
+def settings_of(path: Path, messages: list[bytes]) -> Message:
     """What the run was started with, by the messages of `/settings`.
 
     Raises:

@@ -1,6 +1,7 @@
 """The recording format in one table: writer, reader and docs/recording_format.md are made from it."""
 
-from .fields import JOINT, LIST, POINTS, Channel, Field, T
+from .fields import JOINT, LIST, POINTS, Channel, Field, T, fields_of
+from .messages import ClockCorrection, StreamNote, TimingMessage
 from .task_channels import AIRCRAFT, TASK
 from .tick_fields import TICK as TICK
 
@@ -166,17 +167,7 @@ TIMING = Channel(
     "How punctual the run was, by which rights, and what its recorder went through.",
     (
         T,
-        Field("periods", "integer", "-", "periods that passed, with a tick or without"),
-        Field("missed", "integer", "-", "periods that ended without their own command"),
-        Field(
-            "edges_us", "number", "µs", "bins of lateness, one edge more than counts; the last takes all above", LIST
-        ),
-        Field("counts", "integer", "-", "ticks by lateness", LIST),
-        Field("longest_gap_us", "number", "µs", "longest time between a command and the next", optional=True),
-        Field("granted", "string", "-", "real-time rights that the system granted", LIST),
-        Field("refused", "string", "-", "those it refused, and what to do", LIST),
-        Field("ticks_lost", "integer", "-", "ticks that found the recorder's ring full", optional=True),
-        Field("recorder_restarts", "integer", "-", "times that the recorder had to be started again", optional=True),
+        *fields_of(TimingMessage),
     ),
 )
 
@@ -226,18 +217,7 @@ STREAM = Channel(
     "What became of a stream of another device; its samples are in a channel of its own.",
     (
         T,
-        Field("monotonic", "number", "s", "CLOCK_MONOTONIC when it was noticed"),
-        Field("topic", "string", "-", "channel of its samples"),
-        Field(
-            "kind",
-            "string",
-            "-",
-            "`connected`, `lost` (its source is gone), `silent` (its source is there, and sends nothing), `resumed`, "
-            "`left out` (a text that is too long)",
-        ),
-        Field("text", "string", "-", "a sentence"),
-        Field("connection", "integer", "-", "counted from 1; another one may have another clock"),
-        Field("xml", "string", "-", "of `connected`: the stream's own description, unchanged", optional=True),
+        *fields_of(StreamNote),
     ),
 )
 
@@ -248,13 +228,7 @@ CORRECTION = Channel(
     "LSL's estimate of what a stream's clock lacks: one `time_correction()`, as it came.",
     (
         T,
-        Field("topic", "string", "-", "channel of the stream's samples"),
-        Field("connection", "integer", "-", "as in `/stream`"),
-        Field("asked", "number", "s", "CLOCK_MONOTONIC before it was asked for"),
-        Field("answered", "number", "s", "CLOCK_MONOTONIC after"),
-        Field("offset", "number", "s", "to be added to a stamp, which is then on CLOCK_MONOTONIC"),
-        Field("remote", "number", "s", "time on the device's clock for which LSL has measured it"),
-        Field("uncertainty", "number", "s", "LSL's own bound: the round trip of the best probe"),
+        *fields_of(ClockCorrection),
     ),
 )
 

@@ -3,10 +3,10 @@
 import json
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any
 
 from .contents import Contents, messages_in
 from .encoding import restored
+from .fields import Message
 from .reader import read_content
 from .schema import CHANNELS
 from .stream_block import StreamBlock, unpacked, value_type_of
@@ -14,7 +14,7 @@ from .stream_block import StreamBlock, unpacked, value_type_of
 
 def other_pieces(
     path: Path, topics: Collection[str] = (), with_streams: bool = True
-) -> Iterator[tuple[str, StreamBlock | dict[str, Any]]]:
+) -> Iterator[tuple[str, StreamBlock | Message]]:
     """Topic and message, in the order of the file; of `/lsl/…` a block of samples.
 
     Args:

@@ -56,7 +56,7 @@ def stream_figures(stream: DeviceStream) -> dict[str, Any]:
     arrival = arrival[np.isfinite(arrival)]
     is_foreign = bool(len(arrival)) and not ARRIVAL_S[0] <= float(np.median(arrival)) <= ARRIVAL_S[1]
     certain = [clock["certain_to_us"] for clock in clocks if clock["certain_to_us"] is not None]
-    kinds = [note["kind"] for note in stream.notes]
+    kinds = [note.kind for note in stream.notes]
     return {
         "name": stream.name,
         "type": stream.kind,
@@ -137,9 +137,9 @@ def _about_line(values: Samples) -> Samples:
 
 
 def _clock(stream: DeviceStream, number: int, fit: ClockFit) -> dict[str, Any]:
-    of = [one for one in stream.corrections if one["connection"] == number]
-    round_trip = float(np.median([one["uncertainty"] for one in of]))
-    remote = np.array([one["remote"] for one in of])
+    of = [one for one in stream.corrections if one.connection == number]
+    round_trip = float(np.median([one.uncertainty for one in of]))
+    remote = np.array([one.remote for one in of])
     away = np.abs(fit.residual)
     return {
         "connection": number,

@@ -60,7 +60,7 @@ def written(path: Path, topic: str) -> int:
 def noted(listening: Listening, what: str, count: int = 1):
     def is_noted() -> bool:
         listening.check()
-        return sum(one[what] for one in listening.figures()) >= count
+        return sum(getattr(one, what) for one in listening.figures()) >= count
 
     return is_noted
 
@@ -114,10 +114,10 @@ def test_the_whole_description_and_every_correction_are_kept(undisturbed: Record
     assert stream.description.findtext("desc/maker") == "Nobody & Sons"
     assert len(stream.corrections) >= 2
     for one in stream.corrections:
-        assert abs(one["offset"]) < 0.005  # one computer, one clock
-        assert one["asked"] <= one["answered"]
-        assert 0.0 < one["uncertainty"] < 0.1
-        assert one["connection"] == 1
+        assert abs(one.offset) < 0.005  # one computer, one clock
+        assert one.asked <= one.answered
+        assert 0.0 < one.uncertainty < 0.1
+        assert one.connection == 1
 
 
 def test_a_device_that_dies_is_noted_and_awaited_and_comes_back_as_another_connection(tmp_path: Path):
@@ -131,7 +131,7 @@ def test_a_device_that_dies_is_noted_and_awaited_and_comes_back_as_another_conne
             wait_until(lambda: written(path, "/lsl/amp") > before + 20, "samples of the second")
             found = finished(listening, recorder)
     (stream,) = found.streams
-    assert [note["kind"] for note in stream.notes] == ["connected", "lost", "connected"]
+    assert [note.kind for note in stream.notes] == ["connected", "lost", "connected"]
     assert set(stream.connection.tolist()) == {1, 2}
     for number in (1, 2):
         np.testing.assert_array_equal(np.diff(stream.values[stream.connection == number, 0]), 1)
@@ -156,7 +156,7 @@ def test_nothing_is_missing_and_nothing_is_twice_after_recorder_and_listener_wer
     for number in (1, 2):
         np.testing.assert_array_equal(np.diff(counts[stream.connection == number]), 1)
     assert counts[stream.connection == 1][-1] < counts[stream.connection == 2][0]  # what came meanwhile is a gap
-    assert [note["kind"] for note in stream.notes] == ["connected", "connected"]
+    assert [note.kind for note in stream.notes] == ["connected", "connected"]
 
 
 @pytest.mark.slow
@@ -170,7 +170,7 @@ def test_a_device_that_hangs_is_silent_and_then_resumed(tmp_path: Path):
         before = written(path, "/lsl/amp")
         wait_until(lambda: written(path, "/lsl/amp") > before, "samples again")
         found = finished(listening, recorder)
-    kinds = [note["kind"] for note in found.streams[0].notes]
+    kinds = [note.kind for note in found.streams[0].notes]
     assert kinds == ["connected", "silent", "resumed"]
 
 
@@ -184,7 +184,7 @@ def test_a_stream_that_is_not_there_is_an_error_that_names_those_that_are():
 
 def test_a_full_ring_is_written_part_by_part_in_its_order_and_nothing_is_missing(tmp_path: Path):
     path, ring = tmp_path / "a.mcap", Ring(BLOCK, SLOTS)
-    stream = FoundStream("amp", "EEG", "1", "here", 3, 200.0, "int16")
+    stream = FoundStream("amp", "1", "here", 3, 200.0, "int16", "EEG")
     devices = RecordedDevices(ring.name, formats([stream]))
     assert SLOTS > 3 * TAKEN_MAX
     with contextlib.closing(ring), Recorder(path, (), {}, 5.0, 0.02, devices=devices) as recorder:
@@ -200,7 +200,7 @@ def test_a_full_ring_is_written_part_by_part_in_its_order_and_nothing_is_missing
 
 def test_no_two_streams_share_a_channel_and_any_name_can_be_sought():
     names = ["a b", "a/b", "a b", "ü", 'say "x"', "it's"]
-    streams = [FoundStream(name, "EEG", str(k), "here", 1, 0.0, "float32") for k, name in enumerate(names)]
+    streams = [FoundStream(name, str(k), "here", 1, 0.0, "float32", "EEG") for k, name in enumerate(names)]
     topics = [one.topic for one in formats(streams)]
     assert len(set(topics)) == len(names)
     assert all(first != second for first, second in itertools.combinations(topics, 2))

@@ -218,7 +218,7 @@ def test_a_level_that_is_asked_for_goes_to_the_guard_and_into_the_recording(run:
     run.message(JOINT_STATES)
     assert run.ask(0.375) == "0.375 of the arm's weight is asked for; the guard decides."
     assert run.told == [FeltLevel(0.375)]
-    assert run.bridging.figures()["levels"][0]["gravity_level"] == 0.375
+    assert run.bridging.figures().levels[0].gravity_level == 0.375
     run.recorder.finish()
     (message,) = read_recording(run.recorder.path).messages("/control")
     assert {name: message[name] for name in ("act", "gravity_level")} == {"act": "level", "gravity_level": 0.375}
@@ -240,7 +240,7 @@ def test_without_the_operator_s_consent_no_level_is_taken(run: Run):
     run.message(JOINT_STATES)
     assert "--ros2-accept-gravity-level" in run.ask(0.5)
     assert run.told == []
-    assert sum(run.bridging.figures()["refused"].values()) == 1
+    assert sum(run.bridging.figures().refused.values()) == 1
 
 
 def test_a_bridge_that_is_killed_is_noted_and_nothing_else_happens(run: Run):
@@ -249,7 +249,7 @@ def test_a_bridge_that_is_killed_is_noted_and_nothing_else_happens(run: Run):
 
     def ended() -> str:
         run.tick()
-        return run.bridging.figures()["ended"]
+        return run.bridging.figures().ended
 
     assert "exit status -9" in wait_until(ended, "the end of the bridge", SOON_S)
     put_in = len(run.put_in)

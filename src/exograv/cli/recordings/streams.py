@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import tyro
 
 from exograv.cli.shell.base_options import Common
+from exograv.results import json_value
 
 
 @dataclass(frozen=True)
@@ -45,9 +46,9 @@ def _look() -> dict[str, Any]:
     table = Table("name", "type", "host", "rate, Hz", "channels", "values", "source")
     for one in found:
         rate = f"{one.rate_Hz:g}" if one.rate_Hz else "irregular"
-        table.add_row(one.name, one.kind, one.host, rate, str(one.channels), one.value_type, one.source_id)
+        table.add_row(one.name, one.type, one.host, rate, str(one.channels), one.value_type, one.source_id)
     if found:
         Console().print(table)
     else:
         print("No streams there. Start the devices' programs; other computers must be in the same network.")
-    return {"streams": [one.figures() for one in found]}
+    return {"streams": json_value(found)}

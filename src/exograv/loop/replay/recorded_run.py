@@ -17,6 +17,7 @@ from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import put_together
 from exograv.model.tree import Tree
 from exograv.recording import Recording, read_recording
+from exograv.recording.fields import Message
 
 SINCE = 3
 """Version of the recording format from which on a recording holds what control was given."""
@@ -44,7 +45,7 @@ class RecordedRun:
         return self.recording.settings["settings"].get("live")
 
     @property
-    def control(self) -> list[dict[str, Any]]:
+    def control(self) -> Sequence[Message]:
         """What control was given in a run in lock-step, in its order."""
         return self.recording.messages("/control")
 

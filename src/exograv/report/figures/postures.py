@@ -1,6 +1,6 @@
 """The arm and the exoskeleton in a few of the postures of the run."""
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon
 
 from exograv.recording import Recording
+from exograv.recording.fields import Message
 from exograv.report.style.figure_style import BLUE, ORANGE, PALE
 
 VIEW_FROM_DEG = (-40.0, 14.0)
@@ -44,7 +45,7 @@ def explain(recording: Recording) -> str:
     )
 
 
-def plot_posture(ax: Axes, frame: dict[str, Any], side: str, alpha: float = 1.0, body: bool = True) -> None:
+def plot_posture(ax: Axes, frame: Message, side: str, alpha: float = 1.0, body: bool = True) -> None:
     """One posture in oblique view."""
     exo, arm = np.array(frame["exo"]), np.array(frame["arm"])
     outward = 1.0 if side == "left" else -1.0
@@ -75,10 +76,10 @@ def projected(points: Float[np.ndarray, "point 3"], outward: float) -> Float[np.
     return points @ np.stack([right, np.cross(to_viewer, right)], axis=1)
 
 
-def distinct_frames(frames: list[dict[str, Any]], n: int) -> list[dict[str, Any]]:
+def distinct_frames(frames: Sequence[Message], n: int) -> list[Message]:
     """Up to `n` frames whose arms lie farthest from each other, in order of time; the first is always among them."""
     if len(frames) <= n:
-        return frames
+        return list(frames)
     arms = np.array([np.ravel(frame["arm"]) for frame in frames])
     chosen = [0]
     while len(chosen) < n:

@@ -1,10 +1,13 @@
 """How quickly the weight of the arm is learned: the truth where an examiner knows it, and the machine's own belief."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
+from exograv.recording.fields import Message
 from exograv.report.style.figure_style import INK, joint_colours, joint_label, plain_log_axis, thinned
 from exograv.study.targets import targets
 
@@ -68,10 +71,10 @@ def _mark_targets(ax: Axes, goal: np.ndarray) -> None:
         )
 
 
-def _beliefs(recording: Recording) -> list[dict]:
+def _beliefs(recording: Recording) -> list[Message]:
     return [message for message in recording.messages("/estimate") if message.get("predicted_left_over_Nm")]
 
 
-def _curve(messages: list[dict], name: str) -> np.ndarray:
+def _curve(messages: Sequence[Message], name: str) -> np.ndarray:
     """Rows of seconds of motion and one value a joint."""
     return np.array([[messages[k]["motion_s"], *messages[k][name]] for k in thinned(len(messages), MOST_POINTS)])

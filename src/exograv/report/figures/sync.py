@@ -54,12 +54,12 @@ def _draw_clock(ax: Axes, stream: DeviceStream) -> None:
     ax.set_title(f"{stream.name}: what its clock lacks")
     ax.set_xlabel("time of its clock, from the first [s]")
     ax.set_ylabel("[ms]")
-    begin = min((one["remote"] for one in stream.corrections), default=0.0)
+    begin = min((one.remote for one in stream.corrections), default=0.0)
     for number, fit in stream.clocks.items():
-        of = [one for one in stream.corrections if one["connection"] == number]
-        remote = np.array([one["remote"] for one in of])
-        half = [0.5e3 * one["uncertainty"] for one in of]
-        ax.errorbar(remote - begin, [1e3 * one["offset"] for one in of], half, fmt="o", ms=3, lw=0.8, color=GREY)
+        of = [one for one in stream.corrections if one.connection == number]
+        remote = np.array([one.remote for one in of])
+        half = [0.5e3 * one.uncertainty for one in of]
+        ax.errorbar(remote - begin, [1e3 * one.offset for one in of], half, fmt="o", ms=3, lw=0.8, color=GREY)
         ends = np.array([remote.min(), remote.max()])
         ax.plot(ends - begin, 1e3 * fit.correction(ends), color=BLUE)
     ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")

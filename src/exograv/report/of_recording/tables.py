@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from exograv.recording import Recording
+from exograv.recording.fields import Message
 from exograv.report.style.figure_style import joint_label
 from exograv.report.style.page import Chapter, Table, Text
 
@@ -74,7 +75,7 @@ def _chapter(title: str, note: str, columns: Sequence[str], rows: Sequence[Seque
     return Chapter(title, [*([Text(note)] if note else []), Table(columns, rows)]) if rows else None
 
 
-def _flat(value: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+def _flat(value: Message, prefix: str = "") -> list[tuple[str, Any]]:
     rows: list[tuple[str, Any]] = []
     for name, inner in value.items():
         rows += _flat(inner, f"{prefix}{name}.") if isinstance(inner, dict) else [(f"{prefix}{name}", inner)]

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from exograv.recording.fields import described
+from exograv.recording.messages import ClockCorrection
 from exograv.recording.stream_block import StreamFormat
 from exograv.runtime.processes.shared_memory import Ring
 
@@ -18,10 +20,11 @@ BLOCK = np.dtype(
 
 SAMPLES, CORRECTED = 0, 1
 
+NUMBERS = {int: "<u4", float: "<f8"}
 CORRECTION_ROW = np.dtype(
-    [("connection", "<u4"), *((name, "<f8") for name in ("asked", "answered", "offset", "remote", "uncertainty"))]
+    [(name, NUMBERS[kind]) for name, (kind, *_) in described(ClockCorrection).items() if kind in NUMBERS]
 )
-"""Data of a `CORRECTED` block: the message of `/correction`."""
+"""Data of a `CORRECTED` block: the message of `/correction`, without its topic."""
 
 TAKEN_MAX = 256
 """Blocks that the recorder takes at a time (4 MB): a device that floods must not keep ticks from the disk."""

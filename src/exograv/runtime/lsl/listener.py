@@ -6,9 +6,9 @@ What hangs, floods or crashes in liblsl does so here: the recorder only finds bl
 import threading
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Any
 
 from exograv.errors import ConfigError
+from exograv.recording.messages import StreamNote
 from exograv.runtime.processes.shared_memory import Ring
 
 from .blocks import BLOCK, SAMPLES, SLOTS, block
@@ -88,7 +88,7 @@ class _Line:
 
         return hand
 
-    def note(self, message: dict[str, Any] | None) -> None:
+    def note(self, message: StreamNote | None) -> None:
         """Tell the parent; None is the last word."""
         with self._lock:
             self._parent.send(message)

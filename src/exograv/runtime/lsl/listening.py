@@ -3,11 +3,13 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from exograv.errors import ConfigError, RigError
+from exograv.recording.messages import StreamNote
 from exograv.recording.stream_block import packed_size
+from exograv.results import json_value
 from exograv.runtime.processes.shared_memory import Ring
 from exograv.runtime.processes.supervisor import Supervisor
 
@@ -26,6 +28,18 @@ RESTARTS_MAX = 3
 """Listeners that are replaced; what ends so many would end the next one too."""
 
 Record = Callable[[str, float, Mapping[str, Any]], object]
+
+
+@dataclass(frozen=True)
+class ListenedStream:
+    """Figures of one stream."""
+
+    name: str
+    type: str
+    topic: str
+    connected: int
+    lost: int
+    silent: int
 
 
 class Listening:
@@ -89,15 +103,15 @@ class Listening:
         self._hear()
         self._record = None
 
-    def figures(self) -> list[dict[str, Any]]:
-        """What was connected and lost, by stream."""
+    def figures(self) -> list[ListenedStream]:
+        """Count what was connected and lost, by stream."""
         return [
-            {
-                "name": stream.name,
-                "type": stream.kind,
-                "topic": kind.topic,
-                **{what: self._notes[f"{kind.topic} {what}"] for what in ("connected", "lost", "silent")},
-            }
+            ListenedStream(
+                stream.name,
+                stream.type,
+                kind.topic,
+                *(self._notes[f"{kind.topic} {what}"] for what in ("connected", "lost", "silent")),
+            )
             for stream, kind in zip(self.found, self.devices.streams, strict=True)
         ]
 
@@ -132,8 +146,8 @@ class Listening:
         for word in self._child.heard():
             if word is None:
                 return True
-            if isinstance(word, dict) and self._record is not None:
-                self._connections[word["topic"]] = word["connection"]
-                self._notes[f"{word['topic']} {word['kind']}"] += 1
-                self._record("/stream", 0.0, word)
+            if isinstance(word, StreamNote) and self._record is not None:
+                self._connections[word.topic] = word.connection
+                self._notes[f"{word.topic} {word.kind}"] += 1
+                self._record("/stream", 0.0, json_value(word))
         return False

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from exograv.recording.messages import StreamNote
 from exograv.recording.stream_block import StreamBlock, packed, packed_size
 
 from .blocks import CORRECTED, CORRECTION_ROW, DATA_BYTES, SAMPLES
@@ -39,8 +40,7 @@ KEPT_S = 360
 Hand = Callable[[int, float, bytes], bool]
 """Takes kind, CLOCK_MONOTONIC [s] and data of a block; whether there was room."""
 
-Note = Callable[[dict[str, Any]], object]
-"""Takes a message of `/stream`."""
+Note = Callable[[StreamNote], object]
 
 
 class StreamReader:
@@ -146,9 +146,8 @@ class StreamReader:
         if there and self._uid not in {info.uid() for info in there}:
             raise _GoneError("it has come back as another one")
 
-    def _say(self, kind: str, text: str, **more: str) -> None:
-        head = {"monotonic": time.monotonic(), "topic": self._topic, "kind": kind, "text": text}
-        self._note({**head, "connection": self._connection, **more})
+    def _say(self, kind: str, text: str, xml: str | None = None) -> None:
+        self._note(StreamNote(time.monotonic(), self._topic, kind, text, self._connection, xml))
 
 
 SILENT = ("silent", f"It has sent nothing for {SILENT_S:g} s, and its source is still there.")

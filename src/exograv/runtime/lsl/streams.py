@@ -3,7 +3,7 @@
 import re
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from exograv.errors import ConfigError
@@ -20,22 +20,18 @@ class FoundStream:
     """A stream, as it announces itself."""
 
     name: str
-    kind: str
     source_id: str
     host: str
     channels: int
     rate_Hz: float
     value_type: str
+    type: str
 
     @property
     def predicate(self) -> str:
         """By which it is found again, wherever and whenever it comes back (XPath 1.0)."""
-        properties = {"name": self.name, "type": self.kind, "source_id": self.source_id}
+        properties = {"name": self.name, "type": self.type, "source_id": self.source_id}
         return " and ".join(f"{name}={quoted(text)}" for name, text in properties.items())
-
-    def figures(self) -> dict[str, Any]:
-        """As `--json` has them."""
-        return {name: value for name, value in asdict(self).items() if name != "kind"} | {"type": self.kind}
 
 
 def quoted(text: str) -> str:
@@ -56,19 +52,19 @@ def described(info: Any) -> FoundStream:
     types = {number: name for name, number in string2fmt.items()}
     return FoundStream(
         info.name(),
-        info.type(),
         info.source_id(),
         info.hostname(),
         info.channel_count(),
         info.nominal_srate(),
         types[info.channel_format()],
+        info.type(),
     )
 
 
 def visible(within_s: float = LOOK_S) -> list[FoundStream]:
     """All streams, by name."""
     found = {described(info): None for info in lsl().resolve_streams(within_s)}
-    return sorted(found, key=lambda one: (one.name, one.kind, one.source_id))
+    return sorted(found, key=lambda one: (one.name, one.type, one.source_id))
 
 
 def choose(wanted: Sequence[str], within_s: float) -> list[FoundStream]:
@@ -85,7 +81,7 @@ def choose(wanted: Sequence[str], within_s: float) -> list[FoundStream]:
             return list(dict.fromkeys(stream for streams in chosen.values() for stream in streams))
         if time.monotonic() > until:
             missing = ", ".join(f"'{one}'" for one, streams in chosen.items() if not streams)
-            seen = "; ".join(f"{one.name} ({one.kind}, {one.host})" for one in there) or "none"
+            seen = "; ".join(f"{one.name} ({one.type}, {one.host})" for one in there) or "none"
             raise ConfigError(
                 f"No stream has the name or type {missing}, after {within_s:g} s. Streams there: {seen}. "
                 "Start the device's program, or give another name; `exograv streams` shows what is there."
@@ -93,7 +89,7 @@ def choose(wanted: Sequence[str], within_s: float) -> list[FoundStream]:
 
 
 def _matching(there: Sequence[FoundStream], wanted: str) -> list[FoundStream]:
-    return [one for one in there if one.name == wanted] or [one for one in there if one.kind == wanted]
+    return [one for one in there if one.name == wanted] or [one for one in there if one.type == wanted]
 
 
 def formats(streams: Sequence[FoundStream]) -> tuple[StreamFormat, ...]:

@@ -20,6 +20,7 @@ import numpy as np
 from exograv.errors import RecordingError
 from exograv.recording.disk import TICKS_PER_S, refuse_small_disk
 from exograv.recording.encoding import tick_dtype
+from exograv.recording.messages import TimingMessage
 from exograv.recording.writer import SYNC_EVERY_S
 from exograv.runtime.clock.realtime import Rights
 from exograv.runtime.clock.timing import EDGES_US, Timing
@@ -29,7 +30,7 @@ from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.processes.supervisor import Supervisor
 
-from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, RecorderJob, record
+from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, RecorderJob, RunEnd, record
 
 TICKS_WAITING_MAX = TICKS_PER_S
 """More than that on their way, and the disk is called slow: an alarm comes within a second (docs/safety.md, F19)."""
@@ -157,7 +158,7 @@ class Recorder:
             self._messages.append((topic, t, dict(message)))
             self._child.send(self._messages[-1])
 
-    def finish(self, timing: Mapping[str, Any] | None = None) -> RecorderReport:
+    def finish(self, timing: TimingMessage | None = None) -> RecorderReport:
         """Complete the file when control has put its last tick.
 
         Args:
@@ -223,9 +224,9 @@ class Recorder:
             self.close()
             raise RecordingError(why)
 
-    def _say_end(self, timing: Mapping[str, Any] | None) -> None:
+    def _say_end(self, timing: TimingMessage | None) -> None:
         counts = {"ticks_lost": self._ticks.lost, "recorder_restarts": self._child.restarts}
-        self._child.send({**timing, **counts} if timing else {})
+        self._child.send(RunEnd(None if timing is None else dataclasses.replace(timing, **counts)))
 
     def _report(self) -> RecorderReport:
         safe, lost, why = self._ticks.acknowledged, self._ticks.lost, self._failure
@@ -243,15 +244,15 @@ class Recorder:
         return np.zeros(1, STATUS)[0][name] if said is None else said[1][name]
 
 
-def timing_message(t: float, timing: Timing, rights: Rights) -> dict[str, Any]:
-    """The message of `/timing` for a run that ended at `t` [s]."""
-    return {
-        "t": t,
-        "periods": timing.periods,
-        "missed": timing.missed,
-        "edges_us": list(EDGES_US),
-        "counts": timing.histogram(),
-        "longest_gap_us": timing.longest_gap_us,
-        "granted": rights.granted,
-        "refused": rights.refused,
-    }
+def timing_message(t: float, timing: Timing, rights: Rights) -> TimingMessage:
+    """Message of `/timing` for a run that ended at `t` [s]."""
+    return TimingMessage(
+        t,
+        timing.periods,
+        timing.missed,
+        list(EDGES_US),
+        timing.histogram(),
+        timing.longest_gap_us,
+        rights.granted,
+        rights.refused,
+    )

@@ -15,6 +15,8 @@ from exograv.errors import ExogravError, RecordingError
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import TICKS_PER_S
 from exograv.recording.encoding import tick_dtype
+from exograv.recording.messages import TimingMessage
+from exograv.results import json_value
 from exograv.runtime.lsl.blocks import RecordedDevices
 from exograv.runtime.lsl.intake import Intake
 from exograv.runtime.lsl.outlets import Outlets, OutletsJob
@@ -109,12 +111,19 @@ class RecorderJob:
     """Whose streams are recorded besides, if any."""
 
 
+@dataclass(frozen=True)
+class RunEnd:
+    """Last word of the parent."""
+
+    timing: TimingMessage | None = None
+
+
 def record(job: RecorderJob, parent: Connection) -> None:
     """Be the recorder process: until the parent says that the run is over, or is gone.
 
     Args:
         job: What to record, and where.
-        parent: Brings the message of `/timing`, or an empty one, at the end of the run.
+        parent: Brings messages, and `RunEnd` at the end of the run.
     """
     status = Mailbox(STATUS, job.status)
     try:
@@ -126,7 +135,7 @@ def record(job: RecorderJob, parent: Connection) -> None:
                     word = _heard(parent, wait_s if job.outlets is None else min(wait_s, PUBLISH_EVERY_S))
                 except EOFError:
                     _outlast(desk)
-                    word = {}
+                    word = RunEnd()
                 if isinstance(word, tuple):
                     desk.note(*word)
                 elif word is not None:
@@ -136,7 +145,7 @@ def record(job: RecorderJob, parent: Connection) -> None:
                 if time.monotonic() >= until:
                     desk.save()
                     until = time.monotonic() + job.sync_every_s
-            desk.finish(word)
+            desk.finish(word.timing)
     except ExogravError as error:
         _say(status, job.start, 0.0, str(error))
         raise SystemExit(GAVE_UP) from None
@@ -144,7 +153,7 @@ def record(job: RecorderJob, parent: Connection) -> None:
         status.close()
 
 
-def _heard(parent: Connection, within_s: float) -> tuple[str, float, dict[str, Any]] | Mapping[str, Any] | None:
+def _heard(parent: Connection, within_s: float) -> tuple[str, float, dict[str, Any]] | RunEnd | None:
     """A message to record, the last words of the run, or nothing."""
     return parent.recv() if parent.poll(max(within_s, 0.0)) else None
 
@@ -220,13 +229,13 @@ class _Desk:
             self._intake.acknowledge()
         self._say()
 
-    def finish(self, timing: Mapping[str, Any]) -> None:
+    def finish(self, timing: TimingMessage | None) -> None:
         """Complete the file."""
         self.save()
         while self._intake is not None and self._intake.take():
             pass
-        if timing:
-            self._writer.write("/timing", timing["t"], {name: timing[name] for name in timing if name != "t"})
+        if timing is not None:
+            self._writer.write("/timing", timing.t, json_value(timing))
         self._writer.close()
 
     def close(self) -> None:

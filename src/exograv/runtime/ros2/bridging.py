@@ -4,7 +4,6 @@ import contextlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 from exograv.errors import ConfigError, RigError
 from exograv.runtime.control_loop.exchange import FeltLevel
@@ -48,6 +47,29 @@ class Ros2:
 
     def __post_init__(self):
         require_zenoh()  # known before minutes of preparation
+
+
+@dataclass(frozen=True)
+class AcceptedLevel:
+    """Gravity level that was asked for over ROS 2."""
+
+    t: float
+    gravity_level: float
+
+
+@dataclass(frozen=True)
+class Ros2Figures:
+    """Figures of the bridge."""
+
+    joint_states: int | None
+    """Messages that were published."""
+
+    levels: list[AcceptedLevel]
+    refused: dict[str, int]
+    """Levels, by the reason of refusal."""
+
+    ended: str
+    """Why the bridge ended before the run; empty if it did not."""
 
 
 class Bridging:
@@ -99,14 +121,10 @@ class Bridging:
             status = self._child.exit_status
             self._ended = f"The bridge to ROS 2 has ended (exit status {status}), and the run went on without it."
 
-    def figures(self) -> dict[str, Any]:
-        """What was published, asked for and refused."""
-        return {
-            "joint_states": self._published,
-            "levels": [{"t": round(t, 3), "gravity_level": level} for t, level in self.levels.accepted],
-            "refused": dict(self.levels.refused),
-            "ended": self._ended,
-        }
+    def figures(self) -> Ros2Figures:
+        """Tell what was published, asked for and refused."""
+        levels = [AcceptedLevel(round(t, 3), level) for t, level in self.levels.accepted]
+        return Ros2Figures(self._published, levels, dict(self.levels.refused), self._ended)
 
     def close(self) -> None:
         """End it."""

@@ -4,10 +4,11 @@ Every source (our recordings, a CSV of touches, XDF) becomes these; measures, st
 Missing is NA. Times count from the beginning of the session's recording, right and down are positive on the screen.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from types import NoneType
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, get_args, get_origin
 
+from exograv.recording.fields import described
 from exograv.task.records import TouchRecord
 
 Kind = Literal["string", "int64", "float64", "bool"]
@@ -42,9 +43,7 @@ def columns_of(row: type) -> tuple[Column, ...]:
 
     The unit is a second text where the name does not end with it.
     """
-    hints = get_type_hints(row, include_extras=True)
-    told = {one.name: hints[one.name] for one in fields(row) if get_origin(hints[one.name]) is Annotated}
-    return tuple(_column(name, *get_args(annotation)) for name, annotation in told.items())
+    return tuple(_column(name, *told) for name, told in described(row).items())
 
 
 def _column(name: str, annotation: Any, meaning: str, unit: str | None = None) -> Column:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from exograv.recording.fields import Message
 from exograv.study.folder.columns import KEY, Column
 
 MARGIN_S = 10.0
@@ -49,7 +50,7 @@ def window_trace(
     return WindowTrace(np.interp(at, t, level, left=np.nan, right=np.nan), speed)
 
 
-def flown_levels(messages: Sequence[dict[str, Any]], opened_s: Sequence[float]) -> list[Sampled]:
+def flown_levels(messages: Sequence[Message], opened_s: Sequence[float]) -> list[Sampled]:
     """Norm of the aircraft's acceleration about each opening [g]; none without an aircraft."""
     if not messages:
         return []

@@ -1,0 +1,55 @@
+"""Messages that are written and read field by field; the table of channels takes their fields from here."""
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from exograv.results import OPTIONAL
+
+
+@dataclass(frozen=True)
+class TimingMessage:
+    """Message of `/timing`."""
+
+    t: float
+    periods: Annotated[int, "periods that passed, with a tick or without"]
+    missed: Annotated[int, "periods that ended without their own command"]
+    edges_us: Annotated[
+        list[int | float], "bins of lateness, one edge more than counts; the last takes all above", "µs"
+    ]
+    counts: Annotated[list[int], "ticks by lateness"]
+    longest_gap_us: Annotated[float | None, "longest time between a command and the next", "µs"]
+    granted: Annotated[list[str], "real-time rights that the system granted"]
+    refused: Annotated[list[str], "those it refused, and what to do"]
+    ticks_lost: Annotated[int | None, "ticks that found the recorder's ring full"] = None
+    recorder_restarts: Annotated[int | None, "times that the recorder had to be started again"] = None
+
+
+@dataclass(frozen=True)
+class StreamNote:
+    """Message of `/stream`."""
+
+    monotonic: Annotated[float, "CLOCK_MONOTONIC when it was noticed", "s"]
+    topic: Annotated[str, "channel of its samples"]
+    kind: Annotated[
+        str,
+        "`connected`, `lost` (its source is gone), `silent` (its source is there, and sends nothing), `resumed`, "
+        "`left out` (a text that is too long)",
+    ]
+    text: Annotated[str, "a sentence"]
+    connection: Annotated[int, "counted from 1; another one may have another clock"]
+    xml: Annotated[str | None, "of `connected`: the stream's own description, unchanged"] = field(
+        default=None, metadata=OPTIONAL
+    )
+
+
+@dataclass(frozen=True)
+class ClockCorrection:
+    """Message of `/correction`."""
+
+    topic: Annotated[str, "channel of the stream's samples"]
+    connection: Annotated[int, "as in `/stream`"]
+    asked: Annotated[float, "CLOCK_MONOTONIC before it was asked for", "s"]
+    answered: Annotated[float, "CLOCK_MONOTONIC after", "s"]
+    offset: Annotated[float, "to be added to a stamp, which is then on CLOCK_MONOTONIC", "s"]
+    remote: Annotated[float, "time on the device's clock for which LSL has measured it", "s"]
+    uncertainty: Annotated[float, "LSL's own bound: the round trip of the best probe", "s"]
