@@ -22,10 +22,12 @@ def run(rig: str, level: int, seed: int) -> dict[str, Any]:
     """One `exograv verify`; a run that broke off is a result too."""
     from exograv.laboratory.verification_command import run_verification
     from exograv.procedures.verification.options import VerifyOptions
+    from exograv.results import json_value
 
     job = {"rig": rig, "level": level, "seed": seed}
     try:
-        return {**job, **run_verification(VerifyOptions(rig, None, level, seed), lambda _text, _share: None)}
+        found = run_verification(VerifyOptions(rig, None, level, seed), lambda _text, _share: None)
+        return {**job, **json_value(found)}
     except ExogravError as error:
         return {**job, "broke_off": str(error)}
 

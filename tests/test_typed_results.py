@@ -26,7 +26,6 @@ UNFINISHED = frozenset(
         "live",
         "loop",
         "procedures.rehabilitation",
-        "procedures.verification",
         "recording",
         "report",
         "runtime",

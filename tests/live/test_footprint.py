@@ -36,21 +36,21 @@ def computer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Computer:
 def test_growth_is_that_of_the_memory_by_the_hour(computer: Computer):
     computer.run(SETTLED_S + 2 * LEAST_S, 100.0, 0.01)
     found = computer.footprint.figures()["guard"]
-    assert found["growth_MB_per_h"] == pytest.approx(36.0, rel=0.01)
-    assert found["memory_MB"][0] == pytest.approx(100.0, abs=0.1)
-    assert found["descriptors"] == [3, 3, 3]
+    assert found.growth_MB_per_h == pytest.approx(36.0, rel=0.01)
+    assert found.memory_MB[0] == pytest.approx(100.0, abs=0.1)
+    assert found.descriptors == [3, 3, 3]
 
 
 def test_nothing_is_said_of_growth_after_a_short_run(computer: Computer):
     computer.run(SETTLED_S + 0.5 * LEAST_S, 100.0, 0.01)
-    assert computer.footprint.figures()["guard"]["growth_MB_per_h"] is None
+    assert computer.footprint.figures()["guard"].growth_MB_per_h is None
 
 
 def test_a_process_that_was_replaced_is_not_taken_for_one_that_shrank(computer: Computer):
     computer.run(SETTLED_S + LEAST_S, 500.0, 1.0)
     computer.pid = 8
     computer.run(SETTLED_S + 2 * LEAST_S, 100.0, 0.01)
-    assert computer.footprint.figures()["guard"]["growth_MB_per_h"] == pytest.approx(36.0, rel=0.01)
+    assert computer.footprint.figures()["guard"].growth_MB_per_h == pytest.approx(36.0, rel=0.01)
 
 
 def test_a_process_that_is_gone_is_left_out(computer: Computer):

@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +16,7 @@ from exograv.cli.recordings.replaying import run_replay
 from exograv.errors import ConfigError
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.preparation import Preparation
+from exograv.live.live_figures import LiveFigures
 from exograv.live.live_processes import Running
 from exograv.live.options import LiveOptions
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -40,7 +40,7 @@ def known_machine(preparation: Preparation, *_) -> ControllerKnowledge:
     return replace(prepared, assembly=assembly, machine=machine, x=table_guess(assembly, machine))
 
 
-def learned(folder: Path, strike: signal.Signals) -> dict[str, Any]:
+def learned(folder: Path, strike: signal.Signals) -> LiveFigures:
     """A run whose worker gets a signal in the middle of the motion."""
 
     def started(running: Running) -> None:
@@ -59,26 +59,28 @@ def learned(folder: Path, strike: signal.Signals) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Any]]:
+def run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveFigures]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Preparation, "calibrated", known_machine)
         yield learned(tmp_path_factory.mktemp("live"), signal.SIGKILL)
 
 
 @pytest.mark.slow
-def test_a_worker_that_is_killed_is_replaced_and_the_arm_learned_all_the_same(run: dict[str, Any]):
-    assert run["worker_restarts"] == 1
-    assert run["samples_lost"] == 0
-    found = run["identified"]
-    assert found["motion_s"] == pytest.approx(25.0, abs=0.5)
-    *shoulder, elbow = found["left_over_Nm"]
+def test_a_worker_that_is_killed_is_replaced_and_the_arm_learned_all_the_same(run: LiveFigures):
+    assert run.worker_restarts == 1
+    assert run.samples_lost == 0
+    found = run.identified
+    assert found is not None
+    assert found.left_over_Nm is not None
+    assert found.motion_s == pytest.approx(25.0, abs=0.5)
+    *shoulder, elbow = found.left_over_Nm
     assert max(shoulder) < SHOULDER_NM
     assert elbow < ELBOW_NM
 
 
 @pytest.mark.slow
-def test_an_arm_that_is_learned_is_let_go_when_the_guard_knows_it(run: dict[str, Any]):
-    recording = read_recording(Path(run["recording"]))
+def test_an_arm_that_is_learned_is_let_go_when_the_guard_knows_it(run: LiveFigures):
+    recording = read_recording(run.recording)
     modes = [phase["name"] for phase in recording.messages("/phase")]
     known = [event["t"] for event in recording.messages("/event") if "knows the person" in event["text"]]
     floating = [phase["t"] for phase in recording.messages("/phase") if phase["name"] == "floating"]
@@ -88,8 +90,8 @@ def test_an_arm_that_is_learned_is_let_go_when_the_guard_knows_it(run: dict[str,
 
 
 @pytest.mark.slow
-def test_a_run_that_learned_live_decides_the_same_when_it_is_flown_again(run: dict[str, Any]):
-    again = run_replay(Path(run["recording"]), None, lambda _text, _share: None)
+def test_a_run_that_learned_live_decides_the_same_when_it_is_flown_again(run: LiveFigures):
+    again = run_replay(run.recording, None, lambda _text, _share: None)
     assert again["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
 
 

@@ -5,13 +5,12 @@ import signal
 import threading
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from exograv.cli.machine.rig_factory import run_live
-from exograv.live.live_figures import stall_ms
+from exograv.live.live_figures import LiveFigures, stall_ms
 from exograv.live.live_processes import Running
 from exograv.live.options import LiveOptions
 from exograv.recording import read_recording
@@ -21,7 +20,7 @@ from exograv.safety.envelope import StopReason
 SECONDS = 8.0
 
 
-def lived(folder: Path, kill: str | None, after_s: float = 2.0, seconds: float = SECONDS) -> dict[str, Any]:
+def lived(folder: Path, kill: str | None, after_s: float = 2.0, seconds: float = SECONDS) -> LiveFigures:
     """A run in which one process is killed."""
 
     def started(running: Running) -> None:
@@ -40,18 +39,18 @@ def lived(folder: Path, kill: str | None, after_s: float = 2.0, seconds: float =
 @pytest.mark.slow
 def test_when_control_is_killed_the_guard_lets_the_arm_down_and_the_recording_goes_on(tmp_path: Path):
     result = lived(tmp_path, "control")
-    assert StopReason.CONTROL_SILENT.value in [latch["cause"] for latch in result["latches"]]
-    assert result["samples_lost"] == 0
+    assert StopReason.CONTROL_SILENT.value in [latch.cause for latch in result.latches]
+    assert result.samples_lost == 0
     ticks = read_recording(tmp_path / "live.mcap").ticks
-    assert len(ticks["t"]) == result["samples_recorded"] == result["ticks"]
+    assert len(ticks["t"]) == result.samples_recorded == result.ticks
     assert (np.abs(ticks["tau_commanded"][-1]) < 1.0).all()
 
 
 @pytest.mark.slow
 def test_another_control_takes_the_arm_only_after_a_reset_and_by_a_ramp(tmp_path: Path):
     result = lived(tmp_path, "control", seconds=60.0)
-    assert result["control_restarts"] == 1
-    assert result["samples_lost"] == 0
+    assert result.control_restarts == 1
+    assert result.samples_lost == 0
     recording = read_recording(tmp_path / "live.mcap")
     names = [phase["name"] for phase in recording.messages("/phase")]
     assert names[:2] == ["floating", "safe"]
@@ -65,9 +64,9 @@ def test_another_control_takes_the_arm_only_after_a_reset_and_by_a_ramp(tmp_path
 @pytest.mark.slow
 def test_when_the_recorder_is_killed_nothing_is_lost_and_the_arm_floats_on(tmp_path: Path):
     result = lived(tmp_path, "recorder")
-    assert result["recorder_restarts"] == 1
-    assert result["samples_lost"] == 0
-    assert len(read_recording(tmp_path / "live.mcap").ticks["t"]) == result["ticks"]
+    assert result.recorder_restarts == 1
+    assert result.samples_lost == 0
+    assert len(read_recording(tmp_path / "live.mcap").ticks["t"]) == result.ticks
 
 
 def timing(periods: list[int], command_us: list[float]) -> Timing:

@@ -3,28 +3,31 @@
 import time
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
-from typing import Any
 
 from exograv.loop.pilot import Progress
 from exograv.procedures.identification.controller_knowledge import MOTION_S
-from exograv.procedures.identification.estimator_session import Identification
 from exograv.procedures.identification.identify import identification_motion
-from exograv.procedures.verification.change import changed_since, read_former
-from exograv.procedures.verification.figures import verified_figures
+from exograv.procedures.verification.change import read_former
+from exograv.procedures.verification.figures import (
+    VerifiedIdentification,
+    VerifyResult,
+    compared,
+    verified_figures,
+)
 from exograv.procedures.verification.options import VerifyOptions
-from exograv.procedures.verification.verification import VerificationResult, verify_arm
+from exograv.procedures.verification.verification import verify_arm
 from exograv.recording.rounding import rounded
 from exograv.storage.self_test_pass import NOT_NEEDED
 
 from .preparation import Preparation
-from .virtual_laboratory import VirtualLaboratory, driven_laboratory
+from .virtual_laboratory import driven_laboratory
 
 LATER_SEED = 500_000
 """Added to the run's seed for a later verification: muscles and noise do not repeat themselves."""
 
 
-def run_verification(options: VerifyOptions, progress: Progress) -> dict[str, Any]:
-    """Run it; the result follows the contract of `exograv verify --json`.
+def run_verification(options: VerifyOptions, progress: Progress) -> VerifyResult:
+    """Run it.
 
     Raises:
         ConfigError: An option or a file cannot be used.
@@ -48,23 +51,17 @@ def run_verification(options: VerifyOptions, progress: Progress) -> dict[str, An
     seen = identification_motion(controller.assembly, MOTION_S, 50 * pilot.rig.period_s).q
     verified = verify_arm(pilot, controller, identifier.model, found.last, seen, options.seed)
     truth = worn.examination(verified.postures).score(found.last.x).total
-    result = _figures(options, laboratory, found, verified) | {"truth_Nm": rounded(truth)}
-    if former is not None:
-        result["before"] = changed_since(former, result)
-    return {**result, "simulated_s": round(pilot.rig.t, 3), "wall_s": round(time.perf_counter() - start, 2)}
-
-
-def _figures(
-    options: VerifyOptions, laboratory: VirtualLaboratory, found: Identification, verified: VerificationResult
-) -> dict[str, Any]:
     # On the twin the machine's clock stands for the wall's.
     at = datetime.now(UTC) + timedelta(minutes=options.later_min)
-    return {
-        "rig": laboratory.description.name,
-        "disturbance_level": options.level,
-        "seed": options.seed,
-        "at_utc": at.isoformat(timespec="seconds"),
-        **verified_figures(verified, laboratory.description.joints),
-        "identification": {"motion_s": round(found.last.t, 3), "outcome": found.outcome.value},
-        "self_test": NOT_NEEDED,
-    }
+    result = VerifyResult(
+        rig=laboratory.description.name,
+        disturbance_level=options.level,
+        seed=options.seed,
+        at_utc=at.isoformat(timespec="seconds"),
+        found=verified_figures(verified, laboratory.description.joints),
+        identification=VerifiedIdentification(round(found.last.t, 3), found.outcome.value),
+        self_test=NOT_NEEDED,
+        truth_Nm=rounded(truth),
+        simulated_s=round(pilot.rig.t, 3),
+    )
+    return replace(compared(result, former), wall_s=round(time.perf_counter() - start, 2))

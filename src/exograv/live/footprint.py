@@ -4,8 +4,8 @@ import contextlib
 import os
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +18,16 @@ LEAST_S = 120.0
 """Of settled run, before a growth by the hour is said."""
 
 MB = 1 << 20
+
+
+@dataclass(frozen=True)
+class ProcessFootprint:
+    """Memory and descriptors of a process at first, at last and at most."""
+
+    memory_MB: list[float]
+    growth_MB_per_h: float | None
+    """None where the run was too short to tell."""
+    descriptors: list[int]
 
 
 class Footprint:
@@ -43,23 +53,20 @@ class Footprint:
                 row = (now - self._begun, pid(), pages * self._page, len(os.listdir(folder / "fd")))
                 self._rows[name].append(row)
 
-    def figures(self) -> dict[str, Any]:
-        """By process: memory [MB] and descriptors at first, at last and at most, and how fast the memory grew [MB/h].
-
-        Of a process that was replaced, the last one's. The growth is None where the run was too short to tell.
-        """
+    def figures(self) -> dict[str, ProcessFootprint]:
+        """Footprint by process; of a process that was replaced, the last one's."""
         return {name: _figures(rows) for name, rows in self._rows.items() if rows}
 
 
-def _figures(rows: list[tuple[float, int, int, int]]) -> dict[str, Any]:
+def _figures(rows: list[tuple[float, int, int, int]]) -> ProcessFootprint:
     of_last = np.array([(t, memory / MB, files) for t, pid, memory, files in rows if pid == rows[-1][1]])
     t, memory, files = of_last.T
     settled = t >= t[0] + SETTLED_S
     growth = None
     if settled.any() and t[-1] - t[settled][0] >= LEAST_S:
         growth = round(3600.0 * float(np.polyfit(t[settled], memory[settled], 1)[0]), 3)
-    return {
-        "memory_MB": [round(float(value), 1) for value in (memory[0], memory[-1], memory.max())],
-        "growth_MB_per_h": growth,
-        "descriptors": [int(value) for value in (files[0], files[-1], files.max())],
-    }
+    return ProcessFootprint(
+        [round(float(value), 1) for value in (memory[0], memory[-1], memory.max())],
+        growth,
+        [int(value) for value in (files[0], files[-1], files.max())],
+    )

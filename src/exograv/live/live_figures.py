@@ -1,69 +1,153 @@
-"""What `exograv live` writes of a run: timing, recording, stops, and the arm that was learned."""
+"""Figures of a live run: timing, recording, stops, and the arm that was learned."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
-from exograv.runtime.clock.timing import Timing
+from exograv.results import OPTIONAL
+from exograv.runtime.clock.timing import Percentiles, Timing, percentiles_us
+from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.ros2.streaming import Streaming
 
+from .footprint import ProcessFootprint
 from .live_processes import LiveResult
 
 STALL_BEFORE_S = 0.05
 """A latch is put down to the longest gap so long before it."""
 
 
-def flown_figures(rig: str, flown: LiveResult) -> dict[str, Any]:
-    """Timing, recording and stops."""
+@dataclass(frozen=True)
+class LatchFigures:
+    """Stop that stays until the operator resets it."""
+
+    cause: str
+    at_s: float
+    stall_ms: float
+    """Longest time without a command shortly before."""
+
+
+@dataclass(frozen=True)
+class ModeFigures:
+    """Beginning of a mode."""
+
+    mode: str
+    at_s: float
+
+
+@dataclass(frozen=True)
+class LearnedFigures:
+    """Arm that was learned live."""
+
+    outcome: str
+    why: str
+    motion_s: float
+    stop_s: float | None
+    not_relaxed_s: float | None
+    left_over_Nm: list[float] | None
+    """Residual torque by the truth of a simulated wearer."""
+
+
+@dataclass(frozen=True)
+class LiveFigures:
+    """Result of `exograv live`."""
+
+    rig: str
+    seconds: float
+    outcome: str
+    rate_Hz: float
+    late_us: Percentiles
+    overruns: int
+    unanswered: int
+    ticks: int
+    samples_recorded: int
+    samples_lost: int
+    recording_ok: bool
+    recording_why: str
+    recorder_restarts: int
+    unpublished: str
+    control_restarts: int
+    recording: Path
+    footprint: Mapping[str, ProcessFootprint]
+    granted: list[str]
+    refused: list[str]
+    latches: list[LatchFigures]
+    modes: list[ModeFigures]
+    wall_s: float
+    machine: str | None = field(metadata=OPTIONAL)
+    """Serial number of a machine on drives."""
+    self_test: str
+    streams: list[Any]
+    ros2: Any
+    findings: int
+    worker_restarts: int
+    identified: LearnedFigures | None
+
+
+def live_figures(
+    rig: str,
+    flown: LiveResult,
+    wearer: SimulatedWearer | None,
+    prepared: ControllerKnowledge,
+    self_test: str,
+    streaming: Streaming,
+    listening: Listening | None,
+    machine: str | None = None,
+) -> LiveFigures:
+    """Figures of a run, with the truth of a simulated wearer beside them."""
     report, recording, timing = flown.report, flown.recording, flown.report.timing
-    p50, p99, p999 = (1e-3 * np.percentile(timing.lateness_ns, [50, 99, 99.9])).round(1).tolist()
-    return {
-        "rig": rig,
-        "seconds": round(timing.seconds, 3),
-        "outcome": timing.outcome.value,
-        "rate_Hz": round(timing.effective_rate_Hz, 3),
-        "late_us": {"p50": p50, "p99": p99, "p999": p999, "max": round(1e-3 * float(timing.lateness_ns.max()), 1)},
-        "overruns": timing.missed,
-        "unanswered": report.unanswered,
-        "ticks": len(timing.period),
-        "samples_recorded": recording.acknowledged,
-        "samples_lost": recording.lost,
-        "recording_ok": recording.recording_ok,
-        "recording_why": recording.why,
-        "recorder_restarts": recording.restarts,
-        "unpublished": recording.unpublished,
-        "control_restarts": flown.control_restarts,
-        "recording": str(flown.path),
-        "footprint": dict(flown.footprint),
-        "granted": report.rights.granted,
-        "refused": report.rights.refused,
-        "latches": [
-            {"cause": latch.cause, "at_s": round(latch.at_s, 3), "stall_ms": round(stall_ms(timing, latch.period), 3)}
+    return LiveFigures(
+        rig=rig,
+        seconds=round(timing.seconds, 3),
+        outcome=timing.outcome.value,
+        rate_Hz=round(timing.effective_rate_Hz, 3),
+        late_us=percentiles_us(timing.lateness_ns),
+        overruns=timing.missed,
+        unanswered=report.unanswered,
+        ticks=len(timing.period),
+        samples_recorded=recording.acknowledged,
+        samples_lost=recording.lost,
+        recording_ok=recording.recording_ok,
+        recording_why=recording.why,
+        recorder_restarts=recording.restarts,
+        unpublished=recording.unpublished,
+        control_restarts=flown.control_restarts,
+        recording=flown.path,
+        footprint=flown.footprint,
+        granted=report.rights.granted,
+        refused=report.rights.refused,
+        latches=[
+            LatchFigures(latch.cause, round(latch.at_s, 3), round(stall_ms(timing, latch.period), 3))
             for latch in report.latches
         ],
-        "modes": [{"mode": name, "at_s": round(at_s, 3)} for name, at_s in report.modes],
-        "wall_s": round(flown.wall_s, 2),
-    }
+        modes=[ModeFigures(name, round(at_s, 3)) for name, at_s in report.modes],
+        wall_s=round(flown.wall_s, 2),
+        machine=machine,
+        self_test=self_test,
+        streams=[] if listening is None else listening.figures(),
+        ros2=None if streaming.ros2 is None else streaming.ros2.figures(),
+        findings=flown.findings,
+        worker_restarts=flown.worker_restarts,
+        identified=_learned(flown, wearer, prepared),
+    )
 
 
-def learned_figures(flown: LiveResult, wearer: SimulatedWearer | None, prepared: ControllerKnowledge) -> dict[str, Any]:
-    """What became of an arm that was to be learned live; with the truth beside it where there is one."""
+def _learned(flown: LiveResult, wearer: SimulatedWearer | None, prepared: ControllerKnowledge) -> LearnedFigures | None:
     learned = flown.learned
-    figures: dict[str, Any] = {"findings": flown.findings, "worker_restarts": flown.worker_restarts}
     if learned is None:
-        return {"identified": None, **figures}
-    left_over = None if wearer is None else wearer.left_over_Nm(prepared, learned.estimate.x)
-    return figures | {
-        "identified": {
-            "outcome": learned.outcome.value,
-            "why": learned.why,
-            "motion_s": round(learned.estimate.t, 2),
-            "stop_s": learned.stop_s,
-            "not_relaxed_s": learned.restless_s,
-            "left_over_Nm": left_over,
-        }
-    }
+        return None
+    return LearnedFigures(
+        outcome=learned.outcome.value,
+        why=learned.why,
+        motion_s=round(learned.estimate.t, 2),
+        stop_s=learned.stop_s,
+        not_relaxed_s=learned.restless_s,
+        left_over_Nm=None if wearer is None else wearer.left_over_Nm(prepared, learned.estimate.x),
+    )
 
 
 def stall_ms(timing: Timing, period: int) -> float:

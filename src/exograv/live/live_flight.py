@@ -91,7 +91,7 @@ def parts_of(plan: LivePlan, is_tested: bool) -> Parts:
     )
 
 
-def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> dict[str, Any]:
+def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> Mapping[str, object]:
     """What the recording says of the run, for `exograv replay` too."""
     description, prepared = plan.description, plan.prepared
     return {

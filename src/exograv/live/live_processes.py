@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from exograv.errors import RigError
 from exograv.loop.pilot import Progress
@@ -25,7 +25,7 @@ from exograv.runtime.ros2.bridging import Bridging
 
 from .arm_worker import LearnedArm, PassesResult
 from .control_supervisor import ControlKeeper
-from .footprint import Footprint
+from .footprint import Footprint, ProcessFootprint
 from .guard_process import GuardedRig, GuardJob, GuardReport, guard_process
 from .worker_supervisor import WorkerKeeper
 
@@ -66,8 +66,7 @@ class LiveResult:
     path: Path
     wall_s: float
     control_restarts: int
-    footprint: Mapping[str, Any]
-    """As `Footprint.figures`."""
+    footprint: Mapping[str, ProcessFootprint]
     worker_restarts: int = 0
     findings: int = 0
     learned: LearnedArm | None = None
@@ -152,7 +151,15 @@ def fly(
             listening.finish()
         recording = recorder.finish(timing_message(report.t, report.timing, report.rights))
         flown = LiveResult(report, recording, recorder.path, wall_s, control.restarts, footprint.figures())
-        return flown if worker is None else replace(flown, **worker.figures())
+        if worker is None:
+            return flown
+        return replace(
+            flown,
+            worker_restarts=worker.restarts,
+            findings=worker.findings,
+            learned=worker.learned,
+            passed=worker.passed,
+        )
 
 
 def _worker(job: WorkerJob, recorder: Recorder, line: GuardLine, stack: contextlib.ExitStack) -> WorkerKeeper:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,20 @@ from exograv.runtime.recorder.recorder import Recorder
 CHECK_S = 0.1
 
 
-def record_streams(wanted: Sequence[str], seconds: float, path: Path, progress: Progress) -> dict[str, Any]:
-    """Record them for so long, or until Ctrl-C; returns the figures of `exograv streams --record`.
+@dataclass(frozen=True)
+class RecordedStreams:
+    """Result of `exograv streams --record`."""
+
+    recording: Path
+    recording_ok: bool
+    recording_why: str
+    recorder_restarts: int
+    listener_restarts: int
+    streams: list[Any]
+
+
+def record_streams(wanted: Sequence[str], seconds: float, path: Path, progress: Progress) -> RecordedStreams:
+    """Record them for so long, or until Ctrl-C.
 
     Args:
         wanted: Names or types of streams.
@@ -39,14 +52,9 @@ def record_streams(wanted: Sequence[str], seconds: float, path: Path, progress: 
         _watch(listening, recorder, seconds, progress)
         listening.finish()
         report = recorder.finish()
-        return {
-            "recording": str(path),
-            "recording_ok": report.recording_ok,
-            "recording_why": report.why,
-            "recorder_restarts": report.restarts,
-            "listener_restarts": listening.restarts,
-            "streams": listening.figures(),
-        }
+        return RecordedStreams(
+            path, report.recording_ok, report.why, report.restarts, listening.restarts, listening.figures()
+        )
 
 
 def _watch(listening: Listening, recorder: Recorder, seconds: float, progress: Progress) -> None:

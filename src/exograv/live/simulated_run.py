@@ -3,7 +3,6 @@
 import contextlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.person_limits import person_limits
@@ -15,7 +14,7 @@ from exograv.runtime.lsl.library import require_lsl
 from exograv.runtime.lsl.listening import Listening
 
 from .live_control import SKIPPED, LivePlan
-from .live_figures import flown_figures, learned_figures
+from .live_figures import LiveFigures, live_figures
 from .live_flight import fly_plan, lesson_plan, streaming_of
 from .live_identification import unknown_person
 from .live_processes import Running
@@ -28,8 +27,8 @@ def run_live_simulated(
     folder: Path,
     progress: Progress,
     started: Callable[[Running], object] = lambda *_: None,
-) -> dict[str, Any]:
-    """Prepare the machine in lock-step, then float the arm live; the result follows the contract of the command.
+) -> LiveFigures:
+    """Prepare the machine in lock-step, then float the arm live.
 
     Args:
         options: Of the command.
@@ -55,10 +54,8 @@ def run_live_simulated(
         plan = _plan(options, machine, progress, stack)
         lsl = streaming_of(options, description, machine.period_s, listening)
         flown = fly_plan(plan, options.loop_s, folder, said, progress, started, machine.self_test is not None, lsl)
-    streams = [] if listening is None else listening.figures()
-    told = {"self_test": machine.self_test or SKIPPED, "streams": streams,
-            "ros2": None if lsl.ros2 is None else lsl.ros2.figures()}  # fmt: skip
-    return flown_figures(options.rig, flown) | told | learned_figures(flown, machine.wearer, machine.known)
+    tested = machine.self_test or SKIPPED
+    return live_figures(options.rig, flown, machine.wearer, machine.known, tested, lsl, listening)
 
 
 def _plan(options: LiveOptions, machine: LiveMachine, progress: Progress, stack: contextlib.ExitStack) -> LivePlan:

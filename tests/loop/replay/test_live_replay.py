@@ -1,5 +1,6 @@
 """A live run decides the same when it is flown again, though control was late, and missed measurements, in it."""
 
+from collections.abc import Mapping
 from functools import partial
 from multiprocessing import Pipe
 from pathlib import Path
@@ -116,7 +117,7 @@ def lived(plan: LivePlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def write(
     path: Path,
     joints: tuple[str, ...],
-    settings: dict[str, Any],
+    settings: Mapping[str, Any],
     ticks: Ring,
     events: Ring,
     told: list[tuple[float, float]],

@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.procedures.verification.change import CHANCE, changed_since, read_former
+from exograv.procedures.verification.change import (
+    CHANCE,
+    ArmChange,
+    changed_since,
+    read_former,
+    stored_verification,
+)
 
 SD, POSTURES, RUNS = 0.1, 12, 200
 
@@ -22,23 +28,27 @@ def result(seed: int, shift: float = 0.0, hour: int = 10) -> dict[str, Any]:
     return {"rig": "two", "joints": ["a", "b"], "at_utc": at, "left_over_Nm": [0.1, 0.1], "postures": rows}
 
 
+def change(former: dict[str, Any], now: dict[str, Any]) -> ArmChange:
+    return changed_since(stored_verification(former), stored_verification(now), now["joints"])
+
+
 def test_chance_is_rarely_called_a_change():
-    found = [changed_since(result(2 * k), result(2 * k + 1))["more_than_chance"] for k in range(RUNS)]
+    found = [change(result(2 * k), result(2 * k + 1)).more_than_chance for k in range(RUNS)]
     assert np.mean([any(joints) for joints in found]) < 2 * CHANCE
 
 
 def test_a_change_is_named_by_its_joint_and_time():
-    found = changed_since(result(0), result(1, shift=3 * SD, hour=11))
-    assert found["more_than_chance"] == [True, False]
-    assert found["minutes"] == 60.0
-    assert "a (" in found["why"]
+    found = change(result(0), result(1, shift=3 * SD, hour=11))
+    assert found.more_than_chance == [True, False]
+    assert found.minutes == 60.0
+    assert "a (" in found.why
 
 
 def test_results_at_other_postures_are_not_compared():
     other = copy.deepcopy(result(1))
     other["postures"][3]["deg"] = [50.0, 50.0]
     with pytest.raises(ConfigError, match="other postures"):
-        changed_since(other, result(1))
+        change(other, result(1))
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from exograv.errors import ConfigError
 from exograv.laboratory.verification_command import run_verification
 from exograv.procedures.verification.options import LATER_MAX_MIN, VerifyOptions
 from exograv.procedures.verification.postures import POSTURES
+from exograv.results import json_value
 
 MOTION_MAX_S = 240.0
 """A few minutes: what may pass between two windows of a task."""
@@ -41,10 +42,11 @@ def test_no_estimate_sees_the_truth():
 
 @pytest.mark.slow
 def test_an_hour_later_a_twin_says_in_minutes_what_is_left_over_and_what_changed(tmp_path: Path):
-    first = run_verification(VerifyOptions(level=1, seed=1000), silent)
+    first = json_value(run_verification(VerifyOptions(level=1, seed=1000), silent))
     file = tmp_path / "before.json"
     file.write_text(json.dumps(first))
-    later = run_verification(VerifyOptions(level=1, seed=1000, before=file, later_min=60.0), silent)
+    options = VerifyOptions(level=1, seed=1000, before=file, later_min=60.0)
+    later = json_value(run_verification(options, silent))
     for result in (first, later):
         assert len(result["postures"]) == POSTURES
         assert result["motion_s"] < MOTION_MAX_S

@@ -9,9 +9,10 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from exograv.live.live_figures import LiveFigures
     from exograv.live.live_processes import Running
     from exograv.live.on_drives.connection import Say
     from exograv.live.options import LiveOptions, PersonForm
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from exograv.procedures.identification.simulated_wearer import SimulatedWearer
     from exograv.procedures.self_test.options import SelfTestOptions
     from exograv.procedures.self_test.self_test_command import MachineUnderTest, SelfTestResult
+    from exograv.procedures.verification.figures import VerifyResult
     from exograv.procedures.verification.options import VerifyOptions
 
 
@@ -100,7 +102,7 @@ def run_self_test(
 
 def run_live(
     options: "LiveOptions", folder: Path, progress: "Progress", started: "Callable[[Running], object]" = lambda *_: None
-) -> dict[str, Any]:
+) -> "LiveFigures":
     """Float the arm of the twin in real time; see `run_live_simulated`."""
     from exograv.laboratory.live_twin import prepare_live_twin
     from exograv.live.simulated_run import run_live_simulated
@@ -118,7 +120,7 @@ def run_live(
 
 def run_verification(
     options: "VerifyOptions", person: "PersonForm", folder: Path, progress: "Progress", say: "Say"
-) -> dict[str, Any]:
+) -> "VerifyResult":
     """Identify an arm, and verify what is left over of its weight."""
     if options.is_on_drives:
         from exograv.live.on_drives.verification import run_verification_on_drives

@@ -1,13 +1,16 @@
 """`exograv verify`."""
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
 from exograv.live.options import PersonForm
 from exograv.procedures.verification.options import VerifyOptions
 
+if TYPE_CHECKING:
+    from exograv.procedures.verification.figures import VerifyResult
 
-def run_verify_command(options: VerifyOptions, person: PersonForm, common: Common) -> dict[str, Any]:
+
+def run_verify_command(options: VerifyOptions, person: PersonForm, common: Common) -> "VerifyResult":
     """What is left over of the arm's weight at twelve postures that nobody learned from, measured by slow passes."""
     from exograv.cli.machine.rig_factory import run_verification
     from exograv.cli.shell.terminal import bars, say
@@ -20,30 +23,30 @@ def run_verify_command(options: VerifyOptions, person: PersonForm, common: Commo
     return result
 
 
-def show_verification(result: dict[str, Any]) -> None:
+def show_verification(result: "VerifyResult") -> None:
     """One row a joint; then the fingertip, the verdict and what changed."""
     from rich.console import Console
     from rich.table import Table
 
-    level = result["disturbance_level"]
+    from exograv.cli.shell.terminal import say
+
+    level, found = result.disturbance_level, result.found
     drawn = "" if level is None else f", disturbance level {level}"
-    table = Table(title=f"{result['rig']}{drawn}, seed {result['seed']}")
+    table = Table(title=f"{result.rig}{drawn}, seed {result.seed}")
     for heading in ("left over, N·m RMS", "found", "95 %", "target", "truth"):
         table.add_column(heading, justify="left" if heading.startswith("left") else "right")
-    truths = result["truth_Nm"] or [None] * len(result["joints"])
-    columns = (*(result[name] for name in ("joints", "left_over_Nm", "ci95", "target_Nm")), truths)
+    truths = result.truth_Nm or [None] * len(found.joints)
+    columns = found.joints, found.left_over_Nm, found.ci95, found.target_Nm, truths
     for joint, value, (low, high), target, truth in zip(*columns, strict=True):
         table.add_row(
             joint, f"{value:.3f}", f"{low:.3f} to {high:.3f}", f"{target:.2f}", "" if truth is None else f"{truth:.3f}"
         )
-    console = Console()
-    console.print(table)
-    low, high = result["fingertip_ci95_mm"]
-    console.print(
-        f"An unseen fingertip of a person at ease is moved by {result['fingertip_mm']:.1f} mm "
-        f"(95 %: {low:.1f} to {high:.1f}). {len(result['postures'])} postures, {result['motion_s']:.0f} s of motion.",
-        highlight=False,
+    Console().print(table)
+    low, high = found.fingertip_ci95_mm
+    say(
+        f"An unseen fingertip of a person at ease is moved by {found.fingertip_mm:.1f} mm "
+        f"(95 %: {low:.1f} to {high:.1f}). {len(found.postures)} postures, {found.motion_s:.0f} s of motion."
     )
-    console.print(result["why"], highlight=False)
-    if "before" in result:
-        console.print(f"Since {result['before']['minutes']:.0f} min: {result['before']['why']}", highlight=False)
+    say(found.why)
+    if result.before is not None:
+        say(f"Since {result.before.minutes:.0f} min: {result.before.why}")

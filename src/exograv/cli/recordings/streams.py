@@ -1,12 +1,15 @@
 """`exograv streams`."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from exograv.cli.shell.base_options import Common
 from exograv.results import json_value
+
+if TYPE_CHECKING:
+    from exograv.live.record_streams import RecordedStreams
 
 
 @dataclass(frozen=True)
@@ -20,7 +23,7 @@ class Streams:
     """How long to record; Ctrl-C ends it earlier, and the file is complete all the same."""
 
 
-def run_streams(command: Streams, common: Common) -> dict[str, Any]:
+def run_streams(command: Streams, common: Common) -> "RecordedStreams | dict[str, Any]":
     """Show which streams of Lab Streaming Layer are there, or record some without a robot."""
     from exograv.cli.shell.terminal import bars
 
@@ -30,9 +33,9 @@ def run_streams(command: Streams, common: Common) -> dict[str, Any]:
 
     with bars() as progress:
         result = record_streams(command.record, command.seconds, common.out / "streams.mcap", progress)
-    for stream in result["streams"]:
+    for stream in result.streams:
         print(f"{stream['name']} ({stream['type']}): connected {stream['connected']} times, lost {stream['lost']}.")
-    print(f"Recorded: {result['recording']}. {result['recording_why']}")
+    print(f"Recorded: {result.recording}. {result.recording_why}")
     return result
 
 

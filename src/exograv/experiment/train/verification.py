@@ -44,4 +44,4 @@ def verify_between(ready: Ready, seed: int) -> dict[str, Any]:
     figures = verified_figures(verified, twin.joints)
     lay_down(pilot, controller, twin)
     kept = ("left_over_Nm", "ci95", "target_Nm", "fingertip_mm", "fingertip_ci95_mm", "relaxed", "why", "motion_s")
-    return {name: figures[name] for name in kept}
+    return {name: getattr(figures, name) for name in kept}

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.live.live_control import LivePlan
-from exograv.live.live_figures import flown_figures, learned_figures
+from exograv.live.live_figures import LiveFigures, live_figures
 from exograv.live.live_flight import fly_plan, lesson_plan, streaming_of
 from exograv.live.live_identification import lesson_passes, unknown_person
 from exograv.live.live_processes import LiveResult
@@ -52,8 +51,7 @@ class FlownOnDrives:
     """A live run on drives, and what it was flown with."""
 
     flown: LiveResult
-    figures: dict[str, Any]
-    """As `exograv live` writes them."""
+    figures: LiveFigures
     prepared: ControllerKnowledge
     wearer: SimulatedWearer | None
     """Absent where machine and person are real."""
@@ -70,8 +68,6 @@ def fly_on_drives(
     is_verified: bool = False,
 ) -> FlownOnDrives:
     """Learn the arm live, verify it if that is asked for, and let it float.
-
-    Its figures follow the contract of `exograv live`.
 
     Raises:
         ConfigError: An option or a file cannot be used.
@@ -111,10 +107,9 @@ def fly_on_drives(
         said = {"settings": {"options": options.recorded(), "machine": serial}}
         seconds = options.loop_s + passes_s
         flown = fly_plan(plan, seconds, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
-    streams = [] if listening is None else listening.figures()
-    figures = flown_figures(options.rig, flown) | learned_figures(flown, wearer, prepared)
-    figures |= {"machine": serial, "self_test": f"passed: {key.file}", "streams": streams,
-                "ros2": None if lsl.ros2 is None else lsl.ros2.figures()}  # fmt: skip
+    figures = live_figures(
+        options.rig, flown, wearer, prepared, f"passed: {key.file}", lsl, listening, machine=serial
+    )  # fmt: skip
     return FlownOnDrives(flown, figures, prepared, wearer, verification)
 
 

@@ -3,7 +3,6 @@
 from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import RigError
 from exograv.identification.core.arm_model import ArmModel
@@ -13,8 +12,13 @@ from exograv.model.description import load_rig
 from exograv.options import CalibratedOptions
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
-from exograv.procedures.verification.change import changed_since, read_former
-from exograv.procedures.verification.figures import verified_figures
+from exograv.procedures.verification.change import read_former
+from exograv.procedures.verification.figures import (
+    VerifiedIdentification,
+    VerifyResult,
+    compared,
+    verified_figures,
+)
 from exograv.procedures.verification.options import VerifyOptions
 from exograv.procedures.verification.verification import VerificationResult, evaluate_passes
 
@@ -32,8 +36,8 @@ def run_verification_on_drives(
     progress: Progress,
     say: Say,
     wearer: SimulatedWearer | None = None,
-) -> dict[str, Any]:
-    """Run it; the result follows the contract of `exograv verify --json`.
+) -> VerifyResult:
+    """Run it.
 
     Raises:
         ConfigError: An option or a file cannot be used.
@@ -47,21 +51,22 @@ def run_verification_on_drives(
     run = fly_on_drives(live, person, folder, progress, say, wearer, is_verified=True)
     at = datetime.now(UTC)
     verified = _judged(run, progress)
-    description, learned = run.prepared.assembly.description, run.figures["identified"]
-    result: dict[str, Any] = {
-        "rig": description.name,
-        "disturbance_level": options.level if options.simulate else None,
-        "seed": options.seed,
-        "at_utc": at.isoformat(timespec="seconds"),
-        **verified_figures(verified, description.joints),
-        "identification": {"motion_s": learned["motion_s"], "outcome": learned["outcome"]},
-        "self_test": run.figures["self_test"],
-        "truth_Nm": _truth(run, verified),
-        "live": run.figures,
-    }
-    if former is not None:
-        result["before"] = changed_since(former, result)
-    return result
+    description, learned = run.prepared.assembly.description, run.figures.identified
+    assert learned is not None
+    return compared(
+        VerifyResult(
+            rig=description.name,
+            disturbance_level=options.level if options.simulate else None,
+            seed=options.seed,
+            at_utc=at.isoformat(timespec="seconds"),
+            found=verified_figures(verified, description.joints),
+            identification=VerifiedIdentification(learned.motion_s, learned.outcome),
+            self_test=run.figures.self_test,
+            truth_Nm=_truth(run, verified),
+            live=run.figures,
+        ),
+        former,
+    )
 
 
 def _judged(run: FlownOnDrives, progress: Progress) -> VerificationResult:

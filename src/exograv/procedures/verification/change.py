@@ -1,7 +1,8 @@
 """Two verifications of the same arm, some time apart: what changed, and whether by more than chance."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,34 @@ SAME_DEG = 0.01
 NEEDED = ("rig", "joints", "at_utc", "left_over_Nm", "postures")
 
 
-def read_former(path: Path, rig: str) -> dict[str, Any]:
-    """A former result, before anything moves.
+@dataclass(frozen=True)
+class StoredVerification:
+    """Part of a verification that is compared with another one."""
+
+    at_utc: str
+    left_over_Nm: Float[np.ndarray, " joint"]
+    deg: Float[np.ndarray, "posture joint"]
+    beyond_Nm: Float[np.ndarray, "posture joint"]
+    """Measured beyond the model at each posture [N·m]."""
+    beyond_sd_Nm: Float[np.ndarray, "posture joint"]
+
+
+@dataclass(frozen=True)
+class ArmChange:
+    """Change of the residual torque since a former verification, by joint."""
+
+    at_utc: str
+    """Time of the former one."""
+    minutes: float
+    left_over_change_Nm: list[float]
+    chance: list[float]
+    """Probability of so much change by chance alone."""
+    more_than_chance: list[bool]
+    why: str
+
+
+def read_former(path: Path, rig: str) -> StoredVerification:
+    """Read a former result, before anything moves.
 
     Raises:
         ConfigError: It cannot be read, or is no result of this machine.
@@ -35,10 +62,20 @@ def read_former(path: Path, rig: str) -> dict[str, Any]:
         raise ConfigError(f"--before {path} has no '{missing[0]}': it is no result of a verification. {GIVE}")
     if former["rig"] != rig:
         raise ConfigError(f"--before {path} is of {former['rig']}, not of {rig}. {GIVE}")
-    return former
+    return stored_verification(former)
 
 
-def changed_since(former: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
+def stored_verification(result: Mapping[str, Any]) -> StoredVerification:
+    """Read the JSON object of a result.
+
+    Raises:
+        ConfigError: A posture lacks a figure.
+    """
+    columns = (_column(result, name) for name in ("deg", "beyond_Nm", "beyond_sd_Nm"))
+    return StoredVerification(result["at_utc"], np.array(result["left_over_Nm"]), *columns)
+
+
+def changed_since(former: StoredVerification, now: StoredVerification, joints: Sequence[str]) -> ArmChange:
     """By joint: what the motors give now beyond what they gave then, and how probable so much is by chance alone.
 
     Compared is what was measured at each posture beyond the model: how its torque divides into weight and springs is
@@ -49,23 +86,22 @@ def changed_since(former: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str
     """
     from scipy.stats import chi2  # 0.3 s that no tick has to wait for
 
-    then_deg, now_deg = (_column(result, "deg") for result in (former, now))
-    if then_deg.shape != now_deg.shape or np.abs(then_deg - now_deg).max() > SAME_DEG:
+    if former.deg.shape != now.deg.shape or np.abs(former.deg - now.deg).max() > SAME_DEG:
         raise ConfigError(f"--before is a result at other postures: nothing can be compared. {GIVE}")
-    difference = _column(now, "beyond_Nm") - _column(former, "beyond_Nm")
-    sd = np.hypot(_column(now, "beyond_sd_Nm"), _column(former, "beyond_sd_Nm"))
+    difference = now.beyond_Nm - former.beyond_Nm
+    sd = np.hypot(now.beyond_sd_Nm, former.beyond_sd_Nm)
     probability = chi2.sf(((difference / sd) ** 2).sum(axis=0), len(difference))
     is_change = probability < CHANCE / len(probability)
-    minutes = (datetime.fromisoformat(now["at_utc"]) - datetime.fromisoformat(former["at_utc"])).total_seconds() / 60.0
-    by = np.array(now["left_over_Nm"]) - np.array(former["left_over_Nm"])
-    return {
-        "at_utc": former["at_utc"],
-        "minutes": round(minutes, 1),
-        "left_over_change_Nm": [round(float(value), 4) for value in by],
-        "chance": [float(f"{value:.3g}") for value in probability],
-        "more_than_chance": [bool(value) for value in is_change],
-        "why": _sentence(now["joints"], is_change, by),
-    }
+    minutes = (datetime.fromisoformat(now.at_utc) - datetime.fromisoformat(former.at_utc)).total_seconds() / 60.0
+    by = now.left_over_Nm - former.left_over_Nm
+    return ArmChange(
+        at_utc=former.at_utc,
+        minutes=round(minutes, 1),
+        left_over_change_Nm=[round(float(value), 4) for value in by],
+        chance=[float(f"{value:.3g}") for value in probability],
+        more_than_chance=[bool(value) for value in is_change],
+        why=_sentence(joints, is_change, by),
+    )
 
 
 def _column(result: Mapping[str, Any], name: str) -> Float[np.ndarray, "posture joint"]:
@@ -75,8 +111,8 @@ def _column(result: Mapping[str, Any], name: str) -> Float[np.ndarray, "posture 
         raise ConfigError(f"--before holds no '{name}' of its postures. {GIVE}") from error
 
 
-def _sentence(joints: list[str], is_change: Bool[np.ndarray, " joint"], by: Float[np.ndarray, " joint"]) -> str:
+def _sentence(joints: Sequence[str], is_change: Bool[np.ndarray, " joint"], by: Float[np.ndarray, " joint"]) -> str:
     if not is_change.any():
         return "Nothing changed by more than chance."
-    names = ", ".join(f"{joints[j]} ({by[j]:+.2f} N·m)" for j in np.flatnonzero(is_change))
+    names = ", ".join(f"{joints[j]} ({by[j]:+.2f} N·m)" for j in np.flatnonzero(is_change).tolist())
     return f"Changed by more than chance: {names}. Check the cuffs, and identify again where a target is missed."
