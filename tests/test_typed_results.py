@@ -23,7 +23,6 @@ UNFINISHED = frozenset(
         "control",
         "experiment",
         "laboratory",
-        "live",
         "loop",
         "procedures.rehabilitation",
         "recording",
