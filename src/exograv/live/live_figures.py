@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,8 @@ from exograv.procedures.identification.controller_knowledge import ControllerKno
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.results import OPTIONAL
 from exograv.runtime.clock.timing import Percentiles, Timing, percentiles_us
-from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.lsl.listening import ListenedStream, Listening
+from exograv.runtime.ros2.bridging import Ros2Figures
 from exograv.runtime.ros2.streaming import Streaming
 
 from .footprint import ProcessFootprint
@@ -81,8 +81,8 @@ class LiveFigures:
     machine: str | None = field(metadata=OPTIONAL)
     """Serial number of a machine on drives."""
     self_test: str
-    streams: list[Any]
-    ros2: Any
+    streams: list[ListenedStream]
+    ros2: Ros2Figures | None
     findings: int
     worker_restarts: int
     identified: LearnedFigures | None

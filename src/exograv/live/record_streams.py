@@ -4,12 +4,11 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import versions
-from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.lsl.listening import ListenedStream, Listening
 from exograv.runtime.recorder.recorder import Recorder
 
 CHECK_S = 0.1
@@ -24,7 +23,7 @@ class RecordedStreams:
     recording_why: str
     recorder_restarts: int
     listener_restarts: int
-    streams: list[Any]
+    streams: list[ListenedStream]
 
 
 def record_streams(wanted: Sequence[str], seconds: float, path: Path, progress: Progress) -> RecordedStreams:

@@ -49,11 +49,11 @@ def show_live(result: "LiveFigures") -> None:
         if why:
             say(why)
     for stream in result.streams:
-        say(f"Recorded stream {stream['name']}: connected {stream['connected']} times.")
+        say(f"Recorded stream {stream.name}: connected {stream.connected} times.")
     if bridge := result.ros2:
-        refused = ", ".join(f"{count} refused ({why})" for why, count in bridge["refused"].items())
-        asked = f"; {len(bridge['levels'])} gravity levels passed on" + (f", {refused}" if refused else "")
-        say(f"Sent {bridge['joint_states']} joint states to ROS 2{asked}. {bridge['ended']}")
+        refused = ", ".join(f"{count} refused ({why})" for why, count in bridge.refused.items())
+        asked = f"; {len(bridge.levels)} gravity levels passed on" + (f", {refused}" if refused else "")
+        say(f"Sent {bridge.joint_states} joint states to ROS 2{asked}. {bridge.ended}")
     if found := result.identified:
         truth = ""
         if found.left_over_Nm is not None:

@@ -34,7 +34,7 @@ def run_streams(command: Streams, common: Common) -> "RecordedStreams | dict[str
     with bars() as progress:
         result = record_streams(command.record, command.seconds, common.out / "streams.mcap", progress)
     for stream in result.streams:
-        print(f"{stream['name']} ({stream['type']}): connected {stream['connected']} times, lost {stream['lost']}.")
+        print(f"{stream.name} ({stream.type}): connected {stream.connected} times, lost {stream.lost}.")
     print(f"Recorded: {result.recording}. {result.recording_why}")
     return result
 
