@@ -1,7 +1,6 @@
 """What is wrong with a stream is found, with its size: clock, rate, jitter, gaps, a foreign clock; and nothing else."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from exograv.recording.encoding import tick_dtype
 from exograv.recording.stream_block import StreamBlock, StreamFormat, packed
 from exograv.report.of_recording.recording_report import page_of
 from exograv.report.style.page import page_text
-from exograv.study.sync import sync_figures
+from exograv.study.sync import StreamSync, sync_figures
 
 RATE_HZ = 250.0
 START_S = 7e4
@@ -68,10 +67,10 @@ class Bench:
             times = {"asked": asked, "answered": asked + 1e-3, "remote": remote}
             self._writer.write("/correction", 0.0, {**head, **times, "offset": offset, "uncertainty": 2e-4})
 
-    def figures(self) -> tuple[dict[str, Any], Recording]:
+    def figures(self) -> tuple[StreamSync, Recording]:
         self._writer.close()
         recording = read_recording(self.path)
-        (stream,) = sync_figures(recording)["streams"]
+        (stream,) = sync_figures(recording).streams
         return stream, recording
 
 
@@ -92,30 +91,34 @@ def test_a_sound_stream_is_put_on_the_robots_clock_and_nothing_is_remarked(bench
     np.testing.assert_array_equal(stream.stamps, on_device(true))  # as they came
     np.testing.assert_allclose(stream.monotonic, true, rtol=0.0, atol=NOISE_S)
     np.testing.assert_allclose(stream.t, true + AHEAD_S, rtol=0.0, atol=NOISE_S)
-    (clock,) = figures["clocks"]
-    low, high = clock["drift_ci95_ppm"]
+    (clock,) = figures.clocks
+    assert clock.drift_ci95_ppm is not None
+    assert figures.jitter_us is not None
+    assert figures.certain_to_us is not None
+    assert figures.arrival_ms is not None
+    low, high = clock.drift_ci95_ppm
     assert low <= -1e6 * DRIFT <= high
     assert high - low < 2.0
-    assert figures["effective_rate_Hz"] == pytest.approx(RATE_HZ, rel=1e-6)
-    assert figures["jitter_us"]["max"] < 1.0
+    assert figures.effective_rate_Hz == pytest.approx(RATE_HZ, rel=1e-6)
+    assert figures.jitter_us.max < 1.0
     # Half of the round trip, and the line's own: 2.05 (1 + √3) / √30 standard deviations at its ends, themselves known
     # to a third from 30 measurements.
-    assert 100.0 < figures["certain_to_us"] < 100.0 + 1.33 * 1.02 * 1e6 * NOISE_S
-    assert 1e6 * np.max(np.abs(stream.monotonic - true)) < figures["certain_to_us"]
-    assert 4.0 <= figures["arrival_ms"]["p50"] <= 4.0 + 100.0
-    assert (figures["gaps_total"], figures["remarks"]) == (0, [])
+    assert 100.0 < figures.certain_to_us < 100.0 + 1.33 * 1.02 * 1e6 * NOISE_S
+    assert 1e6 * np.max(np.abs(stream.monotonic - true)) < figures.certain_to_us
+    assert 4.0 <= figures.arrival_ms.p50 <= 4.0 + 100.0
+    assert (figures.gaps_total, figures.remarks) == (0, [])
 
 
 def test_missing_samples_are_a_gap_at_their_time_on_the_robots_clock(bench: Bench):
     true = sampled()
     bench.connect(np.delete(true, np.arange(5000, 5010)))
     figures, _ = bench.figures()
-    (gap,) = figures["gaps"]
-    assert gap["t"] == pytest.approx(true[4999] + AHEAD_S, abs=1e-3)
-    assert gap["seconds"] == pytest.approx(11 / RATE_HZ, rel=1e-3)
-    assert gap["samples"] == 10
-    assert figures["effective_rate_Hz"] == pytest.approx(RATE_HZ, rel=1e-6)
-    assert any("10 samples missing" in remark for remark in figures["remarks"])
+    (gap,) = figures.gaps
+    assert gap.t == pytest.approx(true[4999] + AHEAD_S, abs=1e-3)
+    assert gap.seconds == pytest.approx(11 / RATE_HZ, rel=1e-3)
+    assert gap.samples == 10
+    assert figures.effective_rate_Hz == pytest.approx(RATE_HZ, rel=1e-6)
+    assert any("10 samples missing" in remark for remark in figures.remarks)
 
 
 def test_jitter_of_stamps_is_measured_and_left_in_them(bench: Bench):
@@ -123,7 +126,8 @@ def test_jitter_of_stamps_is_measured_and_left_in_them(bench: Bench):
     stamps = on_device(true) + jitter * np.random.default_rng(1001).standard_normal(len(true))
     bench.connect(true, stamps=stamps)
     figures, recording = bench.figures()
-    assert figures["jitter_us"]["sd"] == pytest.approx(1e6 * jitter, rel=0.03)
+    assert figures.jitter_us is not None
+    assert figures.jitter_us.sd == pytest.approx(1e6 * jitter, rel=0.03)
     np.testing.assert_array_equal(recording.streams[0].stamps, stamps)
 
 
@@ -134,17 +138,17 @@ def test_a_device_that_came_back_is_corrected_by_the_clock_of_each_connection(be
     figures, recording = bench.figures()
     true = np.concatenate([first, second])
     np.testing.assert_allclose(recording.streams[0].monotonic, true, rtol=0.0, atol=NOISE_S)
-    assert [clock["connection"] for clock in figures["clocks"]] == [1, 2]
-    assert figures["gaps_total"] == 0
-    assert any("connected 2 times" in remark for remark in figures["remarks"])
+    assert [clock.connection for clock in figures.clocks] == [1, 2]
+    assert figures.gaps_total == 0
+    assert any("connected 2 times" in remark for remark in figures.remarks)
 
 
 def test_a_device_that_does_not_stamp_by_lsls_clock_is_remarked_and_its_stamps_are_certain_to_nothing(bench: Bench):
     true = sampled()
     bench.connect(true, stamps=on_device(true) - 40.0)
     figures, _ = bench.figures()
-    assert figures["certain_to_us"] is None
-    assert any("does not stamp them by LSL's clock" in remark for remark in figures["remarks"])
+    assert figures.certain_to_us is None
+    assert any("does not stamp them by LSL's clock" in remark for remark in figures.remarks)
 
 
 def test_a_rate_that_is_not_the_nominal_one_and_stamps_that_run_back_are_remarked(bench: Bench):
@@ -153,17 +157,18 @@ def test_a_rate_that_is_not_the_nominal_one_and_stamps_that_run_back_are_remarke
     stamps[[300, 301]] = stamps[[301, 300]]
     bench.connect(true, stamps=stamps)
     figures, _ = bench.figures()
-    assert any("240.0" in remark and "says 250" in remark for remark in figures["remarks"])
-    assert figures["backward_stamps"] == 1
+    assert any("240.0" in remark and "says 250" in remark for remark in figures.remarks)
+    assert figures.backward_stamps == 1
 
 
 def test_the_command_draws_and_says_what_it_found(bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     bench.connect(sampled())
     bench.figures()
     result = run_sync(Sync(bench.path), Common(out=tmp_path))
-    assert Path(result["figure"]).is_file()
-    assert result["robot"]["ticks"] == 6001
-    assert result["robot"]["scatter_us"]["max"] < 1.0
+    assert Path(result.figure).is_file()
+    assert result.found.robot is not None
+    assert result.found.robot.ticks == 6001
+    assert result.found.robot.scatter_us.max < 1.0
     assert "amp" in capsys.readouterr().out
 
 
@@ -172,7 +177,7 @@ def test_the_report_has_a_chapter_of_the_devices_that_says_what_is_missing(bench
     figures, recording = bench.figures()
     page = page_text(page_of(recording))
     assert "Are other devices on the same clock?" in page
-    assert f"to {figures['certain_to_us']:.0f} µs, with one gap" in page
+    assert f"to {figures.certain_to_us:.0f} µs, with one gap" in page
 
 
 def test_a_recording_without_streams_says_how_to_get_some(tmp_path: Path):

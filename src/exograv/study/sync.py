@@ -1,7 +1,8 @@
 """How well the streams of other devices are tied to the robot's clock, and what is missing of them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -29,8 +30,122 @@ RATE_SHARE = 0.01
 Samples = Float[np.ndarray, " sample"]
 
 
-def sync_figures(recording: Recording) -> dict[str, Any]:
-    """The figures of `exograv sync`: robot and streams.
+@dataclass(frozen=True)
+class Percentiles:
+    """Of arrivals after their stamps."""
+
+    min: float
+    p50: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Jitter:
+    """Stamps about a straight line through those between two gaps [µs]."""
+
+    sd: float
+    p99: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Of the robot's clock about a straight line [µs]."""
+
+    p50: float
+    p99: float
+    max: float
+
+
+@dataclass(frozen=True)
+class ResidualFigures:
+    """Of corrections about the fit [µs]."""
+
+    p50: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Samples that are missing by the nominal rate."""
+
+    t: float
+    """Of the last sample before."""
+
+    seconds: float
+    """To the next sample."""
+
+    samples: int
+
+
+@dataclass(frozen=True)
+class ClockFigures:
+    """Clock of one connection against the computer's."""
+
+    connection: int
+    asked: int
+    measured: int
+    offset_ms: float
+    offset_ci95_ms: tuple[float, float] | None
+    drift_ppm: float | None
+    drift_ci95_ppm: tuple[float, float] | None
+    residual_us: ResidualFigures
+    round_trip_us: float
+    certain_to_us: float | None
+
+
+@dataclass(frozen=True)
+class StreamSync:
+    """Figures of one stream; times are of the robot's clock where they are named `t`."""
+
+    name: str
+    type: str
+    topic: str
+    values: str
+    channels: int
+    samples: int
+    nominal_rate_Hz: float
+    effective_rate_Hz: float | None
+    jitter_us: Jitter | None
+    gaps_total: int
+    gaps: Sequence[Gap]
+    """First gaps."""
+
+    backward_stamps: int
+    connections: int
+    lost: int
+    silent: int
+    clocks: list[ClockFigures]
+    arrival_ms: Percentiles | None
+    certain_to_us: float | None
+    """None where the device does not stamp by LSL's clock, or nothing was measured."""
+
+    remarks: list[str]
+
+
+@dataclass(frozen=True)
+class RobotSync:
+    """The rig's clock against CLOCK_MONOTONIC."""
+
+    ticks: int
+    drift_ppm: float | None
+    scatter_us: Scatter
+
+
+@dataclass(frozen=True)
+class SyncResult:
+    """Figures of `exograv sync`."""
+
+    recording: Path
+    remark: str | None
+    robot: RobotSync | None
+    """None without a robot, or on a virtual clock."""
+
+    streams: list[StreamSync]
+
+
+def sync_figures(recording: Recording) -> SyncResult:
+    """Measure how the streams of a recording are tied to the robot's clock.
 
     Raises:
         RecordingError: The recording holds no stream of another device.
@@ -40,44 +155,40 @@ def sync_figures(recording: Recording) -> dict[str, Any]:
             f"{recording.path} holds no stream of another device. Record some with `exograv live --record-stream NAME` "
             "or `exograv streams --record NAME`."
         )
-    return {
-        "recording": str(recording.path),
-        "remark": recording.remark,
-        "robot": _robot(recording),
-        "streams": [stream_figures(stream) for stream in recording.streams],
-    }
+    streams = [stream_figures(stream) for stream in recording.streams]
+    return SyncResult(recording.path, recording.remark, _robot(recording), streams)
 
 
-def stream_figures(stream: DeviceStream) -> dict[str, Any]:
-    """Those of one stream; times are of the robot's clock where they are named `t`."""
+def stream_figures(stream: DeviceStream) -> StreamSync:
+    """Measure one stream."""
     rhythm = Rhythm.of(stream)
     clocks = [_clock(stream, number, fit) for number, fit in stream.clocks.items()]
     arrival = stream.received - stream.monotonic
     arrival = arrival[np.isfinite(arrival)]
     is_foreign = bool(len(arrival)) and not ARRIVAL_S[0] <= float(np.median(arrival)) <= ARRIVAL_S[1]
-    certain = [clock["certain_to_us"] for clock in clocks if clock["certain_to_us"] is not None]
+    certain = [clock.certain_to_us for clock in clocks if clock.certain_to_us is not None]
     kinds = [note.kind for note in stream.notes]
-    return {
-        "name": stream.name,
-        "type": stream.kind,
-        "topic": stream.topic,
-        "values": stream.value_type,
-        "channels": stream.channels,
-        "samples": len(stream.stamps),
-        "nominal_rate_Hz": stream.nominal_rate_Hz,
-        "effective_rate_Hz": rhythm.rate_Hz,
-        "jitter_us": rhythm.jitter_us,
-        "gaps_total": len(rhythm.gaps),
-        "gaps": rhythm.gaps[:GAPS_SHOWN],
-        "backward_stamps": rhythm.backward,
-        "connections": kinds.count("connected"),
-        "lost": kinds.count("lost"),
-        "silent": kinds.count("silent"),
-        "clocks": clocks,
-        "arrival_ms": _percentiles(1e3 * arrival, 3),
-        "certain_to_us": None if is_foreign or not certain else max(certain),
-        "remarks": _remarks(stream, rhythm, arrival if is_foreign else None),
-    }
+    return StreamSync(
+        name=stream.name,
+        type=stream.kind,
+        topic=stream.topic,
+        values=stream.value_type,
+        channels=stream.channels,
+        samples=len(stream.stamps),
+        nominal_rate_Hz=stream.nominal_rate_Hz,
+        effective_rate_Hz=rhythm.rate_Hz,
+        jitter_us=rhythm.jitter_us,
+        gaps_total=len(rhythm.gaps),
+        gaps=rhythm.gaps[:GAPS_SHOWN],
+        backward_stamps=rhythm.backward,
+        connections=kinds.count("connected"),
+        lost=kinds.count("lost"),
+        silent=kinds.count("silent"),
+        clocks=clocks,
+        arrival_ms=Percentiles(*_percentiles(1e3 * arrival, (0, 50, 100), 3)) if len(arrival) else None,
+        certain_to_us=None if is_foreign or not certain else max(certain),
+        remarks=_remarks(stream, rhythm, arrival if is_foreign else None),
+    )
 
 
 @dataclass(frozen=True)
@@ -87,11 +198,10 @@ class Rhythm:
     rate_Hz: float | None
     """Without gaps and reconnections."""
 
-    jitter_us: dict[str, float] | None
-    """Of the stamps about a straight line through those between two gaps; None of a stream without a rate."""
+    jitter_us: Jitter | None
+    """None of a stream without a rate."""
 
-    gaps: list[dict[str, float]]
-    """`t` of the last sample before, `seconds` to the next, `samples` that are missing by the nominal rate."""
+    gaps: list[Gap]
 
     backward: int
     """Stamps that are older than the one before."""
@@ -108,26 +218,19 @@ class Rhythm:
         if not nominal:
             return cls(None, None, [], backward)
         is_gap = same & (interval > GAP_PERIODS / nominal)
-        gaps = [
-            {"t": float(t[k]), "seconds": float(interval[k]), "samples": round(interval[k] * nominal) - 1}
-            for k in np.flatnonzero(is_gap)
-        ]
+        gaps = [Gap(float(t[k]), float(interval[k]), round(interval[k] * nominal) - 1) for k in np.flatnonzero(is_gap)]
         going = interval[same & ~is_gap]
         rate = len(going) / float(going.sum()) if len(going) and going.sum() > 0.0 else None
         parts = np.split(stamps, np.flatnonzero(is_gap | ~same) + 1)
         return cls(rate, _jitter_us(parts), gaps, backward)
 
 
-def _jitter_us(parts: list[np.ndarray]) -> dict[str, float] | None:
+def _jitter_us(parts: list[np.ndarray]) -> Jitter | None:
     residuals = [_about_line(part) for part in parts if len(part) >= SEGMENT]
     if not residuals:
         return None
     away = 1e6 * np.abs(np.concatenate(residuals))
-    return {
-        "sd": round(float(np.sqrt(np.mean(away**2))), 3),
-        "p99": round(float(np.percentile(away, 99)), 3),
-        "max": round(float(away.max()), 3),
-    }
+    return Jitter(round(float(np.sqrt(np.mean(away**2))), 3), *_percentiles(away, (99, 100), 3))
 
 
 def _about_line(values: Samples) -> Samples:
@@ -136,23 +239,23 @@ def _about_line(values: Samples) -> Samples:
     return values - index * (index @ values) / (index @ index)
 
 
-def _clock(stream: DeviceStream, number: int, fit: ClockFit) -> dict[str, Any]:
+def _clock(stream: DeviceStream, number: int, fit: ClockFit) -> ClockFigures:
     of = [one for one in stream.corrections if one.connection == number]
     round_trip = float(np.median([one.uncertainty for one in of]))
     remote = np.array([one.remote for one in of])
     away = np.abs(fit.residual)
-    return {
-        "connection": number,
-        "asked": len(of),
-        "measured": len(fit.residual),
-        "offset_ms": 1e3 * fit.offset,
-        "offset_ci95_ms": _scaled(fit.offset_ci95, 1e3),
-        "drift_ppm": 1e6 * fit.drift if fit.has_drift else None,
-        "drift_ci95_ppm": _scaled(fit.drift_ci95, 1e6),
-        "residual_us": {"p50": 1e6 * float(np.median(away)), "max": 1e6 * float(away.max())},
-        "round_trip_us": 1e6 * round_trip,
-        "certain_to_us": _certain_us(fit, round_trip, float(np.ptp(remote))),
-    }
+    return ClockFigures(
+        connection=number,
+        asked=len(of),
+        measured=len(fit.residual),
+        offset_ms=1e3 * fit.offset,
+        offset_ci95_ms=_scaled(fit.offset_ci95, 1e3),
+        drift_ppm=1e6 * fit.drift if fit.has_drift else None,
+        drift_ci95_ppm=_scaled(fit.drift_ci95, 1e6),
+        residual_us=ResidualFigures(1e6 * float(np.median(away)), 1e6 * float(away.max())),
+        round_trip_us=1e6 * round_trip,
+        certain_to_us=_certain_us(fit, round_trip, float(np.ptp(remote))),
+    )
 
 
 def _certain_us(fit: ClockFit, round_trip: float, span: float) -> float | None:
@@ -165,15 +268,12 @@ def _certain_us(fit: ClockFit, round_trip: float, span: float) -> float | None:
     return 1e6 * (0.5 * round_trip + wrong)
 
 
-def _scaled(interval: tuple[float, float] | None, factor: float) -> list[float] | None:
-    return None if interval is None else [factor * interval[0], factor * interval[1]]
+def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float, float] | None:
+    return None if interval is None else (factor * interval[0], factor * interval[1])
 
 
-def _percentiles(values: Samples, digits: int) -> dict[str, float] | None:
-    if not len(values):
-        return None
-    low, middle, high = np.percentile(values, [0, 50, 100])
-    return {"min": round(float(low), digits), "p50": round(float(middle), digits), "max": round(float(high), digits)}
+def _percentiles(values: Samples, which: Sequence[int], digits: int) -> list[float]:
+    return [round(value, digits) for value in np.percentile(values, which).tolist()]
 
 
 def _remarks(stream: DeviceStream, rhythm: Rhythm, foreign: Samples | None) -> list[str]:
@@ -193,15 +293,14 @@ def _remarks(stream: DeviceStream, rhythm: Rhythm, foreign: Samples | None) -> l
     if rhythm.backward:
         remarks.append(f"{rhythm.backward} stamps are older than the one before: sort by stamp before anything else.")
     if rhythm.gaps:
-        missing = sum(gap["samples"] for gap in rhythm.gaps)
+        missing = sum(gap.samples for gap in rhythm.gaps)
         remarks.append(f"{len(rhythm.gaps)} gaps, with {missing:.0f} samples missing by its nominal rate.")
     if len(stream.clocks) > 1:
         remarks.append(f"It was connected {len(stream.clocks)} times: each has its own clock, and is corrected by it.")
     return remarks
 
 
-def _robot(recording: Recording) -> dict[str, Any] | None:
-    """The rig's clock against CLOCK_MONOTONIC; None without a robot, or on a virtual clock."""
+def _robot(recording: Recording) -> RobotSync | None:
     ticks = recording.ticks[np.isfinite(recording.ticks["monotonic"])]
     if len(ticks) < 2:
         return None
@@ -209,7 +308,5 @@ def _robot(recording: Recording) -> dict[str, Any] | None:
     fit = fit_clock(ticks["monotonic"], ahead)
     if fit is None:
         return None
-    away = 1e6 * np.abs(fit.residual)
-    p50, p99, most = np.percentile(away, [50, 99, 100]).round(1).tolist()
-    drift = 1e6 * fit.drift if fit.has_drift else None
-    return {"ticks": len(ticks), "drift_ppm": drift, "scatter_us": {"p50": p50, "p99": p99, "max": most}}
+    scatter = Scatter(*_percentiles(1e6 * np.abs(fit.residual), (50, 99, 100), 1))
+    return RobotSync(len(ticks), 1e6 * fit.drift if fit.has_drift else None, scatter)

@@ -7,8 +7,9 @@ import pytest
 from tests.study.statistics.made_up_touches import GROUPS, made_up_touches
 
 from exograv.errors import ConfigError
+from exograv.results import json_value
 from exograv.study.power.assumptions import PlannedStudy
-from exograv.study.power.curve import power_study, seats
+from exograv.study.power.curve import PowerResult, power_study, seats
 from exograv.study.power.options import CurveOptions, Price
 from exograv.study.power.pilot import read_pilot
 
@@ -19,48 +20,50 @@ def quiet(_text: str, _share: float) -> None:
     pass
 
 
-def made(plan: PlannedStudy, **more) -> dict:
+def made(plan: PlannedStudy, **more) -> PowerResult:
     result = power_study(plan, Price(), ASKED, quiet, **more)
-    return json.loads(json.dumps(result, allow_nan=False))
+    assert json.dumps(json_value(result), allow_nan=False)
+    return result
 
 
 def test_the_curve_holds_the_numbers_that_it_gives():
     result = made(PlannedStudy(0.693, 0.35))
-    by_n = {row["n"]: row["power"] for row in result["curve"]}
+    by_n = {row.n: row.power for row in result.curve}
     for target in ("80", "90"):
-        n = result["n_per_group"][target]
+        n = result.n_per_group[target]
+        assert n is not None
         assert by_n[n] >= int(target) / 100 > by_n[n - 1]
     assert by_n[3] == 0.0
-    assert any("cannot reach 0.05" in sentence for sentence in result["sentences"])
+    assert any("cannot reach 0.05" in sentence for sentence in result.sentences)
 
 
 def test_what_is_not_reached_is_none_and_said():
     result = made(PlannedStudy(0.05, 0.5))
-    assert result["n_per_group"] == {"80": None, "90": None}
-    assert any("is not found in 80 % of studies" in sentence for sentence in result["sentences"])
+    assert result.n_per_group == {"80": None, "90": None}
+    assert any("is not found in 80 % of studies" in sentence for sentence in result.sentences)
 
 
 def test_more_people_narrow_the_interval_and_more_touches_hardly():
     result = made(PlannedStudy(0.693, 0.35))
-    widths = [row["width_factor"] for row in result["curve"]]
+    widths = [row.width_factor for row in result.curve]
     assert widths == sorted(widths, reverse=True)
-    rows = {row["touches"]: row["power"] for row in result["matters"]["rows"] if "touches" in row}
+    rows = {row.touches: row.power for row in result.matters.rows if row.touches is not None}
     assert abs(rows[16] - rows[4]) < 0.05
 
 
 def test_flights_matter_where_people_differ_from_flight_to_flight():
     rows = {
-        row["flights"]: row["power"]
-        for row in made(PlannedStudy(0.693, 0.2, flight_sd=0.5))["matters"]["rows"]
-        if "flights" in row
+        row.flights: row.power
+        for row in made(PlannedStudy(0.693, 0.2, flight_sd=0.5)).matters.rows
+        if row.flights is not None
     }
     assert rows[3] > rows[1] + 0.05
 
 
 def test_seats_flights_and_cost_follow_the_number_of_people():
     row = seats(7, PlannedStudy(0.7, 0.35, flights=2), Price(6000.0, 12))
-    assert row == {"seats": 28, "flights": 3, "cost": 168_000.0}
-    assert seats(2, PlannedStudy(0.7, 0.35, flights=3), Price(None, 40)) == {"seats": 12, "flights": 3}
+    assert row == (28, 3, 168_000.0)
+    assert seats(2, PlannedStudy(0.7, 0.35, flights=3), Price(None, 40)) == (12, 3, None)
 
 
 def test_a_pilot_of_many_people_gives_back_what_was_put_in():
@@ -87,10 +90,10 @@ def test_assurance_of_a_small_pilot_is_below_the_power_that_ignores_its_doubt():
     pilot = read_pilot(*made_up_touches((3, 3), seed=1004), GROUPS, "flight")
     plan = PlannedStudy(pilot.difference, pilot.grid.person_sd_quantile(0.5), pilot.touch_sd)
     result = made(plan, pilot=pilot, is_stated=False)
-    last = result["curve"][-1]
-    assert last["assurance"] < last["power"]
-    assert any("State by --difference what is worth finding" in sentence for sentence in result["sentences"])
-    assert any("assurance" in sentence for sentence in result["sentences"])
+    last = result.curve[-1]
+    assert (last.assurance or 1.0) < last.power
+    assert any("State by --difference what is worth finding" in sentence for sentence in result.sentences)
+    assert any("assurance" in sentence for sentence in result.sentences)
 
 
 def test_a_pilot_of_hardly_anybody_is_refused_with_the_way_on():

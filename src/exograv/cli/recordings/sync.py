@@ -1,12 +1,17 @@
 """`exograv sync`."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from exograv.cli.shell.base_options import Common
+from exograv.results import MERGED
+
+if TYPE_CHECKING:
+    from exograv.study.sync import StreamSync, SyncResult
 
 
 @dataclass(frozen=True)
@@ -17,7 +22,15 @@ class Sync:
     """Recording of `exograv live --record-stream` or `exograv streams --record` (.mcap)."""
 
 
-def run_sync(command: Sync, common: Common) -> dict[str, Any]:
+@dataclass(frozen=True)
+class SyncShown:
+    """Result of `exograv sync`."""
+
+    found: "SyncResult" = field(metadata=MERGED)
+    figure: Path
+
+
+def run_sync(command: Sync, common: Common) -> SyncShown:
     """Say how well the streams in a recording are tied to the robot's clock, and what is missing of them."""
     from exograv.recording import read_recording
     from exograv.report.figures.sync import draw_streams
@@ -26,37 +39,37 @@ def run_sync(command: Sync, common: Common) -> dict[str, Any]:
 
     recording = read_recording(command.file)
     result = sync_figures(recording)
-    result["figure"] = str(write_picture(common.out / "sync.png", lambda: draw_streams(recording.streams)))
+    result = SyncShown(result, write_picture(common.out / "sync.png", lambda: draw_streams(recording.streams)))
     show_sync(result)
     return result
 
 
-def show_sync(result: dict[str, Any]) -> None:
+def show_sync(shown: SyncShown) -> None:
     """A table of the streams, then what is to be known of each."""
     from rich.console import Console
     from rich.table import Table
 
-    console = Console()
-    if result["remark"]:
-        console.print(result["remark"], highlight=False)
+    console, result = Console(), shown.found
+    if result.remark:
+        console.print(result.remark, highlight=False)
     table = Table(title="Streams of other devices, on the robot's clock", title_justify="left")
     table.add_column("")
-    for stream in result["streams"]:
-        table.add_column(stream["name"], justify="right")
+    for stream in result.streams:
+        table.add_column(stream.name, justify="right")
     for label, cell in ROWS.items():
-        table.add_row(label, *(cell(stream) for stream in result["streams"]))
+        table.add_row(label, *(cell(stream) for stream in result.streams))
     console.print(table)
-    for stream in result["streams"]:
-        for remark in stream["remarks"]:
-            console.print(f"{stream['name']}: {remark}", highlight=False)
-    if robot := result["robot"]:
-        scatter = robot["scatter_us"]
+    for stream in result.streams:
+        for remark in stream.remarks:
+            console.print(f"{stream.name}: {remark}", highlight=False)
+    if robot := result.robot:
+        scatter = robot.scatter_us
         console.print(
-            f"Robot: {robot['ticks']} ticks tie its clock to the computer's; about a straight line they scatter by "
-            f"{scatter['p50']:g} µs (median), {scatter['max']:g} (most).",
+            f"Robot: {robot.ticks} ticks tie its clock to the computer's; about a straight line they scatter by "
+            f"{scatter.p50:g} µs (median), {scatter.max:g} (most).",
             highlight=False,
         )
-    console.print(f"Figure: {result['figure']}", highlight=False)
+    console.print(f"Figure: {shown.figure}", highlight=False)
 
 
 def _number(value: float | int | None, digits: int) -> str:
@@ -66,30 +79,32 @@ def _number(value: float | int | None, digits: int) -> str:
 def _by_clock(name: str, digits: int, interval: str | None = None):
     """A line a connection."""
 
-    def cell(stream: dict[str, Any]) -> str:
+    def cell(stream: "StreamSync") -> str:
         lines = list[str]()
-        for clock in stream["clocks"]:
-            ci95 = clock[interval] if interval else None
+        for clock in stream.clocks:
+            ci95 = getattr(clock, interval) if interval else None
             half = f" ± {0.5 * (ci95[1] - ci95[0]):.{digits}f}" if ci95 else ""
-            lines.append(_number(clock[name], digits) + half)
+            lines.append(_number(getattr(clock, name), digits) + half)
         return "\n".join(lines) or "–"
 
     return cell
 
 
-ROWS = {
-    "type": lambda stream: stream["type"],
-    "samples": lambda stream: str(stream["samples"]),
-    "rate, Hz": lambda stream: _number(stream["effective_rate_Hz"], 3),
-    "nominal": lambda stream: f"{stream['nominal_rate_Hz']:g}" if stream["nominal_rate_Hz"] else "irregular",
-    "connected, times": lambda stream: str(stream["connections"]),
+ROWS: "dict[str, Callable[[StreamSync], str]]" = {
+    "type": lambda stream: stream.type,
+    "samples": lambda stream: str(stream.samples),
+    "rate, Hz": lambda stream: _number(stream.effective_rate_Hz, 3),
+    "nominal": lambda stream: f"{stream.nominal_rate_Hz:g}" if stream.nominal_rate_Hz else "irregular",
+    "connected, times": lambda stream: str(stream.connections),
     "offset, ms": _by_clock("offset_ms", 3, "offset_ci95_ms"),
     "drift, ppm": _by_clock("drift_ppm", 2, "drift_ci95_ppm"),
     "corrections": _by_clock("measured", 0),
     "round trip, µs": _by_clock("round_trip_us", 0),
-    "jitter of stamps, µs: sd": lambda stream: _number((stream["jitter_us"] or {}).get("sd"), 1),
-    "  99 %": lambda stream: _number((stream["jitter_us"] or {}).get("p99"), 1),
-    "gaps": lambda stream: str(stream["gaps_total"]),
-    "arrives after, ms: median": lambda stream: _number((stream["arrival_ms"] or {}).get("p50"), 1),
-    "a stamp is certain to ± µs": lambda stream: _number(stream["certain_to_us"], 0),
+    "jitter of stamps, µs: sd": lambda stream: _number(None if stream.jitter_us is None else stream.jitter_us.sd, 1),
+    "  99 %": lambda stream: _number(None if stream.jitter_us is None else stream.jitter_us.p99, 1),
+    "gaps": lambda stream: str(stream.gaps_total),
+    "arrives after, ms: median": lambda stream: _number(
+        None if stream.arrival_ms is None else stream.arrival_ms.p50, 1
+    ),
+    "a stamp is certain to ± µs": lambda stream: _number(stream.certain_to_us, 0),
 }

@@ -1,14 +1,20 @@
 """`exograv study power`."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
+from exograv.results import MERGED
 from exograv.study.power.options import CurveOptions, Price
+
+if TYPE_CHECKING:
+    from exograv.study.power.curve import CurveRow, PowerResult, WhatMatters
+    from exograv.study.power.pilot import PilotVariance
 
 
 @dataclass(frozen=True)
@@ -53,7 +59,40 @@ class Assumed:
     """Of the pilot: what is compared."""
 
 
-def run_power(command: Assumed, asked: CurveOptions, price: Price, common: Common) -> dict[str, Any]:
+@dataclass(frozen=True)
+class SpreadFigures:
+    """Standard deviation with its interval [log units]."""
+
+    median: float
+    ci95: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class PilotFigures:
+    """Pilot in short; spreads and difference in log units."""
+
+    people: tuple[int, int]
+    touches: int
+    difference: float
+    person_sd: SpreadFigures
+    touch_sd: float
+    window_sd: float
+    is_simulated: bool
+    """Nobody took part in it."""
+
+    left_out: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PlannedPower:
+    """Result of `exograv study power`."""
+
+    power: "PowerResult" = field(metadata=MERGED)
+    pilot: PilotFigures | None
+    figure: Path
+
+
+def run_power(command: Assumed, asked: CurveOptions, price: Price, common: Common) -> PlannedPower:
     """How many people the next study needs: from a pilot, or from what is stated. All spreads are of log deviation."""
     from exograv.cli.shell.terminal import bars
     from exograv.report.study_figures.power import draw
@@ -85,13 +124,13 @@ def run_power(command: Assumed, asked: CurveOptions, price: Price, common: Commo
         # A stated spread is taken as known: the pilot's doubt about it is not carried along.
         carried = None if command.sd is not None else pilot
         result = power_study(plan, price, asked, progress, carried, command.difference is not None)
-    result["pilot"] = None if pilot is None else _of_pilot(pilot, is_simulated)
-    result["figure"] = str(write_picture(common.out / "power.svg", lambda: draw(result, is_simulated)))
-    show_power(result)
-    return result
+    figure = write_picture(common.out / "power.svg", lambda: draw(result, is_simulated))
+    shown = PlannedPower(result, None if pilot is None else _of_pilot(pilot, is_simulated), figure)
+    show_power(shown)
+    return shown
 
 
-def _pilot(command: Assumed, folder: Path) -> tuple[Any, bool]:
+def _pilot(command: Assumed, folder: Path) -> "tuple[PilotVariance, bool]":
     """The pilot, and whether nobody took part in it."""
     from exograv.study.dataset.tables import read_tables
     from exograv.study.folder.columns import TOUCHES
@@ -113,27 +152,23 @@ def _pilot(command: Assumed, folder: Path) -> tuple[Any, bool]:
     return pilot, bool(of_protocol["is_simulated"].any())
 
 
-def _of_pilot(pilot: Any, is_simulated: bool) -> dict[str, Any]:
+def _of_pilot(pilot: "PilotVariance", is_simulated: bool) -> PilotFigures:
     low, middle, high = (pilot.grid.person_sd_quantile(share) for share in (0.025, 0.5, 0.975))
-    return {
-        "people": list(pilot.people),
-        "touches": pilot.touches,
-        "difference": pilot.difference,
-        "person_sd": {"median": middle, "ci95": [low, high]},
-        "touch_sd": pilot.touch_sd,
-        "window_sd": pilot.window_sd,
-        "is_simulated": is_simulated,
-        "left_out": list(pilot.left_out),
-    }
+    spread = SpreadFigures(middle, (low, high))
+    return PilotFigures(
+        pilot.people, pilot.touches, pilot.difference, spread, pilot.touch_sd, pilot.window_sd, is_simulated,
+        pilot.left_out,
+    )  # fmt: skip
 
 
-def show_power(result: dict[str, Any]) -> None:
+def show_power(shown: PlannedPower) -> None:
     """The curve as a table, and what it says."""
     from rich.console import Console
     from rich.table import Table
 
     console = Console()
-    assumed, pilot, curve = result["assumptions"], result["pilot"], result["curve"]
+    result, pilot = shown.power, shown.pilot
+    assumed, curve = result.assumptions, result.curve
     headings = {
         "n": ("people\na group", "{:d}"),
         "power": ("power", "{:.2f}"),
@@ -144,41 +179,41 @@ def show_power(result: dict[str, Any]) -> None:
         "flights": ("flights", "{:d}"),
         "cost": ("cost", "{:,.0f}"),
     }
-    shown = {key: value for key, value in headings.items() if key in curve[0]}
-    table = Table(title=f"Ratio {assumed['ratio']:.2g}, people differ by {assumed['person_sd']:.2f} log units")
-    for heading, _ in shown.values():
+    columns = {key: value for key, value in headings.items() if getattr(curve[0], key) is not None}
+    table = Table(title=f"Ratio {assumed.ratio:.2g}, people differ by {assumed.plan.person_sd:.2f} log units")
+    for heading, _ in columns.values():
         table.add_column(heading, justify="right")
-    for row in told(curve, result["n_per_group"]):
-        table.add_row(*(text.format(row[key]) for key, (_, text) in shown.items()))
+    for row in told(curve, result.n_per_group):
+        table.add_row(*(text.format(getattr(row, key)) for key, (_, text) in columns.items()))
     console.print(table)
-    console.print(_what_matters(result["matters"]))
+    console.print(_what_matters(result.matters))
     if pilot is not None:
-        low, high = pilot["person_sd"]["ci95"]
+        low, high = pilot.person_sd.ci95
         console.print(
-            f"Pilot: {pilot['people'][0]} and {pilot['people'][1]} people; their spread lies between {low:.2f} and "
+            f"Pilot: {pilot.people[0]} and {pilot.people[1]} people; their spread lies between {low:.2f} and "
             f"{high:.2f} log units (95 %).",
             highlight=False,
         )
-        for sentence in pilot["left_out"]:
+        for sentence in pilot.left_out:
             console.print(f"Left out: {sentence}", highlight=False)
-    if pilot is not None and pilot["is_simulated"]:
+    if pilot is not None and pilot.is_simulated:
         console.print("The pilot is simulated: this is no evidence about people.", style="bold", highlight=False)
-    for sentence in result["sentences"]:
+    for sentence in result.sentences:
         console.print(sentence, highlight=False)
-    console.print(f"Figure: {result['figure']}", highlight=False, soft_wrap=True)
+    console.print(f"Figure: {shown.figure}", highlight=False, soft_wrap=True)
 
 
-def told(curve: list[dict[str, Any]], needed: dict[str, int | None]) -> list[dict[str, Any]]:
+def told(curve: Sequence["CurveRow"], needed: dict[str, int | None]) -> "list[CurveRow]":
     """Every row up to twelve people, every fourth after that, and those that are asked for."""
-    return [row for row in curve if row["n"] <= 12 or row["n"] % 4 == 0 or row["n"] in needed.values()]
+    return [row for row in curve if row.n <= 12 or row.n % 4 == 0 or row.n in needed.values()]
 
 
-def _what_matters(matters: dict[str, Any]) -> Any:
+def _what_matters(matters: "WhatMatters") -> Any:
     """One line each for windows, touches and flights: power by their number."""
     from rich.table import Table
 
-    table = Table(title=f"Power at {matters['n']} people a group", show_header=False)
+    table = Table(title=f"Power at {matters.n} people a group", show_header=False)
     for name in ("windows", "touches", "flights"):
-        cells = [f"{row[name]}: {row['power']:.2f}" for row in matters["rows"] if name in row]
+        cells = [f"{getattr(row, name)}: {row.power:.2f}" for row in matters.rows if getattr(row, name) is not None]
         table.add_row(name, "   ".join(cells))
     return table

@@ -1,7 +1,6 @@
 """Streams of other devices: how their clocks ran against the robot's, and when samples were missing."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,7 +9,7 @@ from matplotlib.figure import Figure
 from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream
 from exograv.report.style.figure_style import BLUE, GREY, ORANGE, thinned
-from exograv.study.sync import stream_figures
+from exograv.study.sync import StreamSync, stream_figures
 
 DOTS_MAX = 4000
 """Of a panel: more would only be blacker."""
@@ -40,13 +39,13 @@ def explain(recording: Recording) -> str:
     )
 
 
-def _told(stream: dict[str, Any]) -> str:
-    certain = stream["certain_to_us"]
+def _told(stream: StreamSync) -> str:
+    certain = stream.certain_to_us
     tied = "cannot be tied to the robot's clock" if certain is None else f"is on the robot's clock to {certain:.0f} µs"
-    gaps = stream["gaps_total"]
+    gaps = stream.gaps_total
     missing = "no gap" if not gaps else "one gap" if gaps == 1 else f"{gaps} gaps"
-    remarks = " ".join(["", *stream["remarks"]])
-    return f"{stream['name']} ({stream['samples']} samples) {tied}, with {missing}.{remarks}"
+    remarks = " ".join(["", *stream.remarks])
+    return f"{stream.name} ({stream.samples} samples) {tied}, with {missing}.{remarks}"
 
 
 def _draw_clock(ax: Axes, stream: DeviceStream) -> None:

@@ -1,30 +1,28 @@
 """Power of a next study over the number of people, and how wide its interval would be."""
 
-from typing import Any
-
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from exograv.report.style.figure_style import BLUE, GREEN, GREY, ORANGE, legend, mark_simulated
-from exograv.study.power.curve import TARGETS
+from exograv.study.power.curve import TARGETS, PowerResult
 
 from .groups import WIDTH_2
 
 
-def draw(result: dict[str, Any], is_simulated: bool) -> Figure:
+def draw(result: PowerResult, is_simulated: bool) -> Figure:
     """Share of studies that find the difference, and how exact they are; `result` as `power_study` gives it."""
     figure = Figure((WIDTH_2, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2)
     _draw_power(left, result)
     legend(figure, [left], "lower left", 3)
-    n = [row["n"] for row in result["curve"]]
-    right.plot(n, [row["width_factor"] for row in result["curve"]], color=BLUE, marker="o", markersize=3)
+    n = [row.n for row in result.curve]
+    right.plot(n, [row.width_factor for row in result.curve], color=BLUE, marker="o", markersize=3)
     right.set(title="How exact", xlabel="people a group", ylabel="95 % interval: times, divided by", yscale="log")
     ticks = [1.2, 1.5, 2.0, 3.0, 5.0, 10.0]
     right.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     right.minorticks_off()
-    widths = [row["width_factor"] for row in result["curve"]]
+    widths = [row.width_factor for row in result.curve]
     right.set_ylim(min(1.1, 0.99 * min(widths)), max(2.0, 1.1 * max(widths)))
     for axes in (left, right):
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -33,27 +31,27 @@ def draw(result: dict[str, Any], is_simulated: bool) -> Figure:
     return figure
 
 
-def _draw_power(axes: Axes, result: dict[str, Any]) -> None:
-    curve = result["curve"]
-    n = [row["n"] for row in curve]
+def _draw_power(axes: Axes, result: PowerResult) -> None:
+    curve = result.curve
+    n = [row.n for row in curve]
     lines = {
         "power": ("exact test", BLUE, "-"),
         "welch_power": ("Welch, if people are normal", ORANGE, "--"),
         "assurance": ("assurance: over what the pilot leaves open", GREEN, "-."),
     }
     for key, (label, colour, style) in lines.items():
-        if key in curve[0]:
-            axes.plot(n, [row[key] for row in curve], label=label, color=colour, linestyle=style)
+        if getattr(curve[0], key) is not None:
+            axes.plot(n, [getattr(row, key) for row in curve], label=label, color=colour, linestyle=style)
     for target in TARGETS:
         axes.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
-    ratio = result["assumptions"]["ratio"]
+    ratio = result.assumptions.ratio
     axes.set(title=f"A ratio of {ratio:.2g} is found", xlabel="people a group", ylabel="share of studies")
     axes.set_ylim(0.0, 1.02)
 
 
-def explain(planned: dict[str, Any]) -> str:
+def explain(planned: PowerResult) -> str:
     """What one sees, and what follows."""
     return (
-        f"For a ratio of {planned['assumptions']['ratio']:.2g}, stated and not taken from this study, with people who "
-        f"differ as much as here. {' '.join(planned['sentences'])}"
+        f"For a ratio of {planned.assumptions.ratio:.2g}, stated and not taken from this study, with people who "
+        f"differ as much as here. {' '.join(planned.sentences)}"
     )

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from markupsafe import Markup
 
 from exograv.report.study_figures import deviation, effects, gravity, learning, power, quality, target, windows
 from exograv.report.style.page import Block, Bullets, Chapter, Table, Text, drawn
 from exograv.study.measures.study_data import StudyData
+from exograv.study.power.curve import PowerResult
 from exograv.study.statistics.findings import StudyFindings
 
 from .exclusions import exclusions
@@ -54,7 +54,7 @@ class Content:
 
     issues: Sequence[Issue]
     unpublished: Mapping[str, Sequence[str]]
-    planned: dict[str, Any] | None = None
+    planned: PowerResult | None = None
     """Power of a next study; None where nobody's spread can be told."""
 
 

@@ -1,11 +1,9 @@
 """How many people the next study needs, from the spread that this one has seen and a difference that is stated."""
 
-from typing import Any
-
 from exograv.study.measures.selecting import people
 from exograv.study.measures.study_data import PRIMARY, StudyData
 from exograv.study.power.assumptions import LOG_2, PlannedStudy
-from exograv.study.power.curve import power_study
+from exograv.study.power.curve import PowerResult, power_study
 from exograv.study.power.options import CurveOptions, Price
 from exograv.study.power.pilot import read_pilot
 
@@ -15,7 +13,7 @@ STUDIES = 2000
 N_MAX = 30
 
 
-def next_study(data: StudyData, groups: tuple[str, str]) -> dict[str, Any] | None:
+def next_study(data: StudyData, groups: tuple[str, str]) -> PowerResult | None:
     """Figures of `exograv study power` for half the deviation, the published difference; None with fewer than three.
 
     The difference that the study itself found is not used: of a small study it is as a rule too large.

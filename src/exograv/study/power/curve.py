@@ -1,12 +1,12 @@
 """Power and precision over the number of people, and what windows, touches and flights add."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from math import ceil, exp
-from typing import Any
 
 import numpy as np
 
+from exograv.results import MERGED, OPTIONAL
 from exograv.study.statistics.relabelling import generic_smallest_p
 
 from .assumptions import PlannedStudy, Worlds, sure_worlds
@@ -25,6 +25,70 @@ WINDOWS, TOUCHES, FLIGHTS = (1, 2, 5, 10, 20, 31), (1, 2, 4, 8, 16), (1, 2, 3)
 Progress = Callable[[str, float], None]
 
 
+@dataclass(frozen=True)
+class CurveRow:
+    """One number of people a group."""
+
+    n: int
+    power: float
+    """Share of studies in which the exact test finds the difference."""
+
+    power_interval: tuple[float, float]
+    welch_power: float
+    p_min: float
+    width_factor: float
+    """By which the ends of the 95 % interval lie above and below the ratio."""
+
+    seats: int
+    flights: int | None = field(default=None, metadata=OPTIONAL)
+    cost: float | None = field(default=None, metadata=OPTIONAL)
+    assurance: float | None = field(default=None, metadata=OPTIONAL)
+    """Power over all that the pilot leaves open."""
+
+
+@dataclass(frozen=True)
+class OtherPlan:
+    """Power with another number of one of these."""
+
+    windows: int | None = field(default=None, metadata=OPTIONAL)
+    touches: int | None = field(default=None, metadata=OPTIONAL)
+    flights: int | None = field(default=None, metadata=OPTIONAL)
+    power: float = 0.0
+    sd_of_medians: float = 0.0
+
+
+@dataclass(frozen=True)
+class WhatMatters:
+    """Other plans at `n` people a group."""
+
+    n: int
+    rows: tuple[OtherPlan, ...]
+
+
+@dataclass(frozen=True)
+class Assumptions:
+    """The plan, and the ratio that its difference is."""
+
+    plan: PlannedStudy = field(metadata=MERGED)
+    ratio: float
+
+
+@dataclass(frozen=True)
+class PowerResult:
+    """Result of `exograv study power`."""
+
+    n_per_group: dict[str, int | None]
+    """By power in per cent."""
+
+    curve: tuple[CurveRow, ...]
+    n_per_group_assurance: dict[str, int | None] | None
+    matters: WhatMatters
+    assumptions: Assumptions
+    seed: int
+    studies: int
+    sentences: tuple[str, ...] = ()
+
+
 def power_study(
     plan: PlannedStudy,
     price: Price,
@@ -32,8 +96,8 @@ def power_study(
     progress: Progress,
     pilot: PilotVariance | None = None,
     is_stated: bool = True,
-) -> dict[str, Any]:
-    """Everything that `exograv study power --json` writes.
+) -> PowerResult:
+    """Find out how many people a study needs.
 
     Args:
         plan: The study.
@@ -47,73 +111,67 @@ def power_study(
     if pilot is not None:
         stated = plan.difference if is_stated else None
         drawn = pilot.worlds(asked.studies, stated, np.random.default_rng([asked.seed, 1]))
-    curve = list(_curve(plan, price, asked, drawn, progress))
+    curve = tuple(_curve(plan, price, asked, drawn, progress))
     needed = {f"{100 * target:.0f}": _first(curve, "power", target) for target in TARGETS}
-    at = needed["80"] or curve[-1]["n"]
+    assured = {f"{100 * target:.0f}": _first(curve, "assurance", target) for target in TARGETS if drawn is not None}
+    at = needed["80"] or curve[-1].n
     progress("What windows, touches and flights add", 0.95)
-    result = {
-        "n_per_group": needed,
-        "curve": curve,
-        "n_per_group_assurance": None
-        if drawn is None
-        else {f"{100 * target:.0f}": _first(curve, "assurance", target) for target in TARGETS},
-        "matters": {"n": at, "rows": list(_what_matters(plan, asked, at))},
-        "assumptions": {name: getattr(plan, name) for name in plan.__dataclass_fields__}
-        | {"ratio": exp(-abs(plan.difference))},
-        "seed": asked.seed,
-        "studies": asked.studies,
-    }
+    result = PowerResult(
+        needed,
+        curve,
+        assured or None,
+        WhatMatters(at, tuple(_what_matters(plan, asked, at))),
+        Assumptions(plan, exp(-abs(plan.difference))),
+        asked.seed,
+        asked.studies,
+    )
     told = list(sentences(result, plan))
     if pilot is not None and not is_stated:
         told.append(
             "The difference is the pilot's own, as a rule too large, and may not be there at all: no number of people "
             "makes up for that. State by --difference what is worth finding."
         )
-    return result | {"sentences": told}
+    return replace(result, sentences=tuple(told))
 
 
 def _curve(
     plan: PlannedStudy, price: Price, asked: CurveOptions, drawn: Worlds | None, progress: Progress
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[CurveRow]:
     sure = sure_worlds(plan, asked.studies)
     for n in range(N_MIN, asked.n_max + 1):
         progress(f"{n} against {n} people", 0.9 * (n - N_MIN) / (asked.n_max - N_MIN + 1))
         found = shares(plan, sure, n, asked.seed)
-        row = _row(n, found) | seats(n, plan, price)
-        if drawn is not None:
-            row["assurance"] = shares(plan, drawn, n, asked.seed).power
-        yield row
-        if n >= N_SHOWN and min(found.power, row.get("assurance", 1.0)) >= ENOUGH:
+        assurance = None if drawn is None else shares(plan, drawn, n, asked.seed).power
+        yield _row(n, found, plan, price, assurance)
+        if n >= N_SHOWN and min(found.power, 1.0 if assurance is None else assurance) >= ENOUGH:
             return
 
 
-def _row(n: int, found: Shares) -> dict[str, Any]:
-    return {
-        "n": n,
-        "power": found.power,
-        "power_interval": list(found.power_interval),
-        "welch_power": found.welch_power,
-        "p_min": generic_smallest_p(n, n),
-        "width_factor": found.width_factor,
-    }
+def _row(n: int, found: Shares, plan: PlannedStudy, price: Price, assurance: float | None) -> CurveRow:
+    return CurveRow(
+        n,
+        found.power,
+        found.power_interval,
+        found.welch_power,
+        generic_smallest_p(n, n),
+        found.width_factor,
+        *seats(n, plan, price),
+        assurance,
+    )
 
 
-def seats(n: int, plan: PlannedStudy, price: Price) -> dict[str, Any]:
-    """Of n people a group: seats, flights that carry them, cost; only what the price tells."""
-    count = 2 * n * plan.flights
-    row: dict[str, Any] = {"seats": count}
-    if price.seats_per_flight is not None:
-        row["flights"] = max(plan.flights, ceil(count / price.seats_per_flight))
-    if price.seat_cost is not None:
-        row["cost"] = price.seat_cost * count
-    return row
+def seats(n: int, plan: PlannedStudy, price: Price) -> tuple[int, int | None, float | None]:
+    """Seats of n people a group, flights that carry them, and their cost, as far as the price tells them."""
+    count, carried, cost = 2 * n * plan.flights, price.seats_per_flight, price.seat_cost
+    flights = None if carried is None else max(plan.flights, ceil(count / carried))
+    return count, flights, None if cost is None else cost * count
 
 
-def _first(curve: list[dict[str, Any]], key: str, target: float) -> int | None:
-    return next((row["n"] for row in curve if row[key] >= target), None)
+def _first(curve: Sequence[CurveRow], key: str, target: float) -> int | None:
+    return next((row.n for row in curve if getattr(row, key) >= target), None)
 
 
-def _what_matters(plan: PlannedStudy, asked: CurveOptions, n: int) -> Iterator[dict[str, Any]]:
+def _what_matters(plan: PlannedStudy, asked: CurveOptions, n: int) -> Iterator[OtherPlan]:
     """Power at n people a group with other numbers of windows, touches, flights; the spread of a person's median."""
     for name, values in (("windows", WINDOWS), ("touches", TOUCHES), ("flights", FLIGHTS)):
         for value in sorted({*values, getattr(plan, name)}):
@@ -122,37 +180,37 @@ def _what_matters(plan: PlannedStudy, asked: CurveOptions, n: int) -> Iterator[d
             rng = np.random.default_rng([asked.seed, 2])
             alone = people(replace(other, difference=0.0), sure_worlds(replace(other, difference=0.0), 2000), 2, rng)
             power = shares(other, worlds, n, asked.seed).power
-            yield {name: value, "power": power, "sd_of_medians": float(alone.std())}
+            yield OtherPlan(**{name: value}, power=power, sd_of_medians=float(alone.std()))
 
 
-def sentences(result: dict[str, Any], plan: PlannedStudy) -> Iterator[str]:
+def sentences(result: PowerResult, plan: PlannedStudy) -> Iterator[str]:
     """What the figures say."""
-    curve, needed = result["curve"], result["n_per_group"]
-    ratio = result["assumptions"]["ratio"]
+    curve, needed = result.curve, result.n_per_group
+    ratio = result.assumptions.ratio
     for target, n in needed.items():
         yield (
             f"To find a ratio of {ratio:.2g} in {target} % of studies it takes {n} people a group."
             if n is not None
-            else f"Up to {curve[-1]['n']} people a group a ratio of {ratio:.2g} is not found in {target} % of studies."
+            else f"Up to {curve[-1].n} people a group a ratio of {ratio:.2g} is not found in {target} % of studies."
         )
-    unable = [row["n"] for row in curve if row["p_min"] > plan.alpha + 1e-12]
+    unable = [row.n for row in curve if row.p_min > plan.alpha + 1e-12]
     if unable:
         yield (
             f"With {unable[-1]} against {unable[-1]} people or fewer the exact test cannot reach {plan.alpha:g}: its "
             "power is 0, whatever the effect."
         )
-    rows = [row for row in result["matters"]["rows"] if "windows" in row and row["windows"] in (1, 5, plan.windows)]
-    powers = ", ".join(f"{row['power']:.2f} with {row['windows']}" for row in rows)
+    rows = [row for row in result.matters.rows if row.windows in (1, 5, plan.windows)]
+    powers = ", ".join(f"{row.power:.2f} with {row.windows}" for row in rows)
     yield (
-        f"At {result['matters']['n']} people a group the power by windows of each person is {powers}: it cannot pass "
+        f"At {result.matters.n} people a group the power by windows of each person is {powers}: it cannot pass "
         "what people's own differences leave."
     )
-    if (assured := result["n_per_group_assurance"]) is not None:
+    if (assured := result.n_per_group_assurance) is not None:
         last = curve[-1]
         yield "Over all that the pilot leaves open (assurance), " + (
             f"it takes {assured['80']} people a group for 80 %."
             if assured["80"] is not None
-            else f"{last['n']} people a group find it in {100 * last['assurance']:.0f} % of studies."
+            else f"{last.n} people a group find it in {100 * (last.assurance or 0.0):.0f} % of studies."
         )
     if plan.flight_sd == 0.0:
         yield "A person is taken to be the same in every flight (--flight-sd 0): then more flights add only touches."
