@@ -12,6 +12,7 @@ from exograv.report.of_benchmarks.identification_benchmark import (
     verdicts,
     write_benchmark_page,
 )
+from exograv.report.style.page import Table
 
 NEVER = {"median": None, "ci95": [None, None]}
 
@@ -75,7 +76,8 @@ def test_a_method_that_never_reaches_is_said_to():
 
 def test_settings_and_levels_have_tables_of_their_own():
     rows = [row("recursive"), row("recursive", setting="closed_loop"), row("recursive", level=0), row("ekf")]
-    assert [len(lines) for _, lines in tables(rows)] == [2, 1, 1]
+    blocks = [block for chapter in tables(rows) for block in chapter.blocks]
+    assert [len(block.rows) for block in blocks if isinstance(block, Table)] == [2, 1, 1]
 
 
 def test_the_page_names_winner_ties_and_who_is_ahead_off_line(tmp_path: Path):
@@ -95,7 +97,7 @@ def test_the_page_names_winner_ties_and_who_is_ahead_off_line(tmp_path: Path):
 
 def test_what_was_said_about_wearers_is_told_of_methods_that_state_an_uncertainty():
     silent = row("gradient", coverage95={"covered": 0, "of": 0})
-    _, lines = verdicts([row("recursive", never_relaxed=True), silent])
+    lines = verdicts([row("recursive", never_relaxed=True), silent])
     assert [line[0] for line in lines] == ["recursive"]
     assert "converged 2, not relaxed 1" in lines[0]
     assert "never relaxed" in lines[0][1]

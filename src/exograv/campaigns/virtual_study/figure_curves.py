@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.report.study_figures.groups import WIDTH_2
-from exograv.report.style.figure_style import BLUE, GREY, INK, JOINT_COLOURS, blank, legend, mark_simulated, plain_ticks
+from exograv.report.style.colours import BLUE, GREY, INK, JOINT_COLOURS
+from exograv.report.style.figure_style import blank, legend, mark_simulated, plain_ticks
 
 MARKERS = "osD^vPX<>*"
 TEXT = (

@@ -7,7 +7,8 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 from exograv.report.study_figures.groups import WIDTH_2
-from exograv.report.style.figure_style import BLUE, INK, ORANGE, mark_simulated, name_rows, plain_ticks
+from exograv.report.style.colours import BLUE, INK, ORANGE
+from exograv.report.style.figure_style import mark_simulated, name_rows, plain_ticks
 from exograv.study.statistics.people import FLOOR
 
 from .flight import FAMILIARISED, VirtualFlight, compared

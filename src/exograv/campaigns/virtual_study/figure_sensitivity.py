@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 
 from exograv.laboratory.participant.habits import swept
 from exograv.report.study_figures.groups import WIDTH_2
-from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, mark_simulated, name_rows
+from exograv.report.style.colours import BLUE, GREY, INK, ORANGE
+from exograv.report.style.figure_style import mark_simulated, name_rows
 
 from .small_study import SIZE
 

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.report.study_figures.groups import WIDTH_2
-from exograv.report.style.figure_style import BLUE, GREY, INK, blank, mark_simulated
+from exograv.report.style.colours import BLUE, GREY, INK
+from exograv.report.style.figure_style import blank, mark_simulated
 from exograv.study.statistics.fieller import mean_interval
 
 from .flight import FAMILIARISED, VirtualFlight, compared

@@ -10,6 +10,10 @@ STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
 """Measured on one core of a server: a machine, a wearer, and one method on one wearer in the middle."""
 
 
+TEXTS = ("method", "where", "stop rule, wearers", "drives", "disturbance")
+"""Columns of words; all others hold numbers."""
+
+
 def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> dict[str, Any]:
     """Every identification method on the same virtual wearers: how soon, how near, how honest, how often possible."""
     from exograv.campaigns.benchmark_identification.benchmark import run_benchmark
@@ -44,36 +48,24 @@ def show_benchmark(result: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from exograv.report.of_benchmarks.identification_benchmark import (
-        HEADINGS,
-        break_down_table,
-        sentences,
-        tables,
-        told,
-        verdicts,
-    )
+    from exograv.report.of_benchmarks.identification_benchmark import page_of
+    from exograv.report.style.page import Bullets
+    from exograv.report.style.page import Table as Rows
 
-    console = Console()
-    for title, lines in tables(told(result)):
+    console, chapters = Console(), page_of(result).chapters
+    for title, rows in ((one.title, block) for one in chapters for block in one.blocks if isinstance(block, Rows)):
         table = Table(title=title, box=None, padding=(0, 1, 0, 0), header_style="bold underline")
-        for heading in HEADINGS:
-            is_name = heading == "method"
-            table.add_column(heading.replace(" ", "\n"), justify="left" if is_name else "right", no_wrap=is_name)
-        for line in lines:
+        for heading in rows.columns:
+            justify = "left" if heading in TEXTS else "right"
+            table.add_column(heading.replace(" ", "\n"), justify=justify, no_wrap=heading == "method")
+        for line in rows.rows:
             # Two short lines each in place of one that no terminal has room for.
             table.add_row(*(cell.replace(" / ", "\n").replace(" (", "\n(") for cell in line))
         console.print(table)
-    for title, (headings, lines) in (
-        ("What was said about the wearers", verdicts(told(result))),
-        ("What the remainder after 120 s is made of, N·m", break_down_table(result)),
+    for line in (
+        line for one in chapters for block in one.blocks if isinstance(block, Bullets) for line in block.sentences
     ):
-        table = Table(*headings, title=title, box=None, padding=(0, 1, 0, 0), header_style="bold underline")
-        for line in lines:
-            table.add_row(*line)
-        if lines:
-            console.print(table)
-    for line in sentences(result):
-        console.print(line, highlight=False)
+        console.print(f"- {line}", highlight=False)
     console.print(f"Tables: {result['page']}", highlight=False, soft_wrap=True)
     if result["figure"] is not None:
         console.print(f"Figure: {result['figure']}", highlight=False, soft_wrap=True)

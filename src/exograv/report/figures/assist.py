@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREY, ORANGE, RED, mark_simulated
+from exograv.report.style.colours import BLUE, GREY, ORANGE, RED
+from exograv.report.style.figure_style import mark_simulated
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import PALE, joint_colours, joint_label
+from exograv.report.style.colours import PALE
+from exograv.report.style.figure_style import joint_colours, joint_label
 
 
 def draw(

@@ -22,10 +22,12 @@ def draw(recording: Recording) -> Figure | None:
         ax.plot(ticks["t"] - ticks["t"][0], values, color=colour, label=joint_label(joint))
     # A wider view than the drift itself: a thousandth of a degree must not look like a fall.
     reach = max(2.0, 1.15 * float(np.abs(moved).max()))
-    ax.set_ylim(-reach, reach)
-    ax.set_xlim(0.0, ticks["t"][-1] - ticks["t"][0])
-    ax.set_xlabel("since the arm was let go [s]")
-    ax.set_ylabel("moved [°]")
+    ax.set(
+        ylim=(-reach, reach),
+        xlim=(0.0, ticks["t"][-1] - ticks["t"][0]),
+        xlabel="since the arm was let go [s]",
+        ylabel="moved [°]",
+    )
     ax.legend(loc="upper left", ncols=4)
     return figure
 

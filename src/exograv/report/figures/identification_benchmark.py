@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREEN, GREY, INK, ORANGE, PINK, RED, SKY, legend, plain_log_axis
+from exograv.report.style.colours import BLUE, GREEN, GREY, INK, ORANGE, PINK, RED, SKY
+from exograv.report.style.figure_style import legend, plain_log_axis
 from exograv.study.targets import TARGET_NM
 
 Row = dict[str, Any]
@@ -68,17 +69,8 @@ def _plot_method(
     colour, dashes = look(row["method"], methods)
     is_ours = row["method"] == OURS
     marker = "o" if row["offline"] else None
-    ax.plot(
-        t,
-        middle,
-        color=colour,
-        ls="none" if row["offline"] else dashes,
-        marker=marker,
-        ms=5,
-        lw=2.2 if is_ours else 1.3,
-        label=row["method"],
-        zorder=4 if is_ours else 3,
-    )
+    line = {"ls": "none" if row["offline"] else dashes, "marker": marker, "ms": 5, "lw": 2.2 if is_ours else 1.3}
+    ax.plot(t, middle, color=colour, label=row["method"], zorder=4 if is_ours else 3, **line)
     ax.fill_between(t, low, high, color=colour, alpha=0.18 if is_ours else 0.07, lw=0)
 
 

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, joint_label, legend
+from exograv.report.style.colours import BLUE, GREY, INK, ORANGE
+from exograv.report.style.figure_style import joint_label, legend, note
 from exograv.study.targets import targets
 
 Scores = Mapping[str, Sequence[float | int]]
@@ -91,19 +92,12 @@ def plot_bars(
 def _write_value(ax: Axes, x: float, value: float, ceiling: float, colour: str) -> None:
     """The number of a bar: above it, or inside where the bar reaches the ceiling."""
     inside = value > 0.9 * ceiling
-    ax.annotate(
-        f"{value:.2f}",
-        (x, min(value, ceiling)),
-        xytext=(0, -3 if inside else 3),
-        textcoords="offset points",
-        ha="center",
-        va="top" if inside else "bottom",
-        fontsize=7,
-        rotation=90,
-        zorder=4,
-        color="white" if inside and colour != ORANGE else INK,
-        bbox={"facecolor": colour if inside else "white", "edgecolor": "none", "pad": 0.8},
-    )
+    letters = "white" if inside and colour != ORANGE else INK
+    box = {"facecolor": colour if inside else "white", "edgecolor": "none", "pad": 0.8}
+    note(
+        ax, f"{value:.2f}", (x, min(value, ceiling)), (0, -3 if inside else 3), ha="center",
+        va="top" if inside else "bottom", fontsize=7, rotation=90, zorder=4, color=letters, bbox=box,
+    )  # fmt: skip
 
 
 def _scores(recording: Recording) -> dict:

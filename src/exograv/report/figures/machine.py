@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Ellipse
 
-from exograv.report.style.figure_style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PINK, RED, SKY, joint_label, legend
+from exograv.report.style.colours import BLUE, GREEN, GREY, INK, ORANGE, PALE, PINK, RED, SKY
+from exograv.report.style.figure_style import joint_label, legend
 
 from .postures import HALF_SHOULDER_WIDTH_M, HEAD_M, plot_body, projected
 
@@ -85,9 +86,8 @@ def plot_torque(ax: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         if limit is not None:
             ax.plot([limit, limit], [place - 0.4, place + 0.4], color=RED if load > limit else INK, lw=2.2)
         words = "no motor" if limit is None else f"{limit:g} N·m"
-        ax.annotate(
-            words, (load if limit is None else limit, place), xytext=(5, 0), textcoords="offset points", va="center"
-        )
+        at = (load if limit is None else limit, place)
+        ax.annotate(words, at, (5, 0), textcoords="offset points", va="center")
     most = max([*forward, *(limit for limit in limits if limit is not None)])
     ax.set_xlim(min(1.15 * backward.min(), -0.01 * most), 1.25 * most)
     ax.set_yticks(places, [joint_label(row["joint"]) for row in rows])
@@ -104,16 +104,8 @@ def _plot_arms(ax: Axes, arms: Arms, seen: Callable[[Points], Seen], voxel_m: fl
         ax.plot(*shown["arm"].T, color=ORANGE, lw=6.0, alpha=0.85, solid_capstyle="round", label="arm", zorder=3)
         ax.plot(*shown["exo"].T, "-o", color=BLUE, lw=2.2, ms=4.5, label="machine", zorder=4)
         links = np.array(arm["links"])
-        ax.scatter(
-            *seen(links[:, :3]).T,
-            s=34.0 * links[:, 3],
-            color="none",
-            ec=BLUE,
-            lw=1.2,
-            label="link's mass",
-            zorder=5,
-            clip_on=False,
-        )
+        masses = {"s": 34.0 * links[:, 3], "color": "none", "ec": BLUE, "lw": 1.2, "clip_on": False}
+        ax.scatter(*seen(links[:, :3]).T, label="link's mass", zorder=5, **masses)
         ax.plot(*shown["cuffs"].T, "s", color="white", mec=INK, mew=1.3, ms=6.5, label="cuff", zorder=6)
     ax.set_aspect("equal")
     ax.set_axis_off()

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, GREEN, ORANGE, blank, legend, thinned
+from exograv.report.style.colours import BLUE, GREEN, ORANGE
+from exograv.report.style.figure_style import blank, legend, thinned
 
 COLUMNS = 5
 MOST_PANELS = 20

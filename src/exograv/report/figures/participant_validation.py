@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE
+from exograv.report.style.colours import BLUE, GREY, INK, ORANGE
 
 COLOURS = {"0.0": BLUE, "1.0": INK, "1.8": ORANGE}
 

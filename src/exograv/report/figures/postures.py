@@ -10,7 +10,7 @@ from matplotlib.patches import Ellipse, Polygon
 
 from exograv.recording import Recording
 from exograv.recording.fields import Message
-from exograv.report.style.figure_style import BLUE, ORANGE, PALE
+from exograv.report.style.colours import BLUE, ORANGE, PALE
 
 VIEW_FROM_DEG = (-40.0, 14.0)
 """The viewer stands to the front of a right arm: turned from straight ahead towards it, and raised [deg]."""
@@ -45,24 +45,15 @@ def explain(recording: Recording) -> str:
     )
 
 
-def plot_posture(ax: Axes, frame: Message, side: str, alpha: float = 1.0, body: bool = True) -> None:
+def plot_posture(ax: Axes, frame: Message, side: str) -> None:
     """One posture in oblique view."""
     exo, arm = np.array(frame["exo"]), np.array(frame["arm"])
     outward = 1.0 if side == "left" else -1.0
-    if body:
-        # A line over two arms runs from hand to hand; the right shoulder is in its first half.
-        plot_body(ax, arm[len(arm) // 2 - 1 if side == "both" else 0], outward)
-    ax.plot(*projected(exo, outward).T, "-o", color=BLUE, lw=2.6, ms=4.5, alpha=alpha, label="exoskeleton", zorder=3)
-    ax.plot(
-        *projected(arm, outward).T,
-        "-",
-        color=ORANGE,
-        lw=6.0,
-        alpha=0.75 * alpha,
-        solid_capstyle="round",
-        label="arm",
-        zorder=2,
-    )
+    # A line over two arms runs from hand to hand; the right shoulder is in its first half.
+    plot_body(ax, arm[len(arm) // 2 - 1 if side == "both" else 0], outward)
+    ax.plot(*projected(exo, outward).T, "-o", color=BLUE, lw=2.6, ms=4.5, label="exoskeleton", zorder=3)
+    look = {"color": ORANGE, "lw": 6.0, "alpha": 0.75, "solid_capstyle": "round"}
+    ax.plot(*projected(arm, outward).T, "-", label="arm", zorder=2, **look)
     ax.set_aspect("equal")
     ax.set_axis_off()
 

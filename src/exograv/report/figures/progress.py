@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 
 from exograv.recording import Recording
 from exograv.recording.fields import Message
-from exograv.report.style.figure_style import INK, joint_colours, joint_label, plain_log_axis, thinned
+from exograv.report.style.colours import INK
+from exograv.report.style.figure_style import joint_colours, joint_label, note, plain_log_axis, thinned
 from exograv.study.targets import targets
 
 MOST_POINTS = 150
@@ -51,21 +52,19 @@ def plot_progress(ax: Axes, recording: Recording) -> None:
     shown = true if len(true) else expected
     _mark_targets(ax, targets(recording))
     plain_log_axis(ax, np.concatenate([shown[:, 1:].ravel(), targets(recording)]))
-    ax.set_xlim(0.0, shown[-1, 0])
-    ax.set_xlabel("motion since the identification began [s]")
-    ax.set_ylabel("left over [N·m]")
+    ax.set(xlim=(0.0, shown[-1, 0]), xlabel="motion since the identification began [s]", ylabel="left over [N·m]")
     ax.legend(loc="upper right", ncols=2)
 
 
 def _mark_targets(ax: Axes, goal: np.ndarray) -> None:
     for value in np.unique(goal):
         ax.axhline(value, color=INK, ls=(0, (3, 2)), lw=1.1)
-        ax.annotate(
+        note(
+            ax,
             f"target\n{value:g}",
             (1.0, value),
+            (4, 0),
             xycoords=("axes fraction", "data"),
-            xytext=(4, 0),
-            textcoords="offset points",
             va="center",
             fontsize=7.5,
         )

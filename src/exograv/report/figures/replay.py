@@ -7,7 +7,8 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREY, INK, PALE, RED, joint_label, legend
+from exograv.report.style.colours import BLUE, GREY, INK, PALE, RED
+from exograv.report.style.figure_style import joint_label, legend
 
 BINS = 600
 """Stretches of a curve; each shows its least and its greatest value, so that no single tick is lost."""
@@ -55,8 +56,7 @@ def draw(series: Series) -> Figure:
     for ax in panels[0]:
         _phase_names(ax, series)
     for ax in panels[-1]:
-        ax.set_xlabel("time of the run [s]")
-        ax.set_xlim(series.t[0], max(series.t[-1], series.t[0] + 1e-3))
+        ax.set(xlabel="time of the run [s]", xlim=(series.t[0], max(series.t[-1], series.t[0] + 1e-3)))
     legend(figure, panels[:1, 0], "lower center", 3)
     return figure
 

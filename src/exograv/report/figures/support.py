@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, PALE, mark_simulated
+from exograv.report.style.colours import BLUE, GREY, INK, ORANGE, PALE
+from exograv.report.style.figure_style import mark_simulated
 
 from .support_data import SupportOutcome
 
@@ -38,9 +39,7 @@ def _plot_share(ax: Axes, result: SupportOutcome) -> None:
         tried = [one.support_percent for one in result.tried if one.reached is hit]
         ax.plot(tried, np.full(len(tried), y), marker, color=INK, ms=6, alpha=0.6)
     ax.set_xlim(101, -1)  # as it is done: support comes down
-    ax.set_ylim(-7, 107)
-    ax.set_xlabel("weight of the arm that is carried [%]")
-    ax.set_ylabel("targets reached [%]")
+    ax.set(ylim=(-7, 107), xlabel="weight of the arm that is carried [%]", ylabel="targets reached [%]")
     ax.legend(loc="lower left")
 
 
@@ -53,10 +52,9 @@ def _plot_map(ax: Axes, result: SupportOutcome, percent: int) -> None:
         x, y = target.outward_deg + (11 if near else 0), target.up_deg + (6 if near else 0)
         ax.scatter(x, y, s=35 if near else 120, color=BLUE, alpha=max(chance, 0.02), lw=0)
         ax.scatter(x, y, s=35 if near else 120, facecolors="none", edgecolors=INK, lw=0.8)
-    ax.set_title(f"{percent} %\n{chances.sum():.1f} of {len(chances)}")
-    ax.set_xlim(-25, 55)
-    ax.set_ylim(-52, 25)
-    ax.set_facecolor("white")
+    ax.set(
+        title=f"{percent} %\n{chances.sum():.1f} of {len(chances)}", xlim=(-25, 55), ylim=(-52, 25), facecolor="white"
+    )
     ax.grid(color=PALE)
     if percent != MAPS_PERCENT[0]:
         ax.set_yticklabels([])

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 
 from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream
-from exograv.report.style.figure_style import BLUE, GREY, ORANGE, thinned
+from exograv.report.style.colours import BLUE, GREY, ORANGE
+from exograv.report.style.figure_style import thinned
 from exograv.study.sync import StreamSync, stream_figures
 
 DOTS_MAX = 4000
@@ -50,9 +51,7 @@ def _told(stream: StreamSync) -> str:
 
 def _draw_clock(ax: Axes, stream: DeviceStream) -> None:
     """What LSL has measured, with half its round trip, and the line through it."""
-    ax.set_title(f"{stream.name}: what its clock lacks")
-    ax.set_xlabel("time of its clock, from the first [s]")
-    ax.set_ylabel("[ms]")
+    ax.set(title=f"{stream.name}: what its clock lacks", xlabel="time of its clock, from the first [s]", ylabel="[ms]")
     begin = min((one.remote for one in stream.corrections), default=0.0)
     for number, fit in stream.clocks.items():
         of = [one for one in stream.corrections if one.connection == number]
@@ -66,9 +65,7 @@ def _draw_clock(ax: Axes, stream: DeviceStream) -> None:
 
 def _draw_rhythm(ax: Axes, stream: DeviceStream) -> None:
     """Time between a sample and the next."""
-    ax.set_title(f"{stream.name}: from sample to sample")
-    ax.set_xlabel("robot's time, from the first [s]")
-    ax.set_ylabel("[ms]")
+    ax.set(title=f"{stream.name}: from sample to sample", xlabel="robot's time, from the first [s]", ylabel="[ms]")
     interval = 1e3 * np.diff(stream.stamps)
     interval[np.diff(stream.connection) != 0] = np.nan
     if not len(interval):

@@ -1,10 +1,14 @@
 """Did the controller keep up, and did the guard have to step in?"""
 
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, INK, RED, joint_label
+from exograv.report.style.colours import BLUE, INK, RED
+from exograv.report.style.figure_style import joint_label, note
 
 BUDGET_US = 1000.0
 """One period at 1 kHz."""
@@ -26,19 +30,16 @@ def draw(recording: Recording) -> Figure | None:
     ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     for share, value in zip(PERCENTILES, np.percentile(tick_us, PERCENTILES), strict=True):
-        ax.axvline(value, color=INK, lw=1.0, ls=(0, (3, 2)))
-        ax.annotate(
-            f"p{share:g}", (value, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2),
-            textcoords="offset points", va="top", fontsize=8, rotation=90,
-        )  # fmt: skip
-    ax.axvline(BUDGET_US, color=RED, lw=1.6)
-    ax.annotate(
-        "one period", (BUDGET_US, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2),
-        textcoords="offset points", va="top", fontsize=8, rotation=90, color=RED,
-    )  # fmt: skip
-    ax.set_xlabel("time for one tick [µs]")
-    ax.set_ylabel("number of ticks")
+        _mark(ax, value, f"p{share:g}", INK, lw=1.0, ls=(0, (3, 2)))
+    _mark(ax, BUDGET_US, "one period", RED, lw=1.6)
+    ax.set(xlabel="time for one tick [µs]", ylabel="number of ticks")
     return figure
+
+
+def _mark(ax: Axes, value: float, name: str, colour: str, **line: Any) -> None:
+    ax.axvline(value, color=colour, **line)
+    place = ("data", "axes fraction")
+    note(ax, name, (value, 1.0), (2, -2), xycoords=place, va="top", fontsize=8, rotation=90, color=colour)
 
 
 def explain(recording: Recording) -> str:

@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, GREY, averaged, blank, joint_label, legend
+from exograv.report.style.colours import BLUE, GREY
+from exograv.report.style.figure_style import averaged, blank, joint_label, legend
 
 STRETCH_S = 12.0
 BINS = 500
@@ -27,8 +28,7 @@ def draw(recording: Recording) -> Figure | None:
         ax.plot(t, measured[:, k], color=GREY, lw=1.6, label="measured by the motors")
         ax.plot(t, expected[:, k], color=BLUE, lw=1.2, label="expected by the model")
         ax.set_title(joint_label(joint), fontsize=9)
-        ax.set_ylabel("[N·m]")
-        ax.set_xlim(t[0], t[-1])
+        ax.set(ylabel="[N·m]", xlim=(t[0], t[-1]))
     blank(panels[len(joints) :])
     figure.supxlabel("time of the run [s]", fontsize=9)
     legend(figure, panels[:1], "upper center", 2)

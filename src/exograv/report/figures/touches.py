@@ -10,7 +10,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, GREY, INK, ORANGE, PALE
+from exograv.report.style.colours import BLUE, GREY, INK, ORANGE, PALE
 
 
 def draw(recording: Recording) -> Figure | None:
@@ -57,8 +57,7 @@ def _on_target(ax: Axes, recording: Recording, touches: list[dict[str, Any]]) ->
     ax.plot([0.0], [0.0], "+", color=INK)
     reach = 1.1 * float(np.abs([x, y]).max(initial=0.6 * (diameter or 1.0)))
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
-    ax.set_xlabel(f"right of the centre [{unit}]")
-    ax.set_ylabel(f"above it [{unit}]")
+    ax.set(xlabel=f"right of the centre [{unit}]", ylabel=f"above it [{unit}]")
 
 
 def _by_window(ax: Axes, touches: list[dict[str, Any]]) -> None:
@@ -69,6 +68,5 @@ def _by_window(ax: Axes, touches: list[dict[str, Any]]) -> None:
     ax.plot(windows, [np.median(values[k]) for k in windows], color=ORANGE, label="median")
     ax.set_ylim(0.0, None)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    ax.set_xlabel("window")
-    ax.set_ylabel("deviation [px]")
+    ax.set(xlabel="window", ylabel="deviation [px]")
     ax.legend(loc="upper right")

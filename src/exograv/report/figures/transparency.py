@@ -1,24 +1,14 @@
 """Muscle effort of one movement under each kind of help, joint by joint, one panel a kind of drive."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    ORANGE,
-    RED,
-    SKY,
-    joint_colours,
-    joint_label,
-    legend,
-)
+from exograv.report.style.colours import BLUE, GREEN, GREY, INK, ORANGE, RED, SKY
+from exograv.report.style.figure_style import joint_colours, joint_label, legend, note
 
 Result = dict[str, Any]
 """Of one kind of machine, as `exograv transparency --json` has it."""
@@ -50,13 +40,24 @@ STEPS = (
 
 
 def draw_effort(results: Sequence[Result]) -> Figure:
-    """Medians stacked by joint; dots are single machines, the dashed line is the goal."""
-    figure = Figure(figsize=(4.8 * max(2, len(results)), 4.2), layout="constrained")
+    """Draw medians stacked by joint; dots are single machines, the dashed line is the goal."""
+    return _panels(results, _plot_effort, 4.2, 5)
+
+
+def draw_causes(results: Sequence[Result]) -> Figure:
+    """Draw each condition minus the one with one burden less, joint by joint."""
+    return _panels(results, _plot_causes, 3.6, 3)
+
+
+def _panels(results: Sequence[Result], plot: Callable[[Axes, Result], None], height: float, columns: int) -> Figure:
+    figure = Figure(figsize=(4.8 * max(2, len(results)), height), layout="constrained")
     panels = figure.subplots(1, len(results), sharey=True, squeeze=False)[0]
     for ax, result in zip(panels, results, strict=True):
-        _plot_effort(ax, result)
+        plot(ax, result)
+        ax.tick_params(axis="x", length=0)
+        ax.set_title(PROFILES[result["profile"]])
     panels[0].set_ylabel("effort [N·m·s]")
-    legend(figure, panels[:1], "lower center", 5)
+    legend(figure, panels[:1], "lower center", columns)
     return figure
 
 
@@ -72,33 +73,14 @@ def _plot_effort(ax: Axes, result: Result) -> None:
         totals = [machine["effort_Nms"] for machine in result["conditions"][name]["machines"]]
         beside = 0.07 * (np.arange(len(totals)) - (len(totals) - 1) / 2)
         ax.plot(position + beside, totals, "o", color=INK, ms=3, zorder=4)
-        ax.annotate(
-            f"{result['conditions'][name]['effort_Nms']:.0f}",
-            (position, max(totals)),
-            xytext=(0, 5),
-            textcoords="offset points",
-            ha="center",
-            fontsize=9,
-        )
+        effort = f"{result['conditions'][name]['effort_Nms']:.0f}"
+        note(ax, effort, (position, max(totals)), (0, 5), ha="center", fontsize=9)
     goal = GOALS.get(result["profile"], {}).get("effort")
     if goal is not None and "dam" in conditions:
         height = goal * result["conditions"]["gcm"]["effort_Nms"]
         at = conditions.index("dam")
         ax.hlines(height, at - 0.45, at + 0.45, color=INK, ls=(0, (3, 2)), lw=1.4, zorder=5, label="goal")
     ax.set_xticks(x, [CONDITIONS[name] for name in conditions], fontsize=8)
-    ax.tick_params(axis="x", length=0)
-    ax.set_title(PROFILES[result["profile"]])
-
-
-def draw_causes(results: Sequence[Result]) -> Figure:
-    """What the effort is spent on: each condition minus the one with one burden less, joint by joint."""
-    figure = Figure(figsize=(4.8 * max(2, len(results)), 3.6), layout="constrained")
-    panels = figure.subplots(1, len(results), sharey=True, squeeze=False)[0]
-    for ax, result in zip(panels, results, strict=True):
-        _plot_causes(ax, result)
-    panels[0].set_ylabel("effort [N·m·s]")
-    legend(figure, panels[:1], "lower center", 3)
-    return figure
 
 
 def _plot_causes(ax: Axes, result: Result) -> None:
@@ -110,5 +92,3 @@ def _plot_causes(ax: Axes, result: Result) -> None:
         before = after
     ax.axhline(0.0, color=INK, lw=0.8)
     ax.set_xticks(x, [joint_label(joint, "\n") for joint in result["joints"]], fontsize=8)
-    ax.tick_params(axis="x", length=0)
-    ax.set_title(PROFILES[result["profile"]])

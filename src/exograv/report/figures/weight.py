@@ -3,7 +3,8 @@
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
-from exograv.report.style.figure_style import BLUE, GREEN, legend
+from exograv.report.style.colours import BLUE, GREEN
+from exograv.report.style.figure_style import legend
 
 
 def draw(recording: Recording) -> Figure | None:
@@ -21,8 +22,7 @@ def draw(recording: Recording) -> Figure | None:
         ax.axvline(truth, color=GREEN, lw=1.6, label=f"true {truth:.3f} kg")
     ends = [low, high, estimate, *([] if truth is None else [truth])]
     margin = max(0.05, 0.4 * (max(ends) - min(ends)))
-    ax.set_xlim(max(0.0, min(ends) - margin), max(ends) + margin)
-    ax.set_ylim(-1, 1)
+    ax.set(xlim=(max(0.0, min(ends) - margin), max(ends) + margin), ylim=(-1, 1))
     ax.set_yticks([])
     ax.spines["left"].set_visible(False)
     ax.set_xlabel("weight in the hand [kg]")

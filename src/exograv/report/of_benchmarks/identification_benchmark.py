@@ -7,19 +7,13 @@ from typing import Any
 from exograv.files import write_whole
 from exograv.report.figures.identification_benchmark import PROFILES, Row, draw_benchmark
 from exograv.report.style.figure_style import write_picture
+from exograv.report.style.page import Bullets, Chapter, Page, Table, markdown_text
 
 HEADINGS = (
-    "method",
-    "target s",
-    "coarse s",
-    "reached",
-    "20 s",
-    "60 s",
-    "120 s",
-    "95 % hold",
-    "possible",
-    "update µs",
-)
+    "method", "target s", "coarse s", "reached", "20 s", "60 s", "120 s", "95 % hold", "possible", "update µs"
+)  # fmt: skip
+VERDICTS = ("method", "where", "stop rule, wearers", "stop s", "told restless", "rejected", "unrest")
+BREAK_DOWN = ("method", "drives", "disturbance", "shoulder", "change (95 %)", "elbow", "change (95 %)")
 SETTINGS = {"open_loop": "same recorded stream for all", "closed_loop": "each method drives its own arm"}
 
 LEGEND = (
@@ -30,23 +24,34 @@ LEGEND = (
 )
 
 
-def tables(rows: Sequence[Row]) -> list[tuple[str, list[list[str]]]]:
-    """Title and lines of cells, one table a setting, level and kind of drive; variations of a level are left out."""
-    places = list(dict.fromkeys(_place(row) for row in rows))
-    found = []
-    for place in places:
-        here = [row for row in rows if _place(row) == place]
-        setting, level, profile, only, without, never_relaxed = place
-        title = f"Level {level}, {PROFILES.get(profile, profile)}, {here[0]['wearers']} wearers, {SETTINGS[setting]}"
-        title += f", only {only}" if only else ""
-        title += f", without {without}" if without else ""
-        title += ", never relaxed" if never_relaxed else ""
-        found.append((title, [cells(row) for row in here]))
-    return found
+def page_of(result: dict[str, Any]) -> Page:
+    """Content of the page."""
+    rows, seeds = told(result), result["seeds"]
+    chapters = [*tables(rows), Chapter("", [Bullets(sentences(result))])]
+    if said := verdicts(rows):
+        chapters.append(Chapter("What was said about the wearers", [Table(VERDICTS, said)]))
+    if changes := break_down(result):
+        chapters.append(Chapter("What the remainder after 120 s is made of, N·m", [Table(BREAK_DOWN, changes)]))
+    if seeds:
+        machines = ", ".join(map(str, result["machine_seeds"]))
+        chapters.append(Chapter("", [f"Wearer seeds {seeds[0]} to {seeds[-1]}, machine seeds {machines}."]))
+    return Page("Identification methods on the same wearers", chapters, lead=[LEGEND])
 
 
-def _place(row: Row) -> tuple[Any, ...]:
-    return tuple(row[key] for key in ("setting", "level", "profile", "only", "without", "never_relaxed"))
+def tables(rows: Sequence[Row]) -> list[Chapter]:
+    """One table a setting, level and kind of drive; variations of a level have their own."""
+    found = dict[tuple[Any, ...], list[Row]]()
+    for row in rows:
+        place = tuple(row[key] for key in ("setting", "level", "profile", "only", "without", "never_relaxed"))
+        found.setdefault(place, []).append(row)
+    return [Chapter(_title(here[0]), [Table(HEADINGS, [cells(row) for row in here])]) for here in found.values()]
+
+
+def _title(row: Row) -> str:
+    drives = PROFILES.get(row["profile"], row["profile"])
+    title = f"Level {row['level']}, {drives}, {row['wearers']} wearers, {SETTINGS[row['setting']]}"
+    variations = "".join(f", {name} {row[name]}" for name in ("only", "without") if row[name])
+    return title + variations + (", never relaxed" if row["never_relaxed"] else "")
 
 
 def cells(row: Row) -> list[str]:
@@ -94,7 +99,7 @@ def write_benchmark_page(result: dict[str, Any], folder: Path) -> tuple[Path, Pa
     rows = _drawn(result["results"])
     if rows:
         write_picture(picture, lambda: draw_benchmark(rows))
-    write_whole(page, markdown(result, picture.name if rows else None))
+    write_whole(page, markdown_text(page_of(result), {"Left over against motion time": picture} if rows else {}))
     return page, picture if rows else None
 
 
@@ -102,35 +107,12 @@ def _drawn(rows: Sequence[Row]) -> list[Row]:
     """Open loop where there is any; variations of a level only where nothing else is there."""
     with_curves = [row for row in rows if row["progress"]["t"]]
     for setting in ("open_loop", "closed_loop"):
-        of_setting = [row for row in with_curves if row["setting"] == setting]
-        plain = [row for row in of_setting if not (row["only"] or row["without"] or row["never_relaxed"])]
-        if plain or of_setting:
-            return plain or _first_variation(of_setting)
+        if of_setting := [row for row in with_curves if row["setting"] == setting]:
+            key = [(row["only"] or None, row["without"] or None, row["never_relaxed"]) for row in of_setting]
+            plain = (None, None, False)
+            shown = plain if plain in key else key[0]
+            return [row for row, one in zip(of_setting, key, strict=True) if one == shown]
     return []
-
-
-def _first_variation(rows: Sequence[Row]) -> list[Row]:
-    key = [(row["only"], row["without"], row["never_relaxed"]) for row in rows]
-    return [row for row, one in zip(rows, key, strict=True) if one == key[0]]
-
-
-def markdown(result: dict[str, Any], picture: str | None) -> str:
-    """The whole page."""
-    lines = ["# Identification methods on the same wearers", "", LEGEND, ""]
-    if picture is not None:
-        lines += [f"![Left over against motion time]({picture})", ""]
-    for title, of_methods in tables(told(result)):
-        lines += [f"**{title}**", "", *_table(HEADINGS, of_methods), ""]
-    lines += [*sentences(result), ""]
-    headings, said = verdicts(told(result))
-    if said:
-        lines += ["**What was said about the wearers**", "", *_table(headings, said), ""]
-    if result["break_down"]:
-        lines += ["**What the remainder after 120 s is made of**", "", *_table(*break_down_table(result)), ""]
-    seeds = result["seeds"]
-    if seeds:
-        lines += [f"Wearer seeds {seeds[0]} to {seeds[-1]}, machine seeds {_listed(result['machine_seeds'])}."]
-    return "\n".join(lines) + "\n"
 
 
 def told(result: dict[str, Any]) -> list[Row]:
@@ -139,9 +121,8 @@ def told(result: dict[str, Any]) -> list[Row]:
     return [row for row in rows if not (row["only"] or row["without"])] if result["break_down"] else rows
 
 
-def verdicts(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[list[str]]]:
-    """Headings and lines: what methods that state an uncertainty said about their wearers, and when they would stop."""
-    headings = ("method", "where", "stop rule, wearers", "stop s", "told restless", "rejected", "unrest")
+def verdicts(rows: Sequence[Row]) -> list[list[str]]:
+    """Outcomes of methods that state an uncertainty, and when they would stop, under `VERDICTS`."""
     lines = []
     for row in rows:
         if not row["coverage95"]["of"] or row["setting"] != "open_loop":
@@ -152,7 +133,7 @@ def verdicts(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[list[str]]]:
         shares = [_percent(row["told_restless_share"]), _percent(row["rejected_share"])]
         unrest = "–" if row["noise_scale"] is None else f"{row['noise_scale']:.1f}"
         lines.append([row["method"], where, said, stop, *shares, unrest])
-    return headings, lines
+    return lines
 
 
 def sentences(result: dict[str, Any]) -> list[str]:
@@ -161,18 +142,18 @@ def sentences(result: dict[str, Any]) -> list[str]:
     for level, of_profiles in result["winner_by_level"].items():
         for profile, won in of_profiles.items():
             if won["method"] is None:
-                lines.append(f"- Level {level}, {PROFILES.get(profile, profile)}: {won['by']}.")
+                lines.append(f"Level {level}, {PROFILES.get(profile, profile)}: {won['by']}.")
                 continue
             tied = f"; not to be told from it: {', '.join(won['tied_with'])}" if won["tied_with"] else ""
             tied += f"; off line ahead of it: {', '.join(won['offline_ahead'])}" if won["offline_ahead"] else ""
-            lines.append(f"- Level {level}, {PROFILES.get(profile, profile)}: {won['method']}, by {won['by']}{tied}.")
+            lines.append(f"Level {level}, {PROFILES.get(profile, profile)}: {won['method']}, by {won['by']}{tied}.")
     return [*lines, *(ratio_sentence(one) for one in result["paired_ratios"])]
 
 
 def ratio_sentence(one: dict[str, Any]) -> str:
     """One ratio of times in words."""
     place = f"level {one['level']}, {one['profile']}, {one['setting'].replace('_', ' ')}"
-    head = f"- {one['ours']} against {one['rival']} ({place}, {one['threshold']}): "
+    head = f"{one['ours']} against {one['rival']} ({place}, {one['threshold']}): "
     count = (
         f"sooner with {one['ours_sooner']} of {one['wearers']} wearers, later with {one['rival_sooner']}, neither got "
         f"there with {one['neither_reached']}"
@@ -186,18 +167,17 @@ def ratio_sentence(one: dict[str, Any]) -> str:
     return f"{head}{value:.2f} of its time ({low}–{high}); {count}."
 
 
-def break_down_table(result: dict[str, Any]) -> tuple[tuple[str, ...], list[list[str]]]:
-    """Headings and lines: what each disturbance changes, N·m."""
-    headings = ("method", "drives", "disturbance", "shoulder", "change (95 %)", "elbow", "change (95 %)")
-    lines = []
-    for part in result["break_down"]:
-        cells_of = [
+def break_down(result: dict[str, Any]) -> list[list[str]]:
+    """Change by each disturbance, under `BREAK_DOWN` [N·m]."""
+    return [
+        [part["method"], part["profile"], f"{part['kind']} {part['row']}"]
+        + [
             cell
             for place in ("shoulder", "elbow")
             for cell in (_number(part[f"{place}_Nm"]), _change(part[f"{place}_change_Nm"]))
         ]
-        lines.append([part["method"], part["profile"], f"{part['kind']} {part['row']}", *cells_of])
-    return headings, lines
+        for part in result["break_down"]
+    ]
 
 
 def _number(value: float | None) -> str:
@@ -209,11 +189,3 @@ def _change(figure: dict[str, Any]) -> str:
         return "–"
     low, high = ("–" if end is None else f"{end:+.3f}" for end in figure["ci95"])
     return f"{figure['median']:+.3f} ({low} to {high})"
-
-
-def _table(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> list[str]:
-    return [f"| {' | '.join(line)} |" for line in (headings, ["---"] * len(headings), *lines)]
-
-
-def _listed(values: Sequence[int]) -> str:
-    return ", ".join(map(str, values))

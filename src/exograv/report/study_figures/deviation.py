@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import GREY, INK, plain_log_axis
+from exograv.report.style.colours import GREY, INK
+from exograv.report.style.figure_style import note, plain_log_axis
 from exograv.study.measures.selecting import column, people, rows
 from exograv.study.measures.study_data import StudyData
 
@@ -43,8 +44,7 @@ def draw(data: StudyData, width: float = WIDTH_2) -> Figure | None:
         at += 1.5
     ax.set_xticks(list(ticks), list(ticks.values()))
     ax.tick_params(axis="x", length=0, pad=14)
-    ax.set_xlim(-0.8, at - 0.7)
-    ax.set_ylabel("deviation [px]")
+    ax.set(xlim=(-0.8, at - 0.7), ylabel="deviation [px]")
     second_axis_mm(ax, data)
     return marked(figure, data)
 
@@ -77,10 +77,8 @@ def _strips(ax: Axes, at: float, touches: pd.DataFrame, style: Look) -> float:
 
 def _name_strips(ax: Axes, end: float, codes: Sequence[str]) -> None:
     for k, code in enumerate(codes):
-        ax.annotate(
-            code, (end - (len(codes) - k - 0.5) * STRIP, 0.0), (0.0, -3.0), xycoords=("data", "axes fraction"),
-            textcoords="offset points", ha="center", va="top", fontsize=6, color=GREY,
-        )  # fmt: skip
+        place, look = (end - (len(codes) - k - 0.5) * STRIP, 0.0), {"ha": "center", "va": "top", "fontsize": 6}
+        note(ax, code, place, (0.0, -3.0), xycoords=("data", "axes fraction"), color=GREY, **look)
 
 
 def explain(data: StudyData) -> str:

@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREY, INK, name_rows, plain_ticks
+from exograv.report.style.colours import BLUE, GREY, INK
+from exograv.report.style.figure_style import name_rows, plain_ticks
 from exograv.study.measures.study_data import StudyData
 from exograv.study.statistics.findings import Interval, StudyFindings
 
@@ -31,8 +32,7 @@ def draw(data: StudyData, findings: StudyFindings) -> Figure | None:
             ax.plot([first, last], [row, row], color=colour, linewidth=2.0 if row == 0 else 1.2)
         ax.plot([value], [row], "D" if row == 0 else "o", color=colour, markersize=6 if row == 0 else 4)
     ax.axvline(1.0, color=GREY, linewidth=0.9)
-    ax.set_xscale("log")
-    ax.set_xlim(low, high)
+    ax.set(xscale="log", xlim=(low, high))
     plain_ticks(ax.xaxis, np.array([low, high]))
     name_rows(ax, [name for name, _, _ in lines])
     first, second = findings.groups

@@ -30,8 +30,7 @@ def draw(data: StudyData) -> Figure | None:
             style, of = look(data, group), rows(traces, traces["group"] == group)
             course = of.groupby("t_s")[name].median()
             ax.plot(course.index, course, style.line, color=style.colour, linewidth=1.3)
-        ax.set_ylabel({"felt_level": "felt weight\nor g [-]"}.get(name, "joints\n[rad/s]"))
-        ax.set_ylim(0.0, None)
+        ax.set(ylabel={"felt_level": "felt weight\nor g [-]"}.get(name, "joints\n[rad/s]"), ylim=(0.0, None))
     for ax in panels:
         ax.axvspan(0.0, _length_s(data), color="0.93", zorder=0)
     panels[-1].set_xlabel("time since the window opened [s]")

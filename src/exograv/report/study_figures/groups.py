@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exograv.report.style.figure_style import BLUE, GREEN, INK, ORANGE, PINK, SKY, mark_simulated, plain_ticks
+from exograv.report.style.colours import BLUE, GREEN, INK, ORANGE, PINK, SKY
+from exograv.report.style.figure_style import mark_simulated, plain_ticks
 from exograv.study.measures.study_data import StudyData
 from exograv.study.participants.participant_record import SEALED
 

@@ -25,9 +25,7 @@ def draw(data: StudyData) -> Figure | None:
     panels = np.atleast_1d(figure.subplots(1, len(protocols), sharey=True, width_ratios=widths))
     for ax, protocol, last in zip(panels, protocols, sessions, strict=True):
         course(ax, data, rows(medians, medians["protocol"] == protocol), "session")
-        ax.set_title(protocol)
-        ax.set_xlim(0.5, last + 0.5)
-        ax.set_xlabel("session")
+        ax.set(title=protocol, xlim=(0.5, last + 0.5), xlabel="session")
     plain_log_axis(panels[0], medians["value"].to_numpy(float))
     panels[0].set_ylabel("median deviation [px]")
     second_axis_mm(panels[-1], data)

@@ -4,7 +4,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exograv.report.style.figure_style import BLUE, GREEN, GREY, ORANGE, legend, mark_simulated
+from exograv.report.style.colours import BLUE, GREEN, GREY, ORANGE
+from exograv.report.style.figure_style import legend, mark_simulated
 from exograv.study.power.curve import TARGETS, PowerResult
 
 from .groups import WIDTH_2

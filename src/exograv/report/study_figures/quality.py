@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from exograv.report.style.figure_style import GREY, INK, ORANGE, RED
+from exograv.report.style.colours import GREY, INK, ORANGE, RED
+from exograv.report.style.figure_style import note
 from exograv.study.measures.selecting import keys, rows
 from exograv.study.measures.study_data import PRIMARY, StudyData
 from exograv.study.measures.table import SESSION
@@ -43,10 +44,15 @@ def draw(data: StudyData) -> Figure | None:
     ax.tick_params(length=0, labelsize=7)
     for protocol in dict.fromkeys(protocol for protocol, _ in columns.values()):
         own = [at for at, (name, _) in columns.items() if name == protocol]
-        ax.annotate(
-            protocol, (float(np.mean(own)), 0.0), (0, -18), xycoords=("data", "axes fraction"),
-            textcoords="offset points", ha="center", va="top",
-        )  # fmt: skip
+        note(
+            ax,
+            protocol,
+            (float(np.mean(own)), 0.0),
+            (0, -18),
+            xycoords=("data", "axes fraction"),
+            ha="center",
+            va="top",
+        )
     handles = [
         Line2D([], [], marker=m, linestyle="", markerfacecolor=face, markeredgecolor=edge, label=name)
         for name, (m, face, edge) in MARKS.items()

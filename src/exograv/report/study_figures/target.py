@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
-from exograv.report.style.figure_style import GREY, INK, blank
+from exograv.report.style.colours import GREY, INK
+from exograv.report.style.figure_style import blank
 from exograv.study.measures.pointing import deviations, ellipse
 from exograv.study.measures.selecting import column, rows
 from exograv.study.measures.study_data import StudyData

@@ -33,8 +33,7 @@ def draw(data: StudyData) -> Figure | None:
     by_person = medians.groupby(["participant", "group", "window"])["value"].median().reset_index()
     course(left, data, by_person, "window")
     plain_log_axis(left, medians["value"].to_numpy(float))
-    left.set_xlabel("window")
-    left.set_ylabel("median deviation [px]")
+    left.set(xlabel="window", ylabel="median deviation [px]")
     legend(figure, [left], "upper left", len(data.groups))
     second_axis_mm(left, data)
     _costs(right, data, kept)
@@ -54,8 +53,7 @@ def _costs(ax: Axes, data: StudyData, kept: pd.DataFrame) -> None:
                 ax.plot([x - 0.09, x + 0.09], [np.exp(np.log(values).mean())] * 2, color=style.colour, linewidth=2.0)
     ax.axhline(1.0, color="black", linewidth=0.8)
     ax.set_xticks(range(len(shown)), [COSTS[name] for name in shown], fontsize=6.5)
-    ax.set_xlim(-0.6, len(shown) - 0.4)
-    ax.set_ylabel("deviation over the usual")
+    ax.set(xlim=(-0.6, len(shown) - 0.4), ylabel="deviation over the usual")
 
 
 def explain(data: StudyData) -> str:

@@ -19,11 +19,7 @@ from matplotlib.figure import Figure
 
 from exograv.files import write_whole
 
-# Okabe and Ito's palette, which colour-blind readers can tell apart.
-BLUE, ORANGE, GREEN, RED, PINK, SKY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9"
-INK, GREY, PALE = "#22303C", "#8B96A1", "#E3E8EC"
-
-JOINT_COLOURS = (BLUE, RED, PINK, GREEN, ORANGE, SKY, INK)
+from .colours import GREY, INK, JOINT_COLOURS, PALE, RED
 
 PICTURE_DPI, JOURNAL_DPI = 120, 300
 """Pictures of a command; figures of a study, and the touches within their SVG: thousands of shapes load too slowly."""
@@ -147,6 +143,11 @@ def blank(panels: Iterable[Axes]) -> None:
         ax.set_axis_off()
 
 
+def note(ax: Axes, text: str, at: tuple[Any, Any], offset: tuple[float | int, float | int], **look: Any) -> None:
+    """Write a text so many points beside a place of the data."""
+    ax.annotate(text, at, offset, textcoords="offset points", **look)
+
+
 def name_rows(ax: Axes, names: Sequence[str]) -> None:
     """Put one name on each row, the first on top, with a grid across the rows."""
     ax.set_yticks(range(len(names)), names)
@@ -170,8 +171,7 @@ def plain_log_axis(ax: Axes, values: Sequence[float] | np.ndarray) -> None:
     positive = np.asarray(values, float)
     positive = positive[np.isfinite(positive) & (positive > 0.0)]
     low, high = (positive.min() / 1.2, positive.max() * 1.2) if len(positive) else (1.0, 100.0)
-    ax.set_yscale("log")
-    ax.set_ylim(low, high)
+    ax.set(yscale="log", ylim=(low, high))
     plain_ticks(ax.yaxis, np.array([low, high]))
 
 

@@ -2,7 +2,7 @@
 
 import io
 import logging
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -138,6 +138,27 @@ def write_page(path: Path, page: Page) -> Path:
     """
     write_whole(path, page_text(page))
     return path
+
+
+def markdown_text(page: Page, pictures: Mapping[str, Path]) -> str:
+    """Render a page as Markdown, with these pictures, given by what they show, in place of figures."""
+    blocks = [
+        f"# {page.headline}",
+        *map(_markdown, page.lead),
+        *(f"![{shown}]({path.name})" for shown, path in pictures.items()),
+    ]
+    for chapter in page.chapters:
+        blocks += [*([f"**{chapter.title}**"] if chapter.title else []), *map(_markdown, chapter.blocks)]
+    return "\n\n".join(blocks) + "\n"
+
+
+def _markdown(block: Block) -> str:
+    if isinstance(block, Table):
+        lines = (block.columns, ["---"] * len(block.columns), *block.rows)
+        return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    if isinstance(block, Bullets):
+        return "\n".join(f"- {sentence}" for sentence in block.sentences)
+    return block.text if isinstance(block, Text) else block
 
 
 def write_pdf(html: Path) -> tuple[Path | None, str | None]:

@@ -10,7 +10,7 @@ from exograv.console.words import said_in
 from exograv.laboratory.assist.session import fly_session
 from exograv.procedures.rehabilitation.assist.page import course, page_of, write_assist_page
 from exograv.procedures.rehabilitation.assist.participant_record import AssistFile, opened
-from exograv.procedures.rehabilitation.assist.words import PAGE, Language, Words
+from exograv.procedures.rehabilitation.assist.words import Language, Words, page_words
 from exograv.report.style.page import page_text
 from exograv.task.assist_as_needed import SENTENCES
 
@@ -40,7 +40,7 @@ def test_every_decision_stands_on_the_page_in_its_language(language: Language, s
 
 
 def test_both_languages_have_the_same_words_with_the_same_gaps():
-    english, german = PAGE["en"], PAGE["de"]
+    english, german = page_words("en"), page_words("de")
     assert english.keys() == german.keys()
     for name, text in english.items():
         assert set(re.findall(r"{(\w+)}", text)) == set(re.findall(r"{(\w+)}", german[name])), name
