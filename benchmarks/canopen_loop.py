@@ -24,8 +24,7 @@ from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.rig.drives.canopen import CanopenRig
-from exograv.rig.drives.canopen.bus_load import load
-from exograv.rig.drives.canopen.rig import ANSWER_SHARE
+from exograv.rig.drives.canopen.cycle import load
 from exograv.rig.drives.canopen.simulated.network import CanopenDevices
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated import Plant
@@ -238,7 +237,7 @@ def measure(seconds: float, period_ms: int, trials: int) -> dict:
             line.send("served")
             said = line.recv()
             pauses, served = said["pauses"], np.frombuffer(said["served"]).reshape(-1, 2)
-            answer_s = ANSWER_SHARE * rig.period_s
+            answer_s = rig.answer_share * rig.period_s
             with realtime():
                 reacted = reactions(rig, line, trials)
         line.send("stop")

@@ -259,7 +259,7 @@ def attack_driver(packets: int, seed: int) -> dict[str, Any]:
     address = drives.settings.udp.host, drives.settings.udp.port
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as controller:
         controller.bind(address)
-        rig = UdpRig(drives, answer_share=0.05)
+        rig = UdpRig(drives, answer_s=0.05 * drives.period_s)
         attacker, true = _Forger(seed, rig, controller, drives), 0
         before = 0.0
         while attacker.sent < packets:

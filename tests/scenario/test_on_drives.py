@@ -1,4 +1,4 @@
-"""A simulated machine on either bus is calibrated, tested and worn over its drivers, as a real one would be."""
+"""A simulated machine on any bus is calibrated, tested and worn over its drivers, as a real one would be."""
 
 import json
 import subprocess
@@ -29,10 +29,10 @@ def figures(folder: Path) -> dict[str, Any]:
     return json.loads((folder / "figures.json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("bus", ["udp", "canopen"])
+@pytest.mark.parametrize("bus", ["udp", "canopen", "moteus"])
 def test_a_machine_on_its_bus_is_calibrated_tested_and_lets_the_arm_float(bus: str, tmp_path: Path):
-    if bus == "canopen":
-        pytest.importorskip("can")
+    if bus != "udp":
+        pytest.importorskip("can" if bus == "canopen" else bus)
     drives = ["--simulate", "--drives", str(EXAMPLES / f"{bus}.toml")]
     result = exograv(tmp_path, "calibrate", *drives)
     assert result.returncode == 0, result.stderr
@@ -49,6 +49,8 @@ def test_a_machine_on_its_bus_is_calibrated_tested_and_lets_the_arm_float(bus: s
     result = exograv(tmp_path, "self-test", *drives)
     assert result.returncode == 0, result.stdout + result.stderr
     assert figures(tmp_path)["self_test"].startswith("passed")
+    if bus == "moteus":
+        return  # `live` has not been tried on it
     result = exograv(tmp_path, "live", *drives, "--identify", "20", "--seconds", "10")
     assert result.returncode == 0, result.stdout + result.stderr
     found = figures(tmp_path)

@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -18,7 +17,8 @@ from exograv.options import Bus
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.rig.drives.settings import Drives, load_drives
-from exograv.rig.drives.simulated.bench import FrontEnd, SimulatedBench
+from exograv.rig.drives.simulated.bench import SimulatedBench
+from exograv.rig.drives.simulated.devices import SimulatedDevices
 from exograv.rig.drives.simulated.plant import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.runtime.clock.realtime import realtime
@@ -38,24 +38,6 @@ FRONT_ENDS: dict[Bus, tuple[str, str]] = {
 Say = Callable[[str], None]
 
 
-@runtime_checkable
-class Device(FrontEnd, Protocol):
-    """Simulated drives on a bus."""
-
-    @property
-    def where(self) -> str:
-        """Its address, for people."""
-        ...
-
-    def run(self, until_stopped: Callable[[], bool]) -> None:
-        """Serve until then."""
-        ...
-
-    def __enter__(self) -> "Device": ...
-
-    def __exit__(self, *_: object) -> None: ...
-
-
 def run_drive_sim(options: DriveSimOptions, folder: Path, say: Say) -> None:
     """Serve until `quit`, or Ctrl-C.
 
@@ -70,7 +52,7 @@ def run_drive_sim(options: DriveSimOptions, folder: Path, say: Say) -> None:
     wiring = _wiring(options, drives.joints)
     make = front_end(options.bus, drives)
     plant = _plant(options, description, drives, wiring)
-    device: Device = make(plant, drives, lock_step=options.lock_step, say=say)
+    device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = SimulatedBench(drives.joints, plant, device, say)
     bench.listen(sys.stdin)
     say(_greeting(options, drives, device, file))
@@ -85,7 +67,7 @@ def _punctual(lock_step: bool) -> contextlib.AbstractContextManager[object]:
     return realtime((min(os.sched_getaffinity(0)),))
 
 
-def _greeting(options: DriveSimOptions, drives: Drives, device: Device, file: Path) -> str:
+def _greeting(options: DriveSimOptions, drives: Drives, device: SimulatedDevices, file: Path) -> str:
     who = "with its wearer" if options.worn else "empty"
     clock = "each measurement is a step" if options.lock_step else "real time"
     return (
@@ -95,7 +77,7 @@ def _greeting(options: DriveSimOptions, drives: Drives, device: Device, file: Pa
     )
 
 
-def front_end(bus: Bus, drives: Drives) -> Callable[..., Device]:
+def front_end(bus: Bus, drives: Drives) -> Callable[..., SimulatedDevices]:
     """Simulated drives on this bus, of a plant.
 
     Raises:

@@ -25,8 +25,8 @@ from exograv.rig.drives.udp import UdpRig
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "examples" / "drives"
 STARTS_S, ANSWERS_S = 60.0, 10.0
-PATIENT = 200.0
-"""Periods."""
+PATIENT_S = 0.5
+"""For an answer where simulated drives wait for us as we for them; a drive that is unplugged costs as much."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,6 @@ class Driver:
     """One row of the battery: our driver of a bus, and what the example of that bus says."""
 
     make: Callable[..., Any]
-    patient: dict[str, Any]
-    """Its options where simulated drives wait for us as we for them, however busy this computer is."""
-
     address: tuple[str, str]
     """Text of the example, and the same at a free port or path."""
 
@@ -53,7 +50,6 @@ class Driver:
 BUSES = {
     "udp": Driver(
         UdpRig,
-        {"lock_step": True},
         ("port = 47100", "port = {port}"),
         ("node = 4\n", "node = 4\nsign = -1\n"),
         {"current_rated_A": 2.5, "current_max_A": 12.0, "brake_Nms_per_rad": 1.0},
@@ -61,8 +57,6 @@ BUSES = {
     ),
     "canopen": Driver(
         CanopenRig,
-        # A drive that is unplugged lets us wait for so long.
-        {"lock_step": True, "answer_s": 0.5},
         ('"239.74.163.2"', '"239.74.163.2:{port}"'),
         ("node = 4\nsign = -1\n", "node = 4\n"),
         {"current_rated_A": 2.5},
@@ -70,7 +64,6 @@ BUSES = {
     ),
     "moteus": Driver(
         MoteusRig,
-        {"lock_step": True},
         ('path = "fdcanusb"', 'path = "{folder}/fdcanusb"'),
         ("node = 4\n", "node = 4\nsign = -1\n"),
         {"current_max_A": 12.0, "brake_Nms_per_rad": 1.0},
@@ -198,10 +191,15 @@ def driver(served: tuple[str, Path, DeviceProcess]) -> Driver:
     return BUSES[served[0]]
 
 
+def patient(driver: Driver) -> Callable[[Drives], Any]:
+    """The driver of a bus in lock-step, however busy this computer is."""
+    return partial(driver.make, answer_s=PATIENT_S, lock_step=True)
+
+
 @pytest.fixture
 def make_rig(request: pytest.FixtureRequest, driver: Driver) -> Callable[[Drives], Any]:
     """The driver of the bus; in lock-step it waits for every answer."""
-    return partial(driver.make, **driver.patient) if request.module.LOCK_STEP else driver.make
+    return patient(driver) if request.module.LOCK_STEP else driver.make
 
 
 @pytest.fixture
@@ -220,7 +218,7 @@ def start(request: pytest.FixtureRequest) -> Iterator[Callable[..., Any]]:
         driver = BUSES[request.param]
         path = drives_on(folder, request.param, *((driver.turned,) if is_turned else ()))
         devices.append(start_device(drive_sim(request.param, path, True, *options), "Reached at"))
-        return driver.make(drives_of(path), **driver.patient)
+        return patient(driver)(drives_of(path))
 
     yield started
     for device in devices:

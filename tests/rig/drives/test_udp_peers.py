@@ -24,8 +24,8 @@ from .conftest import DeviceProcess, drives_of, drives_on, start_device
 ROOT = Path(__file__).parents[3]
 PEERS = ROOT / "examples" / "udp_peer"
 CURRENT = 0.5
-PATIENT = 50.0
-"""Periods that our driver waits for an answer: a busy test computer is not what is tested."""
+PATIENT_S = 0.05
+"""Time that our driver waits for an answer: a busy test computer is not what is tested."""
 
 
 @pytest.fixture(scope="module", params=["python", "c"])
@@ -50,7 +50,7 @@ def peer(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 @pytest.fixture
 def rig(peer: tuple[Drives, str]) -> Iterator[UdpRig]:
     """Our sequences wrap within the test."""
-    with UdpRig(peer[0], answer_share=PATIENT, first_sequence=2**32 - 20) as entered:
+    with UdpRig(peer[0], answer_s=PATIENT_S, first_sequence=2**32 - 20) as entered:
         yield entered
 
 
@@ -114,15 +114,15 @@ def test_garbage_from_elsewhere_does_not_disturb_it(peer: tuple[Drives, str], ri
 
 @pytest.mark.slow  # by the clock
 def test_who_stops_without_a_word_leaves_it_to_the_next_after_a_watchdogs_time(peer: tuple[Drives, str]):
-    first = UdpRig(peer[0], answer_share=PATIENT)
+    first = UdpRig(peer[0], answer_s=PATIENT_S)
     first._link.open()
-    first._begin_session()
+    first._begin()
     enabled(first)
-    with UdpRig(peer[0], answer_share=PATIENT) as second:  # asks for several watchdogs' time
+    with UdpRig(peer[0], answer_s=PATIENT_S) as second:  # asks for several watchdogs' time
         np.testing.assert_array_equal(drive(second, 0.05, CURRENT).current, 0.0)
         assert not any(one.is_enabled for one in second.status())
         seen = first._link.counts["late or lost states"]
-        first._wait_s = 0.01
+        first._answer_s = 0.01
         first.read()
         assert first._link.counts["late or lost states"] == seen + 1
     first._link.close()
@@ -153,13 +153,13 @@ def test_a_controller_that_has_restarted_is_found_again_by_enabling_and_by_nothi
     assert drives.settings.udp is not None
     command = [sys.executable, "-I", str(PEERS / "peer.py"), str(drives.settings.udp.port)]
     device = start_device(command, "listening")
-    with UdpRig(drives, answer_share=PATIENT) as rig:
+    with UdpRig(drives, answer_s=PATIENT_S) as rig:
         enabled(rig)
         device.end()
-        rig._wait_s = 0.001
+        rig._answer_s = 0.001
         assert drive(rig, 0.05, CURRENT).faulty == (0, 1, 2, 3)
         device = start_device(command, "listening")
-        rig._wait_s = 0.001 * PATIENT
+        rig._answer_s = PATIENT_S
         assert drive(rig, 0.005, CURRENT).faulty == (0, 1, 2, 3)  # its grant is another
         np.testing.assert_allclose(enabled(rig), CURRENT)
     device.end()

@@ -10,11 +10,12 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from exograv.laboratory.drive_sim import Device, front_end
+from exograv.laboratory.drive_sim import front_end
 from exograv.options import Bus
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated import Plant
 from exograv.rig.drives.simulated.bench import SimulatedBench
+from exograv.rig.drives.simulated.devices import SimulatedDevices
 from exograv.rig.drives.simulated.firmware import AMBIENT_C
 
 from .fault_plant import FlightStart, SwayingWearer, TruthSample, twin_of
@@ -63,7 +64,7 @@ class DriveReport(NamedTuple):
 class DriveExaminer:
     """Obeys the campaign between two steps."""
 
-    def __init__(self, known: Path, plant: Plant, device: Device, joints: tuple[str, ...], line: Connection):
+    def __init__(self, known: Path, plant: Plant, device: SimulatedDevices, joints: tuple[str, ...], line: Connection):
         self._laboratory, prepared, _ = pickle.loads(known.read_bytes())
         self._t0, self._plant, self._device, self._line = prepared.t, plant, device, line
         self._bench = SimulatedBench(joints, plant, device, lambda _: None)

@@ -1,9 +1,12 @@
-"""Life of a driver from opening to closing, and rules that hold on every bus: its clock, deadlines, lost answers."""
+"""Life of a driver on any bus: opening, clock, measurements, commands, enabling (docs/rig_test.md: another bus)."""
 
+import time
 from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import TracebackType
-from typing import ClassVar, Generic, Protocol, TypeVar
+from typing import ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -12,24 +15,52 @@ from exograv.errors import RigError
 from exograv.rig.drive_status import DriveStatus
 from exograv.signals import Command, JointState, TorqueSource
 
-from .clock import ENDED, Clock
+from .clock import ENDED, LOCK_STEP_S, Clock
+from .node import Node
 from .settings import Drives
+from .units import Units
+
+ENABLE_S = 1.0
+"""Time in which all drives have to be on [s]."""
 
 Joints = Float[np.ndarray, " joint"]
 AnyDriver = TypeVar("AnyDriver", bound="Driver")
+AnyNode = TypeVar("AnyNode", bound=Node)
 
 
-class Driver(ABC):
-    """A `Rig` and `Powered`: a machine of drives on a bus."""
+class Asked(NamedTuple):
+    """Question that was answered."""
+
+    t: float
+    """When it was asked, on the rig's clock [s]."""
+
+    tick: int
+
+
+class Driver(ABC, Generic[AnyNode]):
+    """A machine of drives on a bus: a `Rig` and `Powered`. Each bus gives what is abstract here."""
+
+    answer_share: ClassVar[float] = 0.55
+    """Share of a period for which `read` waits for the drives."""
 
     not_open: ClassVar[str] = "The bus is not open. Use the machine inside `with rig:`."
-    """For a use outside of `with`."""
+    """Error of a use outside of `with`."""
 
-    def __init__(self, drives: Drives, lock_step: bool):
-        """Nothing is opened yet; in lock-step time is counted in periods, each as long as it takes."""
-        self._drives, self._lock_step = drives, lock_step
-        self._clock = Clock(drives.period_s, lock_step)
-        self._expired = 0
+    def __init__(self, drives: Drives, nodes: Sequence[AnyNode], answer_s: float | None, lock_step: bool):
+        """Open nothing yet.
+
+        Args:
+            drives: Of the machine.
+            nodes: Of its joints, in their order.
+            answer_s: How long `read` waits for the drives at most [s]; `answer_share` of the period where absent.
+            lock_step: True if simulated drives wait for us as we for them, and time is counted in periods.
+        """
+        self._drives, self._nodes, self._lock_step = drives, tuple(nodes), lock_step
+        self._units, self._clock = Units(drives), Clock(drives.period_s, lock_step)
+        patience_s = LOCK_STEP_S if lock_step else self.answer_share * drives.period_s
+        self._answer_s = patience_s if answer_s is None else answer_s
+        self._state, self._is_on = self._unmeasured(), False
+        self._incomplete = self._expired = 0
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -46,12 +77,18 @@ class Driver(ABC):
         """The rig's clock: since it was made, by this computer's monotonic clock [s]."""
         return self._clock.t
 
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Measurements that were incomplete, commands that were limited or too old to be sent, failures of the link."""
+        own = {"limited": self._units.limited, "expired": self._expired, "incomplete": self._incomplete}
+        return Counter(own | self._link_counts())
+
     def __enter__(self: AnyDriver) -> AnyDriver:
-        """Find the drives and hold them against `drives.toml`; nothing is switched on.
+        """Find the drives and check them against `drives.toml`; nothing is switched on.
 
         Raises:
             ConfigError: `drives.toml` says of a drive what is not so, or a package is missing.
-            RigError: The bus does not open, a drive is missing or cannot what is needed, or somebody else commands.
+            RigError: The bus does not open, a drive is missing or cannot what is needed, or another host commands.
         """
         self._open()
         try:
@@ -67,13 +104,34 @@ class Driver(ABC):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """No torque, all off, and the bus is given back."""
+        """Switch all off without torque, and give the bus back."""
         if not self._is_open:
             return
         try:
             self._leave()
         finally:
             self._close()
+
+    def read(self) -> JointState:
+        """What the drives measured when they were asked just now: the same as before where not all answered in time.
+
+        A joint in `faulty` keeps the last numbers that its drive has said.
+        """
+        if not self._is_open:
+            raise RigError(self.not_open)
+        now = Asked(self._clock.tick(), self._clock.ticks)
+        asked = self._ask(now, 0.0 if self._clock.nobody_answers else self._answer_s)
+        is_silent = all(node.is_silent for node in self._nodes)
+        if is_silent and self._lock_step and not self._clock.nobody_answers:
+            raise RigError(ENDED)
+        faulty = self._faulty()
+        if asked is not None and not is_silent:
+            self._state = self._measurement(asked, faulty)
+        else:
+            self._incomplete += 1
+            if faulty != self._state.faulty:
+                self._state = replace(self._state, faulty=faulty)
+        return self._state
 
     def write(self, command: Command) -> None:
         """Send it, unless its time is over: then the drives are told nothing, and their watchdogs run on.
@@ -83,11 +141,41 @@ class Driver(ABC):
         """
         if not self._is_open:
             raise RigError(self.not_open)
-        currents = self._within_limits(command)
+        currents = self._units.drive_currents(command).tolist()
         if self.t > command.valid_until:
             self._expired += 1
             return
-        self._tell(command, currents, np.zeros_like(currents) if command.damping is None else command.damping)
+        self._tell(command, currents, [0.0] * len(currents) if command.damping is None else command.damping.tolist())
+
+    def enable(self) -> None:
+        """Switch all motors on, at zero torque; faults that are over are acknowledged by it, and by nothing else.
+
+        Raises:
+            RigError: A drive stays off, is missing, or another host commands; says which, and why. All brake then.
+            ConfigError: One that was away is set to something else now.
+        """
+        if self._is_on and not self._faulty():
+            return
+        self._is_on = False
+        self._refresh()
+        try:
+            self._switch_on()
+        except BaseException:
+            self.disable()
+            raise
+        self._is_on = True
+
+    @abstractmethod
+    def disable(self) -> None:
+        """Switch all motors off; the drives brake."""
+
+    def status(self) -> tuple[DriveStatus, ...]:
+        """What each drive said last, in the order of the joints."""
+        return tuple(node.status for node in self._nodes)
+
+    def expect_silence(self) -> None:
+        """For examiners in lock-step: nobody answers from now on, and time passes all the same."""
+        self._clock.nobody_answers = True
 
     @property
     @abstractmethod
@@ -102,88 +190,73 @@ class Driver(ABC):
     def _begin(self) -> None:
         """Find and check the drives, and take a first measurement."""
 
-    @abstractmethod
     def _leave(self) -> None:
         """Switch all off, before the bus is given back."""
+        self.disable()
 
     @abstractmethod
     def _close(self) -> None:
         """Give the bus back."""
 
     @abstractmethod
-    def _within_limits(self, command: Command) -> Joints:
-        """Currents of a command, limited to what the drives may give [A]."""
+    def _link_counts(self) -> Counter[str]:
+        """Failures of the link by reason."""
 
     @abstractmethod
-    def _tell(self, command: Command, currents: Joints, damping: Joints) -> None:
-        """Send currents [A] and damping [N·m·s/rad] of a command that is still valid."""
-
-
-class Node(Protocol):
-    """One drive of a bus on which each answers for itself."""
-
-    @property
-    def status(self) -> DriveStatus:
-        """What it said last."""
-        ...
-
-
-AnyNode = TypeVar("AnyNode", bound=Node)
-
-
-class NodesDriver(Driver, Generic[AnyNode]):
-    """A driver of drives that answer one by one. A joint in `faulty` keeps the last numbers that its drive has said."""
-
-    _nodes: tuple[AnyNode, ...]
-    _answer_s: float
-    """Time for which `read` waits for the drives at most [s]."""
-
-    def __init__(self, drives: Drives, lock_step: bool):
-        super().__init__(drives, lock_step)
-        self._state: JointState | None = None
-        self._incomplete = 0
-
-    def read(self) -> JointState:
-        """What the drives measured when they were asked just now: the same as before where not all answered in time."""
-        if not self._is_open:
-            raise RigError(self.not_open)
-        t = self._clock.tick()
-        is_complete = self._ask(0.0 if self._clock.nobody_answers else self._answer_s)
-        faulty, is_silent = self._faulty(), self._is_silent()
-        if self._lock_step and is_silent and not self._clock.nobody_answers:
-            raise RigError(ENDED)
-        if (is_complete and not is_silent) or self._state is None:
-            self._state = self._measurement(t, faulty)
-        elif faulty != self._state.faulty:
-            self._state = replace(self._state, faulty=faulty)
-        self._incomplete += not is_complete
-        return self._state
-
-    def status(self) -> tuple[DriveStatus, ...]:
-        """What each drive said last, in the order of the joints."""
-        return tuple(node.status for node in self._nodes)
-
-    def _restart(self) -> None:
-        """Begin a session: time from 0, no measurement yet."""
-        self._clock, self._state = Clock(self.period_s, self._lock_step), None
-
-    def _measurement(self, t: float, faulty: tuple[int, ...]) -> JointState:
-        q, current, q_motor = self._measured()
-        no_sensor = np.full(len(q), np.nan)
-        return JointState(t, self._clock.ticks, q, current, no_sensor, TorqueSource.CURRENT, q_motor, faulty)
+    def _ask(self, now: Asked, answer_s: float) -> Asked | None:
+        """Ask the drives, and wait for so long at most [s]; the newest question that was answered, None if none was."""
 
     @abstractmethod
-    def _ask(self, answer_s: float) -> bool:
-        """Ask every drive; true if all that are there have answered within so long [s]."""
+    def _tell(self, command: Command, currents: list[float], damping: list[float]) -> None:
+        """Send currents in the drives' directions [A] and damping [N·m·s/rad] of a command that is still valid."""
 
     @abstractmethod
+    def _refresh(self) -> None:
+        """Take what has come, and find again drives that were lost, before all are switched on."""
+
+    @abstractmethod
+    def _switch_on(self) -> None:
+        """Lead every drive to torque, at none.
+
+        Raises:
+            RigError: A drive stays off.
+        """
+
+    def _why_off(self, node: AnyNode) -> str:
+        """Reason for which a drive is not on, in a sentence."""
+        return node.status.sentence(node.drive.joint)
+
+    def _refuse_off(self) -> None:
+        if off := [node for node in self._nodes if node.fault or not node.is_on]:
+            raise RigError(
+                f"The motors are not switched on. {' '.join(map(self._why_off, off))} Put that right at the machine, "
+                "then enable again."
+            )
+
+    def _each_period(self, ends: float, is_over: Callable[[], bool], tell: Callable[[], None]) -> None:
+        """Read and tell once a period until `is_over`, or the rig's clock has come to `ends` [s]."""
+        due = time.monotonic()
+        while self.t < ends:
+            self.read()
+            if is_over():
+                return
+            tell()
+            if not self._lock_step:
+                due = max(due + self.period_s, time.monotonic() - self.period_s)
+                time.sleep(max(due - time.monotonic(), 0.0))
+
     def _faulty(self) -> tuple[int, ...]:
         """Joints that are not to be relied on."""
+        return tuple(j for j, node in enumerate(self._nodes) if node.faults or (self._is_on and not node.is_wanted))
 
-    @abstractmethod
-    def _is_silent(self) -> bool:
-        """True if no drive is heard."""
+    def _measurement(self, asked: Asked, faulty: tuple[int, ...]) -> JointState:
+        units, nodes = self._units, self._nodes
+        q = units.positions(np.array([node.position for node in nodes]))
+        current = units.joint_currents(np.array([node.current for node in nodes]))
+        q_motor = units.motor_positions(np.array([node.motor_position for node in nodes]))
+        return JointState(*asked, q, current, np.full(len(q), np.nan), TorqueSource.CURRENT, q_motor, faulty)
 
-    @abstractmethod
-    def _measured(self) -> tuple[Joints, Joints, Joints | None]:
-        """Joint positions [rad], currents [A] and motor positions [rad] that were said last."""
+    def _unmeasured(self) -> JointState:
+        none = np.full(len(self._nodes), np.nan)
+        none.flags.writeable = False
+        return JointState(0.0, -1, none, none, none, TorqueSource.CURRENT)

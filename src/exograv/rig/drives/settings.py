@@ -4,7 +4,7 @@ import hashlib
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -45,6 +45,9 @@ class MoteusBus(Settings):
 
     path: Annotated[str, Field(min_length=1)]
     """Of its serial port, such as /dev/serial/by-id/usb-mjbots_fdcanusb_…-if00."""
+
+
+AnyBus = TypeVar("AnyBus", UdpBus, CanopenBus, MoteusBus)
 
 
 class Drive(Settings):
@@ -146,6 +149,17 @@ class Drives:
     def joints(self) -> tuple[str, ...]:
         """As in the machine's description."""
         return tuple(drive.joint for drive in self.each)
+
+    def table(self, kind: type[AnyBus]) -> AnyBus:
+        """Settings of the bus.
+
+        Raises:
+            ConfigError: `drives.toml` names another bus.
+        """
+        found = getattr(self.settings, self.settings.bus)
+        if not isinstance(found, kind):
+            raise ConfigError(f"drives.toml names the bus [{self.settings.bus}], which is not {kind.__name__}.")
+        return found
 
     @property
     def period_s(self) -> float:

@@ -57,7 +57,8 @@ def main() -> None:
     wiring = {options["wrong-sign"]: Wiring(current=-1.0)} if "wrong-sign" in options else {}
     without = frozenset(int(index, 16) for index in options.get("without", "").split(",") if index)
     twin = Twin(description, draw_machine(description, Disturbances.at_level(0), SEED), None, SEED)
-    devices = CanopenDevices(Plant(twin, drives, wiring), drives, "lock-step" in sys.argv, without, lambda line: None)
+    plant = Plant(twin, drives, wiring)
+    devices = CanopenDevices(plant, drives, "lock-step" in sys.argv, lambda line: None, without)
 
     def until_stopped() -> bool:
         if not select.select([sys.stdin], [], [], 0.0)[0]:

@@ -7,9 +7,9 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.model.description import load_rig
+from exograv.rig.drives.bus_load import frame_bits
 from exograv.rig.drives.canopen import CanopenRig
-from exograv.rig.drives.canopen.bus_load import answer_bits, frame_bits, load
-from exograv.rig.drives.canopen.rig import ANSWER_SHARE
+from exograv.rig.drives.canopen.cycle import answer_bits, load
 from exograv.rig.drives.settings import Drives, load_drives
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "drives" / "canopen.toml"
@@ -39,7 +39,7 @@ def test_half_the_bit_rate_or_half_the_period_is_twice_the_load():
 
 def test_answers_are_waited_for_longer_than_the_wire_takes_for_them():
     one = drives()
-    assert answer_bits(one) * 1e-6 < ANSWER_SHARE * one.period_s
+    assert answer_bits(one) * 1e-6 < CanopenRig.answer_share * one.period_s
 
 
 @pytest.mark.parametrize("bus", [{"period_ms": 1}, {"bitrate": 250_000}])

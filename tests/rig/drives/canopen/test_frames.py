@@ -11,10 +11,10 @@ from exograv.errors import ConfigError
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.canopen import objects as at
 from exograv.rig.drives.canopen.emergency import fault_of
-from exograv.rig.drives.canopen.node import CanopenNode, Due, lost_after
-from exograv.rig.drives.canopen.scaling import DAMPING_MOST, Scaling
-from exograv.rig.drives.canopen.states import DISABLE_VOLTAGE
+from exograv.rig.drives.canopen.node import DAMPING_MOST, TOLD_DAMPED, CanopenNode, Due, lost_after
+from exograv.rig.drives.canopen.states import DISABLE_VOLTAGE, ENABLE
 from exograv.rig.drives.settings import CanopenBus, Drive, Drives, DrivesSettings
+from exograv.rig.drives.units import Units
 from exograv.signals import Command
 
 finite = st.floats(-1e3, 1e3)
@@ -40,44 +40,56 @@ def machine(rated: float = 3.0, most: float = 9.0, sign: int = 1, counts: float 
     return Drives(settings, (drive,), "")
 
 
+def wanted(drives: Drives) -> CanopenNode:
+    """Its drive, enabled, with a damping of its own."""
+    node = CanopenNode(drives.each[0], has_motor=False, period_s=0.002)
+    node.is_wanted, node.has_damping, node.control = True, True, ENABLE
+    return node
+
+
+def per_mille_of(order: bytes) -> int:
+    return TOLD_DAMPED.unpack(order)[1]
+
+
 @given(rated=st.floats(0.1, 50.0), sign=st.sampled_from([1, -1]), share=st.floats(-1.0, 1.0), times=st.floats(1.0, 5.0))
 def test_a_current_comes_back_from_the_bus_within_half_a_thousandth_of_the_rated_one(
     rated: float, sign: int, share: float, times: float
 ):
-    scaling = Scaling(machine(rated, times * rated, sign))
-    current = np.array([share * times * rated])
-    per_mille = scaling.per_mille(current)
-    assert abs(scaling.current(per_mille) - current)[0] <= 0.5e-3 * rated * (1.0 + 1e-9)
-    at.layout(at.COMMAND).pack(0, int(per_mille[0]))  # it fits its frame
+    drives, current = machine(rated, times * rated, sign), np.array([share * times * rated])
+    node, units, none = wanted(drives), Units(drives), np.zeros(1)
+    [told] = units.drive_currents(Command(0.0, 0, 1.0, none, current, none)).tolist()
+    per_mille = per_mille_of(node.order(told, 0.0))  # it fits its frame
+    node.on_measured(at.layout(at.MEASURED).pack(0, 0, per_mille))
+    assert abs(units.joint_currents(np.array([node.current])) - current)[0] <= 0.5e-3 * rated * (1.0 + 1e-9)
 
 
 @given(rated=st.floats(0.1, 50.0), sign=st.sampled_from([1, -1]), current=finite)
 def test_no_current_beyond_the_drives_greatest_is_sent(rated: float, sign: int, current: float):
-    scaling = Scaling(machine(rated, 2.0 * rated, sign))
-    none = np.zeros(1)
+    drives, none = machine(rated, 2.0 * rated, sign), np.zeros(1)
+    units = Units(drives)
     command = Command(0.0, 0, 1.0, none, np.array([current]), none)
-    limited = scaling.within_limits(command)
+    limited = units.within_limits(command)
     assert abs(limited[0]) <= 2.0 * rated
-    assert abs(scaling.per_mille(limited)[0]) <= 2000
+    assert abs(per_mille_of(wanted(drives).order(float(limited[0]), 0.0))) <= 2000
     assert abs(current) > 2.0 * rated or limited[0] == current
 
 
 @given(counts=st.integers(-(2**31), 2**31 - 1), sign=st.sampled_from([1, -1]), offset=st.floats(-180.0, 180.0))
 def test_counts_are_the_joints_angle_by_sign_and_offset(counts: int, sign: int, offset: float):
-    scaling = Scaling(machine(sign=sign, offset=offset))
-    q = scaling.positions(np.array([counts]))
+    units = Units(machine(sign=sign, offset=offset))
+    q = units.positions(np.array([counts]))
     back = sign * (q - np.deg2rad(offset)) * 2.0**20 / (2.0 * np.pi)
     np.testing.assert_allclose(back, counts, rtol=1e-9, atol=1e-6)
-    q_motor = scaling.motor_positions(np.array([counts]))
+    q_motor = units.motor_positions(np.array([counts]))
     assert q_motor is not None
     np.testing.assert_allclose(25.0 * (q_motor - np.deg2rad(offset)), q - np.deg2rad(offset), atol=1e-9)
 
 
 @given(damping=st.floats(0.0, 1e6))
 def test_damping_fits_its_frame_and_is_exact_to_its_last_place(damping: float):
-    told = Scaling(machine()).damping(np.array([damping]))
-    assert 0 <= told[0] <= 0xFFFF
-    assert abs(1e-3 * told[0] - min(damping, DAMPING_MOST)) <= 0.5e-3 + 1e-9
+    told = TOLD_DAMPED.unpack(wanted(machine()).order(0.0, damping))[2]
+    assert 0 <= told <= 0xFFFF
+    assert abs(1e-3 * told - min(damping, DAMPING_MOST)) <= 0.5e-3 + 1e-9
 
 
 @pytest.mark.parametrize("entries", [(*at.COMMAND, at.DAMPING), at.MEASURED, at.MOTOR, at.SLOW])
@@ -97,7 +109,7 @@ def test_a_node_takes_what_is_in_a_measurement_byte_by_byte(word: int, counts: i
     node = CanopenNode(machine().each[0], has_motor=True, period_s=0.002)
     data = word.to_bytes(2, "little") + counts.to_bytes(4, "little", signed=True)
     node.on_measured(data + torque.to_bytes(2, "little", signed=True))
-    assert (node.counts, node.per_mille) == (counts, torque)
+    assert (node.position, node.current) == (counts, 3.0 / 1000.0 * torque)
 
 
 @given(data=st.binary(max_size=8), handler=st.sampled_from(["measured", "motor", "slow", "emergency", "heartbeat"]))
@@ -144,9 +156,9 @@ def test_a_drive_is_lost_after_so_many_syncs_without_a_word_and_not_before():
     for k in (1, 2):
         node.ask()
         node.close()
-        assert node.is_lost == (k == 2)
+        assert node.was_lost == (k == 2)
     node.on_measured(bytes(8))
-    assert node.is_lost
+    assert node.was_lost
 
 
 @given(code=st.integers(1, 0xFFFF))
@@ -157,9 +169,10 @@ def test_what_is_held_against_a_drive_switches_it_off_until_somebody_forgives(co
     node.on_emergency(struct.pack("<HB5x", code, 1))
     node.on_emergency(bytes(8))  # the drive says that it is over
     assert node.control == DISABLE_VOLTAGE
-    assert node.is_faulty
+    assert node.faults
+    assert not node.is_wanted
     assert node.status.code == code
-    node.forgive()
+    node.begin_enabling()
     assert not node.status.fault
 
 

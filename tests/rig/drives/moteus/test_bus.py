@@ -8,9 +8,7 @@ import pytest
 
 from exograv.errors import RigError
 from exograv.rig.drive_status import DriveFault
-from exograv.rig.drives.moteus.bringing_up import refuse_others
-from exograv.rig.drives.moteus.bus_load import load
-from exograv.rig.drives.moteus.cycle import OURS, MoteusCycle, own_numbers
+from exograv.rig.drives.moteus.cycle import OURS, MoteusCycle, load, own_numbers
 from exograv.rig.drives.moteus.fdcanusb import Fdcanusb, head, line
 from exograv.rig.drives.moteus.node import LOST_AFTER, MoteusNode
 from exograv.rig.drives.moteus.simulated.adapter import SimulatedFdcanusb, checksum
@@ -44,13 +42,15 @@ def nodes_of(cycle: MoteusCycle) -> tuple[MoteusNode, ...]:
     return cycle._nodes  # pyright: ignore[reportPrivateUsage]
 
 
-def test_an_answer_to_an_earlier_question_is_counted_and_not_believed(cycle: MoteusCycle, adapter: SimulatedFdcanusb):
+def test_an_answer_to_an_earlier_question_is_counted_and_not_believed(
+    cycle: MoteusCycle, link: Fdcanusb, adapter: SimulatedFdcanusb
+):
     assert not cycle.ask(0.0)
     asked = [number for number, _ in adapter.frames(WAIT_S)]
     for number in asked:
         adapter.say((number & 0x7F) << 8 | number >> 8 & 0x7F, replied(0.5, 1.0))
     assert not cycle.ask(0.0)
-    assert cycle.late == len(asked) == 4
+    assert link.counts["late"] == len(asked) == 4
     assert not any(node.said.current_A for node in nodes_of(cycle))
 
 
@@ -78,13 +78,13 @@ def test_another_master_is_heard_before_anything_is_said_and_held_against_all(
 ):
     adapter.say(frame, b"\x50")
     with pytest.raises(RigError, match=f"Another host .* 0x{frame:04x}"):
-        refuse_others(cycle)
+        cycle.refuse_others()
     assert all(node.fault is DriveFault.OTHER_MASTER for node in nodes_of(cycle))
 
 
 def test_a_stranger_who_speaks_to_none_of_our_drives_is_no_other_master(cycle: MoteusCycle, adapter: SimulatedFdcanusb):
     adapter.say(0x0B0C, b"\x50")
-    refuse_others(cycle)
+    cycle.refuse_others()
 
 
 def test_a_line_that_was_sent_in_part_is_no_frame_and_the_next_one_is(link: Fdcanusb, adapter: SimulatedFdcanusb):

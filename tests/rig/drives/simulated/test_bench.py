@@ -14,17 +14,31 @@ from exograv.model.description import load_rig
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated.bench import SimulatedBench
+from exograv.rig.drives.simulated.devices import SimulatedDevices
 from exograv.rig.drives.simulated.plant import Plant
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "drives" / "udp.toml"
 
 
-class Front:
+class Front(SimulatedDevices):
     """Notes what is done to it."""
 
     def __init__(self):
         self.done: list[Any] = []
+
+    @property
+    def where(self) -> str:
+        return "nowhere"
+
+    def _close(self) -> None:
+        self.done.append("close")
+
+    def _serve(self, seconds: float) -> None:
+        self.done.append(("serve", seconds))
+
+    def _step_drive(self, joint: int) -> None:
+        self.done.append(("step", joint))
 
     def unplug(self, joint: int) -> None:
         self.done.append(("unplug", joint))

@@ -3,6 +3,7 @@
 import importlib.util
 import secrets
 import time
+from collections import Counter
 from typing import Any, NamedTuple
 
 from exograv.errors import ConfigError, RigError
@@ -57,7 +58,7 @@ class Bus:
                 f"The CAN adapter '{settings.interface}' does not open '{settings.channel}': {error}. Is it plugged "
                 "in, its driver loaded and the link up (`ip link set can0 up type can bitrate 1000000`)?"
             ) from error
-        self.failures = 0
+        self.counts: Counter[str] = Counter()
         """How often the adapter refused to send or to receive."""
 
     def send(self, cob: int, data: bytes) -> None:
@@ -66,23 +67,20 @@ class Bus:
         try:
             self.adapter.send(message)
         except (self._error, OSError):
-            self.failures += 1
+            self.counts["not sent"] += 1
 
-    def receive(self, timeout: float) -> CanFrame | None:
-        """The next frame of somebody else; None if none comes within so many seconds."""
-        until = time.monotonic() + timeout
+    def receive(self, until: float) -> CanFrame | None:
+        """Next frame of another participant that comes until then, on `time.monotonic`, or has come already."""
         while True:
             try:
-                message = self.adapter.recv(max(timeout, 0.0))
+                message = self.adapter.recv(max(until - time.monotonic(), 0.0))
             except (self._error, OSError):
-                self.failures += 1
+                self.counts["not heard"] += 1
                 return None
             if message is None:
                 return None
             if not self._is_ours_or_none(message):
                 return CanFrame(message.arbitration_id, bytes(message.data))
-            if timeout > 0.0:
-                timeout = until - time.monotonic()
 
     def close(self) -> None:
         """Give the adapter back."""

@@ -1,12 +1,12 @@
 """Before anything moves: each drive is looked at and set up, by questions (SDO) that nobody asks again in the loop."""
 
-from dataclasses import dataclass
-
 from exograv.errors import ConfigError, RigError
 from exograv.rig.drives.settings import Drive, Drives
 
 from . import objects as at
+from .emergency import fault_of
 from .network import SdoNode
+from .node import CanopenNode
 from .objects import Cob, Entry
 
 ABORT_IS_FAULT, SLOW_DOWN_ON_RAMP, GO_ON_TELLING = 1, 2, 1
@@ -23,44 +23,34 @@ INVALID = 1 << 31
 """Of a PDO's number: it is being changed."""
 
 
-@dataclass(frozen=True)
-class DriveFeatures:
-    """What a drive can do beside what it must."""
-
-    has_damping: bool
-    has_motor_position: bool
-    has_temperature: bool
-    rated_torque_Nm: float
-    error_code: int
-    """Of a fault that it is in already."""
-    notes: tuple[str, ...]
-    """What it cannot, in sentences."""
-
-
-def configure(drives: Drives, drive: Drive, asked: SdoNode) -> DriveFeatures:
+def configure(drives: Drives, node: CanopenNode, asked: SdoNode) -> tuple[str, ...]:
     """Check one drive against `drives.toml` and set it up; it is pre-operational and stays so.
+
+    Returns:
+        What it cannot that others can, in sentences.
 
     Raises:
         RigError: It does not answer, cannot do what is needed, or refuses a setting.
         ConfigError: `drives.toml` says of it what is not so.
     """
+    drive = node.drive
     _check_identity(drive, asked)
-    rated_torque = _check_nameplate(drive, asked)
+    _check_nameplate(drive, asked)
     must(drive, asked, at.MODE, at.CYCLIC_TORQUE, "it has no cyclic synchronous torque mode")
     # Above its greatest torque the drive cuts; the file's limit is the smaller or the same.
     most = round(1000.0 * drive.current_max_A / drive.current_rated_A)
     must(drive, asked, at.MAX_TORQUE, most, "its torque would not be limited")
     notes = _reactions(drives, drive, asked)
-    has_damping = asked.read(at.DAMPING) is not None
-    has_motor = asked.read(at.MOTOR_POSITION) is not None
-    if drive.motor_counts_per_turn is not None and not has_motor:
+    node.has_damping = asked.read(at.DAMPING) is not None
+    if drive.motor_counts_per_turn is not None and asked.read(at.MOTOR_POSITION) is None:
         raise ConfigError(
             f"drives.toml gives motor_counts_per_turn of {drive.joint}, and its drive (node {drive.node}) has no "
             f"{at.MOTOR_POSITION}. Remove the line, or connect the motor's encoder as the drive's additional one."
         )
-    has_temperature = asked.read(at.TEMPERATURE) is not None
-    _map_all(drives, drive, asked, has_damping, has_temperature)
-    return DriveFeatures(has_damping, has_motor, has_temperature, rated_torque, asked.read(at.ERROR_CODE) or 0, notes)
+    _map_all(drives, node, asked, asked.read(at.TEMPERATURE) is not None)
+    if code := asked.read(at.ERROR_CODE):
+        node.hold_against(fault_of(code), code)
+    return notes
 
 
 def must(drive: Drive, asked: SdoNode, entry: Entry, value: int, otherwise: str) -> None:
@@ -91,8 +81,7 @@ def _check_identity(drive: Drive, asked: SdoNode) -> None:
         )
 
 
-def _check_nameplate(drive: Drive, asked: SdoNode) -> float:
-    """Rated torque of the motor [N·m]."""
+def _check_nameplate(drive: Drive, asked: SdoNode) -> None:
     rated = asked.read(at.RATED_CURRENT)
     if rated is None or abs(1e-3 * rated - drive.current_rated_A) > RATED_TOLERANCE * drive.current_rated_A:
         says = "does not tell a rated current" if rated is None else f"is set to a rated current of {1e-3 * rated:g} A"
@@ -101,7 +90,6 @@ def _check_nameplate(drive: Drive, asked: SdoNode) -> float:
             f"{drive.current_rated_A:g}: every torque would be wrong by their ratio. Set both to what the motor's "
             "data sheet says."
         )
-    return 1e-3 * (asked.read(at.RATED_TORQUE) or 0)
 
 
 def _reactions(drives: Drives, drive: Drive, asked: SdoNode) -> tuple[str, ...]:
@@ -125,8 +113,8 @@ def _reactions(drives: Drives, drive: Drive, asked: SdoNode) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _map_all(drives: Drives, drive: Drive, asked: SdoNode, has_damping: bool, has_temperature: bool) -> None:
-    command = (*at.COMMAND, at.DAMPING) if has_damping else at.COMMAND
+def _map_all(drives: Drives, node: CanopenNode, asked: SdoNode, has_temperature: bool) -> None:
+    drive, command = node.drive, (*at.COMMAND, at.DAMPING) if node.has_damping else at.COMMAND
     _map(drive, asked, 0x1400, Cob.COMMAND + drive.node, AT_ONCE, command)
     _map(drive, asked, 0x1800, Cob.MEASURED + drive.node, WITH_EACH_SYNC, at.MEASURED)
     if drives.rad_per_motor_count is not None:

@@ -1,14 +1,16 @@
-"""What one drive has said last, and what is held against it until somebody enables the machine again."""
+"""One CiA 402 drive: its frames, its states, and answers that carry no number."""
 
 import math
+from collections.abc import Callable, Mapping
 
-from exograv.rig.drive_status import DriveFault, DriveStatus
+from exograv.rig.drive_status import DriveFault
+from exograv.rig.drives.node import AskedNode
 from exograv.rig.drives.settings import Drive
 
 from . import objects as at
 from .emergency import FRAME, fault_of
-from .objects import Nmt
-from .states import DISABLE_VOLTAGE, Cia402State, state_of
+from .objects import Cob, Nmt
+from .states import DISABLE_VOLTAGE, ENABLE, QUICK_STOP, Cia402State, next_control, state_of
 
 LOST_AFTER_S = 0.003
 """Of SYNCs in a row without any answer, after which a drive is lost: as many as the guard bridges (docs/safety.md), so
@@ -21,6 +23,12 @@ def lost_after(period_s: float) -> int:
 
 
 MEASURED, MOTOR, SLOW = at.layout(at.MEASURED), at.layout(at.MOTOR), at.layout(at.SLOW)
+TOLD, TOLD_DAMPED = at.layout(at.COMMAND), at.layout((*at.COMMAND, at.DAMPING))
+
+DAMPING_MOST = 65.535
+"""Greatest damping that the frame can carry [N·m·s/rad]."""
+
+IN_FAULT = (Cia402State.FAULT, Cia402State.FAULT_REACTION)
 
 
 class Due:
@@ -47,89 +55,107 @@ class Due:
         self._came_late = False
 
 
-class CanopenNode:
-    """Of one joint; handlers take a frame's data, and a frame that is too short is none."""
+class CanopenNode(AskedNode):
+    """Drive of one joint; handlers take a frame's data, and a frame that is too short is ignored."""
 
     def __init__(self, drive: Drive, has_motor: bool, period_s: float):
-        self.drive, self._has_motor = drive, has_motor
-        self._misses_most = lost_after(period_s)
+        super().__init__(drive, lost_after(period_s))
+        self._has_motor, self._measured, self._motor = has_motor, Due(), Due()
+        self.position = self.motor_position = 0
         self.state = Cia402State.NOT_READY
-        self.counts = self.motor_counts = self.per_mille = 0
         self.control = DISABLE_VOLTAGE
-        """What its commands carry."""
-        self.is_wanted = False
-        """Whether it shall give torque."""
-        self.fault, self.code = DriveFault.NONE, 0
-        self.temperature_C = float("nan")
-        self.is_configured = False
+        """Control word of its commands."""
         self.has_damping = False
-        """Whether its commands carry a damping."""
-        self.rated_torque_Nm = 0.0
-        """As it says itself."""
-        self._measured, self._motor, self._misses = Due(), Due(), 0
+        """True if its commands carry a damping."""
+        self._amperes = drive.current_rated_A / 1000.0
+        """Currents are per mille of what the drive has as rated: one step [A]."""
+        self.handlers: Mapping[int, Callable[[bytes], None]] = {
+            Cob.EMERGENCY: self.on_emergency,
+            Cob.MEASURED: self.on_measured,
+            Cob.MOTOR: self.on_motor,
+            Cob.SLOW: self.on_slow,
+            Cob.HEARTBEAT: self.on_heartbeat,
+        }
+        """By the number of the frame without the drive's own."""
 
     @property
-    def is_lost(self) -> bool:
-        """Whether it said nothing for so long that nobody waits for it any more."""
-        return DriveFault.LOST in self.fault
+    def is_on(self) -> bool:
+        """True if the drive gives the torque that it is told."""
+        return self.state is Cia402State.OPERATION_ENABLED and self.control == ENABLE
 
     @property
-    def is_faulty(self) -> bool:
-        """Whether it does not do what it is told."""
-        if self.fault or self.state in (Cia402State.FAULT, Cia402State.FAULT_REACTION):
-            return True
-        return self.is_wanted and self.state is not Cia402State.OPERATION_ENABLED
+    def faults(self) -> DriveFault:
+        """Faults held against it; an internal one where it has not said which it is in."""
+        return self.fault or (DriveFault.INTERNAL if self.state in IN_FAULT else DriveFault.NONE)
 
     @property
     def has_answered(self) -> bool:
-        """Whether all that is due to the last SYNC is there."""
+        """True if all that is due to the last SYNC is there."""
         return self._measured.missing == 0 and self._motor.missing == 0
 
+    @property
+    def stage(self) -> str:
+        """Its state in words."""
+        return self.state.value
+
     def ask(self) -> None:
-        """A SYNC goes out."""
+        """Note that a SYNC goes out."""
+        super().ask()
         self._measured.ask()
         if self._has_motor:
             self._motor.ask()
-        self._misses += 1
 
     def close(self) -> None:
-        """Nobody waits for this SYNC's answer any more."""
+        """Wait no longer for this SYNC's answer."""
         self._measured.close()
         self._motor.close()
-        if self._misses >= self._misses_most and self.is_configured:
-            self.hold_against(DriveFault.LOST)
+        super().close()
 
     def hold_against(self, fault: DriveFault, code: int = 0) -> None:
-        """A fault, until `forgive`: its commands switch it off."""
-        self.fault |= fault
-        self.code = code or self.code
+        """Note a fault; its commands switch it off until the machine is enabled."""
+        super().hold_against(fault, code)
         self.control = DISABLE_VOLTAGE
 
-    def forgive(self) -> None:
-        """Somebody enables the machine."""
-        self.fault, self.code, self._misses = DriveFault.NONE, 0, 0
+    def enabling_order(self) -> bytes:
+        """Next step of its state machine towards torque, at none."""
+        self.control = next_control(self.state, self.control)
+        return self.order(0.0, 0.0)
 
-    def start(self) -> None:
-        """It has been set up, and will answer from now on."""
-        self.is_configured, self._misses = True, 0
-        self.fault &= ~DriveFault.LOST
+    def switch_off(self) -> None:
+        """Let it give no torque from now on."""
+        super().switch_off()
+        self.control = DISABLE_VOLTAGE
+
+    def order(self, current: float, damping: float) -> bytes:
+        """Command of a current [A] and a damping [N·m·s/rad], each to the nearest step.
+
+        A drive that takes no damping brakes by its own quick stop instead, and is off after it.
+        """
+        is_told = self.is_wanted and not self.fault
+        per_mille = round(current / self._amperes) if is_told else 0
+        braking = round(1000.0 * min(max(damping, 0.0), DAMPING_MOST))
+        if self.has_damping:
+            return TOLD_DAMPED.pack(self.control, per_mille, braking)
+        if braking and is_told:
+            self.control = QUICK_STOP
+        return TOLD.pack(self.control, per_mille)
 
     def on_measured(self, data: bytes) -> None:
         """Status, position and torque."""
         if len(data) < MEASURED.size:
             return
-        self._misses = 0
+        self.lives()
         self._measured.came()
-        word, self.counts, self.per_mille = MEASURED.unpack_from(data)
-        self.state = state_of(word)
+        word, self.position, per_mille = MEASURED.unpack_from(data)
+        self.state, self.current = state_of(word), self._amperes * per_mille
         if self.is_wanted and self.state is not Cia402State.OPERATION_ENABLED:
-            self.control = DISABLE_VOLTAGE
+            self.switch_off()
 
     def on_motor(self, data: bytes) -> None:
         """Position of the motor's shaft."""
         if len(data) >= MOTOR.size:
             self._motor.came()
-            (self.motor_counts,) = MOTOR.unpack_from(data)
+            (self.motor_position,) = MOTOR.unpack_from(data)
 
     def on_slow(self, data: bytes) -> None:
         """Temperature of the winding."""
@@ -143,15 +169,6 @@ class CanopenNode:
 
     def on_heartbeat(self, data: bytes) -> None:
         """A drive that has just started knows nothing of what it was set to."""
-        if data and data[0] == Nmt.BOOTED and self.is_configured:
-            self.is_configured = False
+        if data and data[0] == Nmt.BOOTED:
+            self._misses = self._lost_after
             self.hold_against(DriveFault.LOST)
-
-    @property
-    def status(self) -> DriveStatus:
-        """For an operator."""
-        fault = self.fault
-        if not fault and self.state in (Cia402State.FAULT, Cia402State.FAULT_REACTION):
-            fault = DriveFault.INTERNAL  # it has not said which
-        is_enabled = self.state is Cia402State.OPERATION_ENABLED and not self.is_lost
-        return DriveStatus(is_enabled, fault, self.code, self.temperature_C)

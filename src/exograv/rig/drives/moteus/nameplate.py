@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from moteus import Register
 
 from exograv.errors import ConfigError, RigError
+from exograv.rig.drives.nameplate import refuse_other_value
 from exograv.rig.drives.settings import Drive, Drives
 
 from .diagnostic import Diagnostic
@@ -14,9 +15,6 @@ from .diagnostic import Diagnostic
 BRAKE_MODE, LETS_GO_MODE, ON_OUTPUT = 15, 0, 2
 OLDEST_FIRMWARE, OLDEST_MAP = 0x010A, 5
 """From which motor.Kv means what `torque_per_ampere` takes it for, and registers are those of docs/moteus.md."""
-
-SAME = 1e-3
-"""Relative: a number printed with six places is the same as the file's."""
 
 SAME_BRAKE = 0.25
 """Relative: copper that warms by 60 K has so much more resistance."""
@@ -77,14 +75,13 @@ def read_plate(asked: Diagnostic, drive: Drive, drives: Drives) -> Plate:
     found = {must.name: _held(asked, drive, must) for must in MUSTS}
     of = f" of joint {drive.joint}"
     greatest = _known(asked, drive, "servo.max_current_A")
-    _compare(f"greatest current{of}", greatest, "current_max_A", drive.current_max_A, "A", SAME)
-    _compare(
-        f"watchdog{of}", 1e3 * _known(asked, drive, "servo.default_timeout_s"), "watchdog_ms",
-        drives.settings.watchdog_ms, "ms", SAME,
-    )  # fmt: skip
+    refuse_other_value(f"greatest current{of}", greatest, "current_max_A", drive.current_max_A, "A")
+    timeout_ms = 1e3 * _known(asked, drive, "servo.default_timeout_s")
+    refuse_other_value(f"watchdog{of}", timeout_ms, "watchdog_ms", drives.settings.watchdog_ms, "ms")
     per_ampere = KV_Nm_PER_A / found["motor.Kv"] / found["motor_position.rotor_to_output_ratio"]
     brake = _brake(asked, drive, per_ampere, found["motor.resistance_ohm"])
-    _compare(f"brake{of}", brake, "brake_Nms_per_rad", drive.brake_Nms_per_rad, "N·m·s/rad", SAME_BRAKE)
+    unit, stated = "N·m·s/rad", drive.brake_Nms_per_rad
+    refuse_other_value(f"brake{of}", brake, "brake_Nms_per_rad", stated, unit, SAME_BRAKE)
     _refuse_bent_torque(asked, drive)
     return Plate(per_ampere, found["servo.pid_position.kd"] / (2.0 * math.pi))
 
@@ -147,11 +144,3 @@ def _refuse_bent_torque(asked: Diagnostic, drive: Drive) -> None:
 
 def _set_it(drive: Drive) -> str:
     return f"Set it with moteus_tool -t {drive.node} --console (conf set, conf write); nothing was switched on."
-
-
-def _compare(what: str, said: float, key: str, stated: float, unit: str, tolerance: float) -> None:
-    if not math.isclose(said, stated, rel_tol=tolerance):
-        raise ConfigError(
-            f"The {what} is {said:g} {unit} by the drive's settings, and {key} in drives.toml is {stated:g} {unit}. "
-            "Find out which is right by the data sheet and correct the other; nothing was switched on."
-        )

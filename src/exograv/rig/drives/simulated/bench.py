@@ -4,11 +4,11 @@ import json
 import queue
 import threading
 from collections.abc import Callable, Iterable
-from typing import Protocol, runtime_checkable
 
 from exograv.errors import ExogravError, RigError
 from exograv.rig.drive_status import DriveFault
 
+from .devices import SimulatedDevices
 from .plant import Plant
 
 HELP = """\
@@ -23,31 +23,10 @@ report          what each drive does, by its own account, as JSON
 quit            end"""
 
 
-@runtime_checkable
-class FrontEnd(Protocol):
-    """The bus of simulated drives."""
-
-    def unplug(self, joint: int) -> None:
-        """Its drive is not heard any more, and hears nothing."""
-        ...
-
-    def plug(self, joint: int) -> None:
-        """It is heard again."""
-        ...
-
-    def cut(self) -> None:
-        """The cable to the host is out."""
-        ...
-
-    def mend(self) -> None:
-        """It is in again."""
-        ...
-
-
 class SimulatedBench:
     """Lines come from a thread, and are obeyed between two steps: whoever types disturbs no drive's time."""
 
-    def __init__(self, joints: tuple[str, ...], plant: Plant, front: FrontEnd, say: Callable[[str], None]):
+    def __init__(self, joints: tuple[str, ...], plant: Plant, front: SimulatedDevices, say: Callable[[str], None]):
         self._joints, self._plant, self._front, self._say = joints, plant, front, say
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.is_done = False

@@ -9,12 +9,10 @@ import numpy as np
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import Drives
 from exograv.rig.interface import Rig
+from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.signals import Command, JointState
 
 from .firmware import Output, SimulatedDrive
-
-COMMAND_LIFE_S = 0.01
-"""Longer than a step: the twin's own watchdog stays out of what these drives do."""
 
 
 @runtime_checkable
@@ -105,6 +103,7 @@ class Plant:
         current = self._of_current * [output.current for output in outputs]
         damping = self._brakes * [output.damping for output in outputs]
         self._sequence += 1
+        # A command lives for longer than a step and a dead time: the twin's own watchdog stays out of it.
         twin.write(Command(now, self._sequence, now + COMMAND_LIFE_S, np.zeros_like(current), current, damping))
         self._measured = twin.read()
         if self.watch is not None:
