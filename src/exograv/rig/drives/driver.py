@@ -59,7 +59,10 @@ class Driver(ABC, Generic[AnyNode]):
         self._units, self._clock = Units(drives), Clock(drives.period_s, lock_step)
         patience_s = LOCK_STEP_S if lock_step else self.answer_share * drives.period_s
         self._answer_s = patience_s if answer_s is None else answer_s
-        self._state, self._is_on = self._unmeasured(), False
+        self._none, self._is_on = np.full(len(self._nodes), np.nan), False
+        self._none.flags.writeable = False
+        self._state = JointState(0.0, -1, self._none, self._none, self._none, TorqueSource.CURRENT)
+        self._has_motor = drives.rad_per_motor_count is not None
         self._incomplete = self._expired = 0
 
     @property
@@ -247,16 +250,14 @@ class Driver(ABC, Generic[AnyNode]):
 
     def _faulty(self) -> tuple[int, ...]:
         """Joints that are not to be relied on."""
-        return tuple(j for j, node in enumerate(self._nodes) if node.faults or (self._is_on and not node.is_wanted))
+        is_on, each = self._is_on, enumerate(self._nodes)
+        return tuple([j for j, node in each if node.fault or node.own_fault or (is_on and not node.is_wanted)])
 
     def _measurement(self, asked: Asked, faulty: tuple[int, ...]) -> JointState:
         units, nodes = self._units, self._nodes
         q = units.positions(np.array([node.position for node in nodes]))
         current = units.joint_currents(np.array([node.current for node in nodes]))
-        q_motor = units.motor_positions(np.array([node.motor_position for node in nodes]))
-        return JointState(*asked, q, current, np.full(len(q), np.nan), TorqueSource.CURRENT, q_motor, faulty)
-
-    def _unmeasured(self) -> JointState:
-        none = np.full(len(self._nodes), np.nan)
-        none.flags.writeable = False
-        return JointState(0.0, -1, none, none, none, TorqueSource.CURRENT)
+        q_motor = None
+        if self._has_motor:
+            q_motor = units.motor_positions(np.array([node.motor_position for node in nodes]))
+        return JointState(*asked, q, current, self._none, TorqueSource.CURRENT, q_motor, faulty)

@@ -22,6 +22,8 @@ class Node(ABC):
         self.is_wanted = False
         """True if the drive shall give torque."""
         self.fault, self.code = DriveFault.NONE, 0
+        self.own_fault = DriveFault.NONE
+        """Fault that it is in without saying which."""
 
     @property
     @abstractmethod
@@ -39,14 +41,10 @@ class Node(ABC):
         return DriveFault.LOST in self.fault
 
     @property
-    def faults(self) -> DriveFault:
-        """Faults held against it, and those that it is in."""
-        return self.fault
-
-    @property
     def status(self) -> DriveStatus:
         """Its state for the operator."""
-        return DriveStatus(self.is_on and not self.was_lost, self.faults, self.code, self.temperature_C)
+        is_on = self.is_on and not self.was_lost
+        return DriveStatus(is_on, self.fault or self.own_fault, self.code, self.temperature_C)
 
     def hold_against(self, fault: DriveFault, code: int = 0) -> None:
         """Note a fault; it gives no torque until the machine is enabled."""
@@ -58,10 +56,8 @@ class Node(ABC):
 class AskedNode(Node):
     """Drive that is asked, answers and is told by itself, on a bus with others."""
 
-    @property
-    @abstractmethod
-    def has_answered(self) -> bool:
-        """True if all that is due to the last question is there."""
+    has_answered = False
+    """True if all that is due to the last question is there."""
 
     @property
     @abstractmethod
@@ -81,6 +77,7 @@ class AskedNode(Node):
     def ask(self) -> None:
         """Note that a question goes out."""
         self._misses += 1
+        self.has_answered = False
 
     def lives(self) -> None:
         """Note that it has said something."""

@@ -123,7 +123,7 @@ class NodesDriver(Driver[AnyNode], Generic[AnyNode, AnyLink]):
         self._refuse_off()
 
     def _why_off(self, node: AnyNode) -> str:
-        if node.faults:
+        if node.fault or node.own_fault:
             return super()._why_off(node)
         return (
             f"The drive of {node.drive.joint} (node {node.drive.node}) stays {node.stage}: look at its own display or "

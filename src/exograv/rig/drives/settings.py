@@ -188,8 +188,10 @@ class Drives:
 
     @property
     def rad_per_motor_count(self) -> Float[np.ndarray, " joint"] | None:
-        """The same of the motors' encoders; None where not all drives have one."""
-        if self.settings.canopen is not None and any(drive.motor_counts_per_turn is None for drive in self.each):
+        """The same of the motors' encoders; None where not all drives have one that the bus carries."""
+        is_counted = self.settings.canopen is not None
+        is_missing = is_counted and any(drive.motor_counts_per_turn is None for drive in self.each)
+        if is_missing or self.settings.moteus is not None:
             return None
         return np.array([_rad_per(drive.motor_counts_per_turn) for drive in self.each])
 

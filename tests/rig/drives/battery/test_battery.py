@@ -118,6 +118,7 @@ def test_where_nobody_is_expected_to_answer_time_passes_all_are_lost_and_the_dri
     assert (state.sequence, state.q.tolist()) == (before.sequence, before.q.tolist())
     assert all(DriveFault.LOST in one.fault for one in rig.status())
     assert any(brakes(bench, drives) for _ in range(200))  # the device may lag behind us
+    bench.do("mend")
 
 
 def test_the_fault_of_one_drive_is_told_and_forgotten_by_enabling_alone(rig: Any, bench: Any):

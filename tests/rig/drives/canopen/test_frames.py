@@ -169,7 +169,7 @@ def test_what_is_held_against_a_drive_switches_it_off_until_somebody_forgives(co
     node.on_emergency(struct.pack("<HB5x", code, 1))
     node.on_emergency(bytes(8))  # the drive says that it is over
     assert node.control == DISABLE_VOLTAGE
-    assert node.faults
+    assert node.fault
     assert not node.is_wanted
     assert node.status.code == code
     node.begin_enabling()

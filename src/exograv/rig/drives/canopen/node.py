@@ -84,16 +84,6 @@ class CanopenNode(AskedNode):
         return self.state is Cia402State.OPERATION_ENABLED and self.control == ENABLE
 
     @property
-    def faults(self) -> DriveFault:
-        """Faults held against it; an internal one where it has not said which it is in."""
-        return self.fault or (DriveFault.INTERNAL if self.state in IN_FAULT else DriveFault.NONE)
-
-    @property
-    def has_answered(self) -> bool:
-        """True if all that is due to the last SYNC is there."""
-        return self._measured.missing == 0 and self._motor.missing == 0
-
-    @property
     def stage(self) -> str:
         """Its state in words."""
         return self.state.value
@@ -144,18 +134,23 @@ class CanopenNode(AskedNode):
         """Status, position and torque."""
         if len(data) < MEASURED.size:
             return
-        self.lives()
-        self._measured.came()
+        self._misses = 0
+        self._came(self._measured)
         word, self.position, per_mille = MEASURED.unpack_from(data)
         self.state, self.current = state_of(word), self._amperes * per_mille
+        self.own_fault = DriveFault.INTERNAL if self.state in IN_FAULT else DriveFault.NONE
         if self.is_wanted and self.state is not Cia402State.OPERATION_ENABLED:
             self.switch_off()
 
     def on_motor(self, data: bytes) -> None:
         """Position of the motor's shaft."""
         if len(data) >= MOTOR.size:
-            self._motor.came()
+            self._came(self._motor)
             (self.motor_position,) = MOTOR.unpack_from(data)
+
+    def _came(self, due: Due) -> None:
+        due.came()
+        self.has_answered = not (self._measured.missing or self._motor.missing)
 
     def on_slow(self, data: bytes) -> None:
         """Temperature of the winding."""

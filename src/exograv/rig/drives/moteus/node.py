@@ -24,7 +24,7 @@ class MoteusNode(AskedNode):
     def __init__(self, drive: Drive):
         super().__init__(drive, LOST_AFTER)
         self.said = MoteusAnswer(Mode.STOPPED, math.nan, 0.0, math.nan, math.nan, 0)
-        self._has_answered = self._is_waking = self._may_stop = False
+        self._is_waking = self._may_stop = False
         self._plate: Plate | None = None
         self._orders: Orders | None = None
 
@@ -41,11 +41,6 @@ class MoteusNode(AskedNode):
         return self.said.mode == Mode.POSITION
 
     @property
-    def has_answered(self) -> bool:
-        """True if it has answered the last question."""
-        return self._has_answered
-
-    @property
     def stage(self) -> str:
         """Its mode."""
         return f"in mode {self.said.mode}"
@@ -56,15 +51,9 @@ class MoteusNode(AskedNode):
         fault = self.fault & ~DriveFault.LOST | fault_of(self.said) & ~DriveFault.WATCHDOG
         return bool(fault) and not (self._may_stop and self.said.mode == Mode.FAULT)
 
-    def ask(self) -> None:
-        """Note that a question goes out."""
-        super().ask()
-        self._has_answered = False
-
     def answer(self, said: MoteusAnswer) -> None:
         """Take the answer to the question of this tick."""
-        self.lives()
-        self.said, self._has_answered = said, True
+        self.said, self.has_answered, self._misses = said, True, 0
         self.position, self.current = RAD_PER_TURN * said.turns, said.current_A
         self.temperature_C = said.temperature_C
         if self._is_waking:

@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TypeVar
 
+from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import Drives
 
 from .plant import Plant
@@ -116,6 +117,7 @@ class SimulatedDevices(ABC):
         for joint, drive in enumerate(plant.each):
             self._step_drive(joint)
             if drive.fault != self._faults[joint]:
-                self._faults[joint], told_ms = drive.fault, 1e3 * (at - drive.told_at)
-                said = drive.fault.name or "no fault"
+                self._faults[joint], said = drive.fault, drive.fault.name or "no fault"
+                # A watchdog of the bus trips after the step, one of the drive before it: each tells its own time.
+                told_ms = 1e3 * (drive.silence_s if DriveFault.WATCHDOG in drive.fault else at - drive.told_at)
                 self._say(f"{at:.3f} s: {self._drives.joints[joint]}: {said}; told last {told_ms:.1f} ms before")

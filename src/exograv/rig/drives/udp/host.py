@@ -5,6 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from functools import cache
+from itertools import chain
 from typing import Any, ClassVar
 
 from exograv.errors import RigError
@@ -15,7 +16,7 @@ from exograv.rig.drives.settings import Drive, Drives, UdpBus
 from exograv.signals import Command
 
 from .layout import STATE_JOINT, DriveFlag, Flag, is_newer
-from .link import CODE, CURRENT, FAULT, MOTOR_POSITION, POSITION, STATUS, TEMPERATURE, Link
+from .link import CODE, CURRENT, FAULT, MOTOR_POSITION, POSITION, PRESENT, STATUS, TEMPERATURE, Link
 from .nameplate import refuse_other_controller
 
 LOST_S = 0.005
@@ -46,10 +47,10 @@ class UdpNode(Node):
         """Its part of a state; where it was not heard, its position is that of before."""
         self._misses, self.code, self.temperature_C = 0, said[CODE], said[TEMPERATURE]
         self.is_wanted, self.fault = _bits(said[STATUS] & STATUSES, said[FAULT] & FAULTS)
-        if DriveFault.LOST in self.fault:
-            self.current = 0.0
-        else:
+        if said[STATUS] & PRESENT:
             self.position, self.motor_position, self.current = said[POSITION], said[MOTOR_POSITION], said[CURRENT]
+        else:
+            self.current = 0.0
 
     def miss(self, is_lost: bool) -> None:
         """No state has come for this tick, or for so long that it is lost."""
@@ -128,7 +129,7 @@ class UdpRig(Driver[UdpNode]):
         return Asked(answer.t, answer.tick)
 
     def _tell(self, command: Command, currents: list[float], damping: list[float]) -> None:
-        told = tuple(number for both in zip(currents, damping, strict=True) for number in both)
+        told = tuple(chain.from_iterable(zip(currents, damping, strict=True)))
         flags, now = Flag.ENABLE if self._is_on else Flag.NONE, self.t
         life_s = min(command.valid_until - now, self._drives.watchdog_s)
         if life_s <= 0.0 or self._link.command(command.sequence, now, life_s, flags, told) is None:
