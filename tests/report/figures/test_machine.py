@@ -1,42 +1,32 @@
 """The picture of a machine shows every joint with its limit, from plain numbers, without model or twin."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from exograv.errors import RecordingError
 from exograv.report.figures.machine import draw
+from exograv.report.figures.machine_data import DrawnArm, MachinePicture, TorqueRow
 from exograv.report.style.figure_style import house_style, write_picture
 
-ROW = {"exo": 6.0, "arm": 10.0, "hand_1kg": -2.0, "friction": 3.0}
+
+def check(limit: float | None) -> MachinePicture:
+    reach = 0.05 * np.argwhere(np.ones((8, 8, 8))) + 0.025
+    arm = DrawnArm(
+        side="right",
+        exo=np.array([[0.0, -0.2, 0.5], [0.0, -0.2, 0.2], [0.2, -0.2, 0.2]]),
+        links=np.array([[0.0, -0.3, 0.5, 1.5], [0.0, -0.3, 0.3, 0.6]]),
+        arm=np.array([[0.0, -0.2, 0.5], [0.0, -0.2, 0.2], [0.25, -0.2, 0.2], [0.4, -0.2, 0.2]]),
+        cuffs=np.array([[0.0, -0.2, 0.3], [0.15, -0.2, 0.2]]),
+        reach=reach,
+        task=reach[:64],
+    )
+    rows = [TorqueRow(joint, limit, 6.0, 10.0, -2.0, 3.0) for joint in ("shoulder_flexion", "elbow_flexion")]
+    return MachinePicture("A machine", [arm], 4, 4, 5.0, 3.7, rows, 0.05)
 
 
-def check(limit: float | None) -> dict[str, Any]:
-    reach = (0.05 * np.argwhere(np.ones((8, 8, 8))) + 0.025).tolist()
-    arm = {
-        "side": "right",
-        "exo": [[0.0, -0.2, 0.5], [0.0, -0.2, 0.2], [0.2, -0.2, 0.2]],
-        "links": [[0.0, -0.3, 0.5, 1.5], [0.0, -0.3, 0.3, 0.6]],
-        "arm": [[0.0, -0.2, 0.5], [0.0, -0.2, 0.2], [0.25, -0.2, 0.2], [0.4, -0.2, 0.2]],
-        "cuffs": [[0.0, -0.2, 0.3], [0.15, -0.2, 0.2]],
-        "reach": reach,
-        "task": reach[:64],
-    }
-    return {
-        "title": "A machine",
-        "arms": [arm],
-        "rank": 4,
-        "human_dof": 4,
-        "largest_arm_kg": 5.0,
-        "wearer_arm_kg": 3.7,
-        "voxel_m": 0.05,
-        "torque_Nm": [{"joint": joint, "limit": limit, **ROW} for joint in ("shoulder_flexion", "elbow_flexion")],
-    }
-
-
-def words(check: dict[str, Any]) -> list[str]:
+def words(check: MachinePicture) -> list[str]:
     with house_style():
         figure = draw(check)
         figure.draw_without_rendering()

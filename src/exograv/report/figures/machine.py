@@ -1,7 +1,6 @@
 """A machine at a glance: the arm in it, what the finger tip reaches, and what each drive has left."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -13,6 +12,7 @@ from matplotlib.patches import Ellipse
 from exograv.report.style.colours import BLUE, GREEN, GREY, INK, ORANGE, PALE, PINK, RED, SKY
 from exograv.report.style.figure_style import joint_label, legend
 
+from .machine_data import DrawnArm, MachinePicture, Points, TorqueRow
 from .postures import HALF_SHOULDER_WIDTH_M, HEAD_M, plot_body, projected
 
 PARTS = {
@@ -23,20 +23,18 @@ PARTS = {
 }
 """Origin of a torque: words and colour."""
 
-Arms = Sequence[Mapping[str, Any]]
-Points = Float[np.ndarray, "point 3"]
 Seen = Float[np.ndarray, "point 2"]
 
 
-def draw(check: Mapping[str, Any]) -> Figure:
+def draw(check: MachinePicture) -> Figure:
     """From the front, from above, and torque joint by joint."""
-    height = max(4.6, 1.8 + 0.42 * len(check["torque_Nm"]))
+    height = max(4.6, 1.8 + 0.42 * len(check.torque_Nm))
     figure = Figure(figsize=(13.0, height), layout=ConstrainedLayoutEngine(w_pad=0.12, h_pad=0.08))
     front, above, bars = figure.subplots(1, 3, width_ratios=(1.0, 0.95, 1.2))
-    figure.suptitle(f"{check['title']}\n{_verdict(check)}", x=0.01, ha="left", color=INK)
-    plot_front(front, check["arms"], check["voxel_m"])
-    plot_above(above, check["arms"], check["voxel_m"])
-    plot_torque(bars, check["torque_Nm"])
+    figure.suptitle(f"{check.title}\n{_verdict(check)}", x=0.01, ha="left", color=INK)
+    plot_front(front, check.arms, check.voxel_m)
+    plot_above(above, check.arms, check.voxel_m)
+    plot_torque(bars, check.torque_Nm)
     front.set_title("Where the cuffs are fastened")
     above.set_title("From above, straight ahead is up")
     bars.set_title("Torque at rest in the task's worst posture [N·m]")
@@ -45,43 +43,43 @@ def draw(check: Mapping[str, Any]) -> Figure:
     return figure
 
 
-def _verdict(check: Mapping[str, Any]) -> str:
-    held = f"Cuffs hold {check['rank']} of {check['human_dof']} freedoms"
-    wearer = f"this wearer's arm weighs {check['wearer_arm_kg']:.1f} kg"
-    if all(row["limit"] is None for row in check["torque_Nm"]):
+def _verdict(check: MachinePicture) -> str:
+    held = f"Cuffs hold {check.rank} of {check.human_dof} freedoms"
+    wearer = f"this wearer's arm weighs {check.wearer_arm_kg:.1f} kg"
+    if all(row.limit is None for row in check.torque_Nm):
         return f"{held}; no motors; {wearer}."
-    return f"{held}; drives hold an arm of {check['largest_arm_kg']:.1f} kg with 1 kg in the hand; {wearer}."
+    return f"{held}; drives hold an arm of {check.largest_arm_kg:.1f} kg with 1 kg in the hand; {wearer}."
 
 
-def plot_front(ax: Axes, arms: Arms, voxel_m: float) -> None:
+def plot_front(ax: Axes, arms: Sequence[DrawnArm], voxel_m: float) -> None:
     """Machine and arm in oblique view; behind them the finger tip's reach."""
-    outward = 1.0 if arms[0]["side"] == "left" else -1.0
-    plot_body(ax, np.array(arms[0]["arm"][0]), outward)
+    outward = 1.0 if arms[0].side == "left" else -1.0
+    plot_body(ax, arms[0].arm[0], outward)
     _plot_arms(ax, arms, lambda points: projected(points, outward), voxel_m)
 
 
-def plot_above(ax: Axes, arms: Arms, voxel_m: float) -> None:
+def plot_above(ax: Axes, arms: Sequence[DrawnArm], voxel_m: float) -> None:
     """The same from above: the wearer's right is on the right."""
-    shoulder = np.array(arms[0]["arm"][0])
-    inward = 1.0 if arms[0]["side"] == "right" else -1.0
+    shoulder = arms[0].arm[0]
+    inward = 1.0 if arms[0].side == "right" else -1.0
     middle = (-float(shoulder[1] + inward * HALF_SHOULDER_WIDTH_M), float(shoulder[0]))
     ax.add_patch(Ellipse(middle, 2 * HALF_SHOULDER_WIDTH_M, 0.22, color=PALE, zorder=0))
     ax.add_patch(Ellipse(middle, HEAD_M[0], HEAD_M[1], color="white", ec=GREY, lw=0.8, zorder=1))
     _plot_arms(ax, arms, lambda points: points[:, [1, 0]] * [-1.0, 1.0], voxel_m)
 
 
-def plot_torque(ax: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+def plot_torque(ax: Axes, rows: Sequence[TorqueRow]) -> None:
     """One bar a joint: what is asked of its drive, by origin, against what the drive has."""
     places = np.arange(len(rows))[::-1]
     forward, backward = np.zeros(len(rows)), np.zeros(len(rows))
-    signs = np.array([np.sign(row["exo"] + row["arm"] + row["hand_1kg"]) or 1.0 for row in rows])
+    signs = np.array([np.sign(row.exo + row.arm + row.hand_1kg) or 1.0 for row in rows])
     for name, (label, colour) in PARTS.items():
         # Friction is in the way of either direction.
-        part = np.array([row[name] for row in rows]) * (1.0 if name == "friction" else signs)
+        part = np.array([getattr(row, name) for row in rows]) * (1.0 if name == "friction" else signs)
         start = np.where(part >= 0.0, forward, backward)
         ax.barh(places, part, left=start, height=0.62, color=colour, label=label)
         forward, backward = forward + np.maximum(part, 0.0), backward + np.minimum(part, 0.0)
-    limits = [row["limit"] for row in rows]
+    limits = [row.limit for row in rows]
     for place, limit, load in zip(places, limits, forward, strict=True):
         if limit is not None:
             ax.plot([limit, limit], [place - 0.4, place + 0.4], color=RED if load > limit else INK, lw=2.2)
@@ -90,23 +88,21 @@ def plot_torque(ax: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         ax.annotate(words, at, (5, 0), textcoords="offset points", va="center")
     most = max([*forward, *(limit for limit in limits if limit is not None)])
     ax.set_xlim(min(1.15 * backward.min(), -0.01 * most), 1.25 * most)
-    ax.set_yticks(places, [joint_label(row["joint"]) for row in rows])
+    ax.set_yticks(places, [joint_label(row.joint) for row in rows])
     ax.grid(visible=False, axis="y")
     ax.grid(visible=True, axis="x")
 
 
-def _plot_arms(ax: Axes, arms: Arms, seen: Callable[[Points], Seen], voxel_m: float) -> None:
+def _plot_arms(ax: Axes, arms: Sequence[DrawnArm], seen: Callable[[Points], Seen], voxel_m: float) -> None:
     """All arms as `seen` puts points of the base frame on the picture."""
     for arm in arms:
-        shown = {name: seen(np.array(arm[name])) for name in ("reach", "task", "arm", "exo", "cuffs")}
-        _plot_region(ax, shown["reach"], voxel_m, SKY, "finger tip's reach")
-        _plot_region(ax, shown["task"], voxel_m, GREEN, "in the task workspace")
-        ax.plot(*shown["arm"].T, color=ORANGE, lw=6.0, alpha=0.85, solid_capstyle="round", label="arm", zorder=3)
-        ax.plot(*shown["exo"].T, "-o", color=BLUE, lw=2.2, ms=4.5, label="machine", zorder=4)
-        links = np.array(arm["links"])
-        masses = {"s": 34.0 * links[:, 3], "color": "none", "ec": BLUE, "lw": 1.2, "clip_on": False}
-        ax.scatter(*seen(links[:, :3]).T, label="link's mass", zorder=5, **masses)
-        ax.plot(*shown["cuffs"].T, "s", color="white", mec=INK, mew=1.3, ms=6.5, label="cuff", zorder=6)
+        _plot_region(ax, seen(arm.reach), voxel_m, SKY, "finger tip's reach")
+        _plot_region(ax, seen(arm.task), voxel_m, GREEN, "in the task workspace")
+        ax.plot(*seen(arm.arm).T, color=ORANGE, lw=6.0, alpha=0.85, solid_capstyle="round", label="arm", zorder=3)
+        ax.plot(*seen(arm.exo).T, "-o", color=BLUE, lw=2.2, ms=4.5, label="machine", zorder=4)
+        masses = {"s": 34.0 * arm.links[:, 3], "color": "none", "ec": BLUE, "lw": 1.2, "clip_on": False}
+        ax.scatter(*seen(arm.links[:, :3]).T, label="link's mass", zorder=5, **masses)
+        ax.plot(*seen(arm.cuffs).T, "s", color="white", mec=INK, mew=1.3, ms=6.5, label="cuff", zorder=6)
     ax.set_aspect("equal")
     ax.set_axis_off()
 

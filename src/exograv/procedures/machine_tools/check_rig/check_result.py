@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from exograv.report.figures.machine_data import TorqueRow
 from exograv.results import OPTIONAL
 
 
@@ -39,19 +40,6 @@ class ReachedVolume:
     side: str
     volume_m3: float
     furthest_m: float
-
-
-@dataclass(frozen=True)
-class TorqueRow:
-    """Torque at rest in the posture that loads the joint most [N·m]."""
-
-    joint: str
-    limit: float | None
-    """None without a motor."""
-    exo: float
-    arm: float
-    hand_1kg: float
-    friction: float
 
 
 @dataclass

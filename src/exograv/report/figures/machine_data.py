@@ -1,0 +1,52 @@
+"""A machine and the arm in it, as the picture of `exograv check-rig` shows them: points in the base frame."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+Points = Float[np.ndarray, "_ 3"]
+"""Points of the base frame [m]."""
+
+
+@dataclass(frozen=True)
+class TorqueRow:
+    """Torque at rest in the posture that loads the joint most [N·m]."""
+
+    joint: str
+    limit: float | None
+    """None without a motor."""
+    exo: float
+    arm: float
+    hand_1kg: float
+    friction: float
+
+
+@dataclass(frozen=True)
+class DrawnArm:
+    """An arm, and the part of the machine that moves it."""
+
+    side: str
+    exo: Points
+    links: Float[np.ndarray, "_ 4"]
+    """Centre of mass [m] and mass [kg] of each link."""
+    arm: Points
+    cuffs: Points
+    reach: Points
+    """Middles of the voxels that the finger tip reaches; `task` of those in the task workspace."""
+    task: Points
+
+
+@dataclass(frozen=True)
+class MachinePicture:
+    """Content of the picture."""
+
+    title: str
+    arms: Sequence[DrawnArm]
+    rank: int | None
+    human_dof: int | None
+    largest_arm_kg: float | None
+    wearer_arm_kg: float | None
+    torque_Nm: Sequence[TorqueRow]
+    voxel_m: float
