@@ -41,11 +41,12 @@ def merged(rig: str, level: int, seeds: list[int], movement: str, runs: list[dic
     from exograv.laboratory.transparency import movement_for
     from exograv.laboratory.transparency_summary import rig_result
     from exograv.model.description import load_rig
+    from exograv.results import json_value
 
     description = load_rig(rig)
     wanted = movement_for(movement, description)  # pyright: ignore[reportArgumentType] - checked by the parser
     efforts = {condition: [one[condition] for one in runs] for condition in runs[0]}
-    return rig_result(description, level, seeds, wanted, efforts)
+    return json_value(rig_result(description, level, seeds, wanted, efforts))
 
 
 def show(result: dict[str, Any]) -> None:

@@ -27,7 +27,6 @@ UNFINISHED = frozenset(
         "procedures.rehabilitation",
         "report",
         "storage",
-        "study",
         "task",
     )
 )

@@ -18,6 +18,8 @@ from exograv.laboratory.transparency_summary import profile, rig_result
 from exograv.laboratory.transparency_trial import CONDITIONS, TransparencyTrial, _effort
 from exograv.loop.output_feedback import NoTorque
 from exograv.model.description import load_rig
+from exograv.report.figures.transparency_data import MachineTransparency
+from exograv.results import json_value
 from exograv.rig.twin.twin import PERIOD
 from exograv.signals import Reference
 
@@ -30,7 +32,7 @@ def effort(size: float, tracking_deg: float = 0.5) -> Effort:
     return Effort(np.full(4, size), np.full(4, size**2), np.full(4, tracking_deg), 12)
 
 
-def result() -> dict:
+def result() -> MachineTransparency:
     sizes = {
         "uncompensated": 8.0,
         "gcm": 4.0,
@@ -45,27 +47,27 @@ def result() -> dict:
 
 def test_the_figures_follow_the_contract():
     figures = result()
-    assert figures["profile"] == "harmonic"
-    assert figures["movement"] == "pointing"
-    assert list(figures["conditions"]) == list(CONDITIONS)
-    for row in figures["conditions"].values():
-        assert {"effort_Nms", "by_joint_Nms", "tracking_error_deg"} <= row.keys()
-        assert len(row["by_joint_Nms"]) == 4
-        assert [machine["seed"] for machine in row["machines"]] == SEEDS
+    assert figures.profile == "harmonic"
+    assert figures.movement == "pointing"
+    assert list(figures.conditions) == list(CONDITIONS)
+    for row in figures.conditions.values():
+        assert {"effort_Nms", "by_joint_Nms", "tracking_error_deg"} <= json_value(row).keys()
+        assert len(row.by_joint_Nms) == 4
+        assert [machine.seed for machine in row.machines] == SEEDS
 
 
 def test_ratios_are_of_the_same_machine_and_medians_over_machines():
     figures = result()
-    assert figures["dam_over_gcm"]["effort"] == pytest.approx(0.5)
-    assert figures["dam_over_gcm"]["elbow"] == pytest.approx(0.5)
-    assert figures["dam_over_gcm"]["squared"] == pytest.approx(0.25)
-    assert figures["dam_over_gcm"]["beyond_zero_g"] == pytest.approx(1.5 / 3.5, abs=1e-3)
-    assert figures["dam_minus_ideal_Nms"] == pytest.approx(4.0 * 1.1 * 0.5)
-    assert figures["conditions"]["gcm"]["effort_Nms"] == pytest.approx(4.0 * 1.1 * 4.0)
+    assert figures.dam_over_gcm.effort == pytest.approx(0.5)
+    assert figures.dam_over_gcm.elbow == pytest.approx(0.5)
+    assert figures.dam_over_gcm.squared == pytest.approx(0.25)
+    assert figures.dam_over_gcm.beyond_zero_g == pytest.approx(1.5 / 3.5, abs=1e-3)
+    assert figures.dam_minus_ideal_Nms == pytest.approx(4.0 * 1.1 * 0.5)
+    assert figures.conditions["gcm"].effort_Nms == pytest.approx(4.0 * 1.1 * 4.0)
 
 
 def test_who_left_the_path_is_named():
-    assert {(stray["condition"], stray["seed"]) for stray in result()["off_path"]} == {(name, 5) for name in CONDITIONS}
+    assert {(stray.condition, stray.seed) for stray in result().off_path} == {(name, 5) for name in CONDITIONS}
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,9 @@
 """What a person feels of a kind of machine: muscle effort of one movement in six conditions, over several machines."""
 
 import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from exograv.errors import ConfigError, ExogravError
 from exograv.loop.pilot import Progress
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
+from exograv.report.figures.transparency_data import MachineTransparency
+from exograv.results import MERGED, OPTIONAL
 from exograv.rig.twin.twin import PERIOD
 from exograv.storage.self_test_pass import NOT_NEEDED
 
@@ -23,8 +26,21 @@ BOTH_PROFILES = ("recupera_like", "recupera_like_qdd")
 """The same machine on harmonic and on quasi-direct drives."""
 
 
-def run_transparency(options: TransparencyOptions, folder: Path, progress: Progress) -> dict[str, Any]:
-    """Run it all; the result follows the contract of `exograv transparency --json`.
+@dataclass(frozen=True)
+class TransparencyResult:
+    """Result of `exograv transparency`."""
+
+    machine: MachineTransparency | None = field(metadata=MERGED)
+    """Figures of the machine that was asked for."""
+    profiles: Mapping[str, MachineTransparency] | None = field(metadata=OPTIONAL)
+    """Figures of both kinds of drives, where no machine was."""
+    self_test: str
+    wall_s: float
+    report: Path
+
+
+def run_transparency(options: TransparencyOptions, folder: Path, progress: Progress) -> TransparencyResult:
+    """Run the test on every kind of machine and write the page.
 
     Raises:
         ConfigError: An option or a machine cannot be used.
@@ -46,8 +62,13 @@ def run_transparency(options: TransparencyOptions, folder: Path, progress: Progr
     from exograv.report.of_benchmarks.transparency_report import write_transparency_report  # Matplotlib: 0.4 s
 
     report = write_transparency_report(results, folder / "transparency.html")
-    result = results[0] if options.rig is not None else {"profiles": {one["profile"]: one for one in results}}
-    return {**result, "self_test": NOT_NEEDED, "wall_s": round(time.perf_counter() - start, 1), "report": str(report)}
+    return TransparencyResult(
+        machine=None if options.rig is None else results[0],
+        profiles={one.profile: one for one in results} if options.rig is None else None,
+        self_test=NOT_NEEDED,
+        wall_s=round(time.perf_counter() - start, 1),
+        report=report,
+    )
 
 
 def movement_for(name: MovementName, description: RigDescription) -> WantedMovement:
@@ -84,7 +105,7 @@ def _loaded(options: TransparencyOptions):
 
 def _run_rig(
     options: TransparencyOptions, description: RigDescription, movement: WantedMovement, note: Progress
-) -> dict[str, Any]:
+) -> MachineTransparency:
     efforts: dict[str, list[Effort]] = {condition: [] for condition in CONDITIONS}
     seeds = list(range(options.seed, options.seed + options.machines))
     for k, seed in enumerate(seeds):

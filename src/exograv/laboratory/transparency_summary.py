@@ -1,7 +1,6 @@
 """Efforts of several machines as the rows that are printed, drawn and compared: medians, ratios, every machine."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -9,6 +8,13 @@ from jaxtyping import Float
 from exograv.model.description import RigDescription
 from exograv.model.limb import FREEDOMS
 from exograv.recording.rounding import rounded
+from exograv.report.figures.transparency_data import (
+    ConditionEffort,
+    EffortRatios,
+    MachineEffort,
+    MachineTransparency,
+    OffPath,
+)
 
 from .effort import TRACKING_MAX_DEG, Effort
 from .movements import WantedMovement
@@ -21,30 +27,29 @@ Efforts = Mapping[str, Sequence[Effort]]
 
 def rig_result(
     description: RigDescription, level: int, seeds: Sequence[int], movement: WantedMovement, efforts: Efforts
-) -> dict[str, Any]:
+) -> MachineTransparency:
     """All figures of one kind of machine; medians are over its machines."""
-    joints = list(FREEDOMS[: movement.path.q.shape[1]])
-    return {
-        "rig": description.name,
-        "profile": profile(description),
-        "disturbance_level": level,
-        "seeds": list(seeds),
-        "movement": movement.name,
-        "movement_s": round(movement.repeats * movement.path.seconds, 3),
-        "recorded_samples": movement.samples,
-        "clipped_samples": movement.clipped,
-        "joints": joints,
-        "conditions": {condition: _condition(seeds, of_machines) for condition, of_machines in efforts.items()},
-        "dam_over_gcm": _ratios(efforts),
-        "dam_minus_ideal_Nms": round(float(np.median(_totals(efforts["dam"]) - _totals(efforts["dam_ideal"]))), 3),
-        "off_path": [
-            {"condition": condition, "seed": seed, "tracking_error_deg": round(float(effort.tracking_deg.max()), 2)}
+    return MachineTransparency(
+        rig=description.name,
+        profile=profile(description),
+        disturbance_level=level,
+        seeds=list(seeds),
+        movement=movement.name,
+        movement_s=round(movement.repeats * movement.path.seconds, 3),
+        recorded_samples=movement.samples,
+        clipped_samples=movement.clipped,
+        joints=list(FREEDOMS[: movement.path.q.shape[1]]),
+        conditions={condition: _condition(seeds, of_machines) for condition, of_machines in efforts.items()},
+        dam_over_gcm=_ratios(efforts),
+        dam_minus_ideal_Nms=round(float(np.median(_totals(efforts["dam"]) - _totals(efforts["dam_ideal"]))), 3),
+        off_path=[
+            OffPath(condition, seed, round(float(effort.tracking_deg.max()), 2))
             for condition, of_machines in efforts.items()
             for seed, effort in zip(seeds, of_machines, strict=True)
             if not effort.keeps_path
         ],
-        "tracking_error_max_deg": TRACKING_MAX_DEG,
-    }
+        tracking_error_max_deg=TRACKING_MAX_DEG,
+    )
 
 
 def profile(description: RigDescription) -> str:
@@ -53,41 +58,40 @@ def profile(description: RigDescription) -> str:
     return "harmonic" if "harmonic" in drives else "qdd"
 
 
-def _condition(seeds: Sequence[int], efforts: Sequence[Effort]) -> dict[str, Any]:
+def _condition(seeds: Sequence[int], efforts: Sequence[Effort]) -> ConditionEffort:
     by_joint = np.array([effort.absolute for effort in efforts])
     worst = np.array([effort.tracking_deg.max() for effort in efforts])
-    return {
-        "effort_Nms": round(float(np.median(by_joint.sum(axis=1))), 3),
-        "by_joint_Nms": rounded(np.median(by_joint, axis=0)),
-        "tracking_error_deg": round(float(np.median(worst)), 3),
-        "squared_N2m2s": round(float(np.median([effort.squared.sum() for effort in efforts])), 3),
-        "machines": [
-            {
-                "seed": seed,
-                "effort_Nms": round(float(effort.absolute.sum()), 3),
-                "by_joint_Nms": rounded(effort.absolute),
-                "squared_N2m2s": round(float(effort.squared.sum()), 3),
-                "tracking_error_deg": rounded(effort.tracking_deg),
-                "practice": effort.repetitions,
-            }
+    return ConditionEffort(
+        effort_Nms=round(float(np.median(by_joint.sum(axis=1))), 3),
+        by_joint_Nms=rounded(np.median(by_joint, axis=0)),
+        tracking_error_deg=round(float(np.median(worst)), 3),
+        squared_N2m2s=round(float(np.median([effort.squared.sum() for effort in efforts])), 3),
+        machines=[
+            MachineEffort(
+                seed=seed,
+                effort_Nms=round(float(effort.absolute.sum()), 3),
+                by_joint_Nms=rounded(effort.absolute),
+                squared_N2m2s=round(float(effort.squared.sum()), 3),
+                tracking_error_deg=rounded(effort.tracking_deg),
+                practice=effort.repetitions,
+            )
             for seed, effort in zip(seeds, efforts, strict=True)
         ],
-    }
+    )
 
 
-def _ratios(efforts: Efforts) -> dict[str, float]:
+def _ratios(efforts: Efforts) -> EffortRatios:
     """Median over machines of each one's own ratio: machine and wearer are the same above and below the line."""
     dam, gcm = efforts["dam"], efforts["gcm"]
     zero_g = _totals(efforts["zero_g"])
     elbows = [d.absolute[ELBOW] / g.absolute[ELBOW] for d, g in zip(dam, gcm, strict=True)]
     squares = [d.squared.sum() / g.squared.sum() for d, g in zip(dam, gcm, strict=True)]
-    return {
-        "effort": round(float(np.median(_totals(dam) / _totals(gcm))), 3),
-        "elbow": round(float(np.median(elbows)), 3),
-        "squared": round(float(np.median(squares)), 3),
-        # Of what real weightlessness would have saved.
-        "beyond_zero_g": round(float(np.median((_totals(dam) - zero_g) / (_totals(gcm) - zero_g))), 3),
-    }
+    return EffortRatios(
+        effort=round(float(np.median(_totals(dam) / _totals(gcm))), 3),
+        elbow=round(float(np.median(elbows)), 3),
+        squared=round(float(np.median(squares)), 3),
+        beyond_zero_g=round(float(np.median((_totals(dam) - zero_g) / (_totals(gcm) - zero_g))), 3),
+    )
 
 
 def _totals(efforts: Sequence[Effort]) -> Float[np.ndarray, " machine"]:

@@ -6,38 +6,41 @@ import pytest
 
 from exograv.errors import RecordingError
 from exograv.report.figures.transparency import CONDITIONS
+from exograv.report.figures.transparency_data import (
+    ConditionEffort,
+    EffortRatios,
+    MachineEffort,
+    MachineTransparency,
+    OffPath,
+)
 from exograv.report.of_benchmarks.transparency_report import effort_table, headline, write_transparency_report
 
 JOINTS = ["flexion", "abduction", "rotation", "elbow"]
 
 
-def made_up(profile: str, left: float) -> dict:
+def made_up(profile: str, left: float) -> MachineTransparency:
     """Figures as `exograv transparency` gives them."""
     sizes = [10.0, 4.0, 4.0 * left, 3.0 * left, 2.0 * left, 1.0 * left]
     conditions = {}
     for name, size in zip(CONDITIONS, sizes, strict=True):
-        machines = [
-            {"seed": seed, "effort_Nms": 4.0 * size + seed, "by_joint_Nms": [size] * 4, "tracking_error_deg": [0.5] * 4}
-            for seed in range(3)
-        ]
-        row = {"effort_Nms": 4.0 * size, "by_joint_Nms": [size] * 4, "squared_N2m2s": size**2, "machines": machines}
-        conditions[name] = row | {"tracking_error_deg": 0.5}
-    return {
-        "rig": f"made_up_{profile}",
-        "profile": profile,
-        "disturbance_level": 2,
-        "seeds": [0, 1, 2],
-        "movement": "pointing",
-        "movement_s": 22.0,
-        "recorded_samples": 0,
-        "clipped_samples": 0,
-        "joints": JOINTS,
-        "conditions": conditions,
-        "dam_over_gcm": {"effort": left, "elbow": left, "squared": left**2, "beyond_zero_g": left},
-        "dam_minus_ideal_Nms": 1.0,
-        "off_path": [{"condition": "dam", "seed": 1, "tracking_error_deg": 1.3}],
-        "tracking_error_max_deg": 1.0,
-    }
+        machines = [MachineEffort(seed, 4.0 * size + seed, [size] * 4, size**2, [0.5] * 4, 12) for seed in range(3)]
+        conditions[name] = ConditionEffort(4.0 * size, [size] * 4, 0.5, size**2, machines)
+    return MachineTransparency(
+        rig=f"made_up_{profile}",
+        profile=profile,
+        disturbance_level=2,
+        seeds=[0, 1, 2],
+        movement="pointing",
+        movement_s=22.0,
+        recorded_samples=0,
+        clipped_samples=0,
+        joints=JOINTS,
+        conditions=conditions,
+        dam_over_gcm=EffortRatios(left, left, left**2, left),
+        dam_minus_ideal_Nms=1.0,
+        off_path=[OffPath("dam", 1, 1.3)],
+        tracking_error_max_deg=1.0,
+    )
 
 
 RESULTS = [made_up("harmonic", 0.45), made_up("qdd", 0.4)]

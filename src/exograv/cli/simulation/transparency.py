@@ -1,15 +1,19 @@
 """`exograv transparency`."""
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common
 from exograv.laboratory.options import TransparencyOptions
+
+if TYPE_CHECKING:
+    from exograv.laboratory.transparency import TransparencyResult
+    from exograv.report.figures.transparency_data import MachineTransparency
 
 MINUTES_A_MACHINE = 2.0
 """Measured on two shared cores of a server; recorded movements take twice as long."""
 
 
-def run_transparency_command(options: TransparencyOptions, common: Common) -> dict[str, Any]:
+def run_transparency_command(options: TransparencyOptions, common: Common) -> "TransparencyResult":
     """What a person feels of the machine: muscle effort of one movement in six conditions, over several machines."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.transparency import run_transparency
@@ -19,36 +23,36 @@ def run_transparency_command(options: TransparencyOptions, common: Common) -> di
     print(f"{count} machines, each calibrated, worn and moved in six conditions: about {minutes:.0f} minutes.")
     with bars() as progress:
         result = run_transparency(options, common.out, progress)
-    for one in result.get("profiles", {"": result}).values():
+    for one in (*(result.profiles or {}).values(), *filter(None, [result.machine])):
         _show(one)
-    print(f"Report: {result['report']}")
+    print(f"Report: {result.report}")
     return result
 
 
-def _show(result: dict[str, Any]) -> None:
+def _show(result: "MachineTransparency") -> None:
     from rich.console import Console
     from rich.table import Table
 
     table = Table(
-        title=f"{result['rig']}, {result['movement']}, disturbance level {result['disturbance_level']}, median of "
-        f"{len(result['seeds'])}"
+        title=f"{result.rig}, {result.movement}, disturbance level {result.disturbance_level}, median of "
+        f"{len(result.seeds)}"
     )
     table.add_column("effort, N·m·s")
-    for column in ("all", *(joint.replace("_", "\n") for joint in result["joints"]), "path\nerror °"):
+    for column in ("all", *(joint.replace("_", "\n") for joint in result.joints), "path\nerror °"):
         table.add_column(column, justify="right")
-    for name, row in result["conditions"].items():
-        values = [row["effort_Nms"], *row["by_joint_Nms"]]
-        table.add_row(name.replace("_", " "), *(f"{value:.0f}" for value in values), f"{row['tracking_error_deg']:.2f}")
+    for name, row in result.conditions.items():
+        values = [row.effort_Nms, *row.by_joint_Nms]
+        table.add_row(name.replace("_", " "), *(f"{value:.0f}" for value in values), f"{row.tracking_error_deg:.2f}")
     console = Console()
     console.print(table)
-    ratios = result["dam_over_gcm"]
+    ratios = result.dam_over_gcm
     console.print(
-        f"With the arm carried too, {100 * ratios['effort']:.0f} % of the effort are left (elbow alone "
-        f"{100 * ratios['elbow']:.0f} %); knowing the truth would save {result['dam_minus_ideal_Nms']:.1f} N·m·s.",
+        f"With the arm carried too, {100 * ratios.effort:.0f} % of the effort are left (elbow alone "
+        f"{100 * ratios.elbow:.0f} %); knowing the truth would save {result.dam_minus_ideal_Nms:.1f} N·m·s.",
         highlight=False,
     )
-    for stray in result["off_path"]:
+    for stray in result.off_path:
         console.print(
-            f"Path not kept: {stray['condition']}, seed {stray['seed']}, {stray['tracking_error_deg']:.1f}°.",
+            f"Path not kept: {stray.condition}, seed {stray.seed}, {stray.tracking_error_deg:.1f}°.",
             highlight=False,
         )

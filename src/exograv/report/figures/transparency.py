@@ -1,7 +1,6 @@
 """Muscle effort of one movement under each kind of help, joint by joint, one panel a kind of drive."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,8 +9,7 @@ from matplotlib.figure import Figure
 from exograv.report.style.colours import BLUE, GREEN, GREY, INK, ORANGE, RED, SKY
 from exograv.report.style.figure_style import joint_colours, joint_label, legend, note
 
-Result = dict[str, Any]
-"""Of one kind of machine, as `exograv transparency --json` has it."""
+from .transparency_data import MachineTransparency
 
 CONDITIONS = {
     "uncompensated": "motors\noff",
@@ -39,56 +37,61 @@ STEPS = (
 """What each condition adds to the one before it."""
 
 
-def draw_effort(results: Sequence[Result]) -> Figure:
+def draw_effort(results: Sequence[MachineTransparency]) -> Figure:
     """Draw medians stacked by joint; dots are single machines, the dashed line is the goal."""
     return _panels(results, _plot_effort, 4.2, 5)
 
 
-def draw_causes(results: Sequence[Result]) -> Figure:
+def draw_causes(results: Sequence[MachineTransparency]) -> Figure:
     """Draw each condition minus the one with one burden less, joint by joint."""
     return _panels(results, _plot_causes, 3.6, 3)
 
 
-def _panels(results: Sequence[Result], plot: Callable[[Axes, Result], None], height: float, columns: int) -> Figure:
+def _panels(
+    results: Sequence[MachineTransparency],
+    plot: Callable[[Axes, MachineTransparency], None],
+    height: float,
+    columns: int,
+) -> Figure:
     figure = Figure(figsize=(4.8 * max(2, len(results)), height), layout="constrained")
     panels = figure.subplots(1, len(results), sharey=True, squeeze=False)[0]
     for ax, result in zip(panels, results, strict=True):
         plot(ax, result)
         ax.tick_params(axis="x", length=0)
-        ax.set_title(PROFILES[result["profile"]])
+        ax.set_title(PROFILES[result.profile])
     panels[0].set_ylabel("effort [N·m·s]")
     legend(figure, panels[:1], "lower center", columns)
     return figure
 
 
-def _plot_effort(ax: Axes, result: Result) -> None:
-    conditions = [name for name in CONDITIONS if name in result["conditions"]]
+def _plot_effort(ax: Axes, result: MachineTransparency) -> None:
+    conditions = [name for name in CONDITIONS if name in result.conditions]
     x = np.arange(len(conditions))
     bottom = np.zeros(len(conditions))
-    for k, (joint, colour) in enumerate(zip(result["joints"], joint_colours(tuple(result["joints"])), strict=True)):
-        height = np.array([result["conditions"][name]["by_joint_Nms"][k] for name in conditions])
+    for k, (joint, colour) in enumerate(zip(result.joints, joint_colours(tuple(result.joints)), strict=True)):
+        height = np.array([result.conditions[name].by_joint_Nms[k] for name in conditions])
         ax.bar(x, height, 0.62, bottom=bottom, color=colour, label=joint_label(joint))
         bottom += height
     for position, name in zip(x, conditions, strict=True):
-        totals = [machine["effort_Nms"] for machine in result["conditions"][name]["machines"]]
+        totals = [machine.effort_Nms for machine in result.conditions[name].machines]
         beside = 0.07 * (np.arange(len(totals)) - (len(totals) - 1) / 2)
         ax.plot(position + beside, totals, "o", color=INK, ms=3, zorder=4)
-        effort = f"{result['conditions'][name]['effort_Nms']:.0f}"
+        effort = f"{result.conditions[name].effort_Nms:.0f}"
         note(ax, effort, (position, max(totals)), (0, 5), ha="center", fontsize=9)
-    goal = GOALS.get(result["profile"], {}).get("effort")
+    goal = GOALS.get(result.profile, {}).get("effort")
     if goal is not None and "dam" in conditions:
-        height = goal * result["conditions"]["gcm"]["effort_Nms"]
+        height = goal * result.conditions["gcm"].effort_Nms
         at = conditions.index("dam")
         ax.hlines(height, at - 0.45, at + 0.45, color=INK, ls=(0, (3, 2)), lw=1.4, zorder=5, label="goal")
     ax.set_xticks(x, [CONDITIONS[name] for name in conditions], fontsize=8)
 
 
-def _plot_causes(ax: Axes, result: Result) -> None:
-    x, before = np.arange(len(result["joints"])), np.zeros(len(result["joints"]))
+def _plot_causes(ax: Axes, result: MachineTransparency) -> None:
+    x, before = np.arange(len(result.joints)), np.zeros(len(result.joints))
     width = 0.8 / len(STEPS)
     for k, (name, words, colour) in enumerate(STEPS):
-        after = np.array(result["conditions"][name]["by_joint_Nms"])
+        after = np.array(result.conditions[name].by_joint_Nms)
         ax.bar(x + (k - (len(STEPS) - 1) / 2) * width, after - before, 0.9 * width, color=colour, label=words)
         before = after
     ax.axhline(0.0, color=INK, lw=0.8)
-    ax.set_xticks(x, [joint_label(joint, "\n") for joint in result["joints"]], fontsize=8)
+    ax.set_xticks(x, [joint_label(joint, "\n") for joint in result.joints], fontsize=8)

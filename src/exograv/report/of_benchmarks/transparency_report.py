@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from exograv.report.figures.transparency import CONDITIONS, GOALS, PROFILES, Result, draw_causes, draw_effort
+from exograv.report.figures.transparency import CONDITIONS, GOALS, PROFILES, draw_causes, draw_effort
+from exograv.report.figures.transparency_data import MachineTransparency
 from exograv.report.of_recording.recording_report import SAFETY
 from exograv.report.style.figure_style import house_style, joint_label
 from exograv.report.style.page import Chapter, Page, Table, Text, Tile, write_page
@@ -28,7 +29,7 @@ ON_THE_TWIN = Text(
 )
 
 
-def write_transparency_report(results: Sequence[Result], html_path: Path) -> Path:
+def write_transparency_report(results: Sequence[MachineTransparency], html_path: Path) -> Path:
     """Write the page, or replace it; its folder is created too.
 
     Raises:
@@ -39,7 +40,7 @@ def write_transparency_report(results: Sequence[Result], html_path: Path) -> Pat
             Chapter("How much muscle it takes", (), "effort", draw_effort(results), EFFORT_TEXT),
             Chapter("What it is spent on", (), "causes", draw_causes(results), CAUSES_TEXT),
         )
-    tables = [Chapter(f"{PROFILES[one['profile']]}: {one['rig']}", [_note(one), effort_table(one)]) for one in results]
+    tables = [Chapter(f"{PROFILES[one.profile]}: {one.rig}", [_note(one), effort_table(one)]) for one in results]
     page = Page(
         headline=headline(results),
         facts=_facts(results[0]),
@@ -51,60 +52,60 @@ def write_transparency_report(results: Sequence[Result], html_path: Path) -> Pat
     return write_page(html_path, page)
 
 
-def headline(results: Sequence[Result]) -> str:
+def headline(results: Sequence[MachineTransparency]) -> str:
     """What is left of the effort, in one sentence."""
-    parts = [f"{_percent(result['dam_over_gcm']['effort'])} with {PROFILES[result['profile']]}" for result in results]
+    parts = [f"{_percent(result.dam_over_gcm.effort)} with {PROFILES[result.profile]}" for result in results]
     return f"With the arm carried too, {' and '.join(parts)} of the muscle effort are left."
 
 
-def effort_table(result: Result) -> Table:
+def effort_table(result: MachineTransparency) -> Table:
     """One row a condition: total, every joint, squared, and how well the path was kept."""
-    joints = [joint_label(joint) for joint in result["joints"]]
+    joints = [joint_label(joint) for joint in result.joints]
     rows = [
         (
             words.replace("\n", " "),
-            f"{row['effort_Nms']:.1f}",
-            *(f"{value:.1f}" for value in row["by_joint_Nms"]),
-            f"{row['squared_N2m2s']:.0f}",
-            f"{row['tracking_error_deg']:.2f}",
+            f"{row.effort_Nms:.1f}",
+            *(f"{value:.1f}" for value in row.by_joint_Nms),
+            f"{row.squared_N2m2s:.0f}",
+            f"{row.tracking_error_deg:.2f}",
         )
         for name, words in CONDITIONS.items()
-        if (row := result["conditions"].get(name))
+        if (row := result.conditions.get(name))
     ]
     columns = ("condition", "effort N·m·s", *joints, "squared N²·m²·s", "path error °")
     return Table(columns, rows)
 
 
-def _note(result: Result) -> Text:
-    return Text(f"Medians of {len(result['seeds'])} machines, {result['movement']} for {result['movement_s']:g} s.")
+def _note(result: MachineTransparency) -> Text:
+    return Text(f"Medians of {len(result.seeds)} machines, {result.movement} for {result.movement_s:g} s.")
 
 
-def _facts(result: Result) -> list[tuple[str, str]]:
+def _facts(result: MachineTransparency) -> list[tuple[str, str]]:
     facts = [
-        ("movement", f"{result['movement']}, {result['movement_s']:g} s"),
-        ("disturbance level", str(result["disturbance_level"])),
-        ("machines", ", ".join(f"seed {seed}" for seed in result["seeds"])),
+        ("movement", f"{result.movement}, {result.movement_s:g} s"),
+        ("disturbance level", str(result.disturbance_level)),
+        ("machines", ", ".join(f"seed {seed}" for seed in result.seeds)),
     ]
-    if result["recorded_samples"]:
-        facts.append(("recorded samples beyond reach", f"{result['clipped_samples']} of {result['recorded_samples']}"))
+    if result.recorded_samples:
+        facts.append(("recorded samples beyond reach", f"{result.clipped_samples} of {result.recorded_samples}"))
     return facts
 
 
-def _tiles(result: Result) -> list[Tile]:
-    words, goals = PROFILES[result["profile"]], GOALS.get(result["profile"], {})
+def _tiles(result: MachineTransparency) -> list[Tile]:
+    words, goals = PROFILES[result.profile], GOALS.get(result.profile, {})
     labels = {"effort": "effort left", "elbow": "elbow alone"}
     return [
         Tile(f"{label}, {words}", _percent(value), f"goal {_percent(goal)} of the machine carried alone", value <= goal)
         for name, label in labels.items()
-        if (goal := goals.get(name)) is not None and (value := result["dam_over_gcm"][name]) is not None
+        if (goal := goals.get(name)) is not None and (value := getattr(result.dam_over_gcm, name)) is not None
     ]
 
 
-def _remark(results: Sequence[Result]) -> list[Text]:
-    strays = sum(len(result["off_path"]) for result in results)
-    runs = sum(len(result["seeds"]) * len(result["conditions"]) for result in results)
+def _remark(results: Sequence[MachineTransparency]) -> list[Text]:
+    strays = sum(len(result.off_path) for result in results)
+    runs = sum(len(result.seeds) * len(result.conditions) for result in results)
     said = (
-        f"In {strays} of {runs} performances the path was not kept within {results[0]['tracking_error_max_deg']:g}° by "
+        f"In {strays} of {runs} performances the path was not kept within {results[0].tracking_error_max_deg:g}° by "
         "some joint; they count, and the figures name them."
     )
     return [Text(said, "notice")] if strays else []
