@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.drive_sim import FRONT_ENDS, _wiring, run_drive_sim
+from exograv.laboratory.drive_sim import _wiring, run_drive_sim
 from exograv.laboratory.options import DriveSimOptions
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
+from exograv.rig.drives.opening import SIMULATED
 from exograv.rig.drives.settings import load_drives
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "drives"
@@ -47,7 +48,7 @@ def test_wrong_wires_multiply():
     np.testing.assert_allclose((wiring["shoulder"].current, wiring["shoulder"].encoder), (1.0, -1.0))
 
 
-@pytest.mark.parametrize("bus", FRONT_ENDS)
+@pytest.mark.parametrize("bus", SIMULATED)
 @pytest.mark.parametrize("rig", ["recupera_like", "agree_like"])
 def test_a_file_of_drives_on_any_bus_is_written_for_any_machine(bus: str, rig: str, tmp_path: Path):
     description = load_rig(rig)

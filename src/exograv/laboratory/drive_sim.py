@@ -1,7 +1,6 @@
 """`exograv drive-sim`: the twin as a machine that is only reached over its bus."""
 
 import contextlib
-import importlib
 import os
 import sys
 from collections.abc import Callable
@@ -16,6 +15,7 @@ from exograv.model.description import RigDescription, load_rig
 from exograv.options import Bus
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.breakaway_test import starting_posture
+from exograv.rig.drives.opening import simulated_devices
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.drives.simulated.bench import SimulatedBench
 from exograv.rig.drives.simulated.devices import SimulatedDevices
@@ -27,13 +27,6 @@ from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
 from .cooperative_wearer import ArmHold
 from .options import DriveSimOptions
 from .virtual_laboratory import draw_laboratory
-
-FRONT_ENDS: dict[Bus, tuple[str, str]] = {
-    "canopen": ("exograv.rig.drives.canopen.simulated.network", "CanopenDevices"),
-    "moteus": ("exograv.rig.drives.moteus.simulated.bus", "MoteusDevices"),
-    "udp": ("exograv.rig.drives.udp.simulated.controller", "UdpController"),
-}
-"""Module and class of each bus, imported when it is asked for: each has libraries of its own."""
 
 Say = Callable[[str], None]
 
@@ -85,16 +78,7 @@ def front_end(bus: Bus, drives: Drives) -> Callable[..., SimulatedDevices]:
     """
     if getattr(drives.settings, bus) is None:
         raise ConfigError(f"--drives names no [{bus}] bus. Give the file of that bus, or name the bus of the file.")
-    module, name = FRONT_ENDS[bus]
-    try:
-        return getattr(importlib.import_module(module), name)
-    except ModuleNotFoundError as error:
-        if error.name == module:
-            raise ConfigError(f"This version has no simulated drives on {bus} yet. Take another bus.") from error
-        raise ConfigError(
-            f"Simulated drives on {bus} need '{error.name}', which is not installed. Install exograv with the extra "
-            "of this bus (docs/stack.md)."
-        ) from error
+    return simulated_devices(bus)
 
 
 def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives, wiring: dict[str, Wiring]) -> Plant:

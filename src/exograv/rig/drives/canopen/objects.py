@@ -31,8 +31,6 @@ class Entry:
 
 
 DEVICE_TYPE = Entry(0x1000, 0, "I")
-VENDOR = Entry(0x1018, 1, "I")
-PRODUCT = Entry(0x1018, 2, "I")
 HEARTBEAT_WATCHED = Entry(0x1016, 1, "I")
 """Whose heartbeat the drive watches, node << 16, and after how many ms without it something is wrong."""
 HEARTBEAT_MS = Entry(0x1017, 0, "H")
@@ -50,7 +48,6 @@ POSITION = Entry(0x6064, 0, "i")
 TARGET_TORQUE = Entry(0x6071, 0, "h")
 MAX_TORQUE = Entry(0x6072, 0, "H")
 RATED_CURRENT = Entry(0x6075, 0, "I")
-RATED_TORQUE = Entry(0x6076, 0, "I")
 TORQUE = Entry(0x6077, 0, "h")
 MOTOR_POSITION = Entry(0x60E4, 1, "i")
 """Additional position actual value: of the encoder on the motor's shaft."""
@@ -100,7 +97,6 @@ class Nmt:
 
     BOOTED = 0x00
     OPERATIONAL = 0x05
-    IS_PRE_OPERATIONAL = 0x7F
 
 
 MASTER = 127
