@@ -5,13 +5,12 @@ with another.
 """
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.laboratory.participant.habits import Habits, register
+from exograv.laboratory.participant.habits import Constant, Habits, register
 from exograv.loop.pilot import Progress
 
 from .validation_reaches import Landing, Reaching
@@ -43,20 +42,24 @@ class FactRow:
     standing: str
     """Of the published figure, here: "source" or "unverified"."""
 
-    allowed: tuple[float, float] | None
-    """Where ours would be; None where it cannot be compared."""
+    allowed: tuple[float | None, float | None] | None
+    """Where ours would be, an open end None; None where it cannot be compared."""
 
     why: str
     ours: float | None = None
     interval: tuple[float, float] | None = None
     """95 % of bootstrap draws over people."""
 
-    @property
-    def verdict(self) -> str:
-        """By the mean: no wide interval makes a match."""
-        if self.allowed is None or self.ours is None:
-            return NOT_COMPARED
-        return MATCHES if self.allowed[0] <= self.ours <= self.allowed[1] else DIFFERS
+    verdict: str = field(init=False)
+    """By the mean: no wide interval makes a match."""
+
+    def __post_init__(self):
+        verdict = NOT_COMPARED
+        if self.allowed is not None and self.ours is not None:
+            low, high = self.allowed
+            is_in = (low is None or low <= self.ours) and (high is None or self.ours <= high)
+            verdict = MATCHES if is_in else DIFFERS
+        object.__setattr__(self, "verdict", verdict)
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,22 @@ class ValidatedPerson:
     unseen: list[Landing]
 
 
-def run_validation(people: int, seed: int, progress: Progress, habits: Habits | None = None) -> dict[str, Any]:
+@dataclass(frozen=True)
+class ValidationResult:
+    """Result of `exograv validate-participant`."""
+
+    simulated: bool = field(default=True, init=False)
+    people: int
+    seed: int
+    rows: list[FactRow]
+    constants: list[Constant]
+    touches: dict[str, list[list[list[Landing]]]]
+    """By gravity level, participant and window."""
+
+    unseen: list[list[Landing]]
+
+
+def run_validation(people: int, seed: int, progress: Progress, habits: Habits | None = None) -> ValidationResult:
     """Measure so many people, of this seed and those after it.
 
     Raises:
@@ -85,15 +103,8 @@ def run_validation(people: int, seed: int, progress: Progress, habits: Habits | 
 
         measured.append(measured_person(seed + k, habits, tell))
     rows = rows_of(measured)
-    touches = {
-        str(level): [[[asdict(one) for one in w] for w in p.windows[level]] for p in measured] for level in WINDOWS
-    }
-    return {
-        "simulated": True, "people": people, "seed": seed,
-        "rows": [asdict(row) | {"verdict": row.verdict} for row in rows],
-        "constants": [asdict(one) for one in register(habits)],
-        "touches": touches, "unseen": [[asdict(one) for one in p.unseen] for p in measured],
-    }  # fmt: skip
+    touches = {str(level): [person.windows[level] for person in measured] for level in WINDOWS}
+    return ValidationResult(people, seed, rows, register(habits), touches, [person.unseen for person in measured])
 
 
 def measured_person(seed: int, habits: Habits | None, tell: Callable[[float], None]) -> ValidatedPerson:
@@ -120,7 +131,7 @@ def rows_of(people: list[ValidatedPerson]) -> list[FactRow]:
     took = np.array([[np.mean([t.took_s for t in p.windows[g][0]]) for g in (0.0, 1.0)] for p in people])
     peak = np.array([[np.mean([t.peak_share for t in p.windows[g][0]]) for g in (0.0, 1.0)] for p in people])
     last = np.array([p.windows[0.0][-1][0].up_mm for p in people]) - first[1.0].mean(axis=1)
-    up, down = (0.0, np.inf), (-np.inf, 0.0)
+    up, down = (0.0, None), (None, 0.0)
     memorised = "there the target was remembered with closed eyes, here it is half visible all the time"
     return [
         _with(FactRow("scatter of unseen touches, SD", "mm", "4.5°: 55 at 0.7 m", "Watt 1997", "source", None,
@@ -143,7 +154,7 @@ def rows_of(people: list[ValidatedPerson]) -> list[FactRow]:
         _with(FactRow("residual, first touch of window 6 at 0 g, up", "mm", "one is left after 5 to 10", REFERENCE,
                   "unverified", None, "no size is given"), last),
         _with(FactRow("movement time, 0 g over 1 g", "-", "distinctly longer", "Bock 2001; eLife RP107472", "source",
-                  (SLOWED, np.inf),
+                  (SLOWED, None),
                   "mass_doubt slows a little; stiff muscles keep the path"), took[:, 0] / took[:, 1]),
         _with(FactRow("greatest speed, share of the reach, 0 g minus 1 g", "-", "earlier", "eLife RP107472", "source",
                   down, "stiff muscles put the mass right on the way"), peak[:, 0] - peak[:, 1]),

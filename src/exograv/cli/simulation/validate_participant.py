@@ -1,11 +1,15 @@
 """`exograv validate-participant`."""
 
-import math
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
 from exograv.options import NamedNumbers
+from exograv.results import MERGED
+
+if TYPE_CHECKING:
+    from exograv.campaigns.virtual_study.validation import ValidationResult
 
 
 @dataclass(frozen=True)
@@ -19,7 +23,15 @@ class ValidationOptions:
     """NAME=VALUE of the virtual participant, such as sees_higher_m=0.05."""
 
 
-def run_validate_participant(options: ValidationOptions, common: Common) -> dict[str, Any]:
+@dataclass(frozen=True)
+class ValidationShown:
+    """Result of `exograv validate-participant`."""
+
+    found: "ValidationResult" = field(metadata=MERGED)
+    picture: Path
+
+
+def run_validate_participant(options: ValidationOptions, common: Common) -> ValidationShown:
     """Hold the virtual participant against published data, before anything is concluded from it. Simulated."""
     from exograv.campaigns.virtual_study.validation import run_validation
     from exograv.cli.shell.terminal import bars
@@ -34,33 +46,28 @@ def run_validate_participant(options: ValidationOptions, common: Common) -> dict
         result = run_validation(options.people, common.seed, progress, habits)
     _show(result)
     up_mm = {
-        level: [[touch["up_mm"] for touch in windows[0]] for windows in people]
-        for level, people in result["touches"].items()
+        level: [[touch.up_mm for touch in windows[0]] for windows in people] for level, people in result.touches.items()
     }
-    result["picture"] = str(write_picture(path, lambda: draw(up_mm)))
-    print(f"Picture: {result['picture']}")
-    return _plain(result)
+    picture = write_picture(path, lambda: draw(up_mm))
+    print(f"Picture: {picture}")
+    return ValidationShown(result, picture)
 
 
-def _show(result: dict[str, Any]) -> None:
+def _show(result: "ValidationResult") -> None:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=f"Virtual participant, simulated, {result['people']} people: no evidence about people")
+    table = Table(title=f"Virtual participant, simulated, {result.people} people: no evidence about people")
     for column in ("", "published", "ours, 95 % over people", "verdict", "why"):
         table.add_column(column)
-    for row in result["rows"]:
-        unit = "" if row["unit"] == "-" else f" {row['unit']}"
-        ours = "" if row["ours"] is None else "{:.3g} ({:.3g} to {:.3g}){}".format(row["ours"], *row["interval"], unit)
-        published = f"{row['published']}{unit if row['published'][0].isdigit() else ''}, {row['source']}"
-        published += " (unverified)" if row["standing"] == "unverified" else ""
-        table.add_row(row["what"], published, ours, row["verdict"], row["why"])
+    for row in result.rows:
+        unit = "" if row.unit == "-" else f" {row.unit}"
+        ours = (
+            ""
+            if row.ours is None or row.interval is None
+            else "{:.3g} ({:.3g} to {:.3g}){}".format(row.ours, *row.interval, unit)
+        )
+        published = f"{row.published}{unit if row.published[0].isdigit() else ''}, {row.source}"
+        published += " (unverified)" if row.standing == "unverified" else ""
+        table.add_row(row.what, published, ours, row.verdict, row.why)
     Console().print(table)
-
-
-def _plain(result: dict[str, Any]) -> dict[str, Any]:
-    """Without what JSON has no word for: None is an open end."""
-    for row in result["rows"]:
-        if row["allowed"] is not None:
-            row["allowed"] = [end if math.isfinite(end) else None for end in row["allowed"]]
-    return result
