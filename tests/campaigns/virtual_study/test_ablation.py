@@ -51,6 +51,7 @@ def test_the_interval_of_a_change_holds_the_truth_as_often_as_it_says():
         usual, own = (share * before + 3.0 * random.standard_normal(6) for share in (0.4, 0.7))
         people = tuple(range(6))
         told = change(Pairs(people, own, before, ()), Pairs(people, usual, before, ()))
-        held += told["ci95"][0] <= -0.3 <= told["ci95"][1]
+        assert told.ci95 is not None
+        held += told.ci95[0] <= -0.3 <= told.ci95[1]
     # Three standard errors of such a share of 500.
     assert held / studies == pytest.approx(0.95, abs=0.03)

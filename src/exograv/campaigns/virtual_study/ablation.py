@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from exograv.laboratory.participant.habits import MOST
 from exograv.report.study_report.results import number
@@ -11,7 +10,7 @@ from .conditions import condition_of
 from .flight import FAMILIARISED, VirtualFlight, compared, familiarised
 from .options import StudyOptions
 from .small_study import SIZE, Means, Variant, fly_variants
-from .transfer import Pairs, change, pairs, transfer
+from .transfer import Pairs, TransferChange, change, pairs, transfer
 
 ALL_ON = Variant("all as they are")
 MECHANISMS = (
@@ -79,13 +78,12 @@ def ablated_rows(condition: str, flown: Sequence[Sequence[VirtualFlight]]) -> li
 
 
 def _row(condition: str, variant: Variant, own: Pairs, usual: Pairs) -> Ablated:
-    told: dict[str, Any] = transfer(own)
-    changed = {"change": None, "ci95": None, "reason": None} if variant is ALL_ON else change(own, usual)
+    told, changed = transfer(own), TransferChange() if variant is ALL_ON else change(own, usual)
     anybody = len(own.people) > 0
     return Ablated(
         condition, variant.name, dict(variant.constants), len(own.people),
         float(own.trained.mean()) if anybody else None, float(own.familiarised.mean()) if anybody else None,
-        told["transfer"], told["ci95"], changed["change"], changed["ci95"], told["reason"] or changed["reason"],
+        told.transfer, told.ci95, changed.change, changed.ci95, told.reason or changed.reason,
     )  # fmt: skip
 
 

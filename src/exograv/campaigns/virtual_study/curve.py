@@ -1,14 +1,14 @@
 """Transfer against what the machine left over, and against its friction: points, a falling curve, a slope."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 from scipy import optimize
 
 from exograv.campaigns.benchmark_identification.bootstrap import interval, resamples
+from exograv.results import OPTIONAL
 from exograv.study.statistics.fieller import fieller
 
 from .conditions import Condition, condition_of
@@ -71,12 +71,60 @@ LEFT_OVER = Axis(
 FRICTION = Axis("friction", "ideal, ideal+friction=2 and ideal+friction=4", "1 N·m more friction", lambda x: x)
 
 
-def by_left_over(flights: Sequence[VirtualFlight]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class DrawnPoint:
+    """One person after one training, as the figure has it."""
+
+    person: int
+    condition: str
+    x_Nm: float
+    is_on_curve: bool
+    taken_away: float
+
+
+@dataclass(frozen=True)
+class FallingCurve:
+    """Curve that never rises, and its band."""
+
+    x_Nm: list[float]
+    transfer: list[float]
+    low: list[float] | None
+    high: list[float] | None
+    reason: str | None
+    """Why there is no band."""
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Mean slope of people's own straight lines."""
+
+    value: float | None
+    ci95: list[float] | None
+    reason: str | None
+    per: str
+
+
+@dataclass(frozen=True)
+class TransferCurve:
+    """Transfer over left over, or over friction."""
+
+    which_flights: str
+    through: list[str]
+    """Conditions of the curve."""
+
+    points: list[DrawnPoint] = field(default_factory=list)
+    curve: FallingCurve | None = None
+    slope: Slope | None = None
+    people: int | None = field(default=None, metadata=OPTIONAL)
+    sentence: str = ""
+
+
+def by_left_over(flights: Sequence[VirtualFlight]) -> TransferCurve:
     """Over the logarithm of what is left over [N·m], friction as it is; the slope is for ten times as much."""
     return _curve(_points(flights, "left_over_Nm", lambda one: one.friction == 1.0), LEFT_OVER)
 
 
-def by_friction(flights: Sequence[VirtualFlight]) -> dict[str, Any]:
+def by_friction(flights: Sequence[VirtualFlight]) -> TransferCurve:
     """Over friction [N·m], nothing left on purpose; the slope is for one N·m more."""
     return _curve(_points(flights, "friction_Nm", lambda one: one.left == 0.0), FRICTION)
 
@@ -106,29 +154,30 @@ def _points(flights: Sequence[VirtualFlight], x: str, enters: Callable[[Conditio
     return found
 
 
-def _curve(points: Sequence[CurvePoint], axis: Axis) -> dict[str, Any]:
+def _curve(points: Sequence[CurvePoint], axis: Axis) -> TransferCurve:
     own = through(points)
     names = list(dict.fromkeys(one.condition for one in own))
     enters = ENTERS.format(what=axis.what, such=axis.such, through=", ".join(names) or "here there are no two of them")
-    told: dict[str, Any] = {"which_flights": enters, "through": names, "points": [], "curve": None, "slope": None}
+    told = TransferCurve(enters, names)
     if not points:
-        return told | {"sentence": "No such condition was flown: nothing can be read."}
+        return replace(told, sentence="No such condition was flown: nothing can be read.")
     usual = _usual_mm(points)
     whole = fieller(usual, usual) if len(usual) > 1 else None
     if usual.mean() == 0.0 or (whole is not None and whole.value is None):
-        return told | {"sentence": "The error after familiarisation cannot be told from 0: there is nothing to share."}
-    told["points"] = [
-        {
-            "person": one.person, "condition": one.condition, "x_Nm": one.x, "is_on_curve": one.condition in names,
-            "taken_away": (one.familiarised_mm - one.trained_mm) / float(usual.mean()),
-        }
+        why = "The error after familiarisation cannot be told from 0: there is nothing to share."
+        return replace(told, sentence=why)
+    drawn = [
+        DrawnPoint(one.person, one.condition, one.x, one.condition in names,
+                   (one.familiarised_mm - one.trained_mm) / float(usual.mean()))
         for one in points
     ]  # fmt: skip
     if not own:
-        return told | {"sentence": f"No two conditions that differ by {axis.what} alone were flown: there is no curve."}
-    people, slope = sorted({one.person for one in own}), _slope(own, axis.scale)
-    told |= {"curve": _monotone(own, people, axis.scale), "slope": slope | {"per": axis.step}}
-    return told | {"people": len(people), "sentence": _sentence(slope, axis.step, len(people), names)}
+        why = f"No two conditions that differ by {axis.what} alone were flown: there is no curve."
+        return replace(told, points=drawn, sentence=why)
+    people, slope = sorted({one.person for one in own}), _slope(own, axis)
+    sentence = _sentence(slope, len(people), names)
+    curve = _monotone(own, people, axis.scale)
+    return TransferCurve(enters, names, drawn, curve, slope, len(people), sentence)
 
 
 def _usual_mm(points: Sequence[CurvePoint]) -> Float[np.ndarray, " person"]:
@@ -137,24 +186,24 @@ def _usual_mm(points: Sequence[CurvePoint]) -> Float[np.ndarray, " person"]:
     return np.array([by_person[person] for person in sorted(by_person)])
 
 
-def _slope(points: Sequence[CurvePoint], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
+def _slope(points: Sequence[CurvePoint], axis: Axis) -> Slope:
     """Each person has a straight line through the own conditions; their mean slope, over the usual error."""
     by_person = dict[int, list[CurvePoint]]()
     for one in points:
         by_person.setdefault(one.person, []).append(one)
     slopes, usual = list[float](), list[float]()
     for own in by_person.values():
-        x = scale(np.array([one.x for one in own]))
+        x = axis.scale(np.array([one.x for one in own]))
         off = x - x.mean()
         if off @ off > ALIKE * (1.0 + x @ x):
             away = np.array([one.familiarised_mm - one.trained_mm for one in own])
             slopes.append(float(off @ away / (off @ off)))
             usual.append(own[0].familiarised_mm)
     found = fieller(np.array(slopes), np.array(usual))
-    return {"value": found.value, "ci95": ends_of(found.interval), "reason": found.reason or None}
+    return Slope(found.value, ends_of(found.interval), found.reason or None, axis.step)
 
 
-def _monotone(points: Sequence[CurvePoint], people: Sequence[int], scale: Callable[[Xs], Xs]) -> dict[str, Any]:
+def _monotone(points: Sequence[CurvePoint], people: Sequence[int], scale: Callable[[Xs], Xs]) -> FallingCurve:
     """Never rising, of no given shape; the band by drawing people, all their points with them."""
     x = np.array([one.x for one in points])
     ends = scale(np.array([x.min(), x.max()]))
@@ -162,12 +211,12 @@ def _monotone(points: Sequence[CurvePoint], people: Sequence[int], scale: Callab
     of = {person: [one for one in points if one.person == person] for person in people}
     middle = _falling(points, scale, grid)
     at = 10.0**grid if abs(float(scale(np.array([10.0]))[0]) - 1.0) < 1e-9 else grid
-    told: dict[str, Any] = {"x_Nm": at.tolist(), "transfer": middle.tolist(), "low": None, "high": None}
     if len(people) < BAND_FROM:
-        return told | {"reason": f"no band: fewer than {BAND_FROM} people"}
+        return FallingCurve(at.tolist(), middle.tolist(), None, None, f"no band: fewer than {BAND_FROM} people")
     drawn = np.array([_drawn(of, people, row, scale, grid) for row in resamples(len(people)).tolist()])
     bands = [interval(column) for column in drawn.T]
-    return told | {"low": [low for low, _ in bands], "high": [high for _, high in bands], "reason": None}
+    lows, highs = [low for low, _ in bands], [high for _, high in bands]
+    return FallingCurve(at.tolist(), middle.tolist(), lows, highs, None)
 
 
 def _drawn(
@@ -205,15 +254,15 @@ def _merged(
     return places, same, np.bincount(same, counts)
 
 
-def _sentence(slope: Mapping[str, Any], step: str, people: int, names: Sequence[str]) -> str:
+def _sentence(slope: Slope, people: int, names: Sequence[str]) -> str:
     who = "one person" if people == 1 else f"{people} people"
-    if slope["value"] is None:
-        return f"No slope can be told: {slope['reason']}."
-    said = f"With {step} transfer changes by {slope['value']:+.2f}".replace("-", "−") + f" over {', '.join(names)}"
-    if slope["ci95"] is None:
-        return f"{said} ({who}; no interval: {slope['reason']})."
-    low, high = (f"{end:+.2f}".replace("-", "−") for end in slope["ci95"])
+    if slope.value is None:
+        return f"No slope can be told: {slope.reason}."
+    said = f"With {slope.per} transfer changes by {slope.value:+.2f}".replace("-", "−") + f" over {', '.join(names)}"
+    if slope.ci95 is None:
+        return f"{said} ({who}; no interval: {slope.reason})."
+    low, high = (f"{end:+.2f}".replace("-", "−") for end in slope.ci95)
     said = f"{said} (95 % interval {low} to {high}, {who})"
-    if slope["ci95"][0] <= 0.0 <= slope["ci95"][1]:
+    if slope.ci95[0] <= 0.0 <= slope.ci95[1]:
         return f"{said}: that it changes at all is not shown."
-    return f"{said}: it {'falls' if slope['value'] < 0 else 'rises'}."
+    return f"{said}: it {'falls' if slope.value < 0 else 'rises'}."

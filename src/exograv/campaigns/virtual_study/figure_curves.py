@@ -1,7 +1,6 @@
 """Transfer against what the machine left over, and against its friction."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,6 +9,9 @@ from matplotlib.figure import Figure
 from exograv.report.study_figures.groups import WIDTH_2
 from exograv.report.style.colours import BLUE, GREY, INK, JOINT_COLOURS
 from exograv.report.style.figure_style import blank, legend, mark_simulated, plain_ticks
+
+from .curve import TransferCurve
+from .outcome import TransferOutcome
 
 MARKERS = "osD^vPX<>*"
 TEXT = (
@@ -22,19 +24,19 @@ TEXT = (
 )
 
 
-def draw(told: Mapping[str, Any]) -> Figure | None:
-    """Two panels of `outcome_of(…)["transfer"]`; None where neither has points."""
+def draw(told: TransferOutcome) -> Figure | None:
+    """Draw two panels; None where neither has points."""
     panels = [
-        (told["by_left_over"], "left over, worst shoulder axis [N·m]", True),
-        (told["by_friction"], "friction, mean over joints [N·m]", False),
+        (told.by_left_over, "left over, worst shoulder axis [N·m]", True),
+        (told.by_friction, "friction, mean over joints [N·m]", False),
     ]
-    shown = [one for one in panels if one[0]["points"]]
+    shown = [one for one in panels if one[0].points]
     if not shown:
         return None
     figure = Figure(figsize=(WIDTH_2, 3.2), layout="constrained")
     axes = np.atleast_1d(figure.subplots(1, 2, sharey=True))
     blank(axes[len(shown) :])
-    names = list(dict.fromkeys(point["condition"] for one, _, _ in shown for point in one["points"]))
+    names = list(dict.fromkeys(point.condition for one, _, _ in shown for point in one.points))
     for ax, (of, words, is_log) in zip(axes, shown, strict=False):
         _panel(ax, of, names)
         ax.set_xlabel(words)
@@ -47,22 +49,22 @@ def draw(told: Mapping[str, Any]) -> Figure | None:
     return figure
 
 
-def _panel(ax: Axes, of: Mapping[str, Any], names: Sequence[str]) -> None:
-    curve = of["curve"]
+def _panel(ax: Axes, of: TransferCurve, names: Sequence[str]) -> None:
+    curve = of.curve
     if curve is not None:
-        if curve["low"] is not None:
-            ax.fill_between(curve["x_Nm"], curve["low"], curve["high"], color=GREY, alpha=0.25, linewidth=0)
-        ax.plot(curve["x_Nm"], curve["transfer"], color=INK, linewidth=1.4)
+        if curve.low is not None and curve.high is not None:
+            ax.fill_between(curve.x_Nm, curve.low, curve.high, color=GREY, alpha=0.25, linewidth=0)
+        ax.plot(curve.x_Nm, curve.transfer, color=INK, linewidth=1.4)
     for level in (0.0, 1.0):
         ax.axhline(level, color=INK, linewidth=0.7, linestyle=(0, (3, 2)))
     for k, name in enumerate(names):
-        own = [point for point in of["points"] if point["condition"] == name]
+        own = [point for point in of.points if point.condition == name]
         if not own:
             continue
         marker, colour = MARKERS[k % len(MARKERS)], (*JOINT_COLOURS, BLUE)[k % len(JOINT_COLOURS)]
-        x, y = (np.array([point[key] for point in own]) for key in ("x_Nm", "taken_away"))
+        x, y = (np.array([getattr(point, key) for point in own]) for key in ("x_Nm", "taken_away"))
         ax.plot(x, y, marker, color=colour, markersize=2.5, alpha=0.6, markeredgewidth=0)
-        is_on = bool(own[0]["is_on_curve"])
+        is_on = bool(own[0].is_on_curve)
         ax.plot([x.mean()], [y.mean()], marker, color=colour, markersize=6,
                 markerfacecolor=colour if is_on else "white", markeredgecolor=INK if is_on else colour,
                 markeredgewidth=0.6 if is_on else 1.2, linestyle="none", label=name)  # fmt: skip

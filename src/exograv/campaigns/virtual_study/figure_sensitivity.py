@@ -25,7 +25,9 @@ class Swept:
     """Transfer with one constant at one value."""
 
     name: str
-    value: float
+    value: float | None
+    """None where all are as they are."""
+
     transfer: float | None
     ci95: tuple[float, float] | None
     """None where it cannot be told."""
@@ -51,7 +53,7 @@ def draw(rows: Sequence[Swept], usual: float | None) -> Figure | None:
                 ax.plot(row.ci95, [y, y], color=INK, linewidth=0.8)
     ax.axvline(usual, color=INK, linewidth=1.0)
     ax.axvline(0.0, color=GREY, linewidth=0.8, linestyle=(0, (3, 2)))
-    name_rows(ax, [f"{own[0].name}: {' / '.join(f'{row.value:g}' for row in own)}" for own in ends])
+    name_rows(ax, [f"{own[0].name}: {' / '.join(f'{row.value or 0.0:g}' for row in own)}" for own in ends])
     ax.set_xlabel("transfer [-]")
     mark_simulated(figure)
     return figure
@@ -67,4 +69,6 @@ def spans(rows: Sequence[Swept], usual: float) -> list[tuple[Swept, ...]]:
         told = [usual, *(row.transfer for row in own if row.transfer is not None)]
         return max(told) - min(told)
 
-    return sorted((tuple(sorted(own, key=lambda row: row.value)) for own in by_name.values()), key=width, reverse=True)
+    return sorted(
+        (tuple(sorted(own, key=lambda row: row.value or 0.0)) for own in by_name.values()), key=width, reverse=True
+    )

@@ -1,7 +1,7 @@
 """All flights of a virtual study in figures: the groups, the conditions, and whether the paper's direction appears."""
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -17,9 +17,9 @@ from exograv.study.statistics.people import spread_of
 from exograv.study.statistics.permutation import permutation_test
 from exograv.study.statistics.relabelling import relabellings
 
-from .curve import by_friction, by_left_over
+from .curve import TransferCurve, by_friction, by_left_over
 from .flight import FIRST_WINDOW, VirtualFlight, compared, familiarised
-from .transfer import DEFINITION, constant_error_mm, ends_of, transfers
+from .transfer import DEFINITION, ConditionTransfer, constant_error_mm, ends_of, transfers
 
 GROUPS = ("trained", "untrained")
 ALPHA = 0.05
@@ -29,38 +29,151 @@ NO_EVIDENCE = "Simulated: nobody took part. It shows that the software works; it
 PerPerson = Float[np.ndarray, " person"]
 
 
-def outcome_of(flights: Sequence[VirtualFlight], main: str) -> dict[str, Any]:
-    """What `exograv simulate-study --json` says of the flights.
+@dataclass(frozen=True)
+class Medians:
+    """Deviation in flight as the study's report counts it: each person weighs the same."""
 
-    Args:
-        flights: Of everybody in every condition.
-        main: Condition that the trained group of the main study had.
+    median_px: float | None
+    iqr_px: float | None
+    quartiles_px: list[float] | None
+    touches: int
+    median_px_by_person: dict[str, float]
 
-    Returns:
-        `simulated`, `main`, `groups`, `direction`, `conditions` and `transfer`: nothing but JSON, no NaN.
+
+@dataclass(frozen=True)
+class GroupFigures(Medians):
+    """One group of the main study."""
+
+    people: int
+    first_window_up_mm_by_person: dict[str, float]
+
+
+@dataclass(frozen=True)
+class TrainingMachine:
+    """Condition and its machine, median over people."""
+
+    condition: str
+    sessions: int
+    left_over_Nm: float | None
+    friction_Nm: float | None
+
+
+@dataclass(frozen=True)
+class ConditionFigures(ConditionTransfer, TrainingMachine, Medians):
+    """One condition; its fields are those of `Medians`, of `TrainingMachine`, of `ConditionTransfer`, and its own."""
+
+    sessions_familiarised: list[int]
+    """Before the flights with which it is compared."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Effect against none, by the test and the interval together."""
+
+    appears: bool
+    is_shown: bool
+    is_opposite_shown: bool
+
+
+@dataclass(frozen=True)
+class PairsNearer:
+    """Pairs of a trained and an untrained person in which the trained one is nearer."""
+
+    pairs_nearer: int
+    pairs: int
+
+
+@dataclass(frozen=True)
+class DeviationComparison(PairsNearer, Verdict):
+    """Trained over untrained, by the deviation."""
+
+    ratio: float
+    ci95: list[float] | None
+    p: float | None
+    p_min: float | None
+    p_text: str
+    sentence: str
+    limits: list[str]
+    reason: str | None
+    """Why there is no interval."""
+
+
+@dataclass(frozen=True)
+class ErrorComparison(PairsNearer, Verdict):
+    """Trained less untrained, by the size of each person's signed error."""
+
+    trained_mm: float
+    untrained_mm: float
+    trained_size_mm: float
+    untrained_size_mm: float
+    difference_mm: float
+    ci95: list[float] | None
+    p: float | None
+    p_min: float | None
+    p_text: str
+    sentence: str
+    reason: str | None
+    """Why there is no interval."""
+
+
+@dataclass(frozen=True)
+class NotCompared:
+    """Reason why nothing is compared."""
+
+    appears: None = field(default=None, init=False)
+    reason: str
+
+
+@dataclass(frozen=True)
+class Direction:
+    """The trained of the main study against the untrained, as the paper compared its people."""
+
+    whole_flight: DeviationComparison | NotCompared
+    first_window: DeviationComparison | NotCompared
+    first_window_up_mm: ErrorComparison | NotCompared
+
+
+@dataclass(frozen=True)
+class TransferOutcome:
+    """Transfer over what the machine left over, and over its friction."""
+
+    definition: str
+    by_left_over: TransferCurve
+    by_friction: TransferCurve
+
+
+@dataclass(frozen=True)
+class StudyOutcome:
+    """Figures of all flights."""
+
+    simulated: bool
+    note: str
+    main: str
+    """Condition that the trained group of the main study had."""
+
+    groups: dict[str, GroupFigures]
+    direction: Direction
+    conditions: dict[str, ConditionFigures]
+    transfer: TransferOutcome
+
+
+def outcome_of(flights: Sequence[VirtualFlight], main: str) -> StudyOutcome:
+    """Sum up the flights of everybody in every condition; `main` is the condition of the main study's trained group.
 
     Raises:
         ConfigError: One person flew twice after the same, or there is no flight.
     """
     _refuse(flights)
-    conditions, before = transfers(flights), familiarised(flights)
+    found, before = transfers(flights), familiarised(flights)
+    conditions = {}
     for name, own in compared(flights).items():
-        conditions[name] = _medians(touches_of(own), name) | _machine(own) | conditions[name]
         usual = {before[flight.person].sessions for flight in own if flight.person in before}
-        conditions[name]["sessions_familiarised"] = sorted(usual)
-    return {
-        "simulated": True,
-        "note": NO_EVIDENCE,
-        "main": main,
-        "groups": {group: _group(flights, group) for group in GROUPS},
-        "direction": direction(flights),
-        "conditions": conditions,
-        "transfer": {
-            "definition": DEFINITION,
-            "by_left_over": by_left_over(flights),
-            "by_friction": by_friction(flights),
-        },
-    }
+        parts = vars(_medians(touches_of(own), name)) | vars(_machine(own)) | vars(found[name])
+        conditions[name] = ConditionFigures(**parts, sessions_familiarised=sorted(usual))
+    return StudyOutcome(
+        True, NO_EVIDENCE, main, {group: _group(flights, group) for group in GROUPS}, direction(flights),
+        conditions, TransferOutcome(DEFINITION, by_left_over(flights), by_friction(flights)),
+    )  # fmt: skip
 
 
 def _refuse(flights: Sequence[VirtualFlight]) -> None:
@@ -101,126 +214,88 @@ def touches_of(flights: Sequence[VirtualFlight]) -> pd.DataFrame:
     )
 
 
-def _medians(touches: pd.DataFrame, label: str) -> dict[str, Any]:
-    """As the study's report counts: each person weighs the same, however many touches there are."""
+def _medians(touches: pd.DataFrame, label: str) -> Medians:
     spread = Spread(0, 0, None, None)
     if not touches.empty:
         spread = spread_of(touches.assign(group=label), label)
     by_person = {} if touches.empty else touches.groupby("participant")["deviation_px"].median().to_dict()
-    return {
-        "median_px": spread.median,
-        "iqr_px": spread.iqr,
-        "quartiles_px": spread.quartiles and list(spread.quartiles),
-        "touches": spread.touches,
-        "median_px_by_person": {str(code): float(value) for code, value in by_person.items()},
-    }
+    return Medians(
+        spread.median, spread.iqr, spread.quartiles and list(spread.quartiles), spread.touches,
+        {str(code): float(value) for code, value in by_person.items()},
+    )  # fmt: skip
 
 
-def _machine(own: Sequence[VirtualFlight]) -> dict[str, Any]:
-    found: dict[str, Any] = {"condition": own[0].condition, "sessions": own[0].sessions}
+def _machine(own: Sequence[VirtualFlight]) -> TrainingMachine:
+    found = dict[str, float | None]()
     for name in ("left_over_Nm", "friction_Nm"):
         values = [value for flight in own if (value := getattr(flight, name)) is not None]
         found[name] = float(np.median(values)) if values else None
-    return found
+    return TrainingMachine(own[0].condition, own[0].sessions, **found)
 
 
-def _group(flights: Sequence[VirtualFlight], group: str) -> dict[str, Any]:
+def _group(flights: Sequence[VirtualFlight], group: str) -> GroupFigures:
     own = [flight for flight in flights if flight.group == group]
     errors = {code_of(flight.person): constant_error_mm(flight) for flight in own}
-    return {
-        **_medians(touches_of(own), group),
-        "people": len({flight.person for flight in own}),
-        "first_window_up_mm_by_person": {code: float(mm) for code, mm in errors.items() if np.isfinite(mm)},
-    }
+    return GroupFigures(
+        **vars(_medians(touches_of(own), group)),
+        people=len({flight.person for flight in own}),
+        first_window_up_mm_by_person={code: float(mm) for code, mm in errors.items() if np.isfinite(mm)},
+    )
 
 
-def direction(flights: Sequence[VirtualFlight]) -> dict[str, Any]:
-    """Whether the trained of the main study deviate less than the untrained, as the paper's people did.
-
-    Returns:
-        `whole_flight` and `first_window` by the deviation, ratio trained over untrained; `first_window_up_mm` by the
-        size of each person's signed error, difference trained less untrained. Each with interval, exact p and the
-        smallest possible p, `pairs_nearer` of `pairs` of a trained and an untrained person, and what is shown by test
-        and interval both: `is_shown`, and `is_opposite_shown`; or only `reason`.
-    """
+def direction(flights: Sequence[VirtualFlight]) -> Direction:
+    """Whether the trained of the main study deviate less than the untrained, as the paper's people did."""
     own = [flight for flight in flights if flight.group in GROUPS]
     if missing := [group for group in GROUPS if not any(flight.group == group for flight in own)]:
-        nothing = {"appears": None, "reason": f"Nobody of the group {' or '.join(missing)} flew."}
-        return {"whole_flight": nothing, "first_window": nothing, "first_window_up_mm": nothing}
+        nothing = NotCompared(f"Nobody of the group {' or '.join(missing)} flew.")
+        return Direction(nothing, nothing, nothing)
     people = frame(PARTICIPANTS, [{"participant": code_of(one.person), "group": one.group} for one in own])
     touches = touches_of(own)
     first = pd.DataFrame(touches[touches["window"] == FIRST_WINDOW])
-    return {
-        "whole_flight": _compared(touches, people),
-        "first_window": _compared(first, people),
-        "first_window_up_mm": _signed(own),
-    }
+    return Direction(_compared(touches, people), _compared(first, people), _signed(own))
 
 
-def _compared(touches: pd.DataFrame, people: pd.DataFrame) -> dict[str, Any]:
+def _compared(touches: pd.DataFrame, people: pd.DataFrame) -> DeviationComparison | NotCompared:
     settings = CompareSettings(groups=GROUPS, mixed=False, bayes=False)
     found = compare(touches.drop(columns=["group", "deviation"]), people, settings)
     if found.effect.value is None:
-        return {"appears": None, "reason": found.primary.sentence}
+        return NotCompared(found.primary.sentence)
     medians = [
         touches[touches["group"] == group].groupby("participant")["deviation_px"].median().to_numpy(float)
         for group in GROUPS
     ]
     interval, test = ends_of(found.effect.interval), found.primary
-    return {
-        **_verdict(found.effect.value, 1.0, interval, test.p),
-        **_nearer(*medians),
-        "ratio": found.effect.value,
-        "ci95": interval,
-        "p": test.p,
-        "p_min": test.p_min,
-        "p_text": test.text,
-        "sentence": test.sentence,
-        "limits": list(found.limits),
-        "reason": None if interval else NO_INTERVAL,
-    }
+    return DeviationComparison(
+        **vars(_verdict(found.effect.value, 1.0, interval, test.p)), **vars(_nearer(*medians)),
+        ratio=found.effect.value, ci95=interval, p=test.p, p_min=test.p_min, p_text=test.text, sentence=test.sentence,
+        limits=list(found.limits), reason=None if interval else NO_INTERVAL,
+    )  # fmt: skip
 
 
-def _signed(own: Sequence[VirtualFlight]) -> dict[str, Any]:
+def _signed(own: Sequence[VirtualFlight]) -> ErrorComparison | NotCompared:
     groups = [np.array([constant_error_mm(flight) for flight in own if flight.group == group]) for group in GROUPS]
     trained, untrained = (values[np.isfinite(values)] for values in groups)
     if min(len(trained), len(untrained)) == 0:
-        return {"appears": None, "reason": "Nobody of a group has a touch in the first window."}
+        return NotCompared("Nobody of a group has a touch in the first window.")
     sizes = np.abs(trained), np.abs(untrained)  # who is as far above as others are below is no nearer
     difference, welch = welch_interval(*sizes)
     interval = ends_of(welch)
     ways = relabellings(len(trained), len(untrained), np.random.default_rng(0))
     test = permutation_test(np.concatenate(sizes), ways, ALPHA)
-    return {
-        **_verdict(difference, 0.0, interval, test.p),
-        **_nearer(*sizes),
-        "trained_mm": float(trained.mean()),
-        "untrained_mm": float(untrained.mean()),
-        "trained_size_mm": float(sizes[0].mean()),
-        "untrained_size_mm": float(sizes[1].mean()),
-        "difference_mm": difference,
-        "ci95": interval,
-        "p": test.p,
-        "p_min": test.p_min,
-        "p_text": test.text,
-        "sentence": test.sentence,
-        "reason": None if interval else NO_INTERVAL,
-    }
+    return ErrorComparison(
+        **vars(_verdict(difference, 0.0, interval, test.p)), **vars(_nearer(*sizes)),
+        trained_mm=float(trained.mean()), untrained_mm=float(untrained.mean()),
+        trained_size_mm=float(sizes[0].mean()), untrained_size_mm=float(sizes[1].mean()), difference_mm=difference,
+        ci95=interval, p=test.p, p_min=test.p_min, p_text=test.text, sentence=test.sentence,
+        reason=None if interval else NO_INTERVAL,
+    )  # fmt: skip
 
 
-def _verdict(value: float, none: float, ci95: Sequence[float] | None, p: float | None) -> dict[str, bool]:
-    """What `value` says against one that means no effect; shown is what the test and the interval both show."""
+def _verdict(value: float, none: float, ci95: Sequence[float] | None, p: float | None) -> Verdict:
+    """Judge `value` against one that means no effect; shown is what the test and the interval both show."""
     is_told = p is not None and p <= ALPHA and ci95 is not None and not ci95[0] <= none <= ci95[1]
-    return {
-        "appears": value < none,
-        "is_shown": is_told and value < none,
-        "is_opposite_shown": is_told and value > none,
-    }
+    return Verdict(value < none, is_told and value < none, is_told and value > none)
 
 
-def _nearer(trained: PerPerson, untrained: PerPerson) -> dict[str, int]:
-    """In how many pairs of a trained and an untrained person the trained one is nearer."""
-    return {
-        "pairs_nearer": int((trained[:, None] < untrained[None, :]).sum()),
-        "pairs": len(trained) * len(untrained),
-    }
+def _nearer(trained: PerPerson, untrained: PerPerson) -> PairsNearer:
+    return PairsNearer(int((trained[:, None] < untrained[None, :]).sum()), len(trained) * len(untrained))

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup
 
@@ -20,7 +19,7 @@ from . import figure_windows as windows
 from .ablation import Ablated
 from .figure_sensitivity import Swept
 from .flight import VirtualFlight
-from .outcome import NO_EVIDENCE
+from .outcome import NO_EVIDENCE, StudyOutcome
 from .sentences import headline, sentences
 
 Row = tuple[str, ...]
@@ -41,8 +40,7 @@ SECONDARY = Text("Secondary. A deviation has no sign and holds scatter too, whic
 class Content:
     """All that the page says."""
 
-    outcome: Mapping[str, Any]
-    """Of `outcome_of`."""
+    outcome: StudyOutcome
 
     flights: Sequence[VirtualFlight]
     settings: Mapping[str, str]
@@ -77,7 +75,7 @@ def drawn(content: Content) -> Iterator[Chapter]:
     found = (
         ("flights", "Deviation in flight", flights.draw(content.flights), flights.TEXT),
         ("windows", "The course of the flight", windows.draw(content.flights), windows.TEXT),
-        ("transfer", "Transfer, what is left over, friction", curves.draw(content.outcome["transfer"]), curves.TEXT),
+        ("transfer", "Transfer, what is left over, friction", curves.draw(content.outcome.transfer), curves.TEXT),
         ("sensitivity", "What it depends on",
          sensitivity.draw(content.swept, content.swept_usual), sensitivity.TEXT),
     )  # fmt: skip
@@ -109,7 +107,7 @@ def _says(content: Content) -> Iterator[Block]:
 
 
 def _tables(content: Content) -> Iterator[Chapter]:
-    outcome, limits = content.outcome, content.outcome["direction"]["whole_flight"].get("limits", [])
+    outcome, limits = content.outcome, getattr(content.outcome.direction.whole_flight, "limits", [])
     if content.ablated:
         table = Table(ABLATION, ablation_rows(content.ablated))
         yield Chapter("From which mechanism transfer comes", [Text(ablation.TEXT), table], "mechanisms")
@@ -120,28 +118,28 @@ def _tables(content: Content) -> Iterator[Chapter]:
     if rows := person_rows(outcome):
         people: list[Block] = [Table(("person", "group", "median [px]", "first window, up [mm]"), rows)]
         yield Chapter("Each person of the main study", people + ([Bullets(limits)] if limits else []), "people")
-    told = outcome["transfer"]
+    told = outcome.transfer
     enters = [
-        f"Over {words}: {told[name].get('which_flights', '')}"
+        f"Over {words}: {getattr(told, name).which_flights}"
         for name, words in (("by_left_over", "what is left over"), ("by_friction", "friction"))
     ]
-    yield Chapter("Definitions", [told["definition"], *enters], "definitions")
+    yield Chapter("Definitions", [told.definition, *enters], "definitions")
     yield Chapter("Settings", [Table(("setting", "value"), list(content.settings.items()))], "settings")
 
 
-def tiles(outcome: Mapping[str, Any]) -> list[Tile]:
+def tiles(outcome: StudyOutcome) -> list[Tile]:
     """Beside each other under the headline."""
     shown = []
-    for name, of in outcome["groups"].items():
-        if of["median_px"] is not None:
-            low, high = (number(end) for end in of["quartiles_px"])
-            note = f"simulated; half of {of['touches']} touches within {low} to {high} px"
-            shown.append(Tile(f"{name}, n = {of['people']}", f"{number(of['median_px'])} px", note))
-    main = outcome["conditions"].get(outcome["main"])
-    if main is not None and main["transfer"] is not None:
-        interval = main["ci95"] and f"95 % interval {ends(main['ci95'])}"
-        note = f"simulated; {interval or main['reason']}"
-        shown.append(Tile(f"transfer of {outcome['main']}", number(main["transfer"]), note))
+    for name, of in outcome.groups.items():
+        if of.median_px is not None:
+            low, high = (number(end) for end in of.quartiles_px or ())
+            note = f"simulated; half of {of.touches} touches within {low} to {high} px"
+            shown.append(Tile(f"{name}, n = {of.people}", f"{number(of.median_px)} px", note))
+    main = outcome.conditions.get(outcome.main)
+    if main is not None and main.transfer is not None:
+        interval = main.ci95 and f"95 % interval {ends(main.ci95)}"
+        note = f"simulated; {interval or main.reason}"
+        shown.append(Tile(f"transfer of {outcome.main}", number(main.transfer), note))
     return shown
 
 
@@ -155,33 +153,31 @@ def told(value: float | None) -> str:
     return "" if value is None else number(value)
 
 
-def condition_rows(outcome: Mapping[str, Any]) -> list[Row]:
+def condition_rows(outcome: StudyOutcome) -> list[Row]:
     """Smallest median first."""
-    by_median = sorted(
-        outcome["conditions"].items(), key=lambda one: (one[1]["median_px"] is None, one[1]["median_px"])
-    )
+    by_median = sorted(outcome.conditions.items(), key=lambda one: (one[1].median_px is None, one[1].median_px))
     return [
         (
-            name, str(of["people"]), str(of["sessions"]), " or ".join(map(str, of["sessions_familiarised"])),
-            told(of["median_px"]), told(of["iqr_px"]), told(of["left_over_Nm"]), told(of["friction_Nm"]),
-            told(of["first_window_up_mm"]), told(of["transfer"]), ends(of["ci95"]), of["reason"] or "",
+            name, str(of.people), str(of.sessions), " or ".join(map(str, of.sessions_familiarised)),
+            told(of.median_px), told(of.iqr_px), told(of.left_over_Nm), told(of.friction_Nm),
+            told(of.first_window_up_mm), told(of.transfer), ends(of.ci95), of.reason or "",
         )
         for name, of in by_median
     ]  # fmt: skip
 
 
-def secondary_rows(outcome: Mapping[str, Any]) -> list[Row]:
+def secondary_rows(outcome: StudyOutcome) -> list[Row]:
     """The same transfer by other measures of the first window."""
     return [
         (
             name,
             *(
-                f"{told(value['transfer'])} ({ends(value['ci95'])})" if value["ci95"] else told(value["transfer"])
-                for value in (of, of["first_touch"], of["median_deviation"])
+                f"{told(value.transfer)} ({ends(value.ci95)})" if value.ci95 else told(value.transfer)
+                for value in (of, of.first_touch, of.median_deviation)
             ),
         )
-        for name, of in outcome["conditions"].items()
-        if of["transfer"] is not None
+        for name, of in outcome.conditions.items()
+        if of.transfer is not None
     ]
 
 
@@ -197,10 +193,10 @@ def ablation_rows(rows: Sequence[Ablated]) -> list[Row]:
     ]  # fmt: skip
 
 
-def person_rows(outcome: Mapping[str, Any]) -> list[Row]:
+def person_rows(outcome: StudyOutcome) -> list[Row]:
     """Each person of the main study."""
     return [
-        (code, name, number(median), told(of["first_window_up_mm_by_person"].get(code)))
-        for name, of in outcome["groups"].items()
-        for code, median in of["median_px_by_person"].items()
+        (code, name, number(median), told(of.first_window_up_mm_by_person.get(code)))
+        for name, of in outcome.groups.items()
+        for code, median in of.median_px_by_person.items()
     ]

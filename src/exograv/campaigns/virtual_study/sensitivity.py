@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from exograv.laboratory.participant.habits import swept
 
 from .figure_sensitivity import Swept
@@ -25,7 +23,7 @@ def sensitivity(options: StudyOptions, means: Means) -> list[Swept]:
         ExogravError: A machine or run was refused, or the disk is full; careers that were done are kept.
     """
     condition = "ideal" if options.main.drives == "harmonic" else f"ideal@{options.main.drives}"
-    rows = [(USUAL, np.nan, Variant(USUAL))]
+    rows: list[tuple[str, float | None, Variant]] = [(USUAL, None, Variant(USUAL))]
     rows += [
         (one.name, value, Variant(one.name, {one.name: value}))
         for one in swept()
@@ -37,7 +35,7 @@ def sensitivity(options: StudyOptions, means: Means) -> list[Swept]:
     return [_row(name, value, flights, condition) for (name, value, _), flights in zip(rows, flown, strict=True)]
 
 
-def _row(name: str, value: float, flights: Sequence[VirtualFlight], condition: str) -> Swept:
+def _row(name: str, value: float | None, flights: Sequence[VirtualFlight], condition: str) -> Swept:
     one = transfers(flights)[condition]
-    interval = one["ci95"]
-    return Swept(name, value, one["transfer"], None if interval is None else (interval[0], interval[1]))
+    interval = one.ci95
+    return Swept(name, value, one.transfer, None if interval is None else (interval[0], interval[1]))

@@ -1,7 +1,6 @@
 """What the figures of a virtual study say, in sentences that claim no more than they carry."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from exograv.report.study_report.results import number
 
@@ -9,7 +8,15 @@ from . import ablation
 from .ablation import Ablated
 from .figure_sensitivity import Swept
 from .flight import FAMILIARISED
-from .outcome import ALPHA
+from .outcome import (
+    ALPHA,
+    ConditionFigures,
+    DeviationComparison,
+    Direction,
+    ErrorComparison,
+    NotCompared,
+    StudyOutcome,
+)
 
 MECHANISM = (
     "No effect is put in. What a training is worth comes of how the arm felt in it: a person recalls what was learned "
@@ -18,74 +25,75 @@ MECHANISM = (
 )
 
 
-def headline(outcome: Mapping[str, Any]) -> str:
+def headline(outcome: StudyOutcome) -> str:
     """Whether the paper's direction of effect appears."""
-    whole = outcome["direction"]["whole_flight"]
-    if whole["appears"] is None:
+    whole = outcome.direction.whole_flight
+    if whole.appears is None:
         return "Simulated flights after different trainings, compared by what was left of the first error."
     medians = ", ".join(
-        f"{number(outcome['groups'][group]['median_px'])} px {group}" for group in ("trained", "untrained")
+        f"{number(outcome.groups[group].median_px or 0.0)} px {group}" for group in ("trained", "untrained")
     )
-    if whole["is_shown"]:
+    if whole.is_shown:
         verb = "is shown"
-    elif whole["is_opposite_shown"]:
+    elif whole.is_opposite_shown:
         verb = "does not appear; the opposite is shown"
     else:
-        verb = f"{'appears and' if whole['appears'] else 'does not appear, and the opposite'} is not shown"
-    said = f"Simulated: the published direction of effect {verb} ({whole['p_text']})"
+        verb = f"{'appears and' if whole.appears else 'does not appear, and the opposite'} is not shown"
+    said = f"Simulated: the published direction of effect {verb} ({whole.p_text})"
     return f"{said}, median deviation in flight {medians}."
 
 
 def sentences(
-    outcome: Mapping[str, Any],
+    outcome: StudyOutcome,
     swept: Sequence[Swept] = (),
     usual: float | None = None,
     ablated: Sequence[Ablated] = (),
 ) -> list[str]:
     """Direction, mechanism, what makes it vanish, what it depends on; `usual` is transfer before the sweep."""
     mechanism = [MECHANISM, *ablation.sentences(ablated)]
-    return [*_direction(outcome["direction"]), *mechanism, *_conditions(outcome), *_swept(swept, usual)]
+    return [*_direction(outcome.direction), *mechanism, *_conditions(outcome), *_swept(swept, usual)]
 
 
-def _direction(direction: Mapping[str, Any]) -> Iterator[str]:
+def _direction(direction: Direction) -> Iterator[str]:
     for name, words in (("whole_flight", "Over the whole flight"), ("first_window", "In the first window")):
-        of = direction[name]
-        if of["appears"] is None:
-            yield f"{words} nothing is compared: {of['reason']}"
+        of: DeviationComparison | NotCompared = getattr(direction, name)
+        if of.appears is None:
+            yield f"{words} nothing is compared: {of.reason}"
         else:
-            ratio = f"ratio {number(of['ratio'])}{_interval(of)}{_test(of)}"
+            ratio = f"ratio {number(of.ratio)}{_interval(of)}{_test(of)}"
             yield f"{words} the trained deviate less {_in_pairs(of)}; {ratio}"
-    of = direction["first_window_up_mm"]
-    if of["appears"] is not None:
+    error = direction.first_window_up_mm
+    if error.appears is not None:
         yield (
-            f"The first window's constant error is {number(of['trained_mm'])} mm for the trained and "
-            f"{number(of['untrained_mm'])} mm for the untrained, positive upwards. By its size the trained are nearer "
-            f"{_in_pairs(of)}; difference of the mean sizes {number(of['difference_mm'])} mm{_interval(of)}{_test(of)}"
+            f"The first window's constant error is {number(error.trained_mm)} mm for the trained and "
+            f"{number(error.untrained_mm)} mm for the untrained, positive upwards. By its size the trained are nearer "
+            f"{_in_pairs(error)}; difference of the mean sizes {number(error.difference_mm)} mm"
+            f"{_interval(error)}{_test(error)}"
         )
 
 
-def _in_pairs(of: Mapping[str, Any]) -> str:
-    return f"in {of['pairs_nearer']} of {of['pairs']} pairs of a trained and an untrained person"
+def _in_pairs(of: DeviationComparison | ErrorComparison) -> str:
+    return f"in {of.pairs_nearer} of {of.pairs} pairs of a trained and an untrained person"
 
 
-def _test(of: Mapping[str, Any]) -> str:
+def _test(of: DeviationComparison | ErrorComparison) -> str:
     """What test and interval show together."""
-    if of["is_shown"] or of["is_opposite_shown"]:
-        told = "that the trained are " + ("nearer" if of["is_shown"] else "farther off") + " is shown by both"
-    elif of["p_min"] is not None and of["p_min"] > ALPHA:
-        told = f"with so few people no test can show anything: p cannot be below {number(of['p_min'])}"
+    if of.is_shown or of.is_opposite_shown:
+        told = "that the trained are " + ("nearer" if of.is_shown else "farther off") + " is shown by both"
+    elif of.p_min is not None and of.p_min > ALPHA:
+        told = f"with so few people no test can show anything: p cannot be below {number(of.p_min)}"
     else:
         told = "test and interval together show no difference"
-    return f", exact {of['p_text']}: {told}."
+    return f", exact {of.p_text}: {told}."
 
 
-def _interval(of: Mapping[str, Any]) -> str:
-    ends = of["ci95"]
+def _interval(of: DeviationComparison | ErrorComparison) -> str:
+    ends = of.ci95
     return " (no interval)" if ends is None else f" (95 % interval {number(ends[0])} to {number(ends[1])})"
 
 
-def _conditions(outcome: Mapping[str, Any]) -> Iterator[str]:
-    told = {name: of for name, of in outcome["conditions"].items() if of["condition"] != FAMILIARISED}
+def _conditions(outcome: StudyOutcome) -> Iterator[str]:
+    told = {name: of for name, of in outcome.conditions.items() if of.condition != FAMILIARISED}
     yield from _sessions(told)
     kinds = (
         ("The 95 % interval of transfer lies above 0 after", lambda low, high: low > 0.0),
@@ -94,25 +102,25 @@ def _conditions(outcome: Mapping[str, Any]) -> Iterator[str]:
     )
     for words, holds in kinds:
         names = [
-            f"{name} (transfer {number(of['transfer'])})"
+            f"{name} (transfer {number(of.transfer)})"
             for name, of in told.items()
-            if of["ci95"] is not None and of["transfer"] is not None and holds(*of["ci95"])
+            if of.ci95 is not None and of.transfer is not None and holds(*of.ci95)
         ]
         if names:
             yield f"{words} {', '.join(names)}."
-    if untold := [f"{name} ({of['reason']})" for name, of in told.items() if of["ci95"] is None]:
+    if untold := [f"{name} ({of.reason})" for name, of in told.items() if of.ci95 is None]:
         yield f"No interval of transfer can be told for {'; '.join(untold)}."
     for name in ("by_left_over", "by_friction"):
         what = "What is left over" if name == "by_left_over" else "Friction"
-        yield f"{what}: {outcome['transfer'][name]['sentence']}"
+        yield f"{what}: {getattr(outcome.transfer, name).sentence}"
 
 
-def _sessions(told: Mapping[str, Any]) -> Iterator[str]:
+def _sessions(told: Mapping[str, ConditionFigures]) -> Iterator[str]:
     """How many sessions come before E and before E₀: what practice there is beside, is in transfer."""
     by_number = dict[tuple[int, tuple[int, ...]], list[str]]()
     for name, of in told.items():
-        if of["sessions_familiarised"]:
-            by_number.setdefault((of["sessions"], tuple(of["sessions_familiarised"])), []).append(name)
+        if of.sessions_familiarised:
+            by_number.setdefault((of.sessions, tuple(of.sessions_familiarised)), []).append(name)
     for (trained, usual), names in by_number.items():
         said = f"Sessions before the flight of {', '.join(names)}: {trained} before E, {' or '.join(map(str, usual))}"
         more = "" if usual == (trained,) else "; what the other sessions do as practice is in transfer, too"

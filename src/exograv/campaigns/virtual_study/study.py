@@ -4,14 +4,14 @@ import os
 import random
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from exograv import __version__
 from exograv.errors import RecordingError
 from exograv.loop.pilot import Progress
 from exograv.report.study_report.report import write_study_report
+from exograv.results import MERGED
 from exograv.study.dataset.adding import add_files, worst
 from exograv.study.dataset.options import AddOptions
 from exograv.study.folder.study_folder import StudyFolder
@@ -24,13 +24,46 @@ from .figure_sensitivity import Swept
 from .flight import VirtualFlight
 from .options import StudyOptions, WorkOptions
 from .out_folder import CAREERS, RECORDINGS, STUDY, SWEEP, out_folder
-from .outcome import NO_EVIDENCE, outcome_of
+from .outcome import NO_EVIDENCE, StudyOutcome, outcome_of
 from .page import Content, write_virtual_page
 from .participants import ParticipantResult
-from .sensitivity import USUAL, sensitivity
+from .sensitivity import sensitivity
 from .small_study import Means
 
-Result = dict[str, Any]
+
+@dataclass(frozen=True)
+class RefusedTraining:
+    """Virtual person whose machine was refused in a condition."""
+
+    person: int
+    condition: str
+    why: str
+
+
+@dataclass(frozen=True)
+class TimeSpent:
+    """Time of the study itself, over all processes."""
+
+    wall_s: float
+    spent_s: dict[str, float]
+    simulated_s: float
+    processors: int | None
+
+
+@dataclass(frozen=True)
+class VirtualStudyResult:
+    """Result of `exograv simulate-study`."""
+
+    outcome: StudyOutcome = field(metadata=MERGED)
+    sensitivity: Sequence[Swept]
+    ablation: Sequence[Ablated]
+    refused: list[RefusedTraining]
+    options: StudyOptions
+    dataset: Path
+    study_report: Path
+    report: Path
+    figures: tuple[Path, ...]
+    time: TimeSpent
 
 
 @dataclass(frozen=True)
@@ -41,9 +74,12 @@ class Work(WorkOptions):
 
 
 def simulate_study(
-    options: StudyOptions, work: Work, progress: Progress, keep: Callable[[Result], None] = lambda _result: None
-) -> Result:
-    """Run it; the result follows the contract of `exograv simulate-study --json`.
+    options: StudyOptions,
+    work: Work,
+    progress: Progress,
+    keep: Callable[[VirtualStudyResult], None] = lambda _result: None,
+) -> VirtualStudyResult:
+    """Run it.
 
     Args:
         options: What is asked for.
@@ -65,7 +101,7 @@ def simulate_study(
         flights = [flight for one in lived for flight in one.flights]
         telling = _Telling(options, work.folder, study, flights, _time_of(lived, time.perf_counter() - begun))
         telling.refused = [
-            {"person": career.person, "condition": career.condition_name, "why": one.refused}
+            RefusedTraining(career.person, career.condition_name, one.refused)
             for career, one in zip(everybody, lived, strict=True)
             if one.refused is not None
         ]
@@ -96,35 +132,27 @@ class _Telling:
         folder: Path,
         study: StudyFolder,
         flights: Sequence[VirtualFlight],
-        time: dict[str, Any],
+        time: TimeSpent,
     ):
         """The study's own report is written."""
         self._options, self._folder, self._study, self._flights, self._time = options, folder, study, flights, time
         self._outcome = outcome_of(flights, options.main.name)
-        self.refused = list[dict[str, Any]]()
+        self.refused = list[RefusedTraining]()
         """Who did nothing in which condition, and why."""
-        self._report = str(write_study_report(study.path).report)
+        self._report = write_study_report(study.path).report
 
-    def told(self, swept: Sequence[Swept], ablated: Sequence[Ablated]) -> Result:
-        """Write the page, and return what `--json` says."""
-        links = {"The report of the study": f"{STUDY}/report/{Path(self._report).name}"}
+    def told(self, swept: Sequence[Swept], ablated: Sequence[Ablated]) -> VirtualStudyResult:
+        """Write the page."""
+        links = {"The report of the study": f"{STUDY}/report/{self._report.name}"}
         content = Content(
             self._outcome, self._flights, _shown(self._options), swept[1:], swept[0].transfer if swept else None, links,
-            ablated, [f"V{one['person']:02d} is left out of {one['condition']}: {one['why']}" for one in self.refused],
+            ablated, [f"V{one.person:02d} is left out of {one.condition}: {one.why}" for one in self.refused],
         )  # fmt: skip
         page, figures = write_virtual_page(self._folder, content)
-        return {
-            **self._outcome,
-            "sensitivity": [asdict(row) | {"value": None if row.name == USUAL else row.value} for row in swept],
-            "ablation": [asdict(row) for row in ablated],
-            "refused": self.refused,
-            "options": asdict(self._options),
-            "dataset": str(self._study.path),
-            "study_report": self._report,
-            "report": str(page),
-            "figures": [str(path) for path in figures],
-            "time": self._time,
-        }
+        return VirtualStudyResult(
+            self._outcome, swept, ablated, self.refused, self._options, self._study.path, self._report, page, figures,
+            self._time,
+        )  # fmt: skip
 
 
 def _everybody_lived(
@@ -174,12 +202,6 @@ def _shown(options: StudyOptions) -> dict[str, str]:
     }
 
 
-def _time_of(lived: Sequence[ParticipantResult], wall_s: float) -> dict[str, Any]:
-    """Where the time of the study itself went, over all processes."""
+def _time_of(lived: Sequence[ParticipantResult], wall_s: float) -> TimeSpent:
     spent = {name: round(sum(one.spent_s.get(name, 0.0) for one in lived), 1) for name in lived[0].spent_s}
-    return {
-        "wall_s": round(wall_s, 1),
-        "spent_s": spent,
-        "simulated_s": round(sum(one.simulated_s for one in lived), 1),
-        "processors": os.cpu_count(),
-    }
+    return TimeSpent(round(wall_s, 1), spent, round(sum(one.simulated_s for one in lived), 1), os.cpu_count())

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -80,37 +79,69 @@ def pairs(
     return Pairs(people, values[:, 0], values[:, 1], tuple(sorted(left_out)))
 
 
-def transfer(found: Pairs) -> dict[str, Any]:
-    """`transfer`, `ci95` and `reason`, why one of them is missing."""
+@dataclass(frozen=True)
+class TransferFigures:
+    """Transfer by one measure, with its 95 % interval."""
+
+    transfer: float | None
+    ci95: list[float] | None
+    reason: str | None
+    """Why one of the two is missing."""
+
+
+@dataclass(frozen=True)
+class ConditionTransfer(TransferFigures):
+    """Transfer of one condition by the first window's constant error, and by the measures beside it."""
+
+    people: int
+    left_out_people: int
+    first_window_up_mm: float | None
+    first_window_up_mm_ci95: list[float] | None
+    first_touch: TransferFigures
+    median_deviation: TransferFigures
+
+
+@dataclass(frozen=True)
+class TransferChange:
+    """Difference of transfer from the usual one of the same people."""
+
+    change: float | None = None
+    ci95: list[float] | None = None
+    reason: str | None = None
+    """Why one of the two is missing."""
+
+
+def transfer(found: Pairs) -> TransferFigures:
+    """Transfer of these pairs."""
     ratio = found.ratio
     ends = ends_of(ratio.interval)
     value = None if ratio.value is None else 1.0 - ratio.value
     # 1 − rho turns the ends round.
-    return {"transfer": value, "ci95": ends and [1.0 - ends[1], 1.0 - ends[0]], "reason": ratio.reason or None}
+    return TransferFigures(value, ends and [1.0 - ends[1], 1.0 - ends[0]], ratio.reason or None)
 
 
-def change(own: Pairs, usual: Pairs) -> dict[str, Any]:
-    """By how much transfer differs from the usual one of the same people: `change`, `ci95` and `reason`.
+def change(own: Pairs, usual: Pairs) -> TransferChange:
+    """By how much transfer differs from the usual one of the same people.
 
     Each person's share in it is z = (E − ratio·E₀) / mean(E₀), usual less own; its mean over people is 0, and the
     interval is Student's t of it about the change. First order: it wants an E₀ well away from 0.
     """
     people = sorted(set(own.people) & set(usual.people))
     if not people:
-        return {"change": None, "ci95": None, "reason": "nobody has flights in both"}
+        return TransferChange(reason="nobody has flights in both")
     found, shares = list[float](), list[Float[np.ndarray, " person"]]()
     for one in (usual, own):
         where = [one.people.index(person) for person in people]
         trained, before = one.trained[where], one.familiarised[where]
         ratio = fieller(trained, before)
         if ratio.value is None:
-            return {"change": None, "ci95": None, "reason": ratio.reason}
+            return TransferChange(reason=ratio.reason)
         found.append(ratio.value)
         shares.append((trained - ratio.value * before) / before.mean())
     value = found[0] - found[1]
     interval = mean_interval(value + shares[0] - shares[1])
     reason = None if interval else "one person: nothing is known of how people differ"
-    return {"change": value, "ci95": ends_of(interval), "reason": reason}
+    return TransferChange(value, ends_of(interval), reason)
 
 
 def ends_of(interval: Interval | None) -> list[float] | None:
@@ -120,23 +151,17 @@ def ends_of(interval: Interval | None) -> list[float] | None:
     return [interval.low, interval.high]
 
 
-def transfers(flights: Iterable[VirtualFlight]) -> dict[str, dict[str, Any]]:
-    """By condition: transfer by the first window's constant error, and by the measures beside it.
-
-    Returns:
-        Each with `transfer`, `ci95`, `reason`, `people`, `left_out_people`, `first_window_up_mm` with its interval
-        `first_window_up_mm_ci95`, and `first_touch` and `median_deviation` with the first three.
-    """
+def transfers(flights: Iterable[VirtualFlight]) -> dict[str, ConditionTransfer]:
+    """Transfer by condition."""
     flights = list(flights)
     before = familiarised(flights)
     return {name: _of_condition(own, before) for name, own in compared(flights).items()}
 
 
-def _of_condition(own: tuple[VirtualFlight, ...], before: Mapping[int, VirtualFlight]) -> dict[str, Any]:
+def _of_condition(own: tuple[VirtualFlight, ...], before: Mapping[int, VirtualFlight]) -> ConditionTransfer:
     if own[0].condition == FAMILIARISED:
-        reason = "it is what the others are compared with"
-        nothing: dict[str, Any] = {"transfer": None, "ci95": None, "reason": reason}
-        found, told, others = pairs(own, {}), nothing, dict.fromkeys(SECONDARY, nothing)
+        told = TransferFigures(None, None, "it is what the others are compared with")
+        others = dict.fromkeys(SECONDARY, told)
         errors = np.array([constant_error_mm(flight) for flight in own])
         errors = errors[np.isfinite(errors)]
         people, left_out = len(errors), len(own) - len(errors)
@@ -145,11 +170,12 @@ def _of_condition(own: tuple[VirtualFlight, ...], before: Mapping[int, VirtualFl
         told, errors = transfer(found), found.trained
         others = {name: transfer(pairs(own, before, measure)) for name, measure in SECONDARY.items()}
         people, left_out = len(found.people), len(found.left_out)
-    return {
-        **told,
-        "people": people,
-        "left_out_people": left_out,
-        "first_window_up_mm": float(errors.mean()) if len(errors) else None,
-        "first_window_up_mm_ci95": ends_of(mean_interval(errors)),
-        **others,
-    }
+    return ConditionTransfer(
+        **vars(told),
+        people=people,
+        left_out_people=left_out,
+        first_window_up_mm=float(errors.mean()) if len(errors) else None,
+        first_window_up_mm_ci95=ends_of(mean_interval(errors)),
+        first_touch=others["first_touch"],
+        median_deviation=others["median_deviation"],
+    )
