@@ -6,7 +6,7 @@ import pytest
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.live_identification import LiveIdentification
-from exograv.loop.phases import TRAVEL_RAD_S
+from exograv.loop.phases import FLOATING, IDENTIFICATION, TRAVEL_RAD_S, VERIFICATION
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.identify import V_MOTION, identification_motion
@@ -102,13 +102,13 @@ def test_who_is_known_is_led_past_every_posture_and_the_end_is_told_once_more(pr
         assembly, SECONDS, PERIOD_S, lambda row: told.rows.append(row.copy()), lambda: None, passes
     )
     told.lesson = lesson
-    assert lesson.words == 2
+    assert [lesson.phase(words) for words in range(4)] == [IDENTIFICATION, VERIFICATION, FLOATING, FLOATING]
     moved(told, q)
     before, begun = len(told.rows), NOW + 60.0
     assert {int(row["posture"]) for row in told.rows} == {NONE}
-    lesson.begin_passes(begun)
+    lesson.enter(VERIFICATION, begun)
     for k in range(len(passes.path) + 3):
-        lesson.begin_passes(now := begun + k * PERIOD_S)
+        lesson.enter(VERIFICATION, now := begun + k * PERIOD_S)
         lesson.told(now, q, np.zeros(len(q)), lesson.reference(now).q)
     rows = told.rows[before:]
     assert [int(row["is_last"]) for row in rows] == [0] * len(passes.path) + [1]

@@ -1,9 +1,23 @@
 """Phases of a session are described once, and both clocks read them."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from exograv.loop.phases import BY_MODE, IDENTIFICATION, RAMPS_S, TRAVEL_RAD_S, Drive, next_drive
+import exograv
+from exograv.loop.phases import (
+    BY_MODE,
+    FLOATING,
+    IDENTIFICATION,
+    RAMPS_S,
+    TRAVEL_RAD_S,
+    VERIFICATION,
+    Drive,
+    next_drive,
+    phases_of_unknown_arm,
+)
 from exograv.safety.modes import WORN, Mode
 
 DT = 0.001
@@ -44,3 +58,15 @@ def test_an_approach_ends_at_rest_at_the_first_posture():
     assert np.abs(way.v).max() <= TRAVEL_RAD_S + 1e-9
     at_rest = round(IDENTIFICATION.settle_s / DT)
     assert np.abs(way.q[-at_rest:] - posture).max() < 1e-9
+
+
+def test_an_arm_is_identified_before_it_is_verified_and_floats_last():
+    assert phases_of_unknown_arm(is_verified=True) == (IDENTIFICATION, VERIFICATION, FLOATING)
+    assert phases_of_unknown_arm(is_verified=False) == (IDENTIFICATION, FLOATING)
+
+
+def test_no_procedure_has_a_drive_of_its_own():
+    """A number in place of a phase's goal would be a second table."""
+    literal = re.compile(r'"drive",\s*[0-9]|\.mode\.drive = [0-9]')
+    sources = Path(exograv.__file__).parent.rglob("*.py")
+    assert [str(path) for path in sources if literal.search(path.read_text(encoding="utf-8"))] == []

@@ -11,6 +11,7 @@ from exograv.dynamics import parameters
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Outcome, RestingMethod
 from exograv.loop.machine_limits import refuse_motorless
+from exograv.loop.phases import WEIGHING
 from exograv.loop.pilot import Progress
 from exograv.model.arm import held_weight
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -272,7 +273,7 @@ def _float_and_weigh(
     posture = 0.5 * (lower + upper)
     drift: Drift = float_arm(pilot, controller, posture, options.gravity_level, FLOAT_S)
     mass = float(np.random.default_rng([options.seed, 9]).uniform(*WEIGHT_KG))
-    pilot.begin("weigh")
+    pilot.begin(WEIGHING)
 
     def hang(loaded: bool) -> None:
         worn.twin.hang("hand", mass if loaded else 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
 from exograv.loop.output_feedback import OutputFeedback
-from exograv.loop.phases import next_drive
+from exograv.loop.phases import FLOATING, IDENTIFICATION, next_drive
 from exograv.model.description import RigDescription
 from exograv.model.wearer_form import WearerForm
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -205,12 +205,13 @@ class LiveControl:
             return
         if (x := lesson.found()) is not None:
             self._controller.publish(x, q)
-        if modes.mode is Mode.FLOATING and not persons:
+        phase = lesson.phase(persons)
+        if modes.mode is Mode.FLOATING and phase is IDENTIFICATION:
             modes.take(Event.MOVE)
             lesson.begin(now)
-        elif modes.mode is Mode.MOVING and persons >= lesson.words:
+        elif modes.mode is Mode.MOVING and phase is FLOATING:
             modes.take(Event.FLOAT)
-        elif modes.mode is Mode.MOVING and persons:
-            lesson.begin_passes(now)
+        elif modes.mode is Mode.MOVING:
+            lesson.enter(phase, now)
         mode = self._controller.mode
         mode.drive = next_drive(mode.drive, modes.mode, bool(persons), self._period_s)

@@ -10,7 +10,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
 from exograv.identification.core.prior import prior
 from exograv.loop.person_limits_manager import LimitsMaker
-from exograv.loop.phases import IDENTIFICATION
+from exograv.loop.phases import IDENTIFICATION, VERIFICATION, Phase, phases_of_unknown_arm
 from exograv.model.assembly import Assembly
 from exograv.motion import Trajectory
 from exograv.procedures.identification.estimator_session import Belief
@@ -49,6 +49,7 @@ class LiveIdentification:
             passes: Of a verification, from the end of the motion on, when the arm is learned; absent without one.
         """
         self._passes, self._passes_begun_at = passes, np.inf
+        self._phases = phases_of_unknown_arm(is_verified=passes is not None)
         self._path, self._period_s = identification_motion(assembly, seconds, period_s), period_s
         self._tell, self._newest = tell, newest
         self._row, self._still = np.zeros((), sample_dtype(assembly.n)), np.zeros(assembly.n)
@@ -66,14 +67,13 @@ class LiveIdentification:
         """The arm is moved from now on [s]."""
         self._begun_at = now
 
-    @property
-    def words(self) -> int:
-        """About the person, with the last of which all motion is over."""
-        return 1 if self._passes is None else 2
+    def phase(self, words: int) -> Phase:
+        """Phase in force after so many words of the guard about the person: each driven phase ends with one."""
+        return self._phases[min(words, len(self._phases) - 1)]
 
-    def begin_passes(self, now: float) -> None:
-        """The arm is learned and moved on from now on [s], if there are passes and they have not begun."""
-        if np.isinf(self._passes_begun_at):
+    def enter(self, phase: Phase, now: float) -> None:
+        """Follow the path of the phase from now on [s], if that has not begun."""
+        if phase is VERIFICATION and np.isinf(self._passes_begun_at):
             self._passes_begun_at, self._row["is_last"] = now, 0
 
     def reference(self, now: float) -> Reference:

@@ -1,4 +1,4 @@
-"""Phases of a session with an arm: what drives the arm in each, how it gets there, and by which ramps.
+"""Phases of a session with an arm: their order, what drives the arm in each, how it gets there, and by which ramps.
 
 Two clocks read this table. A run in lock-step follows trajectories and fades (`Pilot`, `mode_ramp`). The live loop
 follows the modes of its state machine, tick by tick (`LiveControl`). `safety.modes` holds the transitions between
@@ -54,13 +54,26 @@ class Phase:
         return motion.joined([motion.go_to(q, posture, TRAVEL_RAD_S, dt), motion.hold(posture, self.settle_s, dt)])
 
 
+ON_THE_WAY = Phase("move", Drive.ALWAYS)
+"""Way from one phase to the next."""
+
+ARM_CHECK = Phase("check arm", Drive.ALWAYS)
+RESTING = Phase("rest", Drive.ALWAYS, settle_s=1.5)  # a strained relaxed joint decays with about 1 s (docs/arm.md)
 IDENTIFICATION = Phase("identify", Drive.ALWAYS, settle_s=0.5)
 VERIFICATION = Phase("verify", Drive.ALWAYS)
 FLOATING = Phase("float", Drive.UNTIL_KNOWN, settle_s=1.0)
 LAYING_DOWN = Phase("lay down", Drive.ALWAYS, settle_s=1.0)
 WEIGHING = Phase("weigh", Drive.ALWAYS, settle_s=1.0)
-ON_THE_WAY = "move"
-"""Name of what leads from one phase to the next, in the recording of a run in lock-step."""
+
+
+def phases_of_unknown_arm(is_verified: bool) -> tuple[Phase, ...]:
+    """Phases of an arm that is not known yet, in order.
+
+    A driven phase ends when its path is over and the guard has been told what the person may need from then on: in
+    lock-step at once, live as soon as the worker has judged the samples. Floating ends when the time is over.
+    """
+    return (IDENTIFICATION, VERIFICATION, FLOATING) if is_verified else (IDENTIFICATION, FLOATING)
+
 
 BY_MODE: Mapping[Mode, Drive] = MappingProxyType(
     {

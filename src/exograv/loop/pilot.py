@@ -25,6 +25,7 @@ from .control_step import ControlStep
 from .interrupt import HeldInterrupt
 from .output_feedback import Controller, Guide, OutputFeedback
 from .person_limits_manager import PersonLimitsManager
+from .phases import Phase
 from .replay_log import ReplayLog, mode_fields
 from .stop_message import stopped_text
 
@@ -91,10 +92,10 @@ class Pilot:
         self.q = self.rig.read().q.copy()
         """Where the joints were at the last tick [rad]."""
 
-    def begin(self, phase: str) -> None:
+    def begin(self, phase: Phase | str) -> None:
         """Note in the recording what the ticks from here on are for."""
         if self.recording is not None:
-            self.recording.phase(self.rig.read().t, phase)
+            self.recording.phase(self.rig.read().t, phase if isinstance(phase, str) else phase.recorded)
 
     def run(
         self,

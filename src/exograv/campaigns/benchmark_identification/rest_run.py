@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from exograv.identification.core.interface import Estimate, Method, RestingMethod
+from exograv.loop.phases import RESTING
 from exograv.loop.pilot import Progress
 from exograv.procedures.identification.resting_poses import rest_first
 
@@ -25,7 +26,7 @@ def take_method_rests(method: Method, judge: WearerJudge, calibrated: Calibrated
         return []
     before = method.estimate()
     worn = calibrated.worn(judge.case, judge.laboratory, progress)
-    worn.controller.mode.drive = 1.0
+    worn.controller.mode.drive = RESTING.drive.goal(is_known=False)
     rest_first(worn.pilot, worn.controller, method)
     seconds = range(1, int(min(method.rest_s, MOTION_S) / NOTE_S) + 1)
     return [replace(before, t=NOTE_S * second) for second in seconds]

@@ -117,7 +117,7 @@ def record_stream(case: Case, calibrated: Calibrated, progress: Progress, second
     laboratory = case.laboratory()
     worn = calibrated.worn(case, laboratory, progress)
     assembly, machine, pilot, controller = worn.known.assembly, worn.known.machine, worn.pilot, worn.controller
-    controller.mode.drive = 1.0
+    controller.mode.drive = IDENTIFICATION.drive.goal(is_known=False)
     path = identification_motion(assembly, seconds, pilot.rig.period_s)
     pilot.run(controller, IDENTIFICATION.approach(pilot.q, path.q[0], path.dt), "Moving to the start")
     recorder = _Recorder(SampleFilter(assembly.n, path.dt))

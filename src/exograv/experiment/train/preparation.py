@@ -18,7 +18,7 @@ from exograv.laboratory.weighing_command import in_doubt_not_refused
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.output_feedback import Controller, NoTorque
-from exograv.loop.phases import LAYING_DOWN
+from exograv.loop.phases import ARM_CHECK, LAYING_DOWN, Drive
 from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.replay_log import read_machine
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
@@ -100,7 +100,7 @@ def known_arm(
     twin.put_surroundings(False)
     model = ArmModel(assembly, machine)
     judge, person = ArmJudge(model), _person_run(options, laboratory, assembly)
-    pilot.begin("check arm")
+    pilot.begin(ARM_CHECK)
     gentle = first_motion(pilot, controller, model)
     check = judge.judge([gentle], laboratory.body.mass_kg)
     if check.is_sure:
@@ -154,7 +154,7 @@ def known_again(
     twin, pilot, controller = worn.twin, worn.pilot, worn.controller
     twin.put_surroundings(False)
     worn.limit_to_person(prior(assembly, machine)[0])
-    controller.mode.drive = 1.0
+    controller.mode.drive = LAYING_DOWN.drive.goal(is_known=True)
     lay_down(pilot, controller, twin)
     return Ready(pilot, twin, controller, person, model=ArmModel(assembly, machine))
 
@@ -162,11 +162,11 @@ def known_again(
 def lay_down(pilot: Pilot, controller: ArmController, twin: Twin) -> None:
     """Lead the relaxed arm to where it was put on, bring screen and support, and give the arm back to the person."""
     posture, dt = controller.assembly.description.donning_posture, twin.period_s
-    pilot.begin(LAYING_DOWN.recorded)
+    pilot.begin(LAYING_DOWN)
     way = LAYING_DOWN.approach(pilot.q, posture, dt)
     pilot.run(controller, way, "Bringing the arm to its support")
     twin.put_surroundings(True)
-    fade(pilot, controller, "drive", 0.0, posture)
+    fade(pilot, controller, "drive", Drive.NEVER.goal(is_known=True), posture)
     fade(pilot, controller, "gravity_level", 1.0, posture)
 
 

@@ -8,6 +8,7 @@ from exograv.errors import ConfigError
 from exograv.identification.core.interface import Estimate
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
+from exograv.loop.phases import VERIFICATION
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.verification.figures import verified_figures
@@ -34,10 +35,10 @@ def verify_between(ready: Ready, seed: int) -> dict[str, Any]:
     if not isinstance(controller, ArmController) or ready.model is None or person is None:
         raise ConfigError("--verify-every needs a machine that carries the arm; this one only records. Leave it out.")
     twin.put_surroundings(False)
-    pilot.begin("verify")
+    pilot.begin(VERIFICATION)
     posture = pilot.q.copy()
     fade(pilot, controller, "gravity_level", 0.0, posture)
-    fade(pilot, controller, "drive", 1.0, posture)
+    fade(pilot, controller, "drive", VERIFICATION.drive.goal(is_known=True), posture)
     arm = Estimate(MOTION_S, np.array(person.x), np.array(person.covariance), 0.0, 1.0)
     seen = identification_motion(controller.assembly, MOTION_S, SEEN_EVERY * twin.period_s).q
     verified = verify_arm(pilot, controller, ready.model, arm, seen, seed)

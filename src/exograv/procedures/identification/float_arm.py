@@ -8,7 +8,7 @@ from jaxtyping import Float
 from exograv import motion
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.phases import FLOATING, ON_THE_WAY
+from exograv.loop.phases import FLOATING, ON_THE_WAY, Phase
 from exograv.loop.pilot import Pilot, TickSample
 
 from .identify import SKELETON_TICKS, record_skeleton
@@ -30,7 +30,7 @@ def float_arm(
     posture: Float[np.ndarray, " joint"],
     gravity_level: float,
     window_s: float,
-    phase: str = FLOATING.recorded,
+    phase: Phase | str = FLOATING,
 ) -> Drift:
     """Bring the arm to a posture [rad], let go, and watch it for `window_s`; `phase` names the watch in the recording.
 
@@ -39,7 +39,7 @@ def float_arm(
     """
     dt = pilot.rig.period_s
     pilot.begin(ON_THE_WAY)
-    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+    fade(pilot, controller, "drive", ON_THE_WAY.drive.goal(is_known=True), pilot.q.copy())
     pilot.run(controller, FLOATING.approach(pilot.q, posture, dt), "Moving to where the arm is let go")
     fade(pilot, controller, "gravity_level", gravity_level, posture)
     fade(pilot, controller, "drive", FLOATING.drive.goal(is_known=True), posture)

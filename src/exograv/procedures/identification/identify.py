@@ -116,7 +116,7 @@ def identify_arm(
     rest_first(pilot, controller, identifier.result.method)
     pilot.begin(ON_THE_WAY)
     pilot.run(controller, IDENTIFICATION.approach(pilot.q, path.q[0], dt), "Moving to the start")
-    pilot.begin(IDENTIFICATION.recorded)
+    pilot.begin(IDENTIFICATION)
     for part in chain([path], parts):
         pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
     result = identifier.finish(pilot.rig.read().t)

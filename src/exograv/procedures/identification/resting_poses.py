@@ -8,13 +8,12 @@ from exograv.errors import ConfigError
 from exograv.identification.core.interface import Rest, RestingMethod
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.phases import TRAVEL_RAD_S
+from exograv.loop.phases import RESTING, TRAVEL_RAD_S
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.rig.interface import CuffSensing, Rig
 
 APPROACH_RAD = 0.09  # 5°: friction's and the tissue's hysteresis turn within it (assumed)
 APPROACH_S = 1.0
-SETTLE_S = 1.5  # what a motion has strained in a relaxed joint decays with about 1 s (docs/arm.md)
 AVERAGE_S = 2.0  # from each side; half of the slow torque of a wearer lasts longer
 
 Joints = Float[np.ndarray, " joint"]
@@ -51,8 +50,8 @@ def take_rests(pilot: Pilot, controller: ArmController, postures: Float[np.ndarr
     rests = []
     for number, posture in enumerate(postures):
         begin, mean = _now(pilot), _Mean(rig)
-        pilot.begin("rest")
-        fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+        pilot.begin(RESTING)
+        fade(pilot, controller, "drive", RESTING.drive.goal(is_known=False), pilot.q.copy())
         text = f"Resting, posture {number + 1} of {len(postures)}"
         for side in (-1.0, 1.0):
             _rest_from(pilot, controller, posture, posture + side * APPROACH_RAD, text, mean)
@@ -100,7 +99,7 @@ def _rest_from(
     way = [
         motion.go_to(pilot.q, beside, TRAVEL_RAD_S, dt),
         motion.minimum_jerk(beside, posture, APPROACH_S, dt),
-        motion.hold(posture, SETTLE_S, dt),
+        motion.hold(posture, RESTING.settle_s, dt),
     ]
     pilot.run(controller, motion.joined(way), text)
     pilot.run(controller, motion.hold(posture, AVERAGE_S, dt), text, listener)

@@ -82,6 +82,6 @@ def fly_passes(pilot: Pilot, controller: ArmController, postures: Postures, seed
         pilot.begin(ON_THE_WAY)
         pilot.run(controller, motion.go_to(pilot.q, path.q[0], TRAVEL_RAD_S, dt), text, listener)
         listener.begin(k)
-        pilot.begin(VERIFICATION.recorded)
+        pilot.begin(VERIFICATION)
         pilot.run(controller, path, text, listener)
     return listener.heard

@@ -8,6 +8,7 @@ from exograv.identification.core.prior import prior
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.person_limits_manager import PersonLimitsManager
+from exograv.loop.phases import ARM_CHECK
 from exograv.loop.pilot import Pilot
 from exograv.model.support import sample_postures
 
@@ -35,7 +36,7 @@ def first_motion(pilot: Pilot, controller: ArmController, model: ArmModel) -> li
     believed = prior(model.assembly, model.machine)
     pilot.worn = pilot.worn or PersonLimitsManager(pilot.envelope, model.assembly, model.machine, believed[0])
     pilot.worn.expect(*believed, SPEED)
-    fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+    fade(pilot, controller, "drive", ARM_CHECK.drive.goal(is_known=False), pilot.q.copy())
     postures = sample_postures(model.assembly.description, CANDIDATES)[1:]
     way = informative_path(model, x, x[ParameterLayout.of(model.assembly).phi], SPEED, postures)
     approach = motion.go_to(pilot.q, way.low, TRAVEL, dt)

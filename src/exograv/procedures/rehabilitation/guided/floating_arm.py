@@ -10,6 +10,7 @@ from exograv import motion
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.output_feedback import Guide
+from exograv.loop.phases import FLOATING, Drive
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.rig import Rig
 from exograv.safety.stops import StopReason
@@ -40,11 +41,21 @@ class FloatingArm(Generic[AnyRig]):
 
     def lead(self, guide: Guide, listener: Callable[[TickSample], None]) -> None:
         """From floating to being led: the control law's own feedback comes by a ramp, and the guide's pull in it."""
-        fade(self.pilot, self.controller, "drive", 1.0, self.pilot.q.copy(), guide, listener)
+        fade(
+            self.pilot, self.controller, "drive", Drive.ALWAYS.goal(is_known=True), self.pilot.q.copy(), guide, listener
+        )
 
     def float_again(self, guide: Guide, listener: Callable[[TickSample], None]) -> None:
         """From being led to floating."""
-        fade(self.pilot, self.controller, "drive", 0.0, self.pilot.q.copy(), guide, listener)
+        fade(
+            self.pilot,
+            self.controller,
+            "drive",
+            FLOATING.drive.goal(is_known=True),
+            self.pilot.q.copy(),
+            guide,
+            listener,
+        )
 
     def run(
         self,

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
+from exograv.loop.phases import FLOATING
 from exograv.loop.pilot import TickSample
 from exograv.model.description import ArmSide
 
@@ -90,7 +91,7 @@ class _Session:
 
     def mirror(self, seconds: float) -> MirrorResult:
         flown, pilot, done = self._flown, self._flown.pilot, self._done
-        pilot.begin("float")
+        pilot.begin(FLOATING)
         if flown.run(SETTLE_S, "Both arms float", self._acting, None, lambda: self._wants_out):
             done.state = GripOutcome.RELEASED
             return done
@@ -104,7 +105,7 @@ class _Session:
         done.state = GripOutcome.ENDED if guide.state is GripOutcome.LED else guide.state
         guide.let_go()
         flown.run(2.0 * DROP_S, "Letting go", listen, guide)
-        pilot.begin("float")
+        pilot.begin(FLOATING)
         flown.float_again(guide, self._acting)
         flown.controller.let_lead(None)
         return done

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from exograv import motion
+from exograv.loop.phases import FLOATING
 from exograv.loop.pilot import TickSample
 from exograv.motion import Trajectory
 
@@ -102,7 +103,7 @@ class _Session:
 
     def repeat(self, path: Trajectory, speed: float, repetitions: int) -> RepeatResult:
         flown, pilot, done = self._flown, self._flown.pilot, self._done
-        pilot.begin("float")
+        pilot.begin(FLOATING)
         if flown.run(SETTLE_S, "The arm floats", self._acting, None, lambda: self._wants_out):
             done.state = GripOutcome.RELEASED
             return done
@@ -122,7 +123,7 @@ class _Session:
         done.state = GripOutcome.ENDED if guide.state is GripOutcome.LED else guide.state
         guide.let_go()
         flown.run(2.0 * DROP_S, "Letting go", self._acting, guide)
-        pilot.begin("float")
+        pilot.begin(FLOATING)
         flown.float_again(guide, self._acting)
         return done
 
