@@ -6,6 +6,12 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+JsonObject = dict[str, Any]
+"""Object of JSON whose members belong to its writer: a parsed message, the settings of a recording, a file's content.
+
+A room that passes it on cannot know its members: they depend on the command, or on the version that wrote the file.
+"""
+
 OPTIONAL = {"exograv": "optional"}
 """Metadata of a field whose key is left out of the JSON object while its value is None."""
 

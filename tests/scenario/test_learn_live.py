@@ -22,6 +22,7 @@ from exograv.live.options import LiveOptions
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import read_recording
+from exograv.results import json_value
 
 SEED = 1004
 RESIDUAL_NM, RESIDUAL_S = 0.1, 0.1  # of a machine that is known as well as stage 0 can
@@ -91,7 +92,7 @@ def test_an_arm_that_is_learned_is_let_go_when_the_guard_knows_it(run: LiveFigur
 
 @pytest.mark.slow
 def test_a_run_that_learned_live_decides_the_same_when_it_is_flown_again(run: LiveFigures):
-    again = run_replay(run.recording, None, lambda _text, _share: None)
+    again = json_value(run_replay(run.recording, None, lambda _text, _share: None))
     assert again["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
 
 

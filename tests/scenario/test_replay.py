@@ -8,12 +8,13 @@ import pytest
 from exograv.cli.machine.rig_factory import run_live
 from exograv.cli.recordings.replaying import run_replay
 from exograv.live.options import LiveOptions
+from exograv.results import json_value
 
 from .conftest import SEED, Demo
 
 
 def same(path: Path) -> None:
-    found = run_replay(path, None, lambda _text, _share: None)
+    found = json_value(run_replay(path, None, lambda _text, _share: None))
     assert found["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
     assert found["first_difference"] is None
     assert found["safe_state_differs"]["ticks"] == 0

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from exograv.errors import ConfigError
+from exograv.results import json_value
 from exograv.task.levels import LEVELS
 from exograv.task.protocol import FOLDER, load_protocol, protocol_names, refuse_levels
 from exograv.task.published_values import PUBLISHED
@@ -59,7 +60,7 @@ def test_every_value_is_either_published_or_marked_as_ours(name: str):
 
 
 def test_the_marks_are_in_the_settings_that_go_into_a_recording():
-    recorded = load_protocol("training").recorded
+    recorded = json_value(load_protocol("training").recorded)
     assert "pace.tolerance_s" in recorded["unpublished"]
     assert len(recorded["rest_lengths_s"]) == 30
     assert json.loads(json.dumps(recorded)) == recorded

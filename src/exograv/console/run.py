@@ -7,6 +7,7 @@ from typing import Any
 
 from exograv.experiment.aircraft import AircraftReceiver
 from exograv.experiment.steered.requests import Desk
+from exograv.results import json_value
 from exograv.task.events import Interrupted
 from exograv.task.levels import EARTH
 from exograv.task.plan import TaskPlan
@@ -63,7 +64,7 @@ def run_console(
             hub.feed = Feed(stack.enter_context(receiver), trial, diary)
             say(f"The aircraft is listened to on UDP port {receiver.port}.")
         if plan is not None:
-            diary.write("/console/protocol", desk.now(), plan.loaded.recorded)
+            diary.write("/console/protocol", desk.now(), json_value(plan.loaded.recorded))
         if trial is not None and kept is not None and kept.before is not None:
             # The machine carries nothing of a run that was broken off: somebody has to begin anew, and say so.
             trial.run.feed(Interrupted(t=desk.now()))

@@ -21,7 +21,7 @@ from exograv.task.events import (
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink
-from exograv.task.records import Record, Refused, TouchRecord, shared
+from exograv.task.records import Record, Refused, TouchRecord, extended
 from exograv.task.run import TaskRun
 from exograv.task.screen import calibrate_with_card, calibrate_with_ruler
 
@@ -142,8 +142,9 @@ class ProtocolTrial:
         if placed is not None:
             when |= {"placed": placed.t, "bound_s": placed.bound_s}
         self._diary.write(RAW, received, {**raw.model_dump(mode="json"), **when})
-        touch = Touch(
-            **shared(raw, Touch),
+        touch = extended(
+            raw,
+            Touch,
             t=received if placed is None else placed.t,
             received=received,
             contact_px=max(raw.width_px, raw.height_px),

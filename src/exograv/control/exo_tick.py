@@ -1,7 +1,5 @@
 """The control law of the empty machine: follow a reference with feed-forward and PD, known weights on its mounts."""
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 from jaxtyping import Float
@@ -12,6 +10,8 @@ from exograv.dynamics.rnea import rnea
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree, inertial_parameters
 from exograv.signals import Reference
+
+from .controller_acts import ControllerAct, EmptyMachine, HangWeight
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -47,22 +47,22 @@ class ExoTick:
         """There is no loop."""
         self.clearance = 1.0
         """And no arm whose angles could be singular."""
-        self.acts: list[dict[str, Any]] = []
-        """What it was told since somebody last noted it."""
+        self.acts: list[ControllerAct] = []
+        """Commands since they were last recorded."""
 
     @property
     def tau_feedforward(self) -> Joints:
         """What the model expects the motors to give [N·m]."""
         return self._kernel.outputs["tau_feedforward"]
 
-    def described(self) -> dict[str, Any]:
-        """For a recording, which holds the machine's own files: what else makes this controller."""
-        return {"kind": "empty"}
+    def described(self) -> EmptyMachine:
+        """Describe this controller for a recording, which holds the machine's own files."""
+        return EmptyMachine()
 
     def hang(self, mount: str, mass_kg: float) -> None:
         """Carry a known weight at a mount from now on; zero takes it off."""
         self._kernel.inputs["weights"][self._mounts.index(mount)] = mass_kg
-        self.acts.append({"act": "hang", "place": mount, "mass_kg": mass_kg})
+        self.acts.append(HangWeight(mount, mass_kg))
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
         """Desired torque (joint,) [N·m]; arguments as in `Tick.step`."""

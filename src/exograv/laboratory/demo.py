@@ -126,11 +126,9 @@ def run_demo(
         laboratory.body,
         datetime.now(UTC).replace(microsecond=0),
     )
-    settings = provenance(options, laboratory, targets)
-    settings["hashes"] |= person.hashes
-    if taken is not None:
-        settings["hashes"]["calibration"] = taken.whole.content_sha256
-    with RecordingWriter(path, laboratory.description.joints, settings) as recording:
+    hashes = person.hashes | ({} if taken is None else {"calibration": taken.whole.content_sha256})
+    settings = provenance(options, laboratory, targets, hashes)
+    with RecordingWriter(path, laboratory.description.joints, json_value(settings)) as recording:
         preparation = Preparation(
             laboratory, day_seed(options.seed, options.donning), progress, recording, options.realtime
         )

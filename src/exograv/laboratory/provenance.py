@@ -1,11 +1,13 @@
 """Head of a recording on the twin: machine, person as told, settings, versions and hashes."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from exograv.loop.machine_limits import limits
-from exograv.loop.replay_log import versions, written_rig, written_told
+from exograv.loop.replay_log import ToldPerson, versions, written_rig
+from exograv.model.rig_settings import RigSettings
+from exograv.results import MERGED, json_value
 
 from .virtual_laboratory import VirtualLaboratory
 
@@ -13,17 +15,76 @@ if TYPE_CHECKING:
     from .options import DemoOptions
 
 
-def provenance(options: "DemoOptions", laboratory: VirtualLaboratory, targets: list[float]) -> dict[str, Any]:
-    """The `/settings` of a demonstration on the twin."""
+@dataclass(frozen=True)
+class RoundedBody:
+    """Body data for the reader; exact ones stand in the settings."""
+
+    height_m: float
+    mass_kg: float
+    sex: str
+    lengths_m: dict[str, float]
+
+
+@dataclass(frozen=True)
+class GuardLimits:
+    """Limits of the guard."""
+
+    torque_max_Nm: list[float]
+    torque_rate_max_Nm_per_s: float
+    v_damping_rad_s: float
+    v_trip_rad_s: float
+
+
+@dataclass(frozen=True)
+class MachineAndRun:
+    """Machine and person to the last bit, and the settings of the run itself."""
+
+    rig: RigSettings
+    rig_files: dict[str, str]
+    told: ToldPerson
+    run: Mapping[str, object] = field(metadata=MERGED)
+    """Options, protocol and the like, by name."""
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """The `/settings` of a run on the twin."""
+
+    rig: str
+    title: str
+    side: str
+    wearer: RoundedBody
+    limits: GuardLimits
+    hashes: dict[str, str]
+    """SHA-256 of the files that were read, by their kind."""
+    versions: dict[str, str]
+    settings: MachineAndRun
+    command: str
+    """Command as typed, without options."""
+    disturbance_level: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class DemoSettings:
+    """The `/settings` of a demonstration."""
+
+    run: RunSettings = field(metadata=MERGED)
+    method: str
+    torque_source: str
+    gravity_level: float
+    targets_Nm: list[float]
+
+
+def provenance(
+    options: "DemoOptions", laboratory: VirtualLaboratory, targets: list[float], hashes: Mapping[str, str]
+) -> DemoSettings:
+    """Describe a demonstration on the twin; `hashes` as in `run_settings`."""
     # Neither the pace nor a file's place changes what is computed; which files were read stands in the hashes.
-    given = asdict(options) | {"realtime": False, "calibration": None, "files": None}
+    given = json_value(options) | {"realtime": False, "calibration": None, "files": None}
     command = "exograv identify" if options.only_identify else "exograv demo"
-    return run_settings(laboratory, command, options.level, options.seed, {"options": given}) | {
-        "method": options.method,
-        "torque_source": options.torque_source,
-        "gravity_level": options.gravity_level,
-        "targets_Nm": targets,
-    }
+    run = run_settings(laboratory, command, options.level, options.seed, {"options": given}, hashes)
+    return DemoSettings(run, options.method, options.torque_source, options.gravity_level, targets)
 
 
 def run_settings(
@@ -31,10 +92,10 @@ def run_settings(
     command: str,
     level: int,
     seed: int,
-    settings: Mapping[str, Any],
+    settings: Mapping[str, object],
     hashes: Mapping[str, str] | None = None,
-) -> dict[str, Any]:
-    """The `/settings` of a run of this command in the laboratory.
+) -> RunSettings:
+    """Describe a run of this command in the laboratory.
 
     Args:
         laboratory: Machine and wearer.
@@ -44,41 +105,31 @@ def run_settings(
         settings: Settings of the run itself, by name: options, protocol and the like.
         hashes: Of the files that were read, by their kind.
     """
-    whole = _laboratory_settings(laboratory)
-    whole["settings"] |= settings
-    whole["hashes"] |= hashes or {}
-    return whole | {"command": command, "disturbance_level": level, "seed": seed}
-
-
-def _laboratory_settings(laboratory: VirtualLaboratory) -> dict[str, Any]:
-    description, body = laboratory.description, laboratory.body
+    description, body, model = laboratory.description, laboratory.body, laboratory.wearer_model
     envelope = limits(description)
-    return {
-        "rig": description.name,
-        "title": description.settings.title,
-        "side": description.side,
-        "wearer": {
-            "height_m": round(body.height_m, 3),
-            "mass_kg": round(body.mass_kg, 1),
-            "sex": body.sex,
-            "lengths_m": {name: round(length, 4) for name, length in (body.lengths_m or {}).items()},
+    lengths = {name: round(length, 4) for name, length in (body.lengths_m or {}).items()}
+    return RunSettings(
+        rig=description.name,
+        title=description.settings.title,
+        side=description.side,
+        wearer=RoundedBody(round(body.height_m, 3), round(body.mass_kg, 1), body.sex, lengths),
+        limits=GuardLimits(
+            envelope.torque_max_Nm.tolist(),
+            envelope.torque_rate_max_Nm_per_s,
+            envelope.v_damping_rad_s,
+            envelope.v_trip_rad_s,
+        ),
+        hashes={
+            "rig": description.sha256, **({} if model is None else {"wearer_model": model.sha256}), **(hashes or {})
         },
-        "limits": {
-            "torque_max_Nm": envelope.torque_max_Nm.tolist(),
-            "torque_rate_max_Nm_per_s": envelope.torque_rate_max_Nm_per_s,
-            "v_damping_rad_s": envelope.v_damping_rad_s,
-            "v_trip_rad_s": envelope.v_trip_rad_s,
-        },
-        "hashes": {"rig": description.sha256, **_wearer_hash(laboratory)},
-        "versions": versions(),
-        "settings": {
-            "rig": description.settings.model_dump(),
-            "rig_files": written_rig(description),
-            "told": written_told(body, laboratory.wearer.lengths_given),
-        },
-    }
-
-
-def _wearer_hash(laboratory: VirtualLaboratory) -> dict[str, str]:
-    model = laboratory.wearer_model
-    return {} if model is None else {"wearer_model": model.sha256}
+        versions=versions(),
+        settings=MachineAndRun(
+            description.settings,
+            written_rig(description),
+            ToldPerson(body, laboratory.wearer.lengths_given),
+            settings,
+        ),
+        command=command,
+        disturbance_level=level,
+        seed=seed,
+    )  # fmt: skip

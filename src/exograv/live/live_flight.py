@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from exograv.loop.pilot import Progress
-from exograv.loop.replay_log import versions, written_person, written_rig, written_told
+from exograv.loop.replay_log import ToldPerson, versions, written_person, written_rig
 from exograv.model.description import RigDescription
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import Belief
 from exograv.procedures.verification.postures import Verification
+from exograv.results import json_value
 from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.outlets import OutletsJob
@@ -106,7 +107,7 @@ def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> Mapping[str, object]
         "settings": {
             **said.get("settings", {}),
             "rig_files": written_rig(description),
-            "told": written_told(plan.told.body, plan.told.lengths),
+            "told": json_value(ToldPerson(plan.told.body, plan.told.lengths)),
             "live": {
                 "period_s": 1e-9 * plan.period_ns,
                 "machine": asdict(prepared.machine),

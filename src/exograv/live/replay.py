@@ -17,6 +17,7 @@ from exograv.loop.replay.what_if import Instead
 from exograv.loop.replay_log import read_machine, read_person
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.verification.postures import Verification
+from exograv.recording.fields import Message
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
 from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
 from exograv.safety.modes import Mode
@@ -140,7 +141,7 @@ class LiveAgain:
             self._finding["now"], self._finding["x"] = message["t"], self._parameters(message)
         return self._found, self._finding
 
-    def _parameters(self, message: dict[str, Any]) -> Parameters:
+    def _parameters(self, message: Message) -> Parameters:
         return self._instead.parameters(np.array(message["x"]), self._machine, self._recorded.assembly)
 
     def _catch_up(self, k: int) -> None:

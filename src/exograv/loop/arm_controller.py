@@ -2,14 +2,20 @@
 
 import copy
 from collections.abc import Mapping
-from dataclasses import asdict
-from typing import Any
 
 import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
 from exograv import kernel
+from exograv.control.controller_acts import (
+    CarryWeight,
+    ControllerAct,
+    ForceParameters,
+    LeadArm,
+    PublishParameters,
+    WornMachine,
+)
 from exograv.control.handover import Handover
 from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics import parameters
@@ -31,8 +37,8 @@ class ArmController:
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: parameters.Parameters, dt: float):
         self.assembly, self.machine = assembly, machine
-        self.acts: list[dict[str, Any]] = []
-        """What it was told since somebody last noted it."""
+        self.acts: list[ControllerAct] = []
+        """Commands since they were last recorded."""
         self._tick = Tick(assembly, machine)
         self._trial = self._tick.again()
         self._dt = dt
@@ -52,9 +58,9 @@ class ArmController:
         other._weights, other.acts = {}, []
         return other
 
-    def described(self) -> dict[str, Any]:
-        """For a recording, which holds machine and person otherwise: what else makes this controller."""
-        return {"kind": "arm", "machine": asdict(self.machine), "x": self.x.copy()}
+    def described(self) -> WornMachine:
+        """Describe this controller for a recording, which holds the machine's own files and the person."""
+        return WornMachine(self.machine, self.x.copy())
 
     @property
     def mode(self) -> ControlMode:
@@ -104,13 +110,13 @@ class ArmController:
         if is_taken:
             change = wanted - self.torque_at_rest(q, self.x)
             self._handover.publish(x, float(np.abs(change).max()))
-        self.acts.append({"act": "publish", "x": x.copy(), "q": q.copy(), "taken": is_taken})
+        self.acts.append(PublishParameters(x.copy(), q.copy(), is_taken))
         return is_taken
 
     def put_in_force(self, x: parameters.Parameters) -> None:
         """Parameters at once and unseen: at a beginning, before anything is driven, and to prove the guard."""
         self._handover = Handover(x, self._dt)
-        self.acts.append({"act": "force", "x": x.copy()})
+        self.acts.append(ForceParameters(x.copy()))
 
     def let_lead(self, side: ArmSide | None) -> None:
         """One of two arms floats from now on whatever drives the other, which it leads; None where none does.
@@ -118,7 +124,7 @@ class ArmController:
         Only while nothing is driven: it takes no ramp.
         """
         self._tick.led[:] = [limb.side != side for limb in self.assembly.arm.limbs]
-        self.acts.append({"act": "lead", "side": side})
+        self.acts.append(LeadArm(side))
 
     @property
     def weights(self) -> Mapping[WeightPlace, float]:
@@ -145,7 +151,7 @@ class ArmController:
         if is_taken:
             self._weights = {where: m for where, m in weights.items() if m}
             self._payloads.publish(wanted, float(np.abs(after - before).max()))
-        self.acts.append({"act": "carry", "place": place, "mass_kg": mass, "q": q.copy(), "taken": is_taken})
+        self.acts.append(CarryWeight(place, mass, q.copy(), is_taken))
         return is_taken
 
     def torque_at_rest(

@@ -4,7 +4,7 @@ import math
 import os
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Protocol, runtime_checkable
 
@@ -12,6 +12,7 @@ import numpy as np
 
 import exograv
 from exograv import kernel
+from exograv.control.controller_acts import ControllerAct, EmptyMachine, WornMachine
 from exograv.control.tick import ControlMode
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.friction import Friction
@@ -20,6 +21,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription
 from exograv.recording import RecordingWriter
 from exograv.recording.code import code_sha256
+from exograv.results import JsonObject, json_value
 from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.safety.plausible import Chain, PlausibleTable
 
@@ -30,11 +32,11 @@ PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
 class Accountable(Protocol):
     """A controller that can be made again from what it says of itself."""
 
-    acts: list[dict[str, Any]]
-    """What it was told since somebody last noted it."""
+    acts: list[ControllerAct]
+    """Commands since they were last recorded."""
 
-    def described(self) -> dict[str, Any]:
-        """Its kind and what makes it, beside machine and person."""
+    def described(self) -> EmptyMachine | WornMachine:
+        """Describe what makes it, beside the machine's own files and the person as told."""
         ...
 
 
@@ -60,7 +62,7 @@ class ReplayLog:
             self._recording.write("/control", t, {"act": "level", **_felt(person)})
         if self._accountable is not None and self._accountable.acts:
             for act in self._accountable.acts:
-                self._recording.write("/control", t, act)
+                self._recording.write("/control", t, json_value(act))
             self._accountable.acts.clear()
 
     def _wear(self, t: float, person: GuardedPerson | None) -> None:
@@ -79,15 +81,15 @@ class ReplayLog:
         self._flying = controller
         # Asked once: what a protocol is made of takes longer than a tick's torque.
         self._accountable = controller if isinstance(controller, Accountable) else None
-        new: dict[str, Any] = {}
+        new: JsonObject = {}
         if not any(controller is one for one in self._known):
             self._known.append(controller)
-            new = self._accountable.described() if self._accountable is not None else {"kind": "other"}
+            new = json_value(self._accountable.described()) if self._accountable is not None else {"kind": "other"}
         number = next(k for k, one in enumerate(self._known) if one is controller)
         self._recording.write("/control", t, {"act": "fly", "controller": number, **new})
 
 
-def _felt(person: GuardedPerson) -> dict[str, Any]:
+def _felt(person: GuardedPerson) -> JsonObject:
     return {"gravity_level": person.gravity_level, "is_driven": person.is_driven}
 
 
@@ -106,9 +108,12 @@ def written_rig(description: RigDescription) -> dict[str, str]:
     return {os.path.relpath(path, description.folder): path.read_text(encoding="utf-8") for path in files}
 
 
-def written_told(body: Body, lengths: Mapping[str, float]) -> dict[str, Any]:
-    """The person by scale, tape and form, and what the machine is set to [m], without rounding."""
-    return {"body": asdict(body), "lengths_m": dict(lengths)}
+@dataclass(frozen=True)
+class ToldPerson:
+    """Person by scale, tape and form, and the machine's set lengths, without rounding."""
+
+    body: Body
+    lengths_m: Mapping[str, float]
 
 
 def read_machine(message: Mapping[str, Any]) -> CalibratedMachine:
@@ -133,8 +138,8 @@ def _friction(message: Mapping[str, Any]) -> Friction:
     return Friction(**columns, v_rest=message["v_rest"])
 
 
-def written_person(limits: PersonLimits) -> dict[str, Any]:
-    """What the guard holds a person to; a limit that is none is left out, because JSON has no infinity."""
+def written_person(limits: PersonLimits) -> JsonObject:
+    """Write the limits of a person for `read_person`. Limits without an end are left out: JSON has no infinity."""
     return {name: value for name, value in asdict(limits).items() if not _is_endless(value)}
 
 

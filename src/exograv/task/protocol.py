@@ -3,9 +3,10 @@
 import difflib
 import hashlib
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from pydantic import ValidationError
 
@@ -24,6 +25,15 @@ Read = TypeVar("Read", bound=Settings)
 
 
 @dataclass(frozen=True)
+class RecordedProtocol:
+    """Protocol as a recording holds it."""
+
+    sha256: str
+    rest_lengths_s: Sequence[float]
+    settings: Protocol = field(metadata=MERGED)
+
+
+@dataclass(frozen=True)
 class LoadedProtocol:
     """A protocol, and which file it is."""
 
@@ -33,10 +43,9 @@ class LoadedProtocol:
     """Of the file."""
 
     @property
-    def recorded(self) -> dict[str, Any]:
-        """As it goes into the settings of a recording: every value, every rest, and which values are our choice."""
-        rests_s = list(self.settings.rest_lengths_s)
-        return {"sha256": self.sha256, "rest_lengths_s": rests_s, **self.settings.model_dump(mode="json")}
+    def recorded(self) -> "RecordedProtocol":
+        """Values, rests, and which values are our choice, for the settings of a recording."""
+        return RecordedProtocol(self.sha256, self.settings.rest_lengths_s, self.settings)
 
 
 def protocol_names(folder: Path = FOLDER) -> list[str]:

@@ -1,6 +1,6 @@
 """What a run says: one immutable record for each thing that happened, with a JSON form that stays the same."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, TypeAdapter
 
@@ -176,9 +176,13 @@ RECORD: TypeAdapter[Record] = TypeAdapter(Annotated[Record, Field(discriminator=
 """Reads a record from its JSON."""
 
 
-def shared(source: Settings, target: type[Settings]) -> dict[str, Any]:
-    """Values of `source` by name, of the fields that `target` has too."""
-    return {name: getattr(source, name) for name in target.model_fields if name in type(source).model_fields}
+Target = TypeVar("Target", bound=Settings)
+
+
+def extended(source: Settings, target: type[Target], **more: object) -> Target:
+    """Make a `target` of the fields that `source` has too, and of `more`."""
+    common = {name: getattr(source, name) for name in target.model_fields if name in type(source).model_fields}
+    return target.model_validate({**common, **more})
 
 
 def marker(record: Record) -> str:

@@ -1,5 +1,7 @@
 """What a run comes to: windows, touches by their fate, and how far off they were."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from exograv.model.rig_settings import Settings
@@ -33,15 +35,49 @@ class Totals(Settings):
     touches_per_window: float | None
     """Median of accepted ones over the complete windows."""
 
-    def figures(self) -> dict[str, object]:
-        """As `--json` writes it."""
-        nothing = dict.fromkeys(Quartiles.model_fields)
-        return {
-            **self.model_dump(),
-            "deviation_px": nothing if self.deviation_px is None else self.deviation_px.model_dump(),
-            "deviation_mm": nothing if self.deviation_mm is None else self.deviation_mm.model_dump(),
-            "touches_per_window": {"median": self.touches_per_window},
-        }
+    def figures(self) -> "TotalsFigures":
+        """Figures for `--json` and recordings."""
+        return TotalsFigures(
+            self.windows,
+            self.touches,
+            self.accepted,
+            self.rejected,
+            self.deviation_px or NO_TOUCHES,
+            self.deviation_mm or NO_TOUCHES,
+            MedianTouches(self.touches_per_window),
+        )
+
+
+@dataclass(frozen=True)
+class NoQuartiles:
+    """Quartiles without touches."""
+
+    median: None = None
+    q1: None = None
+    q3: None = None
+
+
+NO_TOUCHES = NoQuartiles()
+
+
+@dataclass(frozen=True)
+class MedianTouches:
+    """Accepted touches in a complete window."""
+
+    median: float | None
+
+
+@dataclass(frozen=True)
+class TotalsFigures:
+    """Summary of a run for `--json`."""
+
+    windows: int
+    touches: int
+    accepted: int
+    rejected: dict[str, int]
+    deviation_px: Quartiles | NoQuartiles
+    deviation_mm: Quartiles | NoQuartiles
+    touches_per_window: MedianTouches
 
 
 def totals(state: RunState) -> Totals:

@@ -4,7 +4,7 @@ from .events import Touch
 from .pace import Pace, pace
 from .plan import TaskPlan
 from .pointing import AHEAD_MAX_S, Reason, deviation, too_soon, touched, unfit
-from .records import Record, TouchRecord, shared
+from .records import Record, TouchRecord, extended
 from .state import RunState
 from .timed_transitions import Step, tell_pace
 
@@ -62,8 +62,9 @@ def _record(
 ) -> TouchRecord:
     window = None if index is None else state.windows[index]
     told: Pace | None = None if interval_s is None else pace(plan.protocol, interval_s)
-    return TouchRecord(
-        **shared(touch, TouchRecord),
+    return extended(
+        touch,
+        TouchRecord,
         **deviation(touch, plan.screen)._asdict(),
         window=None if window is None else window.number,
         attempt=None if window is None else window.attempt,

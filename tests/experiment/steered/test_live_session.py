@@ -18,6 +18,7 @@ from exograv.laboratory.preparation import Preparation
 from exograv.loop.replay.what_if import Instead
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.recording import read_recording
+from exograv.results import json_value
 from exograv.runtime.control_loop.exchange import STOP_PRESSED
 from exograv.storage.participant_file import read_participant
 
@@ -109,7 +110,7 @@ def test_it_begins_and_stops_at_an_operators_word_and_is_replayed_to_the_last_bi
         ("take_arm", "operator", False),
         ("identify", "operator", True),
     ]
-    found = run_replay(path, None, lambda *_: None, Instead())
+    found = json_value(run_replay(path, None, lambda *_: None, Instead()))
     assert found["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
 
 

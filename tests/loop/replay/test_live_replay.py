@@ -23,6 +23,7 @@ from exograv.procedures.identification.controller_knowledge import ControllerKno
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
+from exograv.results import json_value
 from exograv.runtime.control_loop.exchange import Channels, FeltLevel, answer_dtype, answered_to, state_dtype
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_EVENTS, RING_TICKS, Inlet
@@ -136,7 +137,7 @@ def write(
 
 
 def replayed(path: Path, **instead: Any) -> dict[str, Any]:
-    return run_replay(path, None, nothing, Instead(**instead))
+    return json_value(run_replay(path, None, nothing, Instead(**instead)))
 
 
 def test_every_torque_is_the_recorded_one_to_the_last_bit_and_the_stop_comes_again_in_its_tick(lived: Path):

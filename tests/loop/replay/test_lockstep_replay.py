@@ -16,12 +16,13 @@ from exograv.loop.replay_log import versions, written_rig
 from exograv.model.description import load_rig
 from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.recording.schema import CHANNELS, TICK
+from exograv.results import json_value
 
 from .conftest import Flown, nothing
 
 
 def replayed(path: Path, folder: Path | None = None, **instead: Any) -> dict[str, Any]:
-    return run_replay(path, folder, nothing, Instead(**instead))
+    return json_value(run_replay(path, folder, nothing, Instead(**instead)))
 
 
 def rewritten(flown: Flown, path: Path, ticks: np.ndarray, change: Any = lambda _topic, message: message) -> Path:

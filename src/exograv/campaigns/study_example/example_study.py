@@ -4,16 +4,15 @@ import os
 import random
 import tempfile
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from exograv.errors import RecordingError
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.provenance import run_settings
+from exograv.laboratory.provenance import RunSettings, run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.pilot import Progress
 from exograv.runtime.processes.process_pool import Tell, in_order, results_of
@@ -152,12 +151,12 @@ def _settings(
     session: int,
     pointer: Pointer,
     room: SimulatedRoom,
-) -> dict[str, Any]:
+) -> RunSettings:
     settings = {
         "options": {"participant": somebody.code, "protocol": loaded.settings.name, "session": session},
         "protocol": loaded.recorded,
-        "room": room.model_dump(),
-        "participant_model": asdict(pointer.character),
+        "room": room,
+        "participant_model": pointer.character,
     }
     command, hashes = "exograv study example --simulate", {"protocol": loaded.sha256}
     return run_settings(laboratory, command, LEVEL, somebody.seed, settings, hashes)

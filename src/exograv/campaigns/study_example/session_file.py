@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -10,9 +9,11 @@ from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.screen_session import ScreenSession
 from exograv.laboratory.participant.touch_panel import Panel
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.laboratory.provenance import RunSettings
 from exograv.motion import smooth_share
 from exograv.recording import RecordingWriter
 from exograv.recording.encoding import empty_ticks
+from exograv.results import json_value
 from exograv.task.events import Start
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import aircraft_sink, recording_sink
@@ -73,19 +74,19 @@ class ExampleSession:
         self._reaches = list[ScreenReach]()
         self._panel = Panel(room, plan.protocol.target, self._random, "simulated")
 
-    def record(self, path: Path, joints: tuple[str, ...], settings: dict[str, Any]) -> None:
+    def record(self, path: Path, joints: tuple[str, ...], settings: RunSettings) -> None:
         """Run it and write it.
 
         Raises:
             RecordingError: The place cannot be written.
         """
-        with RecordingWriter(path, joints, settings) as recording:
+        with RecordingWriter(path, joints, json_value(settings)) as recording:
             recording.phase(0.0, "task")
             self._go_through(recording)
             self._write_ticks(recording)
             figures = self.run.totals().figures()
             recording.write("/result", self.run.state.t, {
-                "task": figures, "rig": settings["rig"], "joints": list(joints), "seed": settings["seed"],
+                "task": json_value(figures), "rig": settings.rig, "joints": list(joints), "seed": settings.seed,
                 "simulated_s": round(self.run.state.t, 3),
             })  # fmt: skip
 

@@ -1,18 +1,18 @@
 """One person's sessions and flights, one after the other: what is learned goes along."""
 
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import ConfigError, IdentificationError, RigError
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
-from exograv.laboratory.provenance import run_settings
+from exograv.laboratory.provenance import RunSettings, run_settings
 from exograv.loop.pilot import Progress
 from exograv.recording import RecordingWriter
+from exograv.results import json_value
 from exograv.rig.twin import day_seed
 from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.plan import TaskPlan
@@ -146,10 +146,10 @@ class ParticipantSimulation:
         else:
             path = self._folder / f"{career.code}_{loaded.settings.name}_{number:02d}.mcap"
             settings = self._settings(stage, loaded, number, seed, person.habits)
-            with RecordingWriter(path, stage.twin.joints, settings) as recording:
+            with RecordingWriter(path, stage.twin.joints, json_value(settings)) as recording:
                 sitting.fly(recording, tell)
                 recording.write("/result", stage.twin.t, {
-                    "task": sitting.run.totals().figures(), "rig": settings["rig"], "joints": list(stage.twin.joints),
+                    "task": json_value(sitting.run.totals().figures()), "rig": settings.rig, "joints": list(stage.twin.joints),
                     "seed": seed, "simulated_s": round(stage.twin.t - begun, 3),
                 })  # fmt: skip
             self._files.append(str(path))
@@ -178,12 +178,12 @@ class ParticipantSimulation:
 
     def _settings(
         self, stage: SessionSetup, loaded: LoadedProtocol, number: int, seed: int, habits: Habits
-    ) -> dict[str, Any]:
+    ) -> RunSettings:
         settings = {
             "options": {"participant": self._career.code, "protocol": loaded.settings.name, "session": number},
             "protocol": loaded.recorded,
-            "room": self._room.model_dump(),
-            "participant_model": asdict(habits),
+            "room": self._room,
+            "participant_model": habits,
             "condition": self._career.condition_name,
         }
         command, hashes = "exograv simulate-study --simulate", {"protocol": loaded.sha256}

@@ -2,11 +2,14 @@
 
 import sys
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import Common
 from exograv.errors import ConfigError
 from exograv.experiment.train.options import TrainOptions
+
+if TYPE_CHECKING:
+    from exograv.experiment.train.train_command import TrainResult
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,7 @@ class TrainMode:
             )
 
 
-def run_train_command(_mode: TrainMode, options: TrainOptions, common: Common) -> dict[str, Any]:
+def run_train_command(_mode: TrainMode, options: TrainOptions, common: Common) -> "TrainResult":
     """A session of a protocol: somebody in the machine touches a target, window after window."""
     from exograv.cli.shell.terminal import bars
     from exograv.experiment.train.train_command import how_to_go_on, run_training
@@ -39,28 +42,29 @@ def run_train_command(_mode: TrainMode, options: TrainOptions, common: Common) -
     return result
 
 
-def show_training(result: dict[str, Any]) -> None:
-    """What was touched, how far off, and where it is recorded."""
+def show_training(result: "TrainResult") -> None:
+    """Print what was touched, how far off, and where it is recorded."""
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=f"{result['protocol']}, participant {result['participant']}, session {result['session']}")
+    touched = result.touched
+    table = Table(title=f"{result.protocol}, participant {result.participant}, session {result.session}")
     for heading in ("", "median", "quarter below", "quarter above"):
         table.add_column(heading, justify="right" if heading else "left")
-    for name, unit in (("deviation_px", "px"), ("deviation_mm", "mm")):
-        values = (result[name][key] for key in ("median", "q1", "q3"))
+    for unit, found in (("px", touched.deviation_px), ("mm", touched.deviation_mm)):
+        values = (found.median, found.q1, found.q3)
         table.add_row(f"deviation, {unit}", *("-" if value is None else f"{value:.1f}" for value in values))
     console = Console()
     console.print(table)
-    rejected = ", ".join(f"{count} {reason}" for reason, count in result["rejected"].items()) or "none"
-    per_window = result["touches_per_window"]["median"]
+    rejected = ", ".join(f"{count} {reason}" for reason, count in touched.rejected.items()) or "none"
+    per_window = touched.touches_per_window.median
     lines = [
-        f"{result['windows']} windows, {result['accepted']} touches that count of {result['touches']} "
+        f"{touched.windows} windows, {touched.accepted} touches that count of {touched.touches} "
         f"(rejected: {rejected}); {'no' if per_window is None else f'{per_window:g}'} touches a window in the median.",
-        f"{result['simulated_s']:.0f} s simulated in {result['wall_s']:.0f} s; {result['recording_MB']:g} MB.",
+        f"{result.simulated_s:.0f} s simulated in {result.wall_s:.0f} s; {result.recording_MB:g} MB.",
     ]
-    if not result["is_whole_protocol"]:
+    if not result.is_whole_protocol:
         lines.insert(0, "Not the whole protocol: --windows.")
     for line in lines:
         console.print(line, highlight=False)
-    console.print(f"Report: {result['report']}", highlight=False, soft_wrap=True)
+    console.print(f"Report: {result.report}", highlight=False, soft_wrap=True)

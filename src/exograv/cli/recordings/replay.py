@@ -2,12 +2,17 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
 from exograv.loop.replay.options import InsteadOptions
+
+if TYPE_CHECKING:
+    from exograv.loop.replay.difference import TorqueDifference
+
+    from .replaying import ReplayFigures, ReplayResult
 
 TITLE = "Commanded torque, replayed minus recorded: RMS (largest) [N·m]"
 
@@ -23,7 +28,7 @@ class Recording:
     """Recording of `exograv demo`, `identify` or `live`."""
 
 
-def run_replay_command(recording: Recording, options: InsteadOptions, common: Common) -> dict[str, Any]:
+def run_replay_command(recording: Recording, options: InsteadOptions, common: Common) -> "ReplayResult":
     """Let control and guard decide once more on what a recording measured; exit status 1 where they decide otherwise.
 
     With another person, calibration, gravity level or machine: how the torque would have differed.
@@ -36,64 +41,64 @@ def run_replay_command(recording: Recording, options: InsteadOptions, common: Co
     refuse_unwritable(common.out / "replay.png", "--out")
     with bars() as progress:
         result = run_replay(recording.file, common.out, progress, Instead(**vars(options)))
-    show_replay(result)
+    show_replay(result.figures, result.figure)
     return result
 
 
-def show_replay(result: dict[str, Any]) -> None:
-    """A table of phases and joints, then the answer in a sentence."""
+def show_replay(result: "ReplayFigures", figure: Path | None) -> None:
+    """Print a table of phases and joints, then the answer in a sentence."""
     from rich.console import Console
 
     console = Console()
-    if console.width < ROOM_FOR_JOINT * (2 + len(result["joints"])):
+    if console.width < ROOM_FOR_JOINT * (2 + len(result.joints)):
         console.print(TITLE)
         for name, ticks, cells in _rows(result):
             told = ", ".join(
-                f"{joint.replace('_', ' ')} {cell}" for joint, cell in zip(result["joints"], cells, strict=True)
+                f"{joint.replace('_', ' ')} {cell}" for joint, cell in zip(result.joints, cells, strict=True)
             )
             console.print(f"{name}, {ticks} ticks: {told}.", highlight=False)
     else:
         console.print(_table(result))
-    for line in [*result["circumstances"], _answer(result)]:
+    for line in [*result.circumstances, _answer(result)]:
         console.print(line, highlight=False)
-    console.print(f"Figure: {result['figure']}", highlight=False, soft_wrap=True)
+    console.print(f"Figure: {figure}", highlight=False, soft_wrap=True)
 
 
-def _table(result: dict[str, Any]) -> Any:
+def _table(result: "ReplayFigures") -> Any:
     from rich.table import Table
 
     table = Table(title=TITLE, title_justify="left")
     table.add_column("phase")
     table.add_column("ticks", justify="right")
-    for joint in result["joints"]:
+    for joint in result.joints:
         table.add_column(joint.replace("_", " "), justify="right")
     for name, ticks, cells in _rows(result):
         table.add_row(name, str(ticks), *cells)
     return table
 
 
-def _rows(result: dict[str, Any]) -> list[tuple[str, int, list[str]]]:
+def _rows(result: "ReplayFigures") -> list[tuple[str, int, list[str]]]:
     """Phase, its ticks, and a cell for each joint."""
-    rows = [(phase["name"], phase["ticks"], phase["tau_commanded"]) for phase in result["phases"]]
-    rows.append(("all", result["ticks"], result["difference_Nm"]["tau_commanded"]))
-    return [(name, ticks, _cells(found) or ["–"] * len(result["joints"])) for name, ticks, found in rows]
+    rows = [(phase.name, phase.ticks, phase.tau_commanded) for phase in result.phases]
+    rows.append(("all", result.ticks, result.difference_Nm["tau_commanded"]))
+    return [(name, ticks, _cells(found) or ["–"] * len(result.joints)) for name, ticks, found in rows]
 
 
-def _cells(found: dict[str, Any]) -> list[str]:
-    pairs = zip(found["rms"], found["max"], strict=True)
+def _cells(found: "TorqueDifference") -> list[str]:
+    pairs = zip(found.rms, found.max, strict=True)
     return [f"{rms:.2g} ({largest:.2g})" if largest else "0" for rms, largest in pairs]
 
 
-def _answer(result: dict[str, Any]) -> str:
-    first, states = result["first_difference"], result["safe_state_differs"]
-    if first is None and not states["ticks"]:
-        bits = "to the last bit" if all(result["bit_identical"].values()) else f"within {result['resolution_Nm']:g} N·m"
-        given = f" In {result['given']} ticks control's torque was given, not rebuilt." if result["given"] else ""
-        return f"The same decisions in {result['ticks']} ticks, {bits}.{given}"
+def _answer(result: "ReplayFigures") -> str:
+    first, states = result.first_difference, result.safe_state_differs
+    if first is None and not states.ticks:
+        bits = "to the last bit" if all(result.bit_identical.values()) else f"within {result.resolution_Nm:g} N·m"
+        given = f" In {result.given} ticks control's torque was given, not rebuilt." if result.given else ""
+        return f"The same decisions in {result.ticks} ticks, {bits}.{given}"
     words = []
     if first is not None:
-        size = "is decided in one of the two only" if first["Nm"] is None else f"by {first['Nm']:g} N·m"
-        words.append(f"first at {first['t']:.3f} s (tick {first['tick']}): {first['what']} of {first['joint']} {size}")
-    if states["ticks"]:
-        words.append(f"another safe state in {states['ticks']} ticks, first at {states['first_s']:.3f} s")
+        size = "is decided in one of the two only" if first.Nm is None else f"by {first.Nm:g} N·m"
+        words.append(f"first at {first.t:.3f} s (tick {first.tick}): {first.what} of {first.joint} {size}")
+    if states.ticks:
+        words.append(f"another safe state in {states.ticks} ticks, first at {states.first_s:.3f} s")
     return f"It differs, {'; '.join(words)}."

@@ -2,8 +2,8 @@
 
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,19 +13,92 @@ from exograv.loop.replay.columns import Again, Columns
 from exograv.loop.replay.difference import (
     RESOLUTION_NM,
     Difference,
+    FirstDifference,
+    PhaseDifference,
+    TorqueDifference,
     by_phase,
     differences,
     first_difference,
     recorded_stops,
 )
 from exograv.loop.replay.lockstep_replay import Lockstep
+from exograv.loop.replay.options import InsteadOptions
 from exograv.loop.replay.reasons import circumstances
 from exograv.loop.replay.recorded_run import RecordedRun, recorded
 from exograv.loop.replay.what_if import AS_RECORDED, Instead
+from exograv.results import MERGED
 
 
-def run_replay(file: Path, folder: Path | None, progress: Progress, instead: Instead = AS_RECORDED) -> dict[str, Any]:
-    """Run it; the result is what `exograv replay --json` writes.
+@dataclass(frozen=True)
+class SafeStateDifference:
+    """Ticks with another safe state of the guard."""
+
+    ticks: int
+    first_s: float | None
+
+
+@dataclass(frozen=True)
+class ReplayedStop:
+    """Stop of the guard in the replay."""
+
+    t: float
+    cause: str
+
+
+@dataclass(frozen=True)
+class ReplayedStops:
+    """Stops of the guard in the run and in the replay."""
+
+    recorded_s: list[float]
+    replayed: list[ReplayedStop]
+
+
+@dataclass(frozen=True)
+class RecordingGap:
+    """Ticks that were flown before this time and are not in the recording."""
+
+    t: float
+    lost: int
+
+
+@dataclass(frozen=True)
+class ReplayFigures:
+    """Decisions of control and guard in the replay, against those in the recording."""
+
+    ok: bool
+    recording: Path
+    remark: str | None
+    rig: str | None
+    command: str | None
+    joints: tuple[str, ...]
+    ticks: int
+    compared: dict[str, int]
+    """Ticks that are compared, by kind of torque."""
+    given: int
+    """Ticks in which control's torque was taken from the recording."""
+    resolution_Nm: float
+    bit_identical: dict[str, bool]
+    first_difference: FirstDifference | None
+    difference_Nm: dict[str, TorqueDifference]
+    phases: list[PhaseDifference]
+    safe_state_differs: SafeStateDifference
+    stops: ReplayedStops
+    gaps: list[RecordingGap]
+    instead: InsteadOptions
+    circumstances: list[str]
+
+
+@dataclass(frozen=True)
+class ReplayResult:
+    """Result of `exograv replay`."""
+
+    figures: ReplayFigures = field(metadata=MERGED)
+    figure: Path | None
+    wall_s: float
+
+
+def run_replay(file: Path, folder: Path | None, progress: Progress, instead: Instead = AS_RECORDED) -> ReplayResult:
+    """Fly a recording once more.
 
     Args:
         file: Recording.
@@ -45,8 +118,8 @@ def run_replay(file: Path, folder: Path | None, progress: Progress, instead: Ins
         columns = Columns(run.recording.ticks)
         found = differences(columns, again)
         result = figures(run, columns, again, found, instead)
-        result["figure"] = None if folder is None else str(_draw(run, columns, again, found, folder))
-    return result | {"wall_s": round(time.perf_counter() - start, 2)}
+        figure = None if folder is None else _draw(run, columns, again, found, folder)
+    return ReplayResult(result, figure, round(time.perf_counter() - start, 2))
 
 
 def again_of(run: RecordedRun, instead: Instead, progress: Progress) -> Again:
@@ -57,37 +130,33 @@ def again_of(run: RecordedRun, instead: Instead, progress: Progress) -> Again:
 
 def figures(
     run: RecordedRun, columns: Columns, again: Again, found: Mapping[str, Difference], instead: Instead
-) -> dict[str, Any]:
+) -> ReplayFigures:
     """All that is reported."""
     settings, everywhere = run.recording.settings, np.ones(len(columns), bool)
     first = first_difference(columns, run.recording.joints, found)
-    stops, now = recorded_stops(columns), [{"t": round(t, 6), "cause": cause} for t, cause in again.stops]
-    other_states = np.flatnonzero((np.array(columns.safe_state) != again.safe_state) & again.knows_guard)
-    same = first is None and not len(other_states)
-    return {
-        "ok": same or instead.is_anything,
-        "recording": str(run.recording.path),
-        "remark": run.recording.remark,
-        "rig": settings.get("rig"),
-        "command": settings.get("command"),
-        "joints": list(run.recording.joints),
-        "ticks": len(columns),
-        "compared": {name: int(np.isfinite(one.by_tick).all(axis=1).sum()) for name, one in found.items()},
-        "given": int((~again.is_rebuilt).sum()),
-        "resolution_Nm": RESOLUTION_NM,
-        "bit_identical": {name: one.is_identical for name, one in found.items()},
-        "first_difference": first,
-        "difference_Nm": {name: one.of(everywhere) for name, one in found.items()},
-        "phases": by_phase(columns, run.phase_names, found),
-        "safe_state_differs": {
-            "ticks": len(other_states),
-            "first_s": round(columns.t[other_states[0]], 6) if len(other_states) else None,
-        },
-        "stops": {"recorded_s": stops, "replayed": now},
-        "gaps": [{"t": round(t, 6), "lost": lost} for t, lost in again.gaps],
-        "instead": instead.figures,
-        "circumstances": circumstances(run, again, instead),
-    }
+    others = np.flatnonzero((np.array(columns.safe_state) != again.safe_state) & again.knows_guard)
+    same = first is None and not len(others)
+    return ReplayFigures(
+        ok=same or instead.is_anything,
+        recording=run.recording.path,
+        remark=run.recording.remark,
+        rig=settings.get("rig"),
+        command=settings.get("command"),
+        joints=run.recording.joints,
+        ticks=len(columns),
+        compared={name: int(np.isfinite(one.by_tick).all(axis=1).sum()) for name, one in found.items()},
+        given=int((~again.is_rebuilt).sum()),
+        resolution_Nm=RESOLUTION_NM,
+        bit_identical={name: one.is_identical for name, one in found.items()},
+        first_difference=first,
+        difference_Nm={name: one.of(everywhere) for name, one in found.items()},
+        phases=by_phase(columns, run.phase_names, found),
+        safe_state_differs=SafeStateDifference(len(others), round(columns.t[others[0]], 6) if len(others) else None),
+        stops=ReplayedStops(recorded_stops(columns), [ReplayedStop(round(t, 6), cause) for t, cause in again.stops]),
+        gaps=[RecordingGap(round(t, 6), lost) for t, lost in again.gaps],
+        instead=instead,
+        circumstances=circumstances(run, again, instead),
+    )
 
 
 def _draw(run: RecordedRun, columns: Columns, again: Again, found: Mapping[str, Difference], folder: Path) -> Path:

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError, RigError
@@ -21,6 +21,7 @@ from exograv.loop.output_feedback import Controller, NoTorque
 from exograv.loop.phases import ARM_CHECK, LAYING_DOWN, Drive
 from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.replay_log import read_machine
+from exograv.model.assembly import Assembly
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
@@ -30,11 +31,69 @@ from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.motion_samples import SampleCollector
 from exograv.recording.rounding import rounded
+from exograv.results import OPTIONAL
 from exograv.rig.twin import Twin
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.session_checkpoint import KnownPerson
 
 from .options import TrainOptions
+
+
+@dataclass(frozen=True)
+class SelfTestPassed:
+    """Self-test of the machine before the session."""
+
+    passed: bool
+    steps: int
+
+
+@dataclass(frozen=True)
+class ArmCheckFigures:
+    """Mass of the arm against the form."""
+
+    arm_mass_kg: float
+    why: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class SessionIdentification:
+    """Identification before the windows."""
+
+    motion_s: float
+    outcome: str
+    from_file: bool
+    predicted_left_over_Nm: list[float] | None
+
+
+@dataclass(frozen=True)
+class VerifiedBetween:
+    """Verification between two windows."""
+
+    after_windows: int
+    left_over_Nm: list[float]
+    ci95: list[list[float]]
+    target_Nm: list[float]
+    fingertip_mm: float
+    fingertip_ci95_mm: list[float]
+    relaxed: bool
+    why: str
+    motion_s: float
+
+
+@dataclass(frozen=True)
+class PreparationFigures:
+    """Figures of everything but the windows; a machine that only records has none."""
+
+    self_test: SelfTestPassed | None = field(default=None, metadata=OPTIONAL)
+    arm_check: ArmCheckFigures | None = field(default=None, metadata=OPTIONAL)
+    identification: SessionIdentification | None = field(default=None, metadata=OPTIONAL)
+    person_kept: bool | None = field(default=None, metadata=OPTIONAL)
+    verified: list[VerifiedBetween] | None = field(default=None, metadata=OPTIONAL)
+
+
+PREPARATION: TypeAdapter[PreparationFigures] = TypeAdapter(PreparationFigures)
+"""Reads the figures from a checkpoint."""
 
 
 @dataclass
@@ -45,7 +104,7 @@ class Ready:
     twin: Twin
     controller: Controller
     person: KnownPerson | None = None
-    figures: dict[str, Any] = field(default_factory=dict)
+    figures: PreparationFigures = field(default_factory=PreparationFigures)
     model: ArmModel | None = None
 
 
@@ -60,7 +119,7 @@ def recording_only(
 
 def tested_machine(
     options: TrainOptions, laboratory: VirtualLaboratory, progress: Progress
-) -> tuple[ControllerKnowledge, dict[str, Any]]:
+) -> tuple[ControllerKnowledge, SelfTestPassed]:
     """Calibrate and self-test the empty machine; return what is known of it, and the figures of the self-test.
 
     Raises:
@@ -76,14 +135,14 @@ def tested_machine(
             f"The self-test has failed: {failed[0].name}. {failed[0].what_to_do} Nobody may be in this machine before "
             "`exograv self-test` passes."
         )
-    return replace(known, t=known.t + busy_s), {"self_test": {"passed": True, "steps": len(steps)}}
+    return replace(known, t=known.t + busy_s), SelfTestPassed(True, len(steps))
 
 
 def known_arm(
     options: TrainOptions,
     laboratory: VirtualLaboratory,
     surroundings: Surroundings,
-    tested: tuple[ControllerKnowledge, dict[str, Any]],
+    tested: tuple[ControllerKnowledge, SelfTestPassed],
     day: int,
     pilot_of: PilotOf,
 ) -> Ready:
@@ -93,7 +152,7 @@ def known_arm(
         ConfigError: The arm is not that of the form, or of the participant's file.
         RigError: The envelope stopped the run.
     """
-    known, figures = tested
+    known, passed = tested
     machine, assembly = known.machine, known.assembly
     worn = worn_twin(laboratory, known, day, pilot_of, surroundings)
     pilot, controller, twin = worn.pilot, worn.controller, worn.twin
@@ -119,20 +178,18 @@ def known_arm(
         _refuse_other_arm(check)
     written = person.keep(found, machine, "designed", "")
     lay_down(pilot, controller, twin)
-    figures |= {
-        "arm_check": {
-            "arm_mass_kg": round(check.arm_mass, 3),
-            "why": check.why,
-            "probability": round(check.probability, 4),
-        },
-        "identification": {
-            "motion_s": round(found.last.t, 3),
-            "outcome": found.outcome.value,
-            "from_file": person.before is not None,
-            "predicted_left_over_Nm": None if found.predicted[-1] is None else rounded(found.predicted[-1]),
-        },
-        "person_kept": isinstance(written, KeptParticipant),
-    }  # fmt: skip
+    predicted = found.predicted[-1]
+    figures = PreparationFigures(
+        passed,
+        ArmCheckFigures(round(check.arm_mass, 3), check.why, round(check.probability, 4)),
+        SessionIdentification(
+            motion_s=round(found.last.t, 3),
+            outcome=found.outcome.value,
+            from_file=person.before is not None,
+            predicted_left_over_Nm=None if predicted is None else rounded(predicted),
+        ),
+        isinstance(written, KeptParticipant),
+    )
     return Ready(pilot, twin, controller, _kept(machine, found.last), figures, identifier.model)
 
 
@@ -176,7 +233,7 @@ def _kept(machine: CalibratedMachine, found: Estimate) -> KnownPerson:
     return KnownPerson.of(machine, found.x, covariance)
 
 
-def _person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: Any) -> ParticipantRun:
+def _person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: Assembly) -> ParticipantRun:
     file = options.person_file
     files = ParticipantOptions(
         keep=file,

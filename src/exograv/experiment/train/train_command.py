@@ -1,9 +1,8 @@
 """`exograv train --simulate`: from the empty machine to the last window, in lock-step and from one seed."""
 
 import time
-from dataclasses import asdict
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError, RigError
@@ -13,12 +12,14 @@ from exograv.laboratory.participant.lockstep_screen import LockstepScreen
 from exograv.laboratory.participant.screen_session import ScreenSeat
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
-from exograv.laboratory.provenance import run_settings
+from exograv.laboratory.provenance import RunSettings, run_settings
+from exograv.laboratory.result_rows import TwinRun
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import refuse_small_disk
+from exograv.results import MERGED, json_value
 from exograv.rig.twin import Twin, day_seed
 from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
@@ -27,9 +28,10 @@ from exograv.task.events import Interrupted, Resume, Start
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import aircraft_sink, checkpoint_sink, marker_sink, recording_sink
 from exograv.task.run import TaskRun
+from exograv.task.totals import TotalsFigures
 
 from .options import TrainOptions
-from .preparation import Ready, known_again, known_arm, recording_only, tested_machine
+from .preparation import PREPARATION, PreparationFigures, Ready, known_again, known_arm, recording_only, tested_machine
 from .recording_pilot import RecordingPilot
 from .request import TrainingRequest, asked_for
 from .verification import verify_between
@@ -47,8 +49,29 @@ AWAY_S = 300.0
 """From the last moment that was kept to the one at which a run goes on: more than a verification takes [s]."""
 
 
-def run_training(options: TrainOptions, folder: Path, progress: Progress) -> dict[str, Any]:
-    """Run it; the result follows the contract of `exograv train --json`.
+@dataclass(frozen=True)
+class TrainResult:
+    """Result of `exograv train`."""
+
+    protocol: str
+    participant: str
+    session: int
+    touched: TotalsFigures = field(metadata=MERGED)
+    is_complete: bool
+    is_whole_protocol: bool
+    attempts: int
+    """Windows that were begun."""
+    preparation: PreparationFigures = field(metadata=MERGED)
+    run: TwinRun = field(metadata=MERGED)
+    simulated_s: float
+    wall_s: float
+    recording_MB: float
+    report: Path
+    recording: Path
+
+
+def run_training(options: TrainOptions, folder: Path, progress: Progress) -> TrainResult:
+    """Run a session of a protocol.
 
     Raises:
         ConfigError: An option or a file cannot be used, or there is no run to go on with.
@@ -83,7 +106,7 @@ class _Training:
         self._assembly = self._laboratory.assembly()
         self._surroundings = self._room.around(self._assembly, protocol.target)
 
-    def run(self) -> dict[str, Any]:
+    def run(self) -> TrainResult:
         before, joints = self._before, self._laboratory.description.joints
         run = TaskRun(self._plan) if before is None else TaskRun.from_kept(self._plan, before.run)
         if run.state.status in ("stopped", "finished"):
@@ -91,7 +114,7 @@ class _Training:
         left_s = self._plan.timeline.duration_s + PREPARING_S
         refuse_small_disk(self._recording_path, len(joints), left_s)
         if before is None:
-            recording = RecordingWriter(self._recording_path, joints, self._settings())
+            recording = RecordingWriter(self._recording_path, joints, json_value(self._settings()))
         else:
             recording = RecordingWriter.continued(self._recording_path)
         with recording:
@@ -99,7 +122,7 @@ class _Training:
             self._fly(run, ready, recording)
             figures = run.totals().figures()
             recording.write("/result", ready.twin.t, {
-                "task": {**figures, **ready.figures}, "rig": self._asked.rig, "joints": list(joints),
+                "task": {**json_value(figures), **json_value(ready.figures)}, "rig": self._asked.rig, "joints": list(joints),
                 "disturbance_level": self._options.level, "seed": self._options.seed,
                 "simulated_s": round(ready.twin.t, 3),
             })  # fmt: skip
@@ -107,25 +130,23 @@ class _Training:
         from exograv.report.of_recording.recording_report import write_report  # Matplotlib: 0.4 s
 
         report = write_report(self._recording_path, self._folder / f"{self._options.name}.html")
-        return {
-            "protocol": self._plan.protocol.name,
-            "participant": self._options.participant,
-            "session": self._options.session,
-            **figures,
-            "is_complete": run.state.status == "finished"
-            or run.state.complete >= set(self._plan.protocol.windows.numbers),
-            "is_whole_protocol": self._asked.is_whole,
-            "attempts": len(run.state.windows),
-            **ready.figures,
-            "rig": self._asked.rig,
-            "disturbance_level": self._options.level,
-            "seed": self._options.seed,
-            "simulated_s": round(ready.twin.t, 3),
-            "wall_s": round(time.perf_counter() - self._begun, 2),
-            "recording_MB": round(1e-6 * self._recording_path.stat().st_size, 1),
-            "report": str(report),
-            "recording": str(self._recording_path),
-        }
+        complete = run.state.status == "finished" or run.state.complete >= set(self._plan.protocol.windows.numbers)
+        return TrainResult(
+            protocol=self._plan.protocol.name,
+            participant=self._options.participant,
+            session=self._options.session,
+            touched=figures,
+            is_complete=complete,
+            is_whole_protocol=self._asked.is_whole,
+            attempts=len(run.state.windows),
+            preparation=ready.figures,
+            run=TwinRun(self._asked.rig, self._options.level, self._options.seed),
+            simulated_s=round(ready.twin.t, 3),
+            wall_s=round(time.perf_counter() - self._begun, 2),
+            recording_MB=round(1e-6 * self._recording_path.stat().st_size, 1),
+            report=report,
+            recording=self._recording_path,
+        )
 
     def _refuse_machine(self) -> None:
         description = self._laboratory.description
@@ -166,7 +187,7 @@ class _Training:
             tested = tested_machine(self._options, laboratory, self._progress)
             ready = known_arm(self._options, laboratory, surroundings, tested, seed, pilot_of)
         if before is not None:
-            ready.figures = before.before
+            ready.figures = PREPARATION.validate_python(before.before)
         return ready
 
     def _participant(self, twin: Twin) -> PointingPerson:
@@ -193,7 +214,8 @@ class _Training:
 
         def keep() -> None:
             kept = KeptSession(
-                options=self._options.kept, t=twin.t, run=run.kept(), person=ready.person, before=ready.figures,
+                options=self._options.kept, t=twin.t, run=run.kept(), person=ready.person,
+                before=json_value(ready.figures),
                 learned=participant.learned,
             )  # fmt: skip
             SESSION_FILE.write(self._kept_path, kept)
@@ -207,8 +229,8 @@ class _Training:
 
         def verify() -> None:
             after = len(run.state.complete)
-            found = {"after_windows": after, **verify_between(ready, self._day + after)}
-            ready.figures["verified"] = [*ready.figures.get("verified", []), found]
+            verified = [*(ready.figures.verified or []), verify_between(ready, self._day + after, after)]
+            ready.figures = replace(ready.figures, verified=verified)
 
         protocol, page = self._plan.protocol, f"simulated-{run.state.epoch + (self._before is not None)}"
         seat = ScreenSeat(twin, participant, self._room, protocol.target, self._day, page)
@@ -239,22 +261,22 @@ class _Training:
         outlet.wait_for_consumers(LISTENER_S)  # what is pushed before one is there, nobody gets
         return outlet
 
-    def _settings(self) -> dict[str, Any]:
+    def _settings(self) -> RunSettings:
         options, asked = self._options, self._asked
         habits = Habits(interval_s=asked.loaded.settings.windows.interval_s)
         # A file's place changes nothing; which files were read stands in the hashes.
         places = dict.fromkeys(("calibration", "person_file", "allocation"))
         settings = {
-            "options": asdict(options) | places | {"rig": asked.rig, "resume": False, "lsl": False},
+            "options": json_value(options) | places | {"rig": asked.rig, "resume": False, "lsl": False},
             "protocol": asked.loaded.recorded,
-            "room": self._room.model_dump(),
+            "room": self._room,
             "surroundings": {
                 "screen_centre_m": self._surroundings.screen_centre.tolist(),
                 "screen_tilt_rad": self._surroundings.screen_tilt,
                 "support_z_m": self._surroundings.support_z,
             },
-            "participant_model": asdict(habits),
-            "participant_constants": [asdict(one) for one in register(habits)],
+            "participant_model": habits,
+            "participant_constants": register(habits),
         }
         hashes = {"protocol": asked.loaded.sha256}
         if asked.allocation_sha256 is not None:

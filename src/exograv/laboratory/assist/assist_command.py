@@ -4,9 +4,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from exograv.laboratory.provenance import run_settings
+from exograv.laboratory.provenance import RunSettings, run_settings
 from exograv.laboratory.support_level.weak_participant import WeakParticipant, prepare_weak_participant
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.assist.page import write_assist_page
@@ -93,7 +92,7 @@ def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, p
     recording_path = folder / (f"{name}.mcap" if done == 0 else f"{name}_from_{done + 1}.mcap")
     settings = _settings(options, one, loaded, session)
     try:
-        with RecordingWriter(recording_path, one.laboratory.description.joints, settings) as recording:
+        with RecordingWriter(recording_path, one.laboratory.description.joints, json_value(settings)) as recording:
             flight = one.flight(options.run_seed(session.number, done), recording)
 
             def keep(now: AssistSession, block: AssistBlock) -> None:
@@ -145,10 +144,10 @@ def how_to_go_on(options: AssistOptions, folder: Path) -> str:
 
 def _settings(
     options: AssistOptions, one: WeakParticipant, loaded: LoadedAssist, session: AssistSession
-) -> dict[str, Any]:
+) -> RunSettings:
     settings = {
         "options": options.kept | {"participant": options.participant, "session": session.number},
-        "protocol": loaded.settings.model_dump(mode="json"),
+        "protocol": loaded.settings,
     }
     command, hashes = "exograv assist --simulate", {"protocol": loaded.sha256}
     return run_settings(one.laboratory, command, options.level, options.seed, settings, hashes)

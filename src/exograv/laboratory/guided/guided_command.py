@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -184,8 +184,8 @@ def _person(kind: PersonKind, arm: FloatingArm[Twin]) -> Callable[[], bool]:
 
 def writer_of(path: Path, options: GuidedOptions, laboratory: VirtualLaboratory, command: str) -> RecordingWriter:
     """A recording of this run, to be entered."""
-    settings = run_settings(laboratory, command, options.level, options.seed, {"options": asdict(options)})
-    return RecordingWriter(path, laboratory.description.joints, settings)
+    settings = run_settings(laboratory, command, options.level, options.seed, {"options": options})
+    return RecordingWriter(path, laboratory.description.joints, json_value(settings))
 
 
 def guided_result(

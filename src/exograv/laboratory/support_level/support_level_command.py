@@ -1,13 +1,12 @@
 """A test of support from end to end: prepare, search, try the answer, draw it."""
 
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from exograv.laboratory.provenance import run_settings
+from exograv.laboratory.provenance import RunSettings, run_settings
 from exograv.laboratory.result_rows import TwinRun
 from exograv.loop.pilot import Progress
 from exograv.procedures.rehabilitation.support_level.outcome import figures
@@ -71,7 +70,7 @@ def run_support_level(options: SupportOptions, folder: Path, progress: Progress)
     start = time.perf_counter()
     one = prepare_weak_participant(options, progress)
     path = folder / f"{options.name}.mcap"
-    with RecordingWriter(path, one.laboratory.description.joints, _settings(options, one)) as recording:
+    with RecordingWriter(path, one.laboratory.description.joints, json_value(_settings(options, one))) as recording:
         flight = one.flight(options.seed, recording)
         needed, attempts = search_flight(flight, options.seed, progress)
         # With the answer, every target once: what came of the search is tried, not believed.
@@ -126,10 +125,10 @@ def _drawn(outcome: SupportOutcome, is_simulated: bool, path: Path) -> Path:
     return path
 
 
-def _settings(options: SupportOptions, one: WeakParticipant) -> dict[str, Any]:
+def _settings(options: SupportOptions, one: WeakParticipant) -> RunSettings:
     # A file's place changes nothing; what it says is the weakness.
     settings = {
-        "options": asdict(options) | {"person_file": None},
-        "weakness": asdict(one.weakness) | {"strength": one.weakness.strength.tolist()},
+        "options": json_value(options) | {"person_file": None},
+        "weakness": one.weakness,
     }
     return run_settings(one.laboratory, "exograv support-level", options.level, options.seed, settings)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -20,6 +19,37 @@ STOPPED = int(SafeState.DESCENT) + 1
 
 
 @dataclass(frozen=True)
+class TorqueDifference:
+    """Largest and RMS difference, a value a joint [N·m]; empty where nothing is compared."""
+
+    max: list[float]
+    rms: list[float]
+
+
+@dataclass(frozen=True)
+class FirstDifference:
+    """First tick that differs."""
+
+    tick: int
+    t: float
+    what: str
+    joint: str
+    Nm: float | None
+    """None where it is decided in one of the two only."""
+
+
+@dataclass(frozen=True)
+class PhaseDifference:
+    """Difference in one phase of the run."""
+
+    name: str
+    from_s: float
+    ticks: int
+    tau_desired: TorqueDifference
+    tau_commanded: TorqueDifference
+
+
+@dataclass(frozen=True)
 class Difference:
     """Of one kind of torque."""
 
@@ -32,14 +62,14 @@ class Difference:
     differs: Bool[np.ndarray, " tick"]
     """By more than the resolution, or decided in one of the two only."""
 
-    def of(self, ticks: Bool[np.ndarray, " tick"]) -> dict[str, list[float]]:
+    def of(self, ticks: Bool[np.ndarray, " tick"]) -> TorqueDifference:
         """Largest and RMS of these ticks, a value a joint [N·m]."""
         chosen = self.by_tick[ticks]
         chosen = chosen[np.isfinite(chosen).all(axis=1)]
         if not len(chosen):
-            return {"max": [], "rms": []}
-        largest, rms = np.abs(chosen).max(axis=0), np.sqrt((chosen**2).mean(axis=0))
-        return {"max": [float(f"{v:.4g}") for v in largest], "rms": [float(f"{v:.4g}") for v in rms]}
+            return TorqueDifference([], [])
+        columns = np.abs(chosen).max(axis=0), np.sqrt((chosen**2).mean(axis=0))
+        return TorqueDifference(*([float(f"{value:.4g}") for value in column] for column in columns))
 
 
 def differences(columns: Columns, again: Again) -> Mapping[str, Difference]:
@@ -77,7 +107,7 @@ def difference(
 
 def first_difference(
     columns: Columns, joints: tuple[str, ...], found: Mapping[str, Difference]
-) -> dict[str, Any] | None:
+) -> FirstDifference | None:
     """Which tick is the first that differs, in what and by how much; where both torques do, in the desired one."""
     ticks = [(int(one.differs.argmax()), order, name) for order, (name, one) in enumerate(found.items())]
     ticks = [entry for entry in ticks if found[entry[2]].differs[entry[0]]]
@@ -87,23 +117,18 @@ def first_difference(
     gaps = np.abs(found[name].by_tick[tick])
     joint = int(np.argmax(np.where(np.isnan(gaps), np.inf, gaps)))
     size = found[name].by_tick[tick, joint]
-    return {
-        "tick": tick,
-        "t": round(columns.t[tick], 6),
-        "what": name,
-        "joint": joints[joint],
-        "Nm": None if np.isnan(size) else float(f"{size:.4g}"),
-    }
+    shown = None if np.isnan(size) else float(f"{size:.4g}")
+    return FirstDifference(tick, round(columns.t[tick], 6), name, joints[joint], shown)
 
 
-def by_phase(columns: Columns, names: list[str], found: Mapping[str, Difference]) -> list[dict[str, Any]]:
+def by_phase(columns: Columns, names: list[str], found: Mapping[str, Difference]) -> list[PhaseDifference]:
     """A row a phase, in the order of the run."""
     phase, rows = np.array(columns.phase), []
     for number in np.unique(phase).tolist():
         ticks = phase == number
         t = np.array(columns.t)[ticks]
-        row = {"name": names[number] or "before the first phase", "from_s": float(t[0]), "ticks": int(ticks.sum())}
-        rows.append(row | {name: one.of(ticks) for name, one in found.items()})
+        name, torques = names[number] or "before the first phase", {what: found[what].of(ticks) for what in WHAT}
+        rows.append(PhaseDifference(name, float(t[0]), int(ticks.sum()), **torques))
     return rows
 
 

@@ -1,9 +1,16 @@
 """A run in lock-step once more: pilots, controllers and what these were told, as the recording has it."""
 
-from typing import Any
-
 import numpy as np
 
+from exograv.control.controller_acts import (
+    CarryWeight,
+    ControllerAct,
+    ForceParameters,
+    HangWeight,
+    LeadArm,
+    PublishParameters,
+    read_act,
+)
 from exograv.control.exo_tick import ExoTick
 from exograv.control.tick import ControlMode
 from exograv.errors import RecordingError
@@ -11,6 +18,7 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import NoTorque, OutputFeedback
 from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import read_actuators, read_machine, read_person
+from exograv.recording.fields import Message
 from exograv.signals import Reference
 
 from .columns import Again, Columns, each_tick
@@ -70,7 +78,7 @@ class _Pilot:
     """One machine with its guard and its observer, and whoever flies it."""
 
     def __init__(
-        self, recorded: RecordedRun, instead: Instead, columns: Columns, again: Again, message: dict[str, Any]
+        self, recorded: RecordedRun, instead: Instead, columns: Columns, again: Again, message: Message
     ):  # fmt: skip
         self._recorded, self._instead, self._columns, self._again = recorded, instead, columns, again
         self._period_s, joints = message["period_s"], len(recorded.recording.joints)
@@ -82,7 +90,7 @@ class _Pilot:
         self._settles_at = -np.inf
         self.is_new = True
 
-    def hear(self, message: dict[str, Any]) -> None:
+    def hear(self, message: Message) -> None:
         """What control was given before the next tick."""
         act, flying = message["act"], self._flying
         if act == "fly":
@@ -94,12 +102,10 @@ class _Pilot:
             self._guarding.wear(person, message.get("gravity_level", 0.0), message.get("is_driven", False))
         elif act == "level":
             self._guarding.feel(message["gravity_level"], message["is_driven"])
-        elif isinstance(flying, ExoTick):
-            flying.hang(message["place"], message["mass_kg"])
-        elif isinstance(flying, ArmController):
-            self._tell(flying, message)
+        elif flying is not None:
+            self._tell(flying, read_act(message), message["t"])
 
-    def _made(self, message: dict[str, Any]) -> ExoTick | ArmController | None:
+    def _made(self, message: Message) -> ExoTick | ArmController | None:
         recorded, instead = self._recorded, self._instead
         if message["kind"] == "empty":
             return ExoTick(recorded.description, recorded.tree)
@@ -110,24 +116,25 @@ class _Pilot:
             return ArmController(assembly, machine, x, self._period_s)
         return None
 
-    def _tell(self, arm: ArmController, message: dict[str, Any]) -> None:
-        told = self._instead.message(message)
-        if told is None:
-            return
-        if told["act"] == "lead":
-            arm.let_lead(told["side"])
-            return
-        if told["act"] == "carry":
-            taken = arm.carry(told["place"], told["mass_kg"], np.array(told["q"]))
-        else:
-            x = self._instead.parameters(np.array(told["x"]), arm.machine, arm.assembly)
-            if told["act"] == "force":
-                arm.put_in_force(x)
-                return
-            taken = arm.publish(x, np.array(told["q"]))
-        if taken != told["taken"]:
-            verb = "took" if taken else "refused"
-            self._again.surprises.append(f"At {told['t']:.3f} s control {verb} what it was told ({told['act']}).")
+    def _tell(self, flying: ExoTick | ArmController, act: ControllerAct, t: float) -> None:
+        if isinstance(flying, ExoTick):
+            if isinstance(act, HangWeight):
+                flying.hang(act.place, act.mass_kg)
+        elif isinstance(act, LeadArm):
+            flying.let_lead(act.side)
+        elif isinstance(act, CarryWeight):
+            self._compare(act, flying.carry(act.place, act.mass_kg, act.q), t)
+        elif isinstance(act, PublishParameters | ForceParameters) and self._instead.person is None:
+            x = self._instead.parameters(act.x, flying.machine, flying.assembly)
+            if isinstance(act, ForceParameters):
+                flying.put_in_force(x)
+            else:
+                self._compare(act, flying.publish(x, act.q), t)
+
+    def _compare(self, act: CarryWeight | PublishParameters, is_taken: bool, t: float) -> None:
+        if is_taken != act.taken:
+            verb = "took" if is_taken else "refused"
+            self._again.surprises.append(f"At {t:.3f} s control {verb} what it was told ({act.act}).")
 
     def lose(self, k: int) -> None:
         """Ticks are missing before this one: what filters remember is of another time."""

@@ -6,6 +6,7 @@ from typing import Any
 from exograv.errors import ConfigError
 from exograv.loop.replay_log import versions
 from exograv.model.description import load_rig
+from exograv.results import json_value
 
 from .columns import Again
 from .recorded_run import RecordedRun
@@ -42,7 +43,7 @@ def other_versions(then: Mapping[str, Any], now: Mapping[str, str]) -> list[str]
 def _substituted(instead: Instead) -> list[str]:
     return [
         f"{value} took the place of the recorded {name.replace('_', ' ')}."
-        for name, value in instead.figures.items()
+        for name, value in json_value(instead).items()
         if value is not None
     ]
 

@@ -31,13 +31,6 @@ class Instead(InsteadOptions):
         """Whether the guard's table of the person is another one too."""
         return any(one is not None for one in (self.rig, self.person, self.calibration))
 
-    @property
-    def figures(self) -> dict[str, Any]:
-        """For `--json`."""
-        paths = {"person": self.person, "calibration": self.calibration}
-        told = {name: None if path is None else str(path) for name, path in paths.items()}
-        return {"rig": self.rig, **told, "gravity_level": self.gravity_level}
-
     def machine(self, recorded: CalibratedMachine, assembly: Assembly) -> CalibratedMachine:
         """As calibrated.
 
@@ -74,11 +67,6 @@ class Instead(InsteadOptions):
         x[layout.coulomb] = np.asarray(machine.friction.coulomb)
         x[layout.viscous] = np.asarray(machine.friction.viscous)
         return x
-
-    def message(self, act: dict[str, Any]) -> dict[str, Any] | None:
-        """What a controller is told in place of this; None where it is told nothing."""
-        is_of_person = act["act"] in ("publish", "force")
-        return None if is_of_person and self.person is not None else act
 
     def _person(self, assembly: Assembly) -> Parameters:
         whole = self._participant
