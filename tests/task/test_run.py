@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
+from exograv.results import json_value
 from exograv.task.events import (
     EVENT,
     AcknowledgeAlarm,
@@ -137,7 +138,7 @@ def test_a_touch_in_every_2_75_seconds_makes_8_in_every_window():
     records += fed(run, [Tick(t=END_S)])
     assert run.state.status == "finished"
     assert of_kind(records, RunEnded)[0].is_complete
-    figures = run.totals().figures()
+    figures = json_value(run.totals().figures())
     assert (figures["windows"], figures["touches"], figures["accepted"], figures["rejected"]) == (3, 24, 24, {})
     assert figures["touches_per_window"] == {"median": 8.0}
     assert figures["deviation_px"] == {"median": 5.0, "q1": 5.0, "q3": 5.0}

@@ -72,5 +72,5 @@ def run_console(
             serve(hub, address, listening, host, say)
         finally:
             desk.close()  # before all else that has to be ended
-    figures = {} if trial is None else trial.run.totals().figures()
+    figures = {} if trial is None else json_value(trial.run.totals().figures())
     return {"diary": str(path), "refused_lines": hub.counts, **figures}

@@ -1,4 +1,4 @@
-"""Commands that a controller was given: with them a recording flies it again. Each stands in `/control` as it is here."""
+"""Commands that a controller was given. A recording holds them in `/control`, so that the run can be flown again."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -89,5 +89,6 @@ def read_act(message: Mapping[str, Any]) -> ControllerAct:
         KeyError: The message is none of a command.
     """
     kind = ACTS[message["act"]]
-    values = {one.name: message[one.name] for one in fields(kind) if one.init}
-    return kind(**{name: np.array(value) if name in ("x", "q") else value for name, value in values.items()})
+    values: dict[str, Any] = {one.name: message[one.name] for one in fields(kind) if one.init}
+    values |= {name: np.array(values[name]) for name in ("x", "q") if name in values}
+    return kind(**values)

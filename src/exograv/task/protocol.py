@@ -4,7 +4,7 @@ import difflib
 import hashlib
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from exograv.errors import ConfigError
 from exograv.model.description import validation_sentences
 from exograv.model.rig_settings import Settings
+from exograv.results import MERGED
 
 from .levels import EARTH
 from .protocol_schema import Protocol

@@ -23,6 +23,7 @@ from exograv.procedures.calibration.breakaway_test import BreakawayPush, startin
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import RecordingWriter
+from exograv.results import json_value
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope, StopReason
 
@@ -71,7 +72,7 @@ def flown(
 ) -> Flown:
     """The empty machine with a weight, then an arm: driven, published to, loaded, floated, and stopped."""
     path = tmp_path_factory.mktemp("flown") / "run.mcap"
-    settings = provenance(DemoOptions(level=LEVEL, seed=SEED), laboratory, [0.2] * 4)
+    settings = json_value(provenance(DemoOptions(level=LEVEL, seed=SEED), laboratory, [0.2] * 4, {}))
     x = table_guess(assembly, machine)
     with RecordingWriter(path, laboratory.description.joints, settings) as recording:
         t = fly_empty(laboratory, machine, recording)

@@ -149,8 +149,8 @@ class ParticipantSimulation:
             with RecordingWriter(path, stage.twin.joints, json_value(settings)) as recording:
                 sitting.fly(recording, tell)
                 recording.write("/result", stage.twin.t, {
-                    "task": json_value(sitting.run.totals().figures()), "rig": settings.rig, "joints": list(stage.twin.joints),
-                    "seed": seed, "simulated_s": round(stage.twin.t - begun, 3),
+                    "task": json_value(sitting.run.totals().figures()), "rig": settings.rig,
+                    "joints": list(stage.twin.joints), "seed": seed, "simulated_s": round(stage.twin.t - begun, 3),
                 })  # fmt: skip
             self._files.append(str(path))
         self._simulated_s += sitting.simulated_s

@@ -122,8 +122,8 @@ class _Training:
             self._fly(run, ready, recording)
             figures = run.totals().figures()
             recording.write("/result", ready.twin.t, {
-                "task": {**json_value(figures), **json_value(ready.figures)}, "rig": self._asked.rig, "joints": list(joints),
-                "disturbance_level": self._options.level, "seed": self._options.seed,
+                "task": {**json_value(figures), **json_value(ready.figures)}, "rig": self._asked.rig,
+                "joints": list(joints), "disturbance_level": self._options.level, "seed": self._options.seed,
                 "simulated_s": round(ready.twin.t, 3),
             })  # fmt: skip
         self._progress("Writing the report", 0.0)

@@ -1,6 +1,6 @@
 """Between two windows: what is left over of the arm's weight, while the participant lets go."""
 
-from typing import Any
+from dataclasses import fields
 
 import numpy as np
 
@@ -14,18 +14,19 @@ from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.verification.figures import verified_figures
 from exograv.procedures.verification.verification import verify_arm
 
-from .preparation import Ready, lay_down
+from .preparation import Ready, VerifiedBetween, lay_down
 
 SEEN_EVERY = 50
 """Ticks between two postures of the identification that count as seen."""
 
 
-def verify_between(ready: Ready, seed: int) -> dict[str, Any]:
+def verify_between(ready: Ready, seed: int, after_windows: int) -> VerifiedBetween:
     """Take the arm from its support, fly the passes, and lay it down again.
 
     Args:
         ready: Of a machine that carries an arm, at gravity level 1.
         seed: Of the postures.
+        after_windows: Complete windows so far.
 
     Raises:
         ConfigError: The machine only records.
@@ -44,5 +45,5 @@ def verify_between(ready: Ready, seed: int) -> dict[str, Any]:
     verified = verify_arm(pilot, controller, ready.model, arm, seen, seed)
     figures = verified_figures(verified, twin.joints)
     lay_down(pilot, controller, twin)
-    kept = ("left_over_Nm", "ci95", "target_Nm", "fingertip_mm", "fingertip_ci95_mm", "relaxed", "why", "motion_s")
-    return {name: getattr(figures, name) for name in kept}
+    kept = [one.name for one in fields(VerifiedBetween) if one.name != "after_windows"]
+    return VerifiedBetween(after_windows, **{name: getattr(figures, name) for name in kept})
