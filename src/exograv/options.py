@@ -156,13 +156,19 @@ GravityLevel = Annotated[
 
 
 @dataclass(frozen=True)
-class MachineOptions(Options):
-    """Options of a command for the twin or a machine on drives. Each subclass says what its drives must have passed."""
+class TwinOptions(Options):
+    """Options of a command that runs on the twin."""
 
     rig: RigOption = "recupera_like"
     side: SideOption = None
     level: Level = 2
     seed: Seed = 0
+
+
+@dataclass(frozen=True)
+class MachineOptions(TwinOptions):
+    """Options of a command for the twin or a machine on drives. Each subclass says what its drives must have passed."""
+
     drives: DrivesFile = None
     simulate: bool = False
 

@@ -20,6 +20,7 @@ from exograv.options import (
     RigOption,
     Seed,
     SideOption,
+    TwinOptions,
     Within,
 )
 from exograv.procedures.identification.method_names import MethodName, MotionName, TorqueSourceName
@@ -71,13 +72,8 @@ class DemoOptions(Options):
 
 
 @dataclass(frozen=True)
-class WeighOptions(Options):
+class WeighOptions(TwinOptions):
     """Options of `exograv weigh`."""
-
-    rig: RigOption = "recupera_like"
-    side: SideOption = None
-    level: Level = 2
-    seed: Seed = 0
 
     hand_weight_kg: Annotated[float | None, tyro.conf.arg(name="hand-weight", metavar="KG"), HeldWeight] = None
     """Weight that the virtual wearer takes into the hand [kg], hidden from the software; drawn if none is given, 0 for

@@ -6,17 +6,13 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.options import Donning, Level, Loss, Options, PersonCode, RigOption, Seed, SideOption, Within
+from exograv.options import Donning, Loss, PersonCode, TwinOptions, Within
 
 
 @dataclass(frozen=True)
-class SteeredOptions(Options):
+class SteeredOptions(TwinOptions):
     """Options of a steered session on the twin."""
 
-    rig: RigOption = "recupera_like"
-    side: SideOption = None
-    level: Level = 2
-    seed: Seed = 0
     donning: Donning = 0
 
     calibration: Path | None = None

@@ -6,19 +6,16 @@ from typing import Annotated, Literal
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import Level, Options, RigOption, Seed, SideOption, Within
+from exograv.options import RigOption, TwinOptions, Within
 
 PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 
 
 @dataclass(frozen=True)
-class GuidedOptions(Options):
+class GuidedOptions(TwinOptions):
     """Options of `exograv teach`, and of what else leads an arm of the twin."""
 
     rig: RigOption = "recupera_like_qdd"
-    side: SideOption = None
-    level: Level = 2
-    seed: Seed = 0
 
     simulate: bool = False
     """On the twin; nothing else is led yet."""
