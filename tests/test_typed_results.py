@@ -20,10 +20,7 @@ UNFINISHED = frozenset(
     (
         "campaigns",
         "console",
-        "experiment",
-        "procedures.rehabilitation",
         "report",
-        "storage",
     )
 )
 """Rooms and folders, dotted below `exograv`, whose results are not typed yet."""

@@ -112,6 +112,9 @@ def flags(kind: type) -> Iterator[tuple[str, str, tuple[Any, ...]]]:
             yield field, f"--{(named or [field])[-1].replace('_', '-')}", marks
 
 
+OptionRecord = dict[str, str | int | float | bool | None]
+"""Options by name in a checkpoint, which goes on with the same ones only."""
+
 Side = Literal["right", "left", "both"]
 """Of a machine; one for both arms is one machine."""
 

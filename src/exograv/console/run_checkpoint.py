@@ -2,11 +2,10 @@
 
 import threading
 from pathlib import Path
-from typing import Any
 
 from exograv.errors import ConfigError, ExogravError
 from exograv.model.rig_settings import Settings
-from exograv.options import SESSIONS_MAX, Side
+from exograv.options import SESSIONS_MAX, OptionRecord, Side
 from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, read_kept, refuse_kept
 from exograv.task.screen import ScreenCalibration
 
@@ -23,7 +22,7 @@ class Circumstances(Settings):
 class RunCheckpoint:
     """The file of one run; written by a thread of its own, for a disk may take its time and pages may not wait."""
 
-    def __init__(self, path: Path, options: dict[str, Any], resumes: bool):
+    def __init__(self, path: Path, options: OptionRecord, resumes: bool):
         """Nothing is written before the run begins.
 
         Args:
@@ -101,5 +100,5 @@ def kept_run(
         raise ConfigError(f"--session is {session}; allowed: 1 to {SESSIONS_MAX}.")
     folder.mkdir(parents=True, exist_ok=True)
     name = f"{participant or 'console'}_{Path(protocol).stem}_{session:02d}.run.json"
-    options = {"protocol": protocol, "participant": participant, "session": session, "rig": rig}
+    options: OptionRecord = {"protocol": protocol, "participant": participant, "session": session, "rig": rig}
     return RunCheckpoint(folder / name, options, resumes)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from ipaddress import IPv4Address
 from types import TracebackType
-from typing import Any
 
 from exograv.errors import ConfigError
 from exograv.task.aircraft_line import PORT, SIZE_MAX_BYTES, AircraftSample, parse_line
@@ -172,8 +171,23 @@ def emulate(emulation: Emulation, say: Say) -> int:
     return sent
 
 
-def listen(receiver: AircraftReceiver, seconds: float, say: Say) -> dict[str, Any]:
-    """Hear the aircraft for so long, or until Ctrl-C; returns figures.
+@dataclass(frozen=True)
+class HeardAircraft:
+    """Result of `exograv aircraft listen`."""
+
+    heard: int
+    refused: int
+    """Datagrams that are none of an aircraft."""
+    why_refused: str
+    from_others: int
+    """Datagrams of other senders."""
+    windows: int
+    parabola: int | None
+    announcement: str | None
+
+
+def listen(receiver: AircraftReceiver, seconds: float, say: Say) -> HeardAircraft:
+    """Hear the aircraft for so long, or until Ctrl-C.
 
     Raises:
         ConfigError: The port is not to be had, or the time cannot be used.
@@ -191,16 +205,8 @@ def listen(receiver: AircraftReceiver, seconds: float, say: Say) -> dict[str, An
                 time.sleep(CHECK_S)
         except KeyboardInterrupt:
             say("Ended by the keyboard.")
-    last = receiver.sample
-    return {
-        "heard": receiver.heard,
-        "refused": receiver.refused,
-        "why_refused": receiver.why_refused,
-        "from_others": receiver.foreign,
-        "windows": windows,
-        "parabola": None if last is None else last.parabola,
-        "announcement": None if last is None else last.announcement,
-    }
+    heard, last = (receiver.heard, receiver.refused, receiver.why_refused, receiver.foreign), receiver.sample
+    return HeardAircraft(*heard, windows, last and last.parabola, last and last.announcement)
 
 
 def sentence(event: AircraftEvent) -> str:

@@ -16,6 +16,8 @@ from pydantic import ValidationError
 from exograv.errors import ConfigError, ExogravError, RecordingError
 from exograv.files import append_rows, replace_file
 from exograv.model.description import validation_sentences
+from exograv.options import OptionRecord
+from exograv.results import JsonObject
 
 SIZE_MAX_BYTES = 20_000_000
 """Far above any state; a larger file is a mistake."""
@@ -36,7 +38,7 @@ class CheckpointRows(Generic[Row]):
         head: Mapping[str, Any],
         resume: bool,
         pack: Callable[[Row], Mapping[str, Any]],
-        unpack: Callable[[dict[str, Any]], Row],
+        unpack: Callable[[JsonObject], Row],
     ):
         """Open the file; a file that is not resumed is kept beside as `.before`.
 
@@ -196,7 +198,7 @@ class StateFile(Generic[State]):
                 return None
         return self.read(path)
 
-    def refuse_other(self, path: Path, found: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+    def refuse_other(self, path: Path, found: OptionRecord, wanted: OptionRecord) -> None:
         """Refuse a state of other options.
 
         Raises:

@@ -1,9 +1,7 @@
 """What is kept beside the recording after each record, so that a run that was broken off can be gone on with."""
 
-import json
-from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
@@ -11,6 +9,8 @@ from pydantic import Field
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.errors import ConfigError
 from exograv.model.rig_settings import Settings
+from exograv.options import OptionRecord
+from exograv.results import JsonObject, json_value
 
 from .checkpoint import Advice, StateFile
 
@@ -21,15 +21,14 @@ AFRESH = "Begin a new session with another --session number."
 class KnownPerson(Settings):
     """What control knew of machine and arm, to the last bit."""
 
-    machine: dict[str, Any]
+    machine: JsonObject
     x: list[float]
     covariance: list[list[float]]
 
     @classmethod
     def of(cls, machine: CalibratedMachine, x: np.ndarray, covariance: np.ndarray) -> "KnownPerson":
         """As JSON."""
-        plain = json.loads(json.dumps(asdict(machine), default=np.ndarray.tolist))
-        return cls(machine=plain, x=x.tolist(), covariance=covariance.tolist())
+        return cls(machine=json_value(machine), x=x.tolist(), covariance=covariance.tolist())
 
 
 class LearnedState(Settings):
@@ -46,7 +45,7 @@ class KeptSession(Settings):
     """The whole file."""
 
     schema_version: Literal[1] = 1
-    options: dict[str, Any]
+    options: OptionRecord
     t: float
     """On the rig's clock, of the last that is known [s]."""
 
@@ -56,8 +55,8 @@ class KeptSession(Settings):
     person: KnownPerson | None
     """None of a machine that only records."""
 
-    before: dict[str, Any]
-    """Figures of what came before the windows."""
+    before: JsonObject
+    """Figures of the run before its windows, by the room that makes the run."""
 
     learned: LearnedState | None = None
     """By the virtual participant, until then."""
@@ -80,7 +79,7 @@ SESSION_FILE = StateFile[KeptSession](
 )
 
 
-def read_kept(path: Path, options: dict[str, Any]) -> KeptSession:
+def read_kept(path: Path, options: OptionRecord) -> KeptSession:
     """State of a run with these options.
 
     Raises:

@@ -30,7 +30,7 @@ class DoctorResult:
 
 def run_doctor(command: Doctor, common: Common) -> DoctorResult:
     """Say whether this computer has what exograv needs, and how fast its loop is here."""
-    from exograv.cli.shell.terminal import bars, show_doctor, show_loop
+    from exograv.cli.shell.terminal import bars, say, show_loop
     from exograv.procedures.self_test.loop_timing import loop_test, refuse_unusable
 
     from .computer_check import examine_computer
@@ -38,7 +38,9 @@ def run_doctor(command: Doctor, common: Common) -> DoctorResult:
     if command.loop is not None:
         refuse_unusable(command.loop)
     computer, loop = examine_computer(common.out), None
-    show_doctor(computer)
+    say(computer.computer)
+    for check in computer.checks:
+        say(f"{'ok ' if check.ok else 'NO '} {check.name}: {check.text}")
     if command.loop is not None and computer.has_all_it_needs:
         with bars() as progress:
             loop = loop_test(command.loop, progress)

@@ -1,11 +1,14 @@
 """`exograv aircraft`."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import tyro
 
 from exograv.cli.shell.base_options import Common
+
+if TYPE_CHECKING:
+    from exograv.experiment.aircraft import HeardAircraft
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class Aircraft:
     """Mean delay of its datagrams."""
 
 
-def run_aircraft_command(command: Aircraft, common: Common) -> dict[str, Any]:
+def run_aircraft_command(command: Aircraft, common: Common) -> "HeardAircraft | dict[str, int | None]":
     """The live data of an aircraft in parabolic flight: hear them, or send such data on the ground."""
     from pydantic import ValidationError
 

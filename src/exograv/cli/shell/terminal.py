@@ -11,7 +11,6 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from exograv.cli.machine.computer_check import ComputerCheck
     from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
     from exograv.live.on_drives.bring_up_command import BringUpStep
     from exograv.procedures.machine_tools.identify_log import LogResult
@@ -157,15 +156,6 @@ def show_payload(result: "LogResult") -> None:
     if result.time_to_10pct_s is not None:
         console.print(f"Within 10 % of the true mass from {result.time_to_10pct_s:.1f} s on.", highlight=False)
     console.print(f"{result.duration_s:.1f} s, {result.samples} samples. {result.outcome.value}", highlight=False)
-
-
-def show_doctor(result: "ComputerCheck") -> None:
-    """One line a check."""
-    console = Console()
-    console.print(result.computer, highlight=False)
-    for check in result.checks:
-        mark = "ok " if check.ok else "NO "
-        console.print(f"{mark} {check.name}: {check.text}", highlight=False)
 
 
 NARROW = 60

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import tyro
 
@@ -12,6 +12,7 @@ from exograv.options import (
     Donning,
     Level,
     OneSideOption,
+    OptionRecord,
     Options,
     PersonCode,
     Seed,
@@ -67,7 +68,7 @@ class TrainOptions(Options):
         return f"{self.participant}_{protocol}_{self.session:02d}"
 
     @property
-    def kept(self) -> dict[str, Any]:
+    def kept(self) -> OptionRecord:
         """What has to be the same when a run is gone on with."""
         return {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 from exograv.laboratory.support_level.options import SupportOptions, Synergy
-from exograv.options import Level, OneSideOption, Options, PersonCode, RigOption, Seed, Within
+from exograv.options import Level, OneSideOption, OptionRecord, Options, PersonCode, RigOption, Seed, Within
 
 SEED_OF_SESSION = 10_000
 """Between the seeds of two sessions of one person: noise, and what each attempt mobilises, are the day's own."""
@@ -59,7 +59,7 @@ class AssistOptions(Options):
         return self.seed + SEED_OF_SESSION * session + blocks
 
     @property
-    def kept(self) -> dict[str, Any]:
+    def kept(self) -> OptionRecord:
         """What makes the virtual person and machine: the same from session to session."""
         return {
             "rig": self.rig, "side": self.side, "level": self.level, "seed": self.seed, "strength": self.strength,

@@ -1,12 +1,13 @@
 """What is kept of a participant's sessions: each block, each decision; the file that the next session begins from."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from exograv.errors import ConfigError
 from exograv.model.rig_settings import Settings
+from exograv.options import OptionRecord
 from exograv.storage.checkpoint import Advice, StateFile
 from exograv.task.assist_as_needed import AssistState, first_session, next_session
 from exograv.task.assist_protocol import AssistProtocol, LoadedAssist
@@ -54,7 +55,7 @@ class AssistFile(Settings):
 
     schema_version: Literal[1] = 1
     participant: str
-    options: dict[str, Any]
+    options: OptionRecord
     sessions: tuple[AssistSession, ...] = ()
 
     def with_session(self, session: AssistSession) -> "AssistFile":
@@ -101,7 +102,7 @@ ASSIST_FILE = StateFile[AssistFile](
 )
 
 
-def read_assist(path: Path, participant: str, options: dict[str, Any]) -> AssistFile:
+def read_assist(path: Path, participant: str, options: OptionRecord) -> AssistFile:
     """Sessions of this participant; none where there is no file.
 
     Raises:
