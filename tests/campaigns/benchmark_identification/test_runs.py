@@ -101,7 +101,7 @@ def test_the_keyboard_stops_it_and_what_is_done_is_kept(tmp_path: Path, monkeypa
     monkeypatch.setattr(benchmark, "results_of", two_then_stop)
     options = BenchmarkOptions(wearers=0, streams=3, methods=("recursive", "gradient"))
     result = run_benchmark(options, tmp_path, lambda _text, _share: None)
-    assert (result["interrupted"], result["runs_done"], result["runs_wanted"]) == (True, 2, 6)
+    assert (result.interrupted, result.runs_done, result.runs_wanted) == (True, 2, 6)
     assert len(RunFile(tmp_path / benchmark.FILE, 120.0, resume=True).rows) == 2
 
 
@@ -122,15 +122,17 @@ def test_a_short_run_on_the_twin_measures_every_kind_of_method(tmp_path: Path):
     methods = ("recursive", "gradient", "anthropometric", "equilibrium")
     options = BenchmarkOptions(wearers=1, streams=1, levels=(0,), methods=methods, seconds=20.0, seed_from=1000)
     result = run_benchmark(options, tmp_path, lambda _text, _share: None)
-    assert all(one["failed"] is None for one in result["wearers"])
-    opened = {one["method"]: one for one in result["results"] if one["setting"] == "open_loop"}
+    assert all(one.failed is None for one in result.summary.wearers)
+    opened = {one.method: one for one in result.summary.results if one.setting == "open_loop"}
     assert set(opened) == set(methods)
-    table = opened["anthropometric"]["left_over_Nm"]["20"]["shoulder"]
-    assert opened["recursive"]["left_over_Nm"]["20"]["shoulder"] < 0.5 * table
-    assert opened["recursive"]["coverage95"]["of"] > 10
-    assert opened["recursive"]["update_us"]["p50"] > 0.0
-    assert opened["recursive"]["consistent_share"] == 1.0
-    assert {one["method"] for one in result["results"] if one["setting"] == "closed_loop"} == {"recursive", "gradient"}
+    table, ours = (opened[name].left_over_Nm["20"].shoulder for name in ("anthropometric", "recursive"))
+    assert table is not None
+    assert ours is not None
+    assert ours < 0.5 * table
+    assert opened["recursive"].coverage95.of > 10
+    assert (opened["recursive"].update_us.p50 or 0.0) > 0.0
+    assert opened["recursive"].consistent_share == 1.0
+    assert {one.method for one in result.summary.results if one.setting == "closed_loop"} == {"recursive", "gradient"}
     again = run_benchmark(replace(options, resume=True), tmp_path, lambda _text, _share: None)
-    assert again["wall_s"] < 5.0
-    assert again["results"] == result["results"]
+    assert again.wall_s < 5.0
+    assert again.summary.results == result.summary.results

@@ -1,9 +1,22 @@
 """The page of the benchmark names every method, and says where one never gets there."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from exograv.report.figures.benchmark_result import (
+    BenchmarkSummary,
+    Coverage,
+    LearningCurves,
+    MedianFigures,
+    MethodFigures,
+    PairedRatio,
+    PlaceFigures,
+    TimePercentiles,
+    Winner,
+)
 from exograv.report.figures.identification_benchmark import look
 from exograv.report.of_benchmarks.identification_benchmark import (
     HEADINGS,
@@ -14,54 +27,54 @@ from exograv.report.of_benchmarks.identification_benchmark import (
 )
 from exograv.report.style.page import Table
 
-NEVER = {"median": None, "ci95": [None, None]}
+NEVER = MedianFigures(None, (None, None))
+CURVE = [[0.5, 0.3, 0.1], [0.6, 0.4, 0.2], [0.7, None, 0.3]]
+ROW = MethodFigures(
+    method="recursive",
+    setting="open_loop",
+    level=2,
+    profile="harmonic",
+    only=None,
+    without=None,
+    never_relaxed=False,
+    offline=False,
+    wearers=3,
+    failed=0,
+    time_to_target_s=MedianFigures(12.0, (9.0, None)),
+    time_to_coarse_s=MedianFigures(4.0, (3.0, 6.0)),
+    reached_share=0.9,
+    reached_coarse_share=1.0,
+    reached_within_share={},
+    left_over_Nm={t: PlaceFigures(0.2, None) for t in ("20", "60", "120")},
+    coverage95=Coverage(19, 20),
+    coverage95_by_duration={},
+    coverage95_torque_by_duration={},
+    coverage95_by_parameter={},
+    consistent_share=1.0,
+    outcomes={"CONVERGED": 2, "NOT_RELAXED": 1},
+    stop_s=40.0,
+    told_restless_share=0.33,
+    rejected_share=0.02,
+    noise_scale=1.2,
+    update_us=TimePercentiles(20.0, 40.0, 80.0),
+    estimate_us=TimePercentiles(),
+    work_share=0.5,
+    method_s=1.0,
+    progress=LearningCurves([1.0, 2.0, 3.0], CURVE, CURVE),
+)
 
 
-def row(method: str, **more) -> dict:
-    """One row of `--json`."""
-    curve = [[0.5, 0.3, 0.1], [0.6, 0.4, 0.2], [0.7, None, 0.3]]
-    return {
-        "method": method,
-        "setting": "open_loop",
-        "level": 2,
-        "profile": "harmonic",
-        "only": None,
-        "without": None,
-        "never_relaxed": False,
-        "offline": False,
-        "wearers": 3,
-        "failed": 0,
-        "time_to_target_s": {"median": 12.0, "ci95": [9.0, None]},
-        "time_to_coarse_s": {"median": 4.0, "ci95": [3.0, 6.0]},
-        "reached_share": 0.9,
-        "left_over_Nm": {t: {"shoulder": 0.2, "elbow": None} for t in ("20", "60", "120")},
-        "coverage95": {"covered": 19, "of": 20},
-        "consistent_share": 1.0,
-        "outcomes": {"CONVERGED": 2, "NOT_RELAXED": 1},
-        "stop_s": 40.0,
-        "told_restless_share": 0.33,
-        "rejected_share": 0.02,
-        "noise_scale": 1.2,
-        "update_us": {"p50": 20.0, "p99": 40.0},
-        "progress": {"t": [1.0, 2.0, 3.0], "shoulder": curve, "elbow": curve},
-        **more,
-    }
+def row(method: str, **more: Any) -> MethodFigures:
+    """Figures of one method."""
+    return replace(ROW, method=method, **more)
 
 
-def result(rows: list[dict]) -> dict:
+def result(rows: list[MethodFigures]) -> BenchmarkSummary:
     """Figures as `exograv benchmark-identification` gives them."""
-    ratio = {"ours": "recursive", "rival": "gradient", "threshold": "target", "ratio_of_medians": 0.25}
-    ratio |= {"ci95": [0.1, None], "level": 2, "profile": "harmonic", "setting": "open_loop"}
-    ratio |= {"ours_sooner": 3, "rival_sooner": 0, "neither_reached": 0, "wearers": 3}
-    won = {"method": "recursive", "by": "time to target", "tied_with": ["ekf"], "offline_ahead": ["oracle"]}
-    return {
-        "results": rows,
-        "winner_by_level": {"2": {"harmonic": won}},
-        "paired_ratios": [ratio, {**ratio, "ratio_of_medians": 0.0}, {**ratio, "ratio_of_medians": None}],
-        "break_down": [],
-        "seeds": [0, 1, 2],
-        "machine_seeds": [0],
-    }
+    ratio = PairedRatio("open_loop", 2, "harmonic", "recursive", "gradient", "target", 0.25, (0.1, None), 3, 3, 0, 0, 0)
+    won = Winner("recursive", "time to target", 12.0, ["ekf"], ["oracle"])
+    ratios = [ratio, replace(ratio, ratio_of_medians=0.0), replace(ratio, ratio_of_medians=None)]
+    return BenchmarkSummary(rows, {"2": {"harmonic": won}}, ratios, [], [0, 1, 2], [0], [])
 
 
 def test_a_line_has_a_cell_under_every_heading():
@@ -69,7 +82,7 @@ def test_a_line_has_a_cell_under_every_heading():
 
 
 def test_a_method_that_never_reaches_is_said_to():
-    figures = cells(row("gradient", time_to_target_s=NEVER, update_us={"p50": None, "p99": None}))
+    figures = cells(row("gradient", time_to_target_s=NEVER, update_us=TimePercentiles()))
     assert figures[1] == "never"
     assert cells(row("gradient"))[1] == "12 (9–∞)"
 
@@ -81,8 +94,8 @@ def test_settings_and_levels_have_tables_of_their_own():
 
 
 def test_the_page_names_winner_ties_and_who_is_ahead_off_line(tmp_path: Path):
-    page, picture = write_benchmark_page(result([row("recursive"), row("oracle", offline=True)]), tmp_path / "new")
-    text = page.read_text(encoding="utf-8")
+    files = write_benchmark_page(result([row("recursive"), row("oracle", offline=True)]), tmp_path / "new")
+    text = files.page.read_text(encoding="utf-8")
     for words in (
         "recursive, by time to target",
         "ekf",
@@ -91,12 +104,12 @@ def test_the_page_names_winner_ties_and_who_is_ahead_off_line(tmp_path: Path):
         "never gets",
     ):
         assert words in text
-    assert picture is not None
-    assert picture.stat().st_size > 10_000
+    assert files.figure is not None
+    assert files.figure.stat().st_size > 10_000
 
 
 def test_what_was_said_about_wearers_is_told_of_methods_that_state_an_uncertainty():
-    silent = row("gradient", coverage95={"covered": 0, "of": 0})
+    silent = row("gradient", coverage95=Coverage(0, 0))
     lines = verdicts([row("recursive", never_relaxed=True), silent])
     assert [line[0] for line in lines] == ["recursive"]
     assert "converged 2, not relaxed 1" in lines[0]
@@ -104,10 +117,10 @@ def test_what_was_said_about_wearers_is_told_of_methods_that_state_an_uncertaint
 
 
 def test_runs_that_gave_nothing_have_a_page_and_no_figure(tmp_path: Path):
-    empty = row("recursive", progress={"t": [], "shoulder": [[], [], []], "elbow": [[], [], []]})
-    page, picture = write_benchmark_page(result([empty]), tmp_path)
-    assert page.is_file()
-    assert picture is None
+    empty = row("recursive", progress=LearningCurves([], [[], [], []], [[], [], []]))
+    files = write_benchmark_page(result([empty]), tmp_path)
+    assert files.page.is_file()
+    assert files.figure is None
 
 
 @pytest.mark.parametrize("count", [7, 15])

@@ -2,17 +2,27 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from exograv.loop.pilot import Progress
+from exograv.report.figures.benchmark_result import (
+    BenchmarkFiles,
+    BenchmarkSummary,
+    DisturbancePart,
+    MethodFigures,
+    PairedRatio,
+    WearerFigures,
+    Winner,
+)
+from exograv.results import MERGED
 from exograv.runtime.processes.process_pool import results_of
 
 from .bootstrap import RESAMPLES
 from .comparison import paired, parts, ratios, winner
-from .measures import left_over, rounded, row, time_to
+from .measures import left_over, rounded, rounded_ends, row, time_to
 from .options import BenchmarkOptions
 from .runs import MethodRun, RunFile
 from .stream_replay import DURATIONS_S
@@ -30,7 +40,22 @@ Group = tuple[str, int, str, str | None, str | None, bool]
 """Setting, level, profile, and what is varied: runs that may be compared."""
 
 
-def run_benchmark(options: BenchmarkOptions, folder: Path, progress: Progress) -> dict[str, Any]:
+@dataclass(frozen=True)
+class BenchmarkResult:
+    """Result of `exograv benchmark-identification`."""
+
+    summary: BenchmarkSummary = field(metadata=MERGED)
+    options: BenchmarkOptions
+    bootstrap_resamples: int
+    runs_wanted: int
+    runs_done: int
+    interrupted: bool
+    runs_file: Path
+    wall_s: float
+    files: BenchmarkFiles | None = field(default=None, metadata=MERGED)
+
+
+def run_benchmark(options: BenchmarkOptions, folder: Path, progress: Progress) -> BenchmarkResult:
     """Run what is not done yet, and sum up; a stop by the keyboard sums up what there is.
 
     Raises:
@@ -42,16 +67,16 @@ def run_benchmark(options: BenchmarkOptions, folder: Path, progress: Progress) -
     file = RunFile(folder / FILE, options.seconds, options.resume)
     interrupted = _work_off(planned, wanted, options, file, progress)
     runs = sorted((run for run in file.rows if run.key in wanted), key=lambda run: run.case.wearer_seed)
-    return {
-        **summary(runs),
-        "options": asdict(options),
-        "bootstrap_resamples": RESAMPLES,
-        "runs_wanted": len(wanted),
-        "runs_done": len(runs),
-        "interrupted": interrupted,
-        "runs_file": str(file.path),
-        "wall_s": round(time.perf_counter() - start, 1),
-    }
+    return BenchmarkResult(
+        summary(runs),
+        options,
+        RESAMPLES,
+        len(wanted),
+        len(runs),
+        interrupted,
+        file.path,
+        round(time.perf_counter() - start, 1),
+    )
 
 
 def _work_off(
@@ -83,31 +108,24 @@ def _work_off(
     return False
 
 
-def summary(runs: Sequence[MethodRun]) -> dict[str, Any]:
+def summary(runs: Sequence[MethodRun]) -> BenchmarkSummary:
     """All figures of finished runs."""
     groups = _grouped(runs)
-    results, pairs = [], []
-    winners: dict[str, dict[str, Any]] = {}
-    broken_down: list[dict[str, Any]] = []
+    results, pairs, broken_down = list[MethodFigures](), list[PairedRatio](), list[DisturbancePart]()
+    winners: dict[str, dict[str, Winner]] = {}
     for (setting, level, profile, *varied), by_method in groups.items():
         results += [row(of_method) for of_method in by_method.values()]
         common = paired([run for of_method in by_method.values() for run in of_method])
         if any(varied) and any((one[0], one[2]) == (setting, profile) and not any(one[3:]) for one in groups):
             continue  # a part of a remainder, told as such
-        place = {"setting": setting, "level": level, "profile": profile}
-        pairs += [{**place, **one} for one in ratios(common)]
+        pairs += ratios(common, setting, level, profile)
         if setting == "open_loop":
             winners.setdefault(str(level), {})[profile] = winner(common)
             broken_down += _broken_down(groups, (setting, level, profile), by_method)
-    return {
-        "results": results,
-        "winner_by_level": winners,
-        "paired_ratios": pairs,
-        "break_down": broken_down,
-        "seeds": sorted({run.case.wearer_seed for run in runs}),
-        "machine_seeds": sorted({run.case.machine_seed for run in runs}),
-        "wearers": [_wearer_row(run) for run in runs],
-    }
+    seeds, machine_seeds = ({getattr(run.case, name) for run in runs} for name in ("wearer_seed", "machine_seed"))
+    return BenchmarkSummary(
+        results, winners, pairs, broken_down, sorted(seeds), sorted(machine_seeds), [_wearer_row(run) for run in runs]
+    )
 
 
 def _grouped(runs: Sequence[MethodRun]) -> dict[Group, dict[str, list[MethodRun]]]:
@@ -122,7 +140,7 @@ def _grouped(runs: Sequence[MethodRun]) -> dict[Group, dict[str, list[MethodRun]
 
 def _broken_down(
     groups: dict[Group, dict[str, list[MethodRun]]], place: tuple[str, int, str], references: dict[str, list[MethodRun]]
-) -> list[dict[str, Any]]:
+) -> list[DisturbancePart]:
     """Rows of every method whose disturbances were switched one at a time, against the runs of this place."""
     setting, level, profile = place
     found = []
@@ -140,26 +158,25 @@ def _broken_down(
     return found
 
 
-def _wearer_row(run: MethodRun) -> dict[str, Any]:
-    """One run in short; its whole course is in the file of runs."""
+def _wearer_row(run: MethodRun) -> WearerFigures:
     case = run.case
-    return {
-        "setting": run.setting,
-        "method": run.method,
-        "level": case.level,
-        "profile": case.profile,
-        "wearer_seed": case.wearer_seed,
-        "machine_seed": case.machine_seed,
-        "arm": case.arm,
-        "only": case.only,
-        "without": case.without,
-        "never_relaxed": case.restless,
-        "failed": run.failed,
-        "time_to_target_s": rounded(time_to(run)),
-        "left_over_Nm": {
-            f"{t:g}": [rounded(left_over(run, t, place)) for place in ("shoulder", "elbow")] for t in DURATIONS_S
+    return WearerFigures(
+        setting=run.setting,
+        method=run.method,
+        level=case.level,
+        profile=case.profile,
+        wearer_seed=case.wearer_seed,
+        machine_seed=case.machine_seed,
+        arm=case.arm,
+        only=case.only,
+        without=case.without,
+        never_relaxed=case.restless,
+        failed=run.failed,
+        time_to_target_s=rounded(time_to(run)),
+        left_over_Nm={
+            f"{t:g}": rounded_ends((left_over(run, t, "shoulder"), left_over(run, t, "elbow"))) for t in DURATIONS_S
         },
-        "outcome": run.outcome,
-        "stop_s": run.stop_s,
-        "method_s": run.method_s,
-    }
+        outcome=run.outcome,
+        stop_s=run.stop_s,
+        method_s=run.method_s,
+    )

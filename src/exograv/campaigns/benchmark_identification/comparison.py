@@ -1,16 +1,16 @@
 """Methods against each other on the same wearers: ratios of times, winners, and the parts of a remainder."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
+from exograv.report.figures.benchmark_result import DisturbancePart, MedianFigures, PairedRatio, Winner
 from exograv.rig.twin.disturbances.levels import ROWS
 from exograv.study.targets import TARGET_NM
 
 from . import bootstrap
 from .bootstrap import Values
-from .measures import COARSE, left_over, rounded, time_to, with_interval
+from .measures import COARSE, left_over, rounded, rounded_ends, time_to, with_interval
 from .runs import MethodRun
 
 OURS = "recursive"
@@ -43,36 +43,36 @@ def paired(runs: Sequence[MethodRun]) -> dict[str, list[MethodRun]]:
     return {name: [of_wearers[seed] for seed in common] for name, of_wearers in by_method.items()}
 
 
-def ratios(by_method: ByMethod) -> list[dict[str, Any]]:
-    """Times of our method over each rival's: below 1 ours is sooner."""
-    if OURS not in by_method:
-        return []
-    return [
-        {"ours": OURS, "rival": rival, "threshold": name, **_ratio(of_time, by_method[OURS], by_method[rival])}
-        for rival in RIVALS
-        if by_method.get(rival)
-        for name, of_time in (("target", time_to), ("coarse", CRITERIA["time to the coarse target"]))
-    ]
+def ratios(by_method: ByMethod, setting: str = "", level: int = 0, profile: str = "") -> list[PairedRatio]:
+    """Times of our method over each rival's at this place: below 1 ours is sooner."""
+    found = list[PairedRatio]()
+    for rival in RIVALS if OURS in by_method else ():
+        if not by_method.get(rival):
+            continue
+        for name, of_time in (("target", time_to), ("coarse", CRITERIA["time to the coarse target"])):
+            a, b = (np.array([of_time(run) for run in by_method[method]]) for method in (OURS, rival))
+            value, ends = bootstrap.ratio(a, b)
+            found.append(
+                PairedRatio(
+                    setting=setting,
+                    level=level,
+                    profile=profile,
+                    ours=OURS,
+                    rival=rival,
+                    threshold=name,
+                    ratio_of_medians=rounded(value),
+                    ci95=rounded_ends(ends),
+                    wearers=len(a),
+                    ours_sooner=int((a < b).sum()),
+                    rival_sooner=int((b < a).sum()),
+                    same_time=int(((a == b) & np.isfinite(a)).sum()),
+                    neither_reached=int((np.isinf(a) & np.isinf(b)).sum()),
+                )
+            )
+    return found
 
 
-def _ratio(
-    of_time: Callable[[MethodRun], float], ours: Sequence[MethodRun], rival: Sequence[MethodRun]
-) -> dict[str, Any]:
-    a, b = (np.array([of_time(run) for run in runs]) for runs in (ours, rival))
-    value, ends = bootstrap.ratio(a, b)
-    return {
-        # 0: ours gets there and the rival never does. Null: ours never does, or neither.
-        "ratio_of_medians": rounded(value),
-        "ci95": [rounded(end) for end in ends],
-        "wearers": len(a),
-        "ours_sooner": int((a < b).sum()),
-        "rival_sooner": int((b < a).sum()),
-        "same_time": int(((a == b) & np.isfinite(a)).sum()),
-        "neither_reached": int((np.isinf(a) & np.isinf(b)).sum()),
-    }
-
-
-def winner(by_method: ByMethod) -> dict[str, Any]:
+def winner(by_method: ByMethod) -> Winner:
     """Which method that learns while the arm moves has the best median, by what, and who cannot be told from it.
 
     Off-line methods are named where they are ahead: they are asked three times in place of every second.
@@ -85,14 +85,8 @@ def winner(by_method: ByMethod) -> dict[str, Any]:
             median = bootstrap.median(values[best])
             tied = [name for name in online if name != best and _is_tied(values[name], values[best])]
             ahead = [name for name in values if name not in online and bootstrap.median(values[name]) < median]
-            return {
-                "method": best,
-                "by": criterion,
-                "median": rounded(median),
-                "tied_with": tied,
-                "offline_ahead": ahead,
-            }
-    return {"method": None, "by": "no method gave a result", "median": None, "tied_with": [], "offline_ahead": []}
+            return Winner(best, criterion, rounded(median), tied, ahead)
+    return Winner(None, "no method gave a result")
 
 
 def _is_tied(other: Values, best: Values) -> bool:
@@ -101,7 +95,7 @@ def _is_tied(other: Values, best: Values) -> bool:
     return bool((theirs <= bests).mean() >= TIE_SHARE and np.isfinite(bootstrap.median(other)))
 
 
-def parts(reference: Sequence[MethodRun], varied: Sequence[Sequence[MethodRun]], kind: str) -> list[dict[str, Any]]:
+def parts(reference: Sequence[MethodRun], varied: Sequence[Sequence[MethodRun]], kind: str) -> list[DisturbancePart]:
     """What each disturbance does to the remainder after 120 s, the largest first.
 
     Args:
@@ -111,21 +105,26 @@ def parts(reference: Sequence[MethodRun], varied: Sequence[Sequence[MethodRun]],
         kind: "without" or "only".
     """
     rows = [_part(reference, runs, kind) for runs in varied]
-    return sorted(rows, key=lambda one: -abs(one["shoulder_change_Nm"]["median"] or 0.0))
+    return sorted(rows, key=lambda one: -abs(one.shoulder_change_Nm.median or 0.0))
 
 
-def _part(reference: Sequence[MethodRun], runs: Sequence[MethodRun], kind: str) -> dict[str, Any]:
+def _part(reference: Sequence[MethodRun], runs: Sequence[MethodRun], kind: str) -> DisturbancePart:
     before = {run.case.wearer_seed: run for run in reference}
     pairs = [(before[run.case.wearer_seed], run) for run in runs if run.case.wearer_seed in before]
     case = runs[0].case
     row = (case.only if kind == "only" else case.without) or ""
-    found: dict[str, Any] = {"row": row, "meaning": ROWS[row].meaning, "kind": kind, "method": runs[0].method}
-    found |= {"profile": case.profile, "level": case.level, "wearers": len(pairs)}
-    for place in ("shoulder", "elbow"):
-        values = np.array([[left_over(run, 120.0, place) for run in pair] for pair in pairs]).reshape(-1, 2)
-        with np.errstate(invalid="ignore"):
-            change = values[:, 1] - values[:, 0]
-        found[f"{place}_reference_Nm"] = rounded(bootstrap.median(values[:, 0]))
-        found[f"{place}_Nm"] = rounded(bootstrap.median(values[:, 1]))
-        found[f"{place}_change_Nm"] = with_interval(change[np.isfinite(change)])
-    return found
+    shoulder, elbow = (_change(pairs, place) for place in ("shoulder", "elbow"))
+    return DisturbancePart(
+        row, ROWS[row].meaning, kind, runs[0].method, case.profile, case.level, len(pairs), *shoulder, *elbow
+    )
+
+
+def _change(
+    pairs: Sequence[tuple[MethodRun, MethodRun]], place: str
+) -> tuple[float | None, float | None, MedianFigures]:
+    """Medians of the remainder before and after, and of its change."""
+    values = np.array([[left_over(run, 120.0, place) for run in pair] for pair in pairs]).reshape(-1, 2)
+    with np.errstate(invalid="ignore"):
+        change = values[:, 1] - values[:, 0]
+    before, after = (rounded(bootstrap.median(values[:, k])) for k in (0, 1))
+    return before, after, with_interval(change[np.isfinite(change)])

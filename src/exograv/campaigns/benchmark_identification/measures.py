@@ -1,11 +1,19 @@
 """From the runs of one method on many wearers to one row of the result."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from exograv.report.figures.benchmark_result import (
+    Coverage,
+    Ends,
+    LearningCurves,
+    MedianFigures,
+    MethodFigures,
+    PlaceFigures,
+    TimePercentiles,
+)
 from exograv.study.targets import TARGET_NM
 
 from . import bootstrap
@@ -42,53 +50,59 @@ def left_over(run: MethodRun, seconds: float, place: str) -> float:
     return float(table(run)[within[-1], joints].max()) if within and joints else np.inf
 
 
-def row(runs: Sequence[MethodRun]) -> dict[str, Any]:
+def row(runs: Sequence[MethodRun]) -> MethodFigures:
     """All figures of one method in one setting; one run a wearer."""
     first = runs[0]
     fine, coarse = (np.array([time_to(run, factor) for run in runs]) for factor in (1.0, COARSE))
-    return {
-        "method": first.method,
-        "level": first.case.level,
-        "profile": first.case.profile,
-        "setting": first.setting,
-        "only": first.case.only,
-        "without": first.case.without,
-        "never_relaxed": first.case.restless,
-        "offline": any(run.offline for run in runs),
-        "wearers": len(runs),
-        "failed": sum(run.failed is not None for run in runs),
-        "time_to_target_s": with_interval(fine),
-        "time_to_coarse_s": with_interval(coarse),
-        "reached_share": share(np.isfinite(fine)),
-        "reached_coarse_share": share(np.isfinite(coarse)),
-        "reached_within_share": {f"{t:g}": share(fine <= t + SLACK_S) for t in DURATIONS_S},
-        "left_over_Nm": {
-            f"{t:g}": {place: median_left_over(runs, t, place) for place in ("shoulder", "elbow")} for t in DURATIONS_S
+    stop_s = np.array([np.inf if run.stop_s is None else run.stop_s for run in runs])
+    finished = [run for run in runs if run.failed is None]
+    durations, last = {f"{t:g}": t for t in DURATIONS_S}, f"{DURATIONS_S[-1]:g}"
+    return MethodFigures(
+        method=first.method,
+        level=first.case.level,
+        profile=first.case.profile,
+        setting=first.setting,
+        only=first.case.only,
+        without=first.case.without,
+        never_relaxed=first.case.restless,
+        offline=any(run.offline for run in runs),
+        wearers=len(runs),
+        failed=len(runs) - len(finished),
+        time_to_target_s=with_interval(fine),
+        time_to_coarse_s=with_interval(coarse),
+        reached_share=share(np.isfinite(fine)),
+        reached_coarse_share=share(np.isfinite(coarse)),
+        reached_within_share={name: share(fine <= t + SLACK_S) for name, t in durations.items()},
+        left_over_Nm={
+            name: PlaceFigures(*(median_left_over(runs, t, place) for place in ("shoulder", "elbow")))
+            for name, t in durations.items()
         },
-        "coverage95": coverage(runs, f"{DURATIONS_S[-1]:g}"),
-        "coverage95_by_duration": {f"{t:g}": coverage(runs, f"{t:g}") for t in DURATIONS_S},
-        "coverage95_torque_by_duration": {f"{t:g}": torque_coverage(runs, f"{t:g}") for t in DURATIONS_S},
-        "coverage95_by_parameter": by_parameter(runs, f"{DURATIONS_S[-1]:g}"),
-        "consistent_share": share(np.array([run.possible_share for run in runs if run.failed is None])),
-        "outcomes": outcomes(runs),
-        "stop_s": rounded(bootstrap.median(np.array([np.inf if run.stop_s is None else run.stop_s for run in runs]))),
-        "told_restless_share": share(np.array([run.restless_s is not None for run in runs if run.failed is None])),
-        "rejected_share": mean_of([run.rejected_share for run in runs if run.failed is None]),
-        "noise_scale": mean_of([run.noise_scale for run in runs if run.failed is None]),
-        "update_us": times_us([run.update_us for run in runs]),
-        "estimate_us": times_us([run.estimate_us for run in runs]),
-        "work_share": mean_of([run.work_share for run in runs if run.failed is None]),
-        "method_s": mean_of([run.method_s for run in runs if run.failed is None]),
-        "progress": progress(runs),
-    }
+        coverage95=coverage(runs, last),
+        coverage95_by_duration={name: coverage(runs, name) for name in durations},
+        coverage95_torque_by_duration={name: torque_coverage(runs, name) for name in durations},
+        coverage95_by_parameter=by_parameter(runs, last),
+        consistent_share=share(np.array([run.possible_share for run in finished])),
+        outcomes=outcomes(runs),
+        stop_s=rounded(bootstrap.median(stop_s)),
+        told_restless_share=share(np.array([run.restless_s is not None for run in finished])),
+        rejected_share=mean_of([run.rejected_share for run in finished]),
+        noise_scale=mean_of([run.noise_scale for run in finished]),
+        update_us=times_us([run.update_us for run in runs]),
+        estimate_us=times_us([run.estimate_us for run in runs]),
+        work_share=mean_of([run.work_share for run in finished]),
+        method_s=mean_of([run.method_s for run in finished]),
+        progress=progress(runs),
+    )
 
 
-def with_interval(values: Values) -> dict[str, Any]:
-    """Median and bootstrap interval; null where infinite."""
-    return {
-        "median": rounded(bootstrap.median(values)),
-        "ci95": [rounded(end) for end in bootstrap.interval(bootstrap.medians(values))],
-    }
+def with_interval(values: Values) -> MedianFigures:
+    """Median and bootstrap interval."""
+    return MedianFigures(rounded(bootstrap.median(values)), rounded_ends(bootstrap.interval(bootstrap.medians(values))))
+
+
+def rounded_ends(interval: tuple[float, float]) -> Ends:
+    """Ends of an interval for files."""
+    return rounded(interval[0]), rounded(interval[1])
 
 
 def median_left_over(runs: Sequence[MethodRun], seconds: float, place: str) -> float | None:
@@ -96,29 +110,27 @@ def median_left_over(runs: Sequence[MethodRun], seconds: float, place: str) -> f
     return rounded(bootstrap.median(np.array([left_over(run, seconds, place) for run in runs])))
 
 
-def coverage(runs: Sequence[MethodRun], seconds: str) -> dict[str, int]:
+def coverage(runs: Sequence[MethodRun], seconds: str) -> Coverage:
     """Of the parameters' intervals, all wearers together; none of none where a method states none."""
     held = [
         covered for run in runs if seconds in run.intervals for covered in run.intervals[seconds].parameters.values()
     ]
-    return {"covered": sum(held), "of": len(held)}
+    return Coverage(sum(held), len(held))
 
 
-def torque_coverage(runs: Sequence[MethodRun], seconds: str) -> dict[str, int]:
+def torque_coverage(runs: Sequence[MethodRun], seconds: str) -> Coverage:
     """Of the arm's torque at held-out postures."""
     pairs = [run.intervals[seconds].torque for run in runs if seconds in run.intervals]
-    return {"covered": sum(pair[0] for pair in pairs), "of": sum(pair[1] for pair in pairs)}
+    return Coverage(sum(pair[0] for pair in pairs), sum(pair[1] for pair in pairs))
 
 
-def by_parameter(runs: Sequence[MethodRun], seconds: str) -> dict[str, dict[str, int]]:
+def by_parameter(runs: Sequence[MethodRun], seconds: str) -> dict[str, Coverage]:
     """`coverage` by name of the parameter."""
-    found: dict[str, dict[str, int]] = {}
+    held: dict[str, list[bool]] = {}
     for run in runs:
-        for name, held in run.intervals[seconds].parameters.items() if seconds in run.intervals else ():
-            count = found.setdefault(name, {"covered": 0, "of": 0})
-            count["covered"] += int(held)
-            count["of"] += 1
-    return found
+        for name, covered in run.intervals[seconds].parameters.items() if seconds in run.intervals else ():
+            held.setdefault(name, []).append(covered)
+    return {name: Coverage(sum(one), len(one)) for name, one in held.items()}
 
 
 def outcomes(runs: Sequence[MethodRun]) -> dict[str, int]:
@@ -127,25 +139,25 @@ def outcomes(runs: Sequence[MethodRun]) -> dict[str, int]:
     return {name: names.count(name) for name in sorted(set(names))}
 
 
-def times_us(of_runs: Sequence[dict[str, float] | None]) -> dict[str, float | None]:
-    """Medians over the wearers of each run's percentiles, and the longest of all [µs]."""
+def times_us(of_runs: Sequence[dict[str, float] | None]) -> TimePercentiles:
+    """Percentiles over the runs that were timed."""
     timed = [one for one in of_runs if one is not None]
     if not timed:
-        return {"p50": None, "p99": None, "max": None}
+        return TimePercentiles()
     p50, p99 = (round(float(np.median([one[key] for one in timed])), 2) for key in ("p50", "p99"))
-    return {"p50": p50, "p99": p99, "max": max(one["max"] for one in timed)}
+    return TimePercentiles(p50, p99, max(one["max"] for one in timed))
 
 
-def progress(runs: Sequence[MethodRun]) -> dict[str, list[Any]]:
-    """Quartiles over the wearers against seconds of motion: worst shoulder axis and elbow [N·m], for the figure."""
+def progress(runs: Sequence[MethodRun]) -> LearningCurves:
+    """Quartiles of the wearers' courses, for the figure."""
     times = max((run.t for run in runs), key=len, default=[])
-    curves: dict[str, list[Any]] = {"t": list(times)}
+    curves = list[list[list[float | None]]]()
     for place in ("shoulder", "elbow"):
         ordered = np.sort([_course(run, times, place) for run in runs], axis=0)
         # By rank: infinite ones have no mean.
         ranks = [round(quarter * (len(runs) - 1)) for quarter in (0.25, 0.5, 0.75)]
-        curves[place] = [[rounded(value) for value in ordered[rank]] for rank in ranks]
-    return curves
+        curves.append([[rounded(value) for value in ordered[rank]] for rank in ranks])
+    return LearningCurves(list(times), *curves)
 
 
 def _course(run: MethodRun, times: Sequence[float], place: str) -> Float[np.ndarray, " time"]:

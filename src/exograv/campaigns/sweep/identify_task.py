@@ -124,10 +124,10 @@ def _result(run: MethodRun) -> IdentifyResult:
         restless_s=run.restless_s,
         rejected_share=float(run.rejected_share),
         noise_scale=float(run.noise_scale) if np.isfinite(run.noise_scale) else None,
-        parameters_covered=parameters["covered"],
-        parameters_intervals=parameters["of"],
-        torque_covered=torque["covered"],
-        torque_intervals=torque["of"],
+        parameters_covered=parameters.covered,
+        parameters_intervals=parameters.of,
+        torque_covered=torque.covered,
+        torque_intervals=torque.of,
     )
 
 

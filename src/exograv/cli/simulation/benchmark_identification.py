@@ -1,10 +1,15 @@
 """`exograv benchmark-identification`."""
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from exograv.campaigns.benchmark_identification.options import BenchmarkOptions
 from exograv.cli.shell.base_options import Common, write_json
+from exograv.results import json_value
+
+if TYPE_CHECKING:
+    from exograv.campaigns.benchmark_identification.benchmark import BenchmarkResult
+    from exograv.report.figures.benchmark_result import BenchmarkFiles, BenchmarkSummary
 
 STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
 """Measured on one core of a server: a machine, a wearer, and one method on one wearer in the middle."""
@@ -14,7 +19,7 @@ TEXTS = ("method", "where", "stop rule, wearers", "drives", "disturbance")
 """Columns of words; all others hold numbers."""
 
 
-def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> dict[str, Any]:
+def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> "BenchmarkResult":
     """Every identification method on the same virtual wearers: how soon, how near, how honest, how often possible."""
     from exograv.campaigns.benchmark_identification.benchmark import run_benchmark
     from exograv.campaigns.benchmark_identification.tasks import machines
@@ -33,17 +38,17 @@ def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> d
     )
     with bars() as progress:
         result = run_benchmark(options, common.out, progress)
-    page, picture = write_benchmark_page(result, common.out)
-    result |= {"page": str(page), "figure": None if picture is None else str(picture)}
-    show_benchmark(result)
-    if result["interrupted"]:
+    files = write_benchmark_page(result.summary, common.out)
+    result = replace(result, files=files)
+    show_benchmark(result.summary, files)
+    if result.interrupted:
         if common.json is not None:
-            write_json(common.json, result)
+            write_json(common.json, json_value(result))
         raise KeyboardInterrupt
     return result
 
 
-def show_benchmark(result: dict[str, Any]) -> None:
+def show_benchmark(result: "BenchmarkSummary", files: "BenchmarkFiles") -> None:
     """The tables, who won, and where the page is."""
     from rich.console import Console
     from rich.table import Table
@@ -66,6 +71,6 @@ def show_benchmark(result: dict[str, Any]) -> None:
         line for one in chapters for block in one.blocks if isinstance(block, Bullets) for line in block.sentences
     ):
         console.print(f"- {line}", highlight=False)
-    console.print(f"Tables: {result['page']}", highlight=False, soft_wrap=True)
-    if result["figure"] is not None:
-        console.print(f"Figure: {result['figure']}", highlight=False, soft_wrap=True)
+    console.print(f"Tables: {files.page}", highlight=False, soft_wrap=True)
+    if files.figure is not None:
+        console.print(f"Figure: {files.figure}", highlight=False, soft_wrap=True)

@@ -11,8 +11,7 @@ from exograv.report.style.colours import BLUE, GREEN, GREY, INK, ORANGE, PINK, R
 from exograv.report.style.figure_style import legend, plain_log_axis
 from exograv.study.targets import TARGET_NM
 
-Row = dict[str, Any]
-"""One of `results` of `exograv benchmark-identification --json`."""
+from .benchmark_result import MethodFigures
 
 OURS = "recursive"
 COLOURS = (RED, ORANGE, GREEN, PINK, SKY, GREY)
@@ -26,14 +25,14 @@ WORDS = {"shoulder": "worst shoulder axis", "elbow": "elbow"}
 PROFILES = {"harmonic": "harmonic drives", "qdd": "quasi-direct drives"}
 
 
-def draw_benchmark(rows: Sequence[Row]) -> Figure:
+def draw_benchmark(rows: Sequence[MethodFigures]) -> Figure:
     """One line of panels a level and kind of drive: shoulder left, elbow right; lines are medians, bands quartiles."""
-    places = list(dict.fromkeys((row["level"], row["profile"]) for row in rows))
-    methods = list(dict.fromkeys(row["method"] for row in rows))
+    places = list(dict.fromkeys((row.level, row.profile) for row in rows))
+    methods = list(dict.fromkeys(row.method for row in rows))
     figure = Figure(figsize=(9.6, 0.9 + 2.7 * len(places)), layout="constrained")
     panels = figure.subplots(len(places), len(WORDS), squeeze=False, sharex=True)
     for line, (level, profile) in zip(panels, places, strict=True):
-        here = [row for row in rows if (row["level"], row["profile"]) == (level, profile)]
+        here = [row for row in rows if (row.level, row.profile) == (level, profile)]
         for ax, joint in zip(line, WORDS, strict=True):
             _plot(ax, here, methods, joint)
             ax.set_title(f"Level {level}, {PROFILES.get(profile, profile)}: {WORDS[joint]}")
@@ -44,12 +43,12 @@ def draw_benchmark(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-def _plot(ax: Axes, rows: Sequence[Row], methods: Sequence[str], joint: str) -> None:
+def _plot(ax: Axes, rows: Sequence[MethodFigures], methods: Sequence[str], joint: str) -> None:
     shown = []
     for row in rows:
-        t = np.array(row["progress"]["t"], dtype=float)
+        t = np.array(row.progress.t, dtype=float)
         low, middle, high = np.array(
-            [[np.nan if value is None else value for value in quartile] for quartile in row["progress"][joint]],
+            [[np.nan if value is None else value for value in quartile] for quartile in getattr(row.progress, joint)],
             dtype=float,
         ).reshape(3, len(t))
         if np.isfinite(middle).any():
@@ -63,14 +62,18 @@ def _plot(ax: Axes, rows: Sequence[Row], methods: Sequence[str], joint: str) -> 
 
 
 def _plot_method(
-    ax: Axes, row: Row, t: np.ndarray, quartiles: tuple[np.ndarray, np.ndarray, np.ndarray], methods: Sequence[str]
+    ax: Axes,
+    row: MethodFigures,
+    t: np.ndarray,
+    quartiles: tuple[np.ndarray, np.ndarray, np.ndarray],
+    methods: Sequence[str],
 ) -> None:
     low, middle, high = quartiles
-    colour, dashes = look(row["method"], methods)
-    is_ours = row["method"] == OURS
-    marker = "o" if row["offline"] else None
-    line = {"ls": "none" if row["offline"] else dashes, "marker": marker, "ms": 5, "lw": 2.2 if is_ours else 1.3}
-    ax.plot(t, middle, color=colour, label=row["method"], zorder=4 if is_ours else 3, **line)
+    colour, dashes = look(row.method, methods)
+    is_ours = row.method == OURS
+    marker = "o" if row.offline else None
+    line = {"ls": "none" if row.offline else dashes, "marker": marker, "ms": 5, "lw": 2.2 if is_ours else 1.3}
+    ax.plot(t, middle, color=colour, label=row.method, zorder=4 if is_ours else 3, **line)
     ax.fill_between(t, low, high, color=colour, alpha=0.18 if is_ours else 0.07, lw=0)
 
 

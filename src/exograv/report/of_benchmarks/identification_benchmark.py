@@ -5,7 +5,15 @@ from pathlib import Path
 from typing import Any
 
 from exograv.files import write_whole
-from exograv.report.figures.identification_benchmark import PROFILES, Row, draw_benchmark
+from exograv.report.figures.benchmark_result import (
+    BenchmarkFiles,
+    BenchmarkSummary,
+    MedianFigures,
+    MethodFigures,
+    PairedRatio,
+    PlaceFigures,
+)
+from exograv.report.figures.identification_benchmark import PROFILES, draw_benchmark
 from exograv.report.style.figure_style import write_picture
 from exograv.report.style.page import Bullets, Chapter, Page, Table, markdown_text
 
@@ -24,159 +32,156 @@ LEGEND = (
 )
 
 
-def page_of(result: dict[str, Any]) -> Page:
+def page_of(result: BenchmarkSummary) -> Page:
     """Content of the page."""
-    rows, seeds = told(result), result["seeds"]
+    rows, seeds = told(result), result.seeds
     chapters = [*tables(rows), Chapter("", [Bullets(sentences(result))])]
     if said := verdicts(rows):
         chapters.append(Chapter("What was said about the wearers", [Table(VERDICTS, said)]))
     if changes := break_down(result):
         chapters.append(Chapter("What the remainder after 120 s is made of, N·m", [Table(BREAK_DOWN, changes)]))
     if seeds:
-        machines = ", ".join(map(str, result["machine_seeds"]))
+        machines = ", ".join(map(str, result.machine_seeds))
         chapters.append(Chapter("", [f"Wearer seeds {seeds[0]} to {seeds[-1]}, machine seeds {machines}."]))
     return Page("Identification methods on the same wearers", chapters, lead=[LEGEND])
 
 
-def tables(rows: Sequence[Row]) -> list[Chapter]:
+def tables(rows: Sequence[MethodFigures]) -> list[Chapter]:
     """One table a setting, level and kind of drive; variations of a level have their own."""
-    found = dict[tuple[Any, ...], list[Row]]()
+    found = dict[tuple[Any, ...], list[MethodFigures]]()
     for row in rows:
-        place = tuple(row[key] for key in ("setting", "level", "profile", "only", "without", "never_relaxed"))
+        place = tuple(getattr(row, key) for key in ("setting", "level", "profile", "only", "without", "never_relaxed"))
         found.setdefault(place, []).append(row)
     return [Chapter(_title(here[0]), [Table(HEADINGS, [cells(row) for row in here])]) for here in found.values()]
 
 
-def _title(row: Row) -> str:
-    drives = PROFILES.get(row["profile"], row["profile"])
-    title = f"Level {row['level']}, {drives}, {row['wearers']} wearers, {SETTINGS[row['setting']]}"
-    variations = "".join(f", {name} {row[name]}" for name in ("only", "without") if row[name])
-    return title + variations + (", never relaxed" if row["never_relaxed"] else "")
+def _title(row: MethodFigures) -> str:
+    drives = PROFILES.get(row.profile, row.profile)
+    title = f"Level {row.level}, {drives}, {row.wearers} wearers, {SETTINGS[row.setting]}"
+    variations = "".join(f", {name} {getattr(row, name)}" for name in ("only", "without") if getattr(row, name))
+    return title + variations + (", never relaxed" if row.never_relaxed else "")
 
 
-def cells(row: Row) -> list[str]:
+def cells(row: MethodFigures) -> list[str]:
     """Of one method, under `HEADINGS`."""
-    coverage, update = row["coverage95"], row["update_us"]
-    failed = f" ({row['failed']} failed)" if row["failed"] else ""
+    coverage, update = row.coverage95, row.update_us
+    failed = f" ({row.failed} failed)" if row.failed else ""
     return [
-        row["method"] + (" (off line)" if row["offline"] else ""),
-        _time(row["time_to_target_s"]),
-        _time(row["time_to_coarse_s"]),
-        _percent(row["reached_share"]) + failed,
-        *(_pair(row["left_over_Nm"][seconds]) for seconds in ("20", "60", "120")),
-        _percent(coverage["covered"] / coverage["of"]) if coverage["of"] else "–",
-        _percent(row["consistent_share"]),
-        "–" if update["p50"] is None else f"{update['p50']:.0f} / {update['p99']:.0f}",
+        row.method + (" (off line)" if row.offline else ""),
+        _time(row.time_to_target_s),
+        _time(row.time_to_coarse_s),
+        _percent(row.reached_share) + failed,
+        *(_pair(row.left_over_Nm[seconds]) for seconds in ("20", "60", "120")),
+        _percent(coverage.covered / coverage.of) if coverage.of else "–",
+        _percent(row.consistent_share),
+        "–" if update.p50 is None else f"{update.p50:.0f} / {update.p99:.0f}",
     ]
 
 
-def _time(figure: dict[str, Any]) -> str:
-    if figure["median"] is None:
-        low = figure["ci95"][0]
+def _time(figure: MedianFigures) -> str:
+    if figure.median is None:
+        low = figure.ci95[0]
         return "never" if low is None else f"never ({low:.0f}–∞)"
-    low, high = (("∞" if end is None else f"{end:.0f}") for end in figure["ci95"])
-    return f"{figure['median']:.0f} ({low}–{high})"
+    low, high = (("∞" if end is None else f"{end:.0f}") for end in figure.ci95)
+    return f"{figure.median:.0f} ({low}–{high})"
 
 
-def _pair(figure: dict[str, float | None]) -> str:
-    return " / ".join("∞" if figure[place] is None else f"{figure[place]:.2f}" for place in ("shoulder", "elbow"))
+def _pair(figure: PlaceFigures) -> str:
+    return " / ".join("∞" if value is None else f"{value:.2f}" for value in (figure.shoulder, figure.elbow))
 
 
 def _percent(share: float | None) -> str:
     return "–" if share is None else f"{100 * share:.0f} %"
 
 
-def write_benchmark_page(result: dict[str, Any], folder: Path) -> tuple[Path, Path | None]:
-    """Write the tables as Markdown and the figure as PNG, or replace them.
-
-    Returns:
-        Paths of both; no figure where no run gave anything to draw.
+def write_benchmark_page(result: BenchmarkSummary, folder: Path) -> BenchmarkFiles:
+    """Write the tables as Markdown and the figure as PNG, or replace them; no figure without anything to draw.
 
     Raises:
         RecordingError: They cannot be written.
     """
     page, picture = folder / "benchmark_identification.md", folder / "benchmark_identification.png"
-    rows = _drawn(result["results"])
+    rows = _drawn(result.results)
     if rows:
         write_picture(picture, lambda: draw_benchmark(rows))
     write_whole(page, markdown_text(page_of(result), {"Left over against motion time": picture} if rows else {}))
-    return page, picture if rows else None
+    return BenchmarkFiles(page, picture if rows else None)
 
 
-def _drawn(rows: Sequence[Row]) -> list[Row]:
+def _drawn(rows: Sequence[MethodFigures]) -> list[MethodFigures]:
     """Open loop where there is any; variations of a level only where nothing else is there."""
-    with_curves = [row for row in rows if row["progress"]["t"]]
+    with_curves = [row for row in rows if row.progress.t]
     for setting in ("open_loop", "closed_loop"):
-        if of_setting := [row for row in with_curves if row["setting"] == setting]:
-            key = [(row["only"] or None, row["without"] or None, row["never_relaxed"]) for row in of_setting]
+        if of_setting := [row for row in with_curves if row.setting == setting]:
+            key = [(row.only or None, row.without or None, row.never_relaxed) for row in of_setting]
             plain = (None, None, False)
             shown = plain if plain in key else key[0]
             return [row for row, one in zip(of_setting, key, strict=True) if one == shown]
     return []
 
 
-def told(result: dict[str, Any]) -> list[Row]:
+def told(result: BenchmarkSummary) -> list[MethodFigures]:
     """Rows for the tables: where disturbances were switched one at a time, those have a table of their own."""
-    rows = result["results"]
-    return [row for row in rows if not (row["only"] or row["without"])] if result["break_down"] else rows
+    rows = result.results
+    return [row for row in rows if not (row.only or row.without)] if result.break_down else rows
 
 
-def verdicts(rows: Sequence[Row]) -> list[list[str]]:
+def verdicts(rows: Sequence[MethodFigures]) -> list[list[str]]:
     """Outcomes of methods that state an uncertainty, and when they would stop, under `VERDICTS`."""
     lines = []
     for row in rows:
-        if not row["coverage95"]["of"] or row["setting"] != "open_loop":
+        if not row.coverage95.of or row.setting != "open_loop":
             continue
-        where = f"level {row['level']}, {row['profile']}" + (", never relaxed" if row["never_relaxed"] else "")
-        said = ", ".join(f"{name.lower().replace('_', ' ')} {count}" for name, count in row["outcomes"].items())
-        stop = "–" if row["stop_s"] is None else f"{row['stop_s']:.0f}"
-        shares = [_percent(row["told_restless_share"]), _percent(row["rejected_share"])]
-        unrest = "–" if row["noise_scale"] is None else f"{row['noise_scale']:.1f}"
-        lines.append([row["method"], where, said, stop, *shares, unrest])
+        where = f"level {row.level}, {row.profile}" + (", never relaxed" if row.never_relaxed else "")
+        said = ", ".join(f"{name.lower().replace('_', ' ')} {count}" for name, count in row.outcomes.items())
+        stop = "–" if row.stop_s is None else f"{row.stop_s:.0f}"
+        shares = [_percent(row.told_restless_share), _percent(row.rejected_share)]
+        unrest = "–" if row.noise_scale is None else f"{row.noise_scale:.1f}"
+        lines.append([row.method, where, said, stop, *shares, unrest])
     return lines
 
 
-def sentences(result: dict[str, Any]) -> list[str]:
+def sentences(result: BenchmarkSummary) -> list[str]:
     """Who won each level, and how much sooner ours is than the paper's method."""
     lines = []
-    for level, of_profiles in result["winner_by_level"].items():
+    for level, of_profiles in result.winner_by_level.items():
         for profile, won in of_profiles.items():
-            if won["method"] is None:
-                lines.append(f"Level {level}, {PROFILES.get(profile, profile)}: {won['by']}.")
+            if won.method is None:
+                lines.append(f"Level {level}, {PROFILES.get(profile, profile)}: {won.by}.")
                 continue
-            tied = f"; not to be told from it: {', '.join(won['tied_with'])}" if won["tied_with"] else ""
-            tied += f"; off line ahead of it: {', '.join(won['offline_ahead'])}" if won["offline_ahead"] else ""
-            lines.append(f"Level {level}, {PROFILES.get(profile, profile)}: {won['method']}, by {won['by']}{tied}.")
-    return [*lines, *(ratio_sentence(one) for one in result["paired_ratios"])]
+            tied = f"; not to be told from it: {', '.join(won.tied_with)}" if won.tied_with else ""
+            tied += f"; off line ahead of it: {', '.join(won.offline_ahead)}" if won.offline_ahead else ""
+            lines.append(f"Level {level}, {PROFILES.get(profile, profile)}: {won.method}, by {won.by}{tied}.")
+    return [*lines, *(ratio_sentence(one) for one in result.paired_ratios)]
 
 
-def ratio_sentence(one: dict[str, Any]) -> str:
+def ratio_sentence(one: PairedRatio) -> str:
     """One ratio of times in words."""
-    place = f"level {one['level']}, {one['profile']}, {one['setting'].replace('_', ' ')}"
-    head = f"{one['ours']} against {one['rival']} ({place}, {one['threshold']}): "
+    place = f"level {one.level}, {one.profile}, {one.setting.replace('_', ' ')}"
+    head = f"{one.ours} against {one.rival} ({place}, {one.threshold}): "
     count = (
-        f"sooner with {one['ours_sooner']} of {one['wearers']} wearers, later with {one['rival_sooner']}, neither got "
-        f"there with {one['neither_reached']}"
+        f"sooner with {one.ours_sooner} of {one.wearers} wearers, later with {one.rival_sooner}, neither got "
+        f"there with {one.neither_reached}"
     )
-    value = one["ratio_of_medians"]
+    value = one.ratio_of_medians
     if value is None:
         return f"{head}no ratio of medians; {count}."
     if value == 0.0:
         return f"{head}the rival's median never gets there; {count}."
-    low, high = ("∞" if end is None else f"{end:.2f}" for end in one["ci95"])
+    low, high = ("∞" if end is None else f"{end:.2f}" for end in one.ci95)
     return f"{head}{value:.2f} of its time ({low}–{high}); {count}."
 
 
-def break_down(result: dict[str, Any]) -> list[list[str]]:
+def break_down(result: BenchmarkSummary) -> list[list[str]]:
     """Change by each disturbance, under `BREAK_DOWN` [N·m]."""
     return [
-        [part["method"], part["profile"], f"{part['kind']} {part['row']}"]
+        [part.method, part.profile, f"{part.kind} {part.row}"]
         + [
             cell
-            for place in ("shoulder", "elbow")
-            for cell in (_number(part[f"{place}_Nm"]), _change(part[f"{place}_change_Nm"]))
+            for value, change in ((part.shoulder_Nm, part.shoulder_change_Nm), (part.elbow_Nm, part.elbow_change_Nm))
+            for cell in (_number(value), _change(change))
         ]
-        for part in result["break_down"]
+        for part in result.break_down
     ]
 
 
@@ -184,8 +189,8 @@ def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.3f}"
 
 
-def _change(figure: dict[str, Any]) -> str:
-    if figure["median"] is None:
+def _change(figure: MedianFigures) -> str:
+    if figure.median is None:
         return "–"
-    low, high = ("–" if end is None else f"{end:+.3f}" for end in figure["ci95"])
-    return f"{figure['median']:+.3f} ({low} to {high})"
+    low, high = ("–" if end is None else f"{end:+.3f}" for end in figure.ci95)
+    return f"{figure.median:+.3f} ({low} to {high})"

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from exograv.errors import RecordingError
-from exograv.study.dataset.tables import Tables, dtype, frame, write_parquet
+from exograv.study.dataset.tables import Tables, dtype, frame, schema, write_parquet
 from exograv.study.folder.columns import Column
 from exograv.study.folder.study_folder import StudyFolder
 
@@ -133,8 +133,6 @@ def _with(first: pd.DataFrame, second: pd.DataFrame) -> pd.DataFrame:
 
 
 def _write(folder: StudyFolder, name: str, columns: Sequence[Column], table: pd.DataFrame, about: dict) -> None:
-    kinds = {"string": pa.string(), "int64": pa.int64(), "float64": pa.float64(), "bool": pa.bool_()}
-    schema = pa.schema([pa.field(c.name, kinds[c.kind], nullable=c.is_nullable) for c in columns])
-    stored = pa.Table.from_pandas(table, schema=schema, preserve_index=False)
+    stored = pa.Table.from_pandas(table, schema=schema(columns), preserve_index=False)
     metadata = {**(stored.schema.metadata or {}), ABOUT: json.dumps(about).encode()}
     write_parquet(folder.table(name), stored.replace_schema_metadata(metadata))

@@ -1,0 +1,191 @@
+"""Result of the benchmark of identification methods: what its command writes, and its page and figure show."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+Ends = tuple[float | None, float | None]
+"""Of a 95 % interval; None where one is infinite."""
+
+
+@dataclass(frozen=True)
+class MedianFigures:
+    """Median over wearers with its bootstrap interval; None where infinite."""
+
+    median: float | None
+    ci95: Ends
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Stated 95 % intervals that hold the truth."""
+
+    covered: int
+    of: int
+
+
+@dataclass(frozen=True)
+class PlaceFigures:
+    """Worst axis of each place [N·m]; None where infinite."""
+
+    shoulder: float | None
+    elbow: float | None
+
+
+@dataclass(frozen=True)
+class TimePercentiles:
+    """Medians over the wearers of each run's percentiles, and the longest of all [µs]."""
+
+    p50: float | None = None
+    p99: float | None = None
+    max: float | None = None
+
+
+@dataclass(frozen=True)
+class LearningCurves:
+    """Quartiles over the wearers against seconds of motion: worst shoulder axis and elbow [N·m]."""
+
+    t: list[float]
+    shoulder: list[list[float | None]]
+    elbow: list[list[float | None]]
+
+
+@dataclass(frozen=True)
+class MethodFigures:
+    """One method in one setting, over all wearers; shares lie between 0 and 1, None where there are none."""
+
+    method: str
+    level: int
+    profile: str
+    setting: str
+    only: str | None
+    without: str | None
+    never_relaxed: bool
+    offline: bool
+    wearers: int
+    failed: int
+    time_to_target_s: MedianFigures
+    time_to_coarse_s: MedianFigures
+    reached_share: float | None
+    reached_coarse_share: float | None
+    reached_within_share: dict[str, float | None]
+    """By seconds of motion."""
+
+    left_over_Nm: dict[str, PlaceFigures]
+    """By seconds of motion."""
+
+    coverage95: Coverage
+    coverage95_by_duration: dict[str, Coverage]
+    coverage95_torque_by_duration: dict[str, Coverage]
+    coverage95_by_parameter: dict[str, Coverage]
+    consistent_share: float | None
+    outcomes: dict[str, int]
+    """Verdicts of the stop rule."""
+
+    stop_s: float | None
+    told_restless_share: float | None
+    rejected_share: float | None
+    noise_scale: float | None
+    update_us: TimePercentiles
+    estimate_us: TimePercentiles
+    work_share: float | None
+    method_s: float | None
+    progress: LearningCurves
+
+
+@dataclass(frozen=True)
+class Winner:
+    """Best method that learns while the arm moves, and methods that cannot be told from it."""
+
+    method: str | None
+    by: str
+    median: float | None = None
+    tied_with: Sequence[str] = ()
+    offline_ahead: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class PairedRatio:
+    """Times of our method over a rival's on the same wearers."""
+
+    setting: str
+    level: int
+    profile: str
+    ours: str
+    rival: str
+    threshold: str
+    ratio_of_medians: float | None
+    """0: ours gets there and the rival never does. None: ours never does, or neither."""
+
+    ci95: Ends
+    wearers: int
+    ours_sooner: int
+    rival_sooner: int
+    same_time: int
+    neither_reached: int
+
+
+@dataclass(frozen=True)
+class DisturbancePart:
+    """Change of the remainder after 120 s by one disturbance [N·m]."""
+
+    row: str
+    meaning: str
+    kind: str
+    method: str
+    profile: str
+    level: int
+    wearers: int
+    shoulder_reference_Nm: float | None
+    shoulder_Nm: float | None
+    shoulder_change_Nm: MedianFigures
+    elbow_reference_Nm: float | None
+    elbow_Nm: float | None
+    elbow_change_Nm: MedianFigures
+
+
+@dataclass(frozen=True)
+class WearerFigures:
+    """One run in short; its whole course is in the file of runs."""
+
+    setting: str
+    method: str
+    level: int
+    profile: str
+    wearer_seed: int
+    machine_seed: int
+    arm: str
+    only: str | None
+    without: str | None
+    never_relaxed: bool
+    failed: str | None
+    time_to_target_s: float | None
+    left_over_Nm: dict[str, Ends]
+    """Worst shoulder axis and elbow, by seconds of motion."""
+
+    outcome: str
+    stop_s: float | None
+    method_s: float
+
+
+@dataclass(frozen=True)
+class BenchmarkSummary:
+    """All figures of finished runs."""
+
+    results: list[MethodFigures]
+    winner_by_level: dict[str, dict[str, Winner]]
+    """By level and kind of drive."""
+
+    paired_ratios: list[PairedRatio]
+    break_down: list[DisturbancePart]
+    seeds: list[int]
+    machine_seeds: list[int]
+    wearers: list[WearerFigures]
+
+
+@dataclass(frozen=True)
+class BenchmarkFiles:
+    """Page and figure."""
+
+    page: Path
+    figure: Path | None
