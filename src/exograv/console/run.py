@@ -2,16 +2,17 @@
 
 import contextlib
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from exograv.experiment.aircraft import AircraftReceiver
 from exograv.experiment.steered.requests import Desk
-from exograv.results import json_value
+from exograv.results import MERGED, json_value
 from exograv.task.events import Interrupted
 from exograv.task.levels import EARTH
 from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol, refuse_levels
+from exograv.task.totals import TotalsFigures
 
 from .event_log import EventLog
 from .feed import Feed
@@ -36,6 +37,18 @@ def plan_of(protocol: str | None) -> TaskPlan | None:
     return TaskPlan(loaded, loaded.settings.exo)
 
 
+@dataclass(frozen=True)
+class ConsoleResult:
+    """Result of `exograv console`."""
+
+    diary: Path
+    refused_lines: dict[str, int]
+    """By the reason."""
+
+    totals: TotalsFigures | None = field(metadata=MERGED)
+    """None where no protocol was run."""
+
+
 def run_console(
     address: Address,
     folder: Path,
@@ -44,7 +57,7 @@ def run_console(
     say: Say,
     kept: RunCheckpoint | None = None,
     receiver: AircraftReceiver | None = None,
-) -> dict[str, Any]:
+) -> ConsoleResult:
     """Serve the pages until Ctrl-C, and say what was done.
 
     Raises:
@@ -72,5 +85,4 @@ def run_console(
             serve(hub, address, listening, host, say)
         finally:
             desk.close()  # before all else that has to be ended
-    figures = {} if trial is None else json_value(trial.run.totals().figures())
-    return {"diary": str(path), "refused_lines": hub.counts, **figures}
+    return ConsoleResult(path, hub.counts, None if trial is None else trial.run.totals().figures())

@@ -1,7 +1,7 @@
 """`exograv console`."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -12,6 +12,7 @@ from exograv.experiment.steered.options import SteeredOptions
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from exograv.console.run import ConsoleResult
     from exograv.experiment.steered.interface import SteeredFlight
 
 
@@ -57,7 +58,7 @@ def _port(given: tuple[int, ...]) -> int:
 
 def run_console_command(
     options: SteeredOptions, trial: TrialOptions, address: Address, common: Common
-) -> dict[str, Any]:
+) -> "ConsoleResult":
     """Pages for operator, therapist, participant and viewers of a live machine; prints one link, to be opened once."""
     from exograv.console.feed import receiver_of
     from exograv.console.run import plan_of, run_console
@@ -76,5 +77,5 @@ def run_console_command(
         options = replace(options, side=kept.circumstances.side)
     desk = SessionController(_flight(options, trial.rehearse, common.out))
     result = run_console(address, common.out, desk, plan, say, kept, receiver)
-    say(f"Ended. What the pages did: {result['diary']}")
+    say(f"Ended. What the pages did: {result.diary}")
     return result
