@@ -15,8 +15,8 @@ from exograv.laboratory.drive_sim import _wiring, run_drive_sim
 from exograv.laboratory.options import DriveSimOptions
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
-from exograv.rig.drives.opening import SIMULATED
 from exograv.rig.drives.settings import load_drives
+from exograv.rig.drives.simulated.opening import SIMULATED
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "drives"
 JOINTS = ("shoulder", "elbow")

@@ -15,10 +15,10 @@ from exograv.model.description import RigDescription, load_rig
 from exograv.options import Bus
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.breakaway_test import starting_posture
-from exograv.rig.drives.opening import simulated_devices
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.drives.simulated.bench import SimulatedBench
 from exograv.rig.drives.simulated.devices import SimulatedDevices
+from exograv.rig.drives.simulated.opening import simulated_devices
 from exograv.rig.drives.simulated.plant import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.runtime.clock.realtime import realtime

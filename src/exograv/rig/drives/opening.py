@@ -1,24 +1,16 @@
-"""The driver of a machine, or simulated drives, by the bus that `drives.toml` names."""
+"""The driver of a machine by the bus that `drives.toml` names."""
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
 from exograv.errors import ConfigError
 from exograv.rig.interface import Powered, Rig
 
 from .settings import Drives
-from .simulated.devices import SimulatedDevices
 
 DRIVERS = {"udp": "udp:UdpRig", "canopen": "canopen:CanopenRig", "moteus": "moteus:MoteusRig"}
 """Module in this folder and class, by bus; imported when it is asked for, because each has libraries of its own."""
-
-SIMULATED = {
-    "udp": "udp.simulated.controller:UdpController",
-    "canopen": "canopen.simulated.network:CanopenDevices",
-    "moteus": "moteus.simulated.bus:MoteusDevices",
-}
-"""The same of the simulated drives."""
 
 EXTRAS = {"canopen": "can"}
 """Of exograv, where it is not named as the bus."""
@@ -45,19 +37,19 @@ def open_drives(drives: Drives, lock_step: bool = False) -> DrivenRig:
     Raises:
         ConfigError: A package is missing.
     """
-    return _imported(DRIVERS, drives.settings.bus)(drives, lock_step=lock_step)
+    return imported_class(DRIVERS, drives.settings.bus)(drives, lock_step=lock_step)
 
 
-def simulated_devices(bus: str) -> Callable[..., SimulatedDevices]:
-    """Class of the simulated drives on a bus.
+def imported_class(classes: Mapping[str, str], bus: str) -> Any:
+    """Import the class of a bus.
+
+    Args:
+        classes: Module in this folder and class, by bus.
+        bus: Key of the table.
 
     Raises:
         ConfigError: A package is missing.
     """
-    return _imported(SIMULATED, bus)
-
-
-def _imported(classes: Mapping[str, str], bus: str) -> Any:
     module, name = classes[bus].split(":")
     try:
         return getattr(importlib.import_module(f"{__package__}.{module}"), name)
