@@ -18,11 +18,11 @@ from exograv.cli.shell.terminal import show_demo
 from exograv.cli.simulation.faults import show_faults
 from exograv.identification.core.interface import Outcome
 from exograv.laboratory.demo_result import (
+    ControllerLeftOver,
     DemoFindings,
     DemoResult,
     IdentificationFigures,
     IdentifiedArm,
-    LeftOver,
     LeftOverTable,
     MeasuredCalibration,
     ParticipantFigures,
@@ -286,7 +286,7 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("COLUMNS", "40")
     four = [1.0, 2.0, 3.0, 4.0]
     base = BaseParameterRow({"forearm.mz": 1.0}, "kg·m", 0.1, [0.0, 0.2])
-    score = LeftOver(four, four, four)
+    score = ControllerLeftOver(four, four, four)
     joints = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
     arm = IdentifiedArm(
         LeftOverTable(score, score),

@@ -16,14 +16,14 @@ Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
-class EmptyMachine:
+class EmptyControllerRecord:
     """Controller of the empty machine, which the machine's own files make."""
 
     kind: Literal["empty"] = "empty"
 
 
 @dataclass(frozen=True)
-class WornMachine:
+class ArmControllerRecord:
     """Controller of a worn machine, beside the machine's own files and the person as told."""
 
     kind: Literal["arm"] = field(default="arm", init=False)

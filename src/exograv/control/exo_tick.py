@@ -11,7 +11,7 @@ from exograv.model.description import RigDescription
 from exograv.model.tree import Tree, inertial_parameters
 from exograv.signals import Reference
 
-from .controller_acts import ControllerAct, EmptyMachine, HangWeight
+from .controller_acts import ControllerAct, EmptyControllerRecord, HangWeight
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -55,9 +55,9 @@ class ExoTick:
         """What the model expects the motors to give [N·m]."""
         return self._kernel.outputs["tau_feedforward"]
 
-    def described(self) -> EmptyMachine:
+    def described(self) -> EmptyControllerRecord:
         """Describe this controller for a recording, which holds the machine's own files."""
-        return EmptyMachine()
+        return EmptyControllerRecord()
 
     def hang(self, mount: str, mass_kg: float) -> None:
         """Carry a known weight at a mount from now on; zero takes it off."""

@@ -31,6 +31,7 @@ from exograv.storage.calibration_file import TakenCalibration, take_calibration
 from exograv.study.targets import TARGET_NM
 
 from .demo_result import (
+    ControllerLeftOver,
     DemoFindings,
     DemoResult,
     ExaminedTimes,
@@ -39,7 +40,6 @@ from .demo_result import (
     HandWeight,
     IdentificationFigures,
     IdentifiedArm,
-    LeftOver,
     LeftOverTable,
     MeasuredCalibration,
     ModelNotes,
@@ -226,13 +226,15 @@ def _identified_arm(
     scores: dict[float, Score],
 ) -> IdentifiedArm:
     by_table, identified = examination.score(known.x), scores[found.last.t]
-    total = LeftOver(rounded(examination.exo_only(known.x)), rounded(by_table.total), rounded(identified.total))
+    total = ControllerLeftOver(
+        rounded(examination.exo_only(known.x)), rounded(by_table.total), rounded(identified.total)
+    )
     stop = "The motion ran its full time."
     if found.stop_s is not None:
         stop = f"The stop rule would have ended the motion after {found.stop_s:.0f} s."
     possible = examination.posterior_torque(found.last)
     return IdentifiedArm(
-        LeftOverTable(total, LeftOver(None, rounded(by_table.arm), rounded(identified.arm))),
+        LeftOverTable(total, ControllerLeftOver(None, rounded(by_table.arm), rounded(identified.arm))),
         IdentificationFigures(
             rest_s=round(found.method.rest_s, 3) if isinstance(found.method, RestingMethod) else None,
             motion_s=round(found.last.t, 3),

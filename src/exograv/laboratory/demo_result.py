@@ -10,7 +10,7 @@ from exograv.procedures.identification.warm_start import WarmStartFigures
 from exograv.results import MERGED, OPTIONAL
 from exograv.storage.calibration_file import CalibrationUsed
 
-from .result_rows import CalibrationRow, IdentifiabilityResult, ParameterRow, WeightRow
+from .result_rows import CalibrationRow, IdentifiabilityResult, ScoredParameter, WeightRow
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class MeasuredCalibration:
 
 
 @dataclass(frozen=True)
-class LeftOver:
+class ControllerLeftOver:
     """Residual torque by what the controller carries, RMS per joint [N·m]."""
 
     exo_only: list[float] | None = field(metadata=OPTIONAL)
@@ -33,8 +33,8 @@ class LeftOver:
 class LeftOverTable:
     """Residual torque of everything, and of the arm alone."""
 
-    total: LeftOver
-    arm: LeftOver
+    total: ControllerLeftOver
+    arm: ControllerLeftOver
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class IdentifiedArm:
     identification: IdentificationFigures
     identifiability: IdentifiabilityResult | None
     possible_left_over_Nm: PossibleLeftOver | None
-    parameters: list[ParameterRow]
+    parameters: list[ScoredParameter]
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ class TwinRun:
 
 
 @dataclass(frozen=True)
-class ParameterRow:
+class ScoredParameter:
     """Estimate of one parameter of the arm, beside truth and prior."""
 
     name: str
@@ -97,7 +97,7 @@ class IdentifiabilityResult:
     """Pairs of parameters with the correlation of their errors [-]."""
 
 
-def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[ParameterRow]:
+def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, wearer: Wearer) -> list[ScoredParameter]:
     """List all parameters of the arm that slow motion can show."""
     truth = parameter_truth(wearer)
     rows = []
@@ -119,7 +119,7 @@ def _mass_row(
     truth: Mapping[str, float],
     prior: np.ndarray,
     estimate: Estimate,
-) -> ParameterRow:
+) -> ScoredParameter:
     """Row of the mass of a whole arm."""
     segments = [limb.prefix + name for name in limb.bodies]
     masses = np.zeros(len(prior))
@@ -128,12 +128,12 @@ def _mass_row(
     return _row(f"{limb.prefix}arm.mass", "kg", total, float(masses @ prior), estimate, masses)
 
 
-def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, weights: np.ndarray) -> ParameterRow:
+def _row(name: str, unit: str, truth: float, prior: float, estimate: Estimate, weights: np.ndarray) -> ScoredParameter:
     value = float(weights @ estimate.x)
     interval = None
     if estimate.covariance is not None:
         interval = _interval(value, float(np.sqrt(weights @ estimate.covariance @ weights)))
-    return ParameterRow(name, unit, round(truth, 5), round(prior, 5), round(value, 5), interval)
+    return ScoredParameter(name, unit, round(truth, 5), round(prior, 5), round(value, 5), interval)
 
 
 def _interval(value: float, sd: float) -> Interval:

@@ -9,12 +9,12 @@ from jaxtyping import Float
 
 from exograv import kernel
 from exograv.control.controller_acts import (
+    ArmControllerRecord,
     CarryWeight,
     ControllerAct,
     ForceParameters,
     LeadArm,
     PublishParameters,
-    WornMachine,
 )
 from exograv.control.handover import Handover
 from exograv.control.tick import ControlMode, Tick
@@ -58,9 +58,9 @@ class ArmController:
         other._weights, other.acts = {}, []
         return other
 
-    def described(self) -> WornMachine:
+    def described(self) -> ArmControllerRecord:
         """Describe this controller for a recording, which holds the machine's own files and the person."""
-        return WornMachine(self.machine, self.x.copy())
+        return ArmControllerRecord(self.machine, self.x.copy())
 
     @property
     def mode(self) -> ControlMode:

@@ -12,7 +12,7 @@ import numpy as np
 
 import exograv
 from exograv import kernel
-from exograv.control.controller_acts import ControllerAct, EmptyMachine, WornMachine
+from exograv.control.controller_acts import ArmControllerRecord, ControllerAct, EmptyControllerRecord
 from exograv.control.tick import ControlMode
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.friction import Friction
@@ -35,7 +35,7 @@ class Accountable(Protocol):
     acts: list[ControllerAct]
     """Commands since they were last recorded."""
 
-    def described(self) -> EmptyMachine | WornMachine:
+    def described(self) -> EmptyControllerRecord | ArmControllerRecord:
         """Describe what makes it, beside the machine's own files and the person as told."""
         ...
 
