@@ -15,12 +15,10 @@ import numpy as np
 from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream, joined, rig_time
 from exograv.recording.stream_block import StreamBlock
+from exograv.study.sync import GAP_PERIODS
 
 from .files import MISSING, number_rows, packed, write_json
 from .names import EXO, SessionPlace, label
-
-GAP_PERIODS = 2.0
-"""An interval longer than so many nominal periods is a gap, as for `exograv sync`."""
 
 FILL_MAX_S = 3600.0
 """A longer gap is a clock that leapt: no rows for it."""

@@ -18,6 +18,7 @@ import pyxdf
 from pydantic import ValidationError
 
 from exograv.errors import RecordingError
+from exograv.study.sync import GAP_PERIODS
 from exograv.task.records import RECORD
 
 from .imported_session import Imported, Said, counted, sentences, totals
@@ -30,9 +31,6 @@ NOT_THERE = "No matching streams"
 """What pyxdf says where the file is sound and has other streams."""
 
 MARK = b"XDF:"
-
-GAP_PERIODS = 2.0
-"""Longer than so many nominal periods between samples of a stream with a rate is a gap, as `exograv sync` has it."""
 
 
 @dataclass(frozen=True)
