@@ -33,14 +33,18 @@ help:
 demo: setup
 	$(BIN)/exograv demo
 
+# Checks the shape and type of every argument at every call. It doubles the time, so `make test` does it only where
+# CI is set; `make test-slow` always.
+SHAPES := --jaxtyping-packages=exograv,peers,beartype.beartype
+
 # Pages want a computer of their own: a person's touches have their times.
 test: setup-dev
-	$(BIN)/python -m pytest -m "not slow" --ignore=tests/browser $(ON_ALL_CORES)
-	$(BIN)/python -m pytest tests/browser
+	$(BIN)/python -m pytest -m "not slow" --ignore=tests/browser $(ON_ALL_CORES) $(if $(CI),$(SHAPES))
+	$(BIN)/python -m pytest tests/browser $(if $(CI),$(SHAPES))
 
 test-slow: setup-dev
-	$(BIN)/python -m pytest --ignore=tests/browser $(ON_ALL_CORES)
-	$(BIN)/python -m pytest tests/browser
+	$(BIN)/python -m pytest --ignore=tests/browser $(ON_ALL_CORES) $(SHAPES)
+	$(BIN)/python -m pytest tests/browser $(SHAPES)
 
 check: setup-dev
 	$(BIN)/ruff check
